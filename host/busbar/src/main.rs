@@ -1,0 +1,3 @@
+//! The Busbar program: arguments, window, composition
+
+fn main() {}

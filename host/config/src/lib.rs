@@ -1,0 +1,1 @@
+//! Configuration text to valid values, with error positions

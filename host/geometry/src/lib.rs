@@ -1,0 +1,17 @@
+//! Meshes, collapse sequences and collapse stacks: pure values, no I/O.
+//!
+//! The path of a mesh through this crate: raw primitives are welded
+//! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
+//! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
+
+mod mesh;
+mod sequence;
+mod stacks;
+mod statistics;
+mod weld;
+
+pub use mesh::{Bounds, Mesh, Section, Topology, Wedges};
+pub use sequence::{Collapse, CollapseSequence, SequenceError, theta_to_cursor};
+pub use stacks::{CollapseStacks, NEVER, ResolvedMesh};
+pub use statistics::{Components, MeshStatistics, components};
+pub use weld::{RawPrimitive, WeldError, WeldReport, weld};

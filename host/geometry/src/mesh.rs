@@ -1,0 +1,131 @@
+//! A triangle mesh with welded positions and the wedges that split them.
+
+use glam::{Vec2, Vec3};
+
+/// An indexed triangle mesh.
+///
+/// A *position* is a welded point of the surface. A *wedge* is one position
+/// with one set of attributes: a position on a normal, UV or material seam has
+/// several. Triangles name wedges, so that attributes stay as imported, while
+/// topology is decided on positions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Welded positions in the mesh's own space, metres.
+    pub positions: Vec<Vec3>,
+    /// Per-wedge data, parallel arrays.
+    pub wedges: Wedges,
+    /// Corners as wedge indices, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Runs of triangles that share a material, in order, covering all.
+    pub sections: Vec<Section>,
+}
+
+/// Per-wedge data as parallel arrays of equal length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wedges {
+    /// The position each wedge stands on, index into [`Mesh::positions`].
+    pub position: Vec<u32>,
+    /// Unit normals.
+    pub normal: Vec<Vec3>,
+    /// Texture coordinates; zero where the file gives none.
+    pub uv: Vec<Vec2>,
+    /// The section a wedge belongs to, index into [`Mesh::sections`].
+    pub section: Vec<u32>,
+}
+
+/// A run of triangles with one material.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Section {
+    /// Index into the model's materials; `None` draws the default material.
+    pub material: Option<u32>,
+    /// First triangle.
+    pub first_triangle: u32,
+    /// Number of triangles.
+    pub triangle_count: u32,
+}
+
+/// What an optimiser looks at: welded positions and triangles over them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Topology {
+    /// Welded positions.
+    pub positions: Vec<Vec3>,
+    /// Corners as position indices.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub min: Vec3,
+    /// Largest coordinates.
+    pub max: Vec3,
+}
+
+impl Mesh {
+    /// The positions of a triangle's corners, as position indices.
+    pub fn corner_positions(&self, triangle: [u32; 3]) -> [u32; 3] {
+        triangle.map(|wedge| self.wedges.position[wedge as usize])
+    }
+
+    /// Positions and triangles without attributes.
+    pub fn topology(&self) -> Topology {
+        Topology {
+            positions: self.positions.clone(),
+            triangles: self.triangles.iter().map(|&t| self.corner_positions(t)).collect(),
+        }
+    }
+
+    /// The box around all positions; `None` for an empty mesh.
+    pub fn bounds(&self) -> Option<Bounds> {
+        Bounds::around(self.positions.iter().copied())
+    }
+}
+
+impl Wedges {
+    /// Number of wedges.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is no wedge.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+}
+
+impl Bounds {
+    /// The box around points; `None` when there are none.
+    pub fn around(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
+        points.into_iter().fold(None, |bounds, point| match bounds {
+            None => Some(Self { min: point, max: point }),
+            Some(b) => Some(Self { min: b.min.min(point), max: b.max.max(point) }),
+        })
+    }
+
+    /// The box around both.
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Centre.
+    pub fn center(self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Radius of the sphere around the box.
+    pub fn radius(self) -> f32 {
+        (self.max - self.min).length() * 0.5
+    }
+
+    /// The eight corners.
+    pub fn corners(self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            Vec3::new(
+                if i & 1 == 0 { self.min.x } else { self.max.x },
+                if i & 2 == 0 { self.min.y } else { self.max.y },
+                if i & 4 == 0 { self.min.z } else { self.max.z },
+            )
+        })
+    }
+}

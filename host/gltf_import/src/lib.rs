@@ -1,0 +1,1 @@
+//! Untrusted glTF bytes to meshes, materials and nodes

@@ -1,0 +1,1 @@
+//! Vulkan instance, device, memory, swapchain and frames in flight

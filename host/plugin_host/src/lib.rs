@@ -1,0 +1,1 @@
+//! Plugin discovery, ABI check, lifecycle and capabilities

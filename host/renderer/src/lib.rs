@@ -1,0 +1,1 @@
+//! Upload, draw and pick collapse-stacked meshes

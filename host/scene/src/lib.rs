@@ -1,0 +1,11 @@
+//! The scene: models as imported, and the graph that places them.
+//!
+//! Invariant: nothing here knows where a value comes from or how it is drawn.
+
+mod graph;
+mod model;
+
+pub use graph::{
+    EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, SceneError, SceneGraph, SceneNode, Transform,
+};
+pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};

@@ -1,0 +1,1 @@
+//! Tag table, quality, freshness and snapshots

@@ -1,0 +1,1 @@
+//! egui panels: a view model in, commands out

@@ -1,0 +1,1 @@
+//! The viewer: load, step a frame, pick, report

@@ -1,0 +1,1 @@
+//! The C ABI between host and plugins

@@ -1,0 +1,1 @@
+//! Weighted edge collapse of Qu and Huang (2015)

@@ -1,0 +1,1 @@
+//! WGSL shaders, compiled and checked at build time

@@ -1,0 +1,3 @@
+//! Makes the demo models: a power transformer and a breaker
+
+fn main() {}

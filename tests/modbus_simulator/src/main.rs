@@ -1,0 +1,3 @@
+//! A Modbus TCP device for demos and tests
+
+fn main() {}
