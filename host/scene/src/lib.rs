@@ -6,6 +6,7 @@ mod graph;
 mod model;
 
 pub use graph::{
-    EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, SceneError, SceneGraph, SceneNode, Transform,
+    EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, SceneError, SceneGraph, SceneNode,
+    Transform,
 };
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};

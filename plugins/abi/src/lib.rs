@@ -1,1 +1,37 @@
-//! The C ABI between host and plugins
+//! The C ABI between host and plugins.
+//!
+//! A plugin library exports one symbol, [`ENTRY_SYMBOL`], a
+//! [`BusbarPluginEntry`]. From it the host gets a factory, from the factory
+//! plugins, from a plugin its capabilities: tables of functions found by a
+//! string id with a revision, such as `busbar.telemetry/1`.
+//!
+//! Conventions that hold for every item here:
+//! - every table and every struct passed alone starts with its size in bytes,
+//!   so that fields can be added at the end; structs that are passed as arrays
+//!   ([`BusbarCollapse`], [`BusbarStage`], [`BusbarSample`], [`BusbarTagSpec`],
+//!   [`BusbarBinding`], [`BusbarTagValue`], [`BusbarOverlayPrimitive`]) have a
+//!   frozen layout instead;
+//! - text is UTF-8 with a length ([`BusbarStr`]), without a terminating zero;
+//! - what a caller passes is valid during the call only, unless said otherwise;
+//!   who wants to keep it copies it. No call hands over ownership of memory:
+//!   results go into buffers that the caller owns. So every call can be carried
+//!   across a process border;
+//! - a function that can fail returns a [`BusbarStatus`] and, when it is not
+//!   [`BUSBAR_OK`], writes the reason into the caller's [`BusbarError`];
+//! - no panic or exception may leave a function;
+//! - the tags in brackets say from which thread and in which state a function
+//!   may be called: `[main-thread]` one thread at a time, always the same one;
+//!   `[any-thread]` any thread, also several at once; `[idle]` before `start`
+//!   or after `stop`; `[active]` between them.
+
+#![no_std]
+
+mod entry;
+mod mesh_optimizer;
+mod overlay;
+mod telemetry;
+
+pub use entry::*;
+pub use mesh_optimizer::*;
+pub use overlay::*;
+pub use telemetry::*;

@@ -1,1 +1,83 @@
-//! Safe Rust for plugin authors
+//! Safe Rust for plugin authors.
+//!
+//! A plugin is a type with settings that implements [`Plugin`] and one or more
+//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`].
+//! [`export_plugin!`] makes the library's entry from it. Build it as a
+//! `cdylib` and put the library into a plugin directory of the configuration.
+//!
+//! ```no_run
+//! use busbar_plugin_sdk::{Error, Host, Plugin, Sample, SampleSink, TagSpec, Telemetry, Value};
+//!
+//! #[derive(serde::Deserialize, schemars::JsonSchema)]
+//! struct Settings {
+//!     value: f64,
+//! }
+//!
+//! struct Constant(f64);
+//!
+//! impl Plugin for Constant {
+//!     const ID: &'static str = "com.example.constant";
+//!     const NAME: &'static str = "Constant";
+//!     const VERSION: &'static str = "1.0.0";
+//!     const DESCRIPTION: &'static str = "Publishes one value once.";
+//!     type Settings = Settings;
+//!     fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
+//!         Ok(Self(settings.value))
+//!     }
+//! }
+//!
+//! impl Telemetry for Constant {
+//!     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
+//!         let samples: Vec<_> =
+//!             tags.iter().map(|tag| Sample::good(tag.tag, Value::F64(self.0))).collect();
+//!         sink.publish(&samples);
+//!         Ok(())
+//!     }
+//!     fn stop(&mut self) {}
+//! }
+//!
+//! busbar_plugin_sdk::export_plugin!(Constant: telemetry);
+//! # fn main() {}
+//! ```
+//!
+//! Panics are caught at the boundary and reported as the plugin's fault; a
+//! plugin instance is locked by the SDK, so that capability methods may take
+//! `&mut self` whatever threads the host uses.
+
+pub use busbar_plugin_abi as abi;
+
+mod error;
+pub mod export;
+mod host;
+mod mesh_optimizer;
+mod overlay;
+mod telemetry;
+mod value;
+
+pub use error::Error;
+pub use host::{Host, LogLevel};
+pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress};
+pub use overlay::{Binding, Canvas, Overlay, OverlayFrame, Severity, TagValue};
+pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
+pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
+
+/// A plugin: what it is, its settings, and how an instance is made.
+pub trait Plugin: Sized + Send + Sync + 'static {
+    /// Unique id in reverse notation, such as `com.example.mine`.
+    const ID: &'static str;
+    /// Name for people.
+    const NAME: &'static str;
+    /// Version of the plugin.
+    const VERSION: &'static str;
+    /// One sentence.
+    const DESCRIPTION: &'static str;
+    /// Settings as the configuration gives them. Their JSON Schema goes to the
+    /// host, which checks them before `create` is called.
+    type Settings: serde::de::DeserializeOwned + schemars::JsonSchema;
+
+    /// Makes an instance.
+    ///
+    /// # Errors
+    /// What the user must change, in words.
+    fn create(settings: Self::Settings, host: Host) -> Result<Self, Error>;
+}

@@ -1,0 +1,535 @@
+/* Busbar plugin ABI 1.0, the contract between host and plugins.
+ * Generated from plugins/abi by cbindgen; the test `header` compares the two.
+ * SPDX-License-Identifier: MIT OR Apache-2.0
+ */
+
+#ifndef BUSBAR_PLUGIN_H
+#define BUSBAR_PLUGIN_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+// Ids of the factory and of the capabilities.
+#define BUSBAR_PLUGIN_FACTORY_ID "busbar.plugin-factory/1"
+#define BUSBAR_MESH_OPTIMIZER_ID "busbar.mesh-optimizer/1"
+#define BUSBAR_TELEMETRY_ID "busbar.telemetry/1"
+#define BUSBAR_OVERLAY_ID "busbar.overlay/1"
+
+// Marks the one symbol that a library exports:
+//   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
+#if defined(__cplusplus)
+#define BUSBAR_EXPORT extern "C" __attribute__((visibility("default")))
+#else
+#define BUSBAR_EXPORT __attribute__((visibility("default")))
+#endif
+
+// Major version: host and plugin must have the same.
+#define BUSBAR_ABI_MAJOR 1
+
+// Minor version: a host runs plugins of its own minor version and older ones.
+#define BUSBAR_ABI_MINOR 0
+
+// Bytes of text that a [`BusbarError`] holds.
+#define BUSBAR_ERROR_CAPACITY 1024
+
+// Log level: what a user must act on.
+#define BUSBAR_LOG_ERROR 1
+
+// Log level: what may become a fault.
+#define BUSBAR_LOG_WARNING 2
+
+// Log level: what happened.
+#define BUSBAR_LOG_INFO 3
+
+// Log level: for the plugin's author.
+#define BUSBAR_LOG_DEBUG 4
+
+// Primitive: a line of the label at a node: caption and value.
+#define BUSBAR_OVERLAY_LINE 1
+
+// Primitive: the node and all under it drawn in the colour of the severity.
+#define BUSBAR_OVERLAY_TINT 2
+
+// Severity: normal; grey.
+#define BUSBAR_SEVERITY_NORMAL 0
+
+// Severity: outside the normal band.
+#define BUSBAR_SEVERITY_WARNING 1
+
+// Severity: needs action now.
+#define BUSBAR_SEVERITY_ALARM 2
+
+// Value kind: none; the sample says something about quality only.
+#define BUSBAR_VALUE_NONE 0
+
+// Value kind: IEEE 754 double, its bits in `value`.
+#define BUSBAR_VALUE_F64 1
+
+// Value kind: two's complement 64-bit integer.
+#define BUSBAR_VALUE_I64 2
+
+// Value kind: 0 or 1.
+#define BUSBAR_VALUE_BOOL 3
+
+// Value kind: double-point, 0 intermediate, 1 off, 2 on, 3 bad state
+// (IEC 60870-5-101, 7.2.6.2).
+#define BUSBAR_VALUE_DOUBLE_POINT 4
+
+// Quality: usable.
+#define BUSBAR_QUALITY_GOOD 0
+
+// Quality: doubtful.
+#define BUSBAR_QUALITY_UNCERTAIN 1
+
+// Quality: not usable.
+#define BUSBAR_QUALITY_BAD 2
+
+// Reason: none given.
+#define BUSBAR_REASON_NONE 0
+
+// Reason: the link to the device is down.
+#define BUSBAR_REASON_COMMUNICATION 1
+
+// Reason: the device says that its sensor failed.
+#define BUSBAR_REASON_SENSOR 2
+
+// Reason: outside the measuring range.
+#define BUSBAR_REASON_OUT_OF_RANGE 3
+
+// Reason: the device refused the address, or its answer does not fit.
+#define BUSBAR_REASON_CONFIGURATION 4
+
+// Reason: not connected yet.
+#define BUSBAR_REASON_NOT_CONNECTED 5
+
+// Reason: not a finite number.
+#define BUSBAR_REASON_NOT_FINITE 6
+
+// Reason: past its freshness limit. Only the host gives it.
+#define BUSBAR_REASON_STALE 7
+
+// `source_time` of a sample whose source gives no time.
+#define BUSBAR_NO_TIME INT64_MIN
+
+// State of the plugin's link: not tried yet.
+#define BUSBAR_LINK_IDLE 0
+
+// State of the plugin's link: connecting or waiting to try again.
+#define BUSBAR_LINK_CONNECTING 1
+
+// State of the plugin's link: up.
+#define BUSBAR_LINK_UP 2
+
+// State of the plugin's link: down.
+#define BUSBAR_LINK_DOWN 3
+
+// Result of a call: [`BUSBAR_OK`] or one of the codes below it.
+typedef int32_t BusbarStatus;
+
+// Why a call failed. The caller owns it and fills in `struct_size`.
+typedef struct BusbarError {
+  // Size of this struct as the caller knows it, bytes.
+  uint32_t struct_size;
+  // Bytes used of `message`, at most its size.
+  uint32_t message_len;
+  // UTF-8: fault, place and remedy in one or two sentences.
+  uint8_t message[1024];
+} BusbarError;
+
+// UTF-8 text with a length in bytes, not terminated. `ptr` may be null only
+// if `len` is 0.
+typedef struct BusbarStr {
+  // First byte.
+  const uint8_t *ptr;
+  // Length in bytes.
+  size_t len;
+} BusbarStr;
+
+// The one exported entry. Static in the library, for its whole life.
+typedef struct BusbarPluginEntry {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // [`BUSBAR_ABI_MAJOR`] that the plugin was built with.
+  uint32_t abi_major;
+  // [`BUSBAR_ABI_MINOR`] that the plugin was built with.
+  uint32_t abi_minor;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Called once, before anything else. May be null.
+  BusbarStatus (*init)(struct BusbarError *error);
+  // `[main-thread]` Called once, after every plugin is destroyed. The
+  // library stays mapped afterwards. May be null.
+  void (*deinit)(void);
+  // `[main-thread]` A factory by id, static, or null if there is none.
+  // `busbar.plugin-factory/1` gives a [`BusbarPluginFactory`].
+  const void *(*get_factory)(struct BusbarStr factory_id);
+} BusbarPluginEntry;
+
+// What a plugin is. Static.
+typedef struct BusbarPluginDescriptor {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Number of capabilities, at most 64.
+  uint32_t capability_count;
+  // Unique id in reverse notation, such as `com.example.mine`.
+  struct BusbarStr id;
+  // Name for people.
+  struct BusbarStr name;
+  // Version of the plugin.
+  struct BusbarStr version;
+  // One sentence.
+  struct BusbarStr description;
+  // JSON Schema of the settings; empty accepts any object.
+  struct BusbarStr settings_schema;
+  // Ids of its capabilities, `capability_count` of them.
+  const struct BusbarStr *capabilities;
+} BusbarPluginDescriptor;
+
+// One instance. Owned by the library; the host gives it back by `destroy`.
+typedef struct BusbarPlugin {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // The library's own.
+  void *data;
+  // `[main-thread & idle]` Ends the instance and frees it. No call to the
+  // host may follow.
+  void (*destroy)(struct BusbarPlugin *plugin);
+  // `[main-thread]` The table of a capability by id, valid until `destroy`,
+  // or null if the plugin does not have it.
+  const void *(*get_capability)(const struct BusbarPlugin *plugin, struct BusbarStr capability_id);
+} BusbarPlugin;
+
+// What the host offers to one plugin instance. Valid from `create` until
+// `destroy` returns.
+typedef struct BusbarHost {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // The host's ABI major version.
+  uint32_t abi_major;
+  // The host's ABI minor version.
+  uint32_t abi_minor;
+  // Zero.
+  uint32_t reserved;
+  // Passed back in every call to the host.
+  void *context;
+  // `[any-thread]` Writes one line to the host's log. Messages beyond the
+  // host's rate limit are dropped and counted. Cannot fail.
+  void (*log)(void *context, uint32_t level, struct BusbarStr message);
+} BusbarHost;
+
+// Makes plugins.
+typedef struct BusbarPluginFactory {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Number of plugins in this library, at most 64.
+  uint32_t (*count)(void);
+  // `[main-thread]` Descriptor of one of them, static, or null if `index`
+  // is too large.
+  const struct BusbarPluginDescriptor *(*descriptor)(uint32_t index);
+  // `[main-thread]` Makes an instance with settings (a JSON object that
+  // fits the descriptor's schema). Returns null and fills `error` on
+  // failure. `host` stays valid until `destroy` returns.
+  struct BusbarPlugin *(*create)(struct BusbarStr plugin_id,
+                                 struct BusbarStr settings_json,
+                                 const struct BusbarHost *host,
+                                 struct BusbarError *error);
+} BusbarPluginFactory;
+
+// A triangle mesh over welded positions.
+typedef struct BusbarMesh {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Number of positions.
+  uint32_t position_count;
+  // Number of triangles.
+  uint32_t triangle_count;
+  // Zero.
+  uint32_t reserved;
+  // x, y, z of each position, finite, metres.
+  const float *positions;
+  // Three different position indices of each triangle, counter-clockwise.
+  const uint32_t *triangles;
+} BusbarMesh;
+
+// Progress and cancellation of a long call.
+typedef struct BusbarProgress {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // Passed back in `report`.
+  void *context;
+  // `[the thread of the call]` Says how much is done, 0 to 1. Returns 0 if
+  // the plugin must stop and return `BUSBAR_CANCELLED`. May be null.
+  uint32_t (*report)(void *context, float fraction);
+} BusbarProgress;
+
+// One half-edge collapse. Array element.
+typedef struct BusbarCollapse {
+  // Position that goes. No later entry may name it.
+  uint32_t removed;
+  // Position that stands for it; must not have been removed before.
+  uint32_t kept;
+  // Geometric error after this collapse, metres: finite, at least 0, never
+  // decreasing along the sequence.
+  float error;
+} BusbarCollapse;
+
+// Time of one stage of the work. Array element.
+typedef struct BusbarStage {
+  // UTF-8 name, padded with zeros.
+  uint8_t name[24];
+  // Milliseconds.
+  double millis;
+} BusbarStage;
+
+// Buffers for the result. The caller owns them; the plugin fills in the
+// counts.
+typedef struct BusbarCollapseOutput {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Room in `collapses`: at least `position_count`.
+  uint32_t collapse_capacity;
+  // Collapses written.
+  uint32_t collapse_count;
+  // Room in `stages`.
+  uint32_t stage_capacity;
+  // Stages written.
+  uint32_t stage_count;
+  // Zero.
+  uint32_t reserved;
+  // The sequence, in order.
+  struct BusbarCollapse *collapses;
+  // Times of the stages, for reports.
+  struct BusbarStage *stages;
+} BusbarCollapseOutput;
+
+// Table of `busbar.mesh-optimizer/1`.
+typedef struct BusbarMeshOptimizer {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[any-thread]` Orders the half-edge collapses of a mesh, the least
+  // important first. The same mesh and settings give the same sequence,
+  // bit for bit, on every machine. Borrows everything for the call.
+  // Fails with `BUSBAR_INVALID_ARGUMENT`, `BUSBAR_BUFFER_TOO_SMALL`,
+  // `BUSBAR_CANCELLED`, `BUSBAR_FAILED` or `BUSBAR_INTERNAL`.
+  BusbarStatus (*optimize)(const struct BusbarPlugin *plugin,
+                           const struct BusbarMesh *mesh,
+                           const struct BusbarProgress *progress,
+                           struct BusbarCollapseOutput *output,
+                           struct BusbarError *error);
+} BusbarMeshOptimizer;
+
+// One tag that a telemetry plugin is to serve. Array element.
+typedef struct BusbarTagSpec {
+  // Names the tag in samples.
+  uint32_t tag;
+  // `BUSBAR_VALUE_*` that the host wants.
+  uint32_t kind;
+  // Freshness limit: a value older than this is stale, milliseconds.
+  uint64_t freshness_millis;
+  // Tag id, for messages.
+  struct BusbarStr id;
+  // The tag's address for this plugin: JSON, as the configuration has it.
+  struct BusbarStr address_json;
+} BusbarTagSpec;
+
+// One update of one tag, 24 bytes. Array element.
+typedef struct BusbarSample {
+  // Handle from [`BusbarTagSpec`].
+  uint32_t tag;
+  // `BUSBAR_VALUE_*`.
+  uint8_t kind;
+  // `BUSBAR_QUALITY_*`.
+  uint8_t quality;
+  // `BUSBAR_REASON_*`.
+  uint8_t reason;
+  // Zero.
+  uint8_t reserved;
+  // Bits of the value, after `kind`.
+  uint64_t value;
+  // Time at the source, nanoseconds since 1970-01-01 UTC, or
+  // [`BUSBAR_NO_TIME`].
+  int64_t source_time_unix_nanos;
+} BusbarSample;
+
+// Where samples go. Valid from `start` until `stop` returns.
+typedef struct BusbarSampleSink {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // Passed back in every call.
+  void *context;
+  // `[any-thread & active]` Takes a batch, copying it, without blocking.
+  // Returns how many samples were taken; a full queue takes none of the
+  // rest, counts them as dropped, and makes their tags stale in time.
+  size_t (*publish)(void *context, const struct BusbarSample *samples, size_t count);
+  // `[any-thread & active]` Tells operators how the link is:
+  // `BUSBAR_LINK_*` and a sentence.
+  void (*report_link)(void *context, uint32_t state, struct BusbarStr message);
+} BusbarSampleSink;
+
+// Table of `busbar.telemetry/1`.
+typedef struct BusbarTelemetry {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread & idle]` Starts to serve tags on threads of the plugin's
+  // own and returns at once; a device that does not answer is no failure
+  // but Bad quality. The specs are valid during the call, `sink` until
+  // `stop` returns. Fails with `BUSBAR_INVALID_SETTINGS` when an address is
+  // wrong, naming every tag at fault that the message has room for.
+  BusbarStatus (*start)(const struct BusbarPlugin *plugin,
+                        const struct BusbarTagSpec *tags,
+                        size_t tag_count,
+                        const struct BusbarSampleSink *sink,
+                        struct BusbarError *error);
+  // `[main-thread & active]` Ends all threads within two seconds. No call
+  // to the sink may follow.
+  void (*stop)(const struct BusbarPlugin *plugin);
+} BusbarTelemetry;
+
+// A tag bound to a node. Array element.
+typedef struct BusbarBinding {
+  // Names the node in primitives.
+  uint32_t node;
+  // `BUSBAR_VALUE_*` of the tag.
+  uint32_t kind;
+  // Normal band, lower end; NaN for none.
+  double limit_low;
+  // Normal band, upper end; NaN for none.
+  double limit_high;
+  // Tag id.
+  struct BusbarStr tag_id;
+  // Tag name for people.
+  struct BusbarStr tag_name;
+  // Unit, such as `kV`; empty for none.
+  struct BusbarStr unit;
+  // Equipment id of the node.
+  struct BusbarStr node_id;
+  // What the value means to the node, as the configuration words it.
+  struct BusbarStr role;
+} BusbarBinding;
+
+// The state of one bound tag in this frame. Array element.
+typedef struct BusbarTagValue {
+  // `BUSBAR_VALUE_*`; `BUSBAR_VALUE_NONE` if no value came yet.
+  uint8_t kind;
+  // `BUSBAR_QUALITY_*`, freshness included.
+  uint8_t quality;
+  // `BUSBAR_REASON_*`.
+  uint8_t reason;
+  // Zero.
+  uint8_t reserved[5];
+  // Bits of the last value.
+  uint64_t value;
+  // Time since that value came, milliseconds.
+  uint64_t age_millis;
+} BusbarTagValue;
+
+// All bound tags at one instant.
+typedef struct BusbarOverlayFrame {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Number of values: that of the bindings.
+  uint32_t value_count;
+  // Time of the frame, nanoseconds since 1970-01-01 UTC.
+  int64_t time_unix_nanos;
+  // `values[i]` belongs to the `i`-th binding of `configure`.
+  const struct BusbarTagValue *values;
+} BusbarOverlayFrame;
+
+// One thing to draw. Array element.
+typedef struct BusbarOverlayPrimitive {
+  // `BUSBAR_OVERLAY_*`.
+  uint32_t kind;
+  // Index of the binding whose value this rests on. The host hatches the
+  // primitive, with the age, when that value is not good.
+  uint32_t binding;
+  // Node at which it is drawn.
+  uint32_t node;
+  // `BUSBAR_SEVERITY_*`.
+  uint32_t severity;
+  // Caption: offset into the text buffer, bytes.
+  uint32_t caption_offset;
+  // Caption: length, bytes.
+  uint32_t caption_len;
+  // Value text: offset into the text buffer, bytes.
+  uint32_t text_offset;
+  // Value text: length, bytes.
+  uint32_t text_len;
+} BusbarOverlayPrimitive;
+
+// Buffers for what to draw. The caller owns them; the plugin fills in the
+// counts.
+typedef struct BusbarOverlayOutput {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Room in `primitives`.
+  uint32_t primitive_capacity;
+  // Primitives written.
+  uint32_t primitive_count;
+  // Room in `text`, bytes.
+  uint32_t text_capacity;
+  // Bytes of `text` written.
+  uint32_t text_len;
+  // Zero.
+  uint32_t reserved;
+  // What to draw.
+  struct BusbarOverlayPrimitive *primitives;
+  // UTF-8 that the primitives name.
+  uint8_t *text;
+} BusbarOverlayOutput;
+
+// Table of `busbar.overlay/1`.
+typedef struct BusbarOverlay {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Says which tags are bound to which nodes; called before
+  // the first `draw` and after a reload. Everything is borrowed for the
+  // call.
+  BusbarStatus (*configure)(const struct BusbarPlugin *plugin,
+                            const struct BusbarBinding *bindings,
+                            size_t binding_count,
+                            struct BusbarError *error);
+  // `[main-thread]` Works out what to draw. Called at most once a frame and
+  // must return within a few milliseconds. Fails with
+  // `BUSBAR_BUFFER_TOO_SMALL` when the buffers do not suffice.
+  BusbarStatus (*draw)(const struct BusbarPlugin *plugin,
+                       const struct BusbarOverlayFrame *frame,
+                       struct BusbarOverlayOutput *output,
+                       struct BusbarError *error);
+} BusbarOverlay;
+
+// Done.
+#define BUSBAR_OK 0
+
+// The arguments break a rule of this header: the caller is at fault.
+#define BUSBAR_INVALID_ARGUMENT 1
+
+// The settings or an address are at fault: the user must change them.
+#define BUSBAR_INVALID_SETTINGS 2
+
+// A buffer of the caller is too small for the result.
+#define BUSBAR_BUFFER_TOO_SMALL 3
+
+// The caller asked to stop, and the call stopped.
+#define BUSBAR_CANCELLED 4
+
+// Something outside failed: a file, a device, memory.
+#define BUSBAR_FAILED 5
+
+// The plugin has a fault of its own; a caught panic is one.
+#define BUSBAR_INTERNAL 6
+
+#endif  /* BUSBAR_PLUGIN_H */

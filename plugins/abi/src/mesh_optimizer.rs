@@ -1,0 +1,111 @@
+//! Capability `busbar.mesh-optimizer/1`: a mesh in, a collapse sequence out.
+
+use core::ffi::c_void;
+
+use crate::{BusbarError, BusbarPlugin, BusbarStatus};
+
+/// Id of the capability.
+pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1";
+
+/// A triangle mesh over welded positions.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarMesh {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Number of positions.
+    pub position_count: u32,
+    /// Number of triangles.
+    pub triangle_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// x, y, z of each position, finite, metres.
+    pub positions: *const f32,
+    /// Three different position indices of each triangle, counter-clockwise.
+    pub triangles: *const u32,
+}
+
+/// One half-edge collapse. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BusbarCollapse {
+    /// Position that goes. No later entry may name it.
+    pub removed: u32,
+    /// Position that stands for it; must not have been removed before.
+    pub kept: u32,
+    /// Geometric error after this collapse, metres: finite, at least 0, never
+    /// decreasing along the sequence.
+    pub error: f32,
+}
+
+/// Time of one stage of the work. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarStage {
+    /// UTF-8 name, padded with zeros.
+    pub name: [u8; 24],
+    /// Milliseconds.
+    pub millis: f64,
+}
+
+/// Buffers for the result. The caller owns them; the plugin fills in the
+/// counts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarCollapseOutput {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Room in `collapses`: at least `position_count`.
+    pub collapse_capacity: u32,
+    /// Collapses written.
+    pub collapse_count: u32,
+    /// Room in `stages`.
+    pub stage_capacity: u32,
+    /// Stages written.
+    pub stage_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The sequence, in order.
+    pub collapses: *mut BusbarCollapse,
+    /// Times of the stages, for reports.
+    pub stages: *mut BusbarStage,
+}
+
+/// Progress and cancellation of a long call.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarProgress {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Passed back in `report`.
+    pub context: *mut c_void,
+    /// `[the thread of the call]` Says how much is done, 0 to 1. Returns 0 if
+    /// the plugin must stop and return `BUSBAR_CANCELLED`. May be null.
+    pub report: Option<unsafe extern "C" fn(context: *mut c_void, fraction: f32) -> u32>,
+}
+
+/// Table of `busbar.mesh-optimizer/1`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarMeshOptimizer {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// `[any-thread]` Orders the half-edge collapses of a mesh, the least
+    /// important first. The same mesh and settings give the same sequence,
+    /// bit for bit, on every machine. Borrows everything for the call.
+    /// Fails with `BUSBAR_INVALID_ARGUMENT`, `BUSBAR_BUFFER_TOO_SMALL`,
+    /// `BUSBAR_CANCELLED`, `BUSBAR_FAILED` or `BUSBAR_INTERNAL`.
+    pub optimize: Option<
+        unsafe extern "C" fn(
+            plugin: *const BusbarPlugin,
+            mesh: *const BusbarMesh,
+            progress: *const BusbarProgress,
+            output: *mut BusbarCollapseOutput,
+            error: *mut BusbarError,
+        ) -> BusbarStatus,
+    >,
+}

@@ -1,0 +1,155 @@
+//! Capability `busbar.overlay/1`: values of tags to things drawn at equipment.
+//!
+//! The plugin says what to show; the host decides how it looks, and marks
+//! whatever rests on a value that is not good, whatever the plugin says.
+
+use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
+
+/// Id of the capability.
+pub const OVERLAY_ID: &str = "busbar.overlay/1";
+
+/// A tag bound to a node. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarBinding {
+    /// Names the node in primitives.
+    pub node: u32,
+    /// `BUSBAR_VALUE_*` of the tag.
+    pub kind: u32,
+    /// Normal band, lower end; NaN for none.
+    pub limit_low: f64,
+    /// Normal band, upper end; NaN for none.
+    pub limit_high: f64,
+    /// Tag id.
+    pub tag_id: BusbarStr,
+    /// Tag name for people.
+    pub tag_name: BusbarStr,
+    /// Unit, such as `kV`; empty for none.
+    pub unit: BusbarStr,
+    /// Equipment id of the node.
+    pub node_id: BusbarStr,
+    /// What the value means to the node, as the configuration words it.
+    pub role: BusbarStr,
+}
+
+/// The state of one bound tag in this frame. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarTagValue {
+    /// `BUSBAR_VALUE_*`; `BUSBAR_VALUE_NONE` if no value came yet.
+    pub kind: u8,
+    /// `BUSBAR_QUALITY_*`, freshness included.
+    pub quality: u8,
+    /// `BUSBAR_REASON_*`.
+    pub reason: u8,
+    /// Zero.
+    pub reserved: [u8; 5],
+    /// Bits of the last value.
+    pub value: u64,
+    /// Time since that value came, milliseconds.
+    pub age_millis: u64,
+}
+
+/// All bound tags at one instant.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlayFrame {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Number of values: that of the bindings.
+    pub value_count: u32,
+    /// Time of the frame, nanoseconds since 1970-01-01 UTC.
+    pub time_unix_nanos: i64,
+    /// `values[i]` belongs to the `i`-th binding of `configure`.
+    pub values: *const BusbarTagValue,
+}
+
+/// Primitive: a line of the label at a node: caption and value.
+pub const BUSBAR_OVERLAY_LINE: u32 = 1;
+/// Primitive: the node and all under it drawn in the colour of the severity.
+pub const BUSBAR_OVERLAY_TINT: u32 = 2;
+
+/// Severity: normal; grey.
+pub const BUSBAR_SEVERITY_NORMAL: u32 = 0;
+/// Severity: outside the normal band.
+pub const BUSBAR_SEVERITY_WARNING: u32 = 1;
+/// Severity: needs action now.
+pub const BUSBAR_SEVERITY_ALARM: u32 = 2;
+
+/// One thing to draw. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlayPrimitive {
+    /// `BUSBAR_OVERLAY_*`.
+    pub kind: u32,
+    /// Index of the binding whose value this rests on. The host hatches the
+    /// primitive, with the age, when that value is not good.
+    pub binding: u32,
+    /// Node at which it is drawn.
+    pub node: u32,
+    /// `BUSBAR_SEVERITY_*`.
+    pub severity: u32,
+    /// Caption: offset into the text buffer, bytes.
+    pub caption_offset: u32,
+    /// Caption: length, bytes.
+    pub caption_len: u32,
+    /// Value text: offset into the text buffer, bytes.
+    pub text_offset: u32,
+    /// Value text: length, bytes.
+    pub text_len: u32,
+}
+
+/// Buffers for what to draw. The caller owns them; the plugin fills in the
+/// counts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlayOutput {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Room in `primitives`.
+    pub primitive_capacity: u32,
+    /// Primitives written.
+    pub primitive_count: u32,
+    /// Room in `text`, bytes.
+    pub text_capacity: u32,
+    /// Bytes of `text` written.
+    pub text_len: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// What to draw.
+    pub primitives: *mut BusbarOverlayPrimitive,
+    /// UTF-8 that the primitives name.
+    pub text: *mut u8,
+}
+
+/// Table of `busbar.overlay/1`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlay {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// `[main-thread]` Says which tags are bound to which nodes; called before
+    /// the first `draw` and after a reload. Everything is borrowed for the
+    /// call.
+    pub configure: Option<
+        unsafe extern "C" fn(
+            plugin: *const BusbarPlugin,
+            bindings: *const BusbarBinding,
+            binding_count: usize,
+            error: *mut BusbarError,
+        ) -> BusbarStatus,
+    >,
+    /// `[main-thread]` Works out what to draw. Called at most once a frame and
+    /// must return within a few milliseconds. Fails with
+    /// `BUSBAR_BUFFER_TOO_SMALL` when the buffers do not suffice.
+    pub draw: Option<
+        unsafe extern "C" fn(
+            plugin: *const BusbarPlugin,
+            frame: *const BusbarOverlayFrame,
+            output: *mut BusbarOverlayOutput,
+            error: *mut BusbarError,
+        ) -> BusbarStatus,
+    >,
+}

@@ -1,0 +1,86 @@
+//! Errors that cross the boundary as a status and a sentence.
+
+use busbar_plugin_abi as abi;
+
+/// Why a call failed: who must act, and a sentence with fault and remedy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    status: abi::BusbarStatus,
+    message: String,
+}
+
+impl Error {
+    /// The settings or an address are at fault.
+    pub fn settings(message: impl Into<String>) -> Self {
+        Self {
+            status: abi::BUSBAR_INVALID_SETTINGS,
+            message: message.into(),
+        }
+    }
+
+    /// Something outside failed.
+    pub fn failed(message: impl Into<String>) -> Self {
+        Self {
+            status: abi::BUSBAR_FAILED,
+            message: message.into(),
+        }
+    }
+
+    /// The host asked to stop.
+    pub fn cancelled() -> Self {
+        Self {
+            status: abi::BUSBAR_CANCELLED,
+            message: "cancelled".into(),
+        }
+    }
+
+    pub(crate) fn argument(message: impl Into<String>) -> Self {
+        Self {
+            status: abi::BUSBAR_INVALID_ARGUMENT,
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn buffer(message: impl Into<String>) -> Self {
+        Self {
+            status: abi::BUSBAR_BUFFER_TOO_SMALL,
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn internal(message: impl Into<String>) -> Self {
+        Self {
+            status: abi::BUSBAR_INTERNAL,
+            message: message.into(),
+        }
+    }
+
+    /// The sentence.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Writes the message into the caller's struct, cut at a character.
+    ///
+    /// # Safety
+    /// `into` is null or points to a `BusbarError` that may be written.
+    pub(crate) unsafe fn write(self, into: *mut abi::BusbarError) -> abi::BusbarStatus {
+        // SAFETY: the caller vouches for the pointer.
+        if let Some(into) = unsafe { into.as_mut() }
+            && into.struct_size as usize >= size_of::<abi::BusbarError>()
+        {
+            let len = self.message.floor_char_boundary(into.message.len());
+            into.message[..len].copy_from_slice(&self.message.as_bytes()[..len]);
+            into.message_len = len as u32;
+        }
+        self.status
+    }
+}
+
+impl std::fmt::Display for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,219 @@
+//! Capability `busbar.overlay/1`.
+
+use std::time::Duration;
+
+use busbar_plugin_abi as abi;
+
+use crate::{Error, Plugin, Quality, Value, ValueKind};
+
+/// Shows values at equipment.
+pub trait Overlay: Plugin {
+    /// Says which tags are bound to which nodes, before the first `draw`.
+    ///
+    /// # Errors
+    /// What makes the bindings unusable.
+    fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error>;
+
+    /// Works out what to draw in a frame, within a few milliseconds.
+    ///
+    /// # Errors
+    /// That of [`Canvas`]: hand it on.
+    fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error>;
+}
+
+/// A tag bound to a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Binding {
+    /// Names the node on the canvas.
+    pub node: u32,
+    /// The type of value that the tag has.
+    pub kind: ValueKind,
+    /// Lower end of the normal band.
+    pub limit_low: Option<f64>,
+    /// Upper end of the normal band.
+    pub limit_high: Option<f64>,
+    /// Tag id.
+    pub tag_id: String,
+    /// Tag name for people.
+    pub tag_name: String,
+    /// Unit; empty for none.
+    pub unit: String,
+    /// Equipment id of the node.
+    pub node_id: String,
+    /// What the value means to the node.
+    pub role: String,
+}
+
+/// State of a bound tag in this frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TagValue {
+    /// The last value; `None` if none came yet.
+    pub value: Option<Value>,
+    /// Quality, freshness included.
+    pub quality: Quality,
+    /// Time since the value came.
+    pub age: Duration,
+}
+
+/// All bound tags at one instant.
+pub struct OverlayFrame<'a> {
+    values: &'a [abi::BusbarTagValue],
+}
+
+impl OverlayFrame<'_> {
+    /// Values in the order of the bindings.
+    pub fn values(&self) -> impl ExactSizeIterator<Item = TagValue> + '_ {
+        self.values.iter().map(|raw| TagValue {
+            value: Value::from_abi(raw.kind, raw.value),
+            quality: Quality::from_abi(raw.quality, raw.reason),
+            age: Duration::from_millis(raw.age_millis),
+        })
+    }
+}
+
+/// How much something needs an operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Grey.
+    Normal,
+    /// Outside the normal band.
+    Warning,
+    /// Needs action now.
+    Alarm,
+}
+
+/// What to draw, written straight into the host's buffers.
+pub struct Canvas<'a> {
+    output: &'a mut abi::BusbarOverlayOutput,
+}
+
+impl Canvas<'_> {
+    /// A line of the label at a node. `binding` is the index of the binding
+    /// that the text rests on; the host hatches the line when its value is not
+    /// good.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn line(
+        &mut self,
+        binding: usize,
+        node: u32,
+        severity: Severity,
+        caption: &str,
+        text: &str,
+    ) -> Result<(), Error> {
+        let (caption_offset, caption_len) = self.text(caption)?;
+        let (text_offset, text_len) = self.text(text)?;
+        self.push(abi::BusbarOverlayPrimitive {
+            kind: abi::BUSBAR_OVERLAY_LINE,
+            binding: binding as u32,
+            node,
+            severity: severity as u32,
+            caption_offset,
+            caption_len,
+            text_offset,
+            text_len,
+        })
+    }
+
+    /// The node and all under it in the colour of a severity.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn tint(&mut self, binding: usize, node: u32, severity: Severity) -> Result<(), Error> {
+        self.push(abi::BusbarOverlayPrimitive {
+            kind: abi::BUSBAR_OVERLAY_TINT,
+            binding: binding as u32,
+            node,
+            severity: severity as u32,
+            caption_offset: 0,
+            caption_len: 0,
+            text_offset: 0,
+            text_len: 0,
+        })
+    }
+
+    fn push(&mut self, primitive: abi::BusbarOverlayPrimitive) -> Result<(), Error> {
+        if self.output.primitive_count >= self.output.primitive_capacity {
+            let room = self.output.primitive_capacity;
+            return Err(Error::buffer(format!(
+                "more than {room} overlay primitives"
+            )));
+        }
+        // SAFETY: the host gives room for `primitive_capacity` elements.
+        unsafe {
+            let end = self
+                .output
+                .primitives
+                .add(self.output.primitive_count as usize);
+            end.write(primitive);
+        }
+        self.output.primitive_count += 1;
+        Ok(())
+    }
+
+    fn text(&mut self, text: &str) -> Result<(u32, u32), Error> {
+        let offset = self.output.text_len;
+        let room = self.output.text_capacity.saturating_sub(offset) as usize;
+        if text.len() > room {
+            return Err(Error::buffer(
+                "the overlay's text does not fit the host's buffer",
+            ));
+        }
+        // SAFETY: the host gives `text_capacity` bytes.
+        unsafe { crate::export::copy_out(text.as_bytes(), self.output.text.add(offset as usize))? };
+        self.output.text_len += text.len() as u32;
+        Ok((offset, text.len() as u32))
+    }
+}
+
+/// # Safety
+/// Pointers are null or valid as the ABI's `draw` demands.
+pub(crate) unsafe fn run<P: Overlay>(
+    plugin: &mut P,
+    frame: *const abi::BusbarOverlayFrame,
+    output: *mut abi::BusbarOverlayOutput,
+) -> Result<(), Error> {
+    // SAFETY: the caller vouches for the pointers.
+    let (frame, output) = unsafe { (frame.as_ref(), output.as_mut()) };
+    let (Some(frame), Some(output)) = (frame, output) else {
+        return Err(Error::argument("draw: frame or output is null"));
+    };
+    output.primitive_count = 0;
+    output.text_len = 0;
+    // SAFETY: the host gives `value_count` elements.
+    let values = unsafe { crate::export::slice(frame.values, frame.value_count as usize)? };
+    plugin.draw(&OverlayFrame { values }, &mut Canvas { output })
+}
+
+/// # Safety
+/// Pointers are null or valid as the ABI's `configure` demands.
+pub(crate) unsafe fn read_bindings(
+    bindings: *const abi::BusbarBinding,
+    count: usize,
+) -> Result<Vec<Binding>, Error> {
+    // SAFETY: the host gives `count` elements.
+    let bindings = unsafe { crate::export::slice(bindings, count)? };
+    let owned = |text| {
+        // SAFETY: the host's texts are valid for the call.
+        unsafe { crate::export::text(text) }.map(str::to_owned)
+    };
+    let limit = |value: f64| (!value.is_nan()).then_some(value);
+    bindings
+        .iter()
+        .map(|raw| {
+            Ok(Binding {
+                node: raw.node,
+                kind: ValueKind::from_abi(raw.kind)
+                    .ok_or_else(|| Error::argument(format!("unknown value kind {}", raw.kind)))?,
+                limit_low: limit(raw.limit_low),
+                limit_high: limit(raw.limit_high),
+                tag_id: owned(raw.tag_id)?,
+                tag_name: owned(raw.tag_name)?,
+                unit: owned(raw.unit)?,
+                node_id: owned(raw.node_id)?,
+                role: owned(raw.role)?,
+            })
+        })
+        .collect()
+}

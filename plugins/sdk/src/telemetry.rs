@@ -1,0 +1,219 @@
+//! Capability `busbar.telemetry/1`.
+
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_abi as abi;
+
+use crate::{Error, Plugin, Quality, Reason, Value, ValueKind};
+
+/// Brings values of devices into the tag table. Read-only by design.
+pub trait Telemetry: Plugin {
+    /// Starts to serve tags on threads of the plugin's own, and returns.
+    ///
+    /// # Errors
+    /// [`Error::settings`] for addresses that can never work. A device that
+    /// does not answer is no error, but [`Quality::Bad`].
+    fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error>;
+
+    /// Ends all threads within two seconds.
+    fn stop(&mut self);
+}
+
+/// A tag to serve.
+#[derive(Clone, Debug)]
+pub struct TagSpec {
+    /// Names the tag in samples.
+    pub tag: u32,
+    /// The type of value that the tag has.
+    pub kind: ValueKind,
+    /// How old a value may be before the host calls it stale.
+    pub freshness: Duration,
+    /// Tag id, for messages.
+    pub id: String,
+    /// The address, as the configuration has it.
+    pub address: serde_json::Value,
+}
+
+impl TagSpec {
+    /// Reads the address.
+    ///
+    /// # Errors
+    /// [`Error::settings`] with tag, place and fault.
+    pub fn parse_address<A: serde::de::DeserializeOwned>(&self) -> Result<A, Error> {
+        serde_path_to_error::deserialize(&self.address).map_err(|error| {
+            Error::settings(format!(
+                "tag '{}': address, {}: {}",
+                self.id,
+                error.path(),
+                error.inner()
+            ))
+        })
+    }
+}
+
+/// One update of one tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Handle from [`TagSpec`].
+    pub tag: u32,
+    /// The value; `None` says something about quality only.
+    pub value: Option<Value>,
+    /// Quality at the source.
+    pub quality: Quality,
+    /// Time at the source, if it gives one.
+    pub source_time: Option<SystemTime>,
+}
+
+impl Sample {
+    /// A good value without a time of its own.
+    pub fn good(tag: u32, value: Value) -> Self {
+        Self {
+            tag,
+            value: Some(value),
+            quality: Quality::Good,
+            source_time: None,
+        }
+    }
+
+    /// No value, and why. The host keeps the last one and marks it.
+    pub fn bad(tag: u32, reason: Reason) -> Self {
+        Self {
+            tag,
+            value: None,
+            quality: Quality::Bad(reason),
+            source_time: None,
+        }
+    }
+
+    fn to_abi(self) -> abi::BusbarSample {
+        let (kind, value) = self
+            .value
+            .map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
+        let (quality, reason) = self.quality.to_abi();
+        let source_time_unix_nanos = self
+            .source_time
+            .and_then(|time| time.duration_since(UNIX_EPOCH).ok())
+            .and_then(|since| i64::try_from(since.as_nanos()).ok())
+            .unwrap_or(abi::BUSBAR_NO_TIME);
+        abi::BusbarSample {
+            tag: self.tag,
+            kind,
+            quality,
+            reason,
+            reserved: 0,
+            value,
+            source_time_unix_nanos,
+        }
+    }
+}
+
+/// State of the link to a device, for operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkState {
+    /// Connecting, or waiting to try again.
+    Connecting,
+    /// Up.
+    Up,
+    /// Down.
+    Down,
+}
+
+/// Where samples go. Clones share it; any thread may use it. After `stop` it
+/// takes nothing more, so that a straggling thread does no harm.
+#[derive(Clone)]
+pub struct SampleSink {
+    raw: Arc<RwLock<Option<RawSink>>>,
+}
+
+struct RawSink(*const abi::BusbarSampleSink);
+
+// SAFETY: the ABI lets the sink be used from any thread until `stop` returns;
+// `close` takes the pointer away before that.
+unsafe impl Send for RawSink {}
+// SAFETY: as above.
+unsafe impl Sync for RawSink {}
+
+impl SampleSink {
+    /// Hands a batch to the host without blocking; returns how many samples it
+    /// took. The rest were dropped and counted.
+    pub fn publish(&self, samples: &[Sample]) -> usize {
+        let batch: Vec<_> = samples.iter().map(|sample| sample.to_abi()).collect();
+        self.with(|sink| {
+            // SAFETY: context and function belong together; the batch outlives the call.
+            let publish = |f: unsafe extern "C" fn(_, _, _) -> _| unsafe {
+                f(sink.context, batch.as_ptr(), batch.len())
+            };
+            sink.publish.map_or(0, publish)
+        })
+        .unwrap_or(0)
+    }
+
+    /// Tells operators how the link is, in a sentence.
+    pub fn report_link(&self, state: LinkState, message: &str) {
+        let state = match state {
+            LinkState::Connecting => abi::BUSBAR_LINK_CONNECTING,
+            LinkState::Up => abi::BUSBAR_LINK_UP,
+            LinkState::Down => abi::BUSBAR_LINK_DOWN,
+        };
+        self.with(|sink| {
+            if let Some(report) = sink.report_link {
+                // SAFETY: context and function belong together; the text outlives the call.
+                unsafe { report(sink.context, state, abi::BusbarStr::from_borrowed(message)) }
+            }
+        });
+    }
+
+    fn with<T>(&self, call: impl FnOnce(&abi::BusbarSampleSink) -> T) -> Option<T> {
+        let guard = self.raw.read().unwrap_or_else(PoisonError::into_inner);
+        let raw = guard.as_ref()?;
+        // SAFETY: the host keeps the sink until `stop` returns, and `close`,
+        // which waits for this guard, ran before that.
+        Some(call(unsafe { &*raw.0 }))
+    }
+
+    /// # Safety
+    /// `raw` stays valid until [`SampleSink::close`] returned.
+    pub(crate) unsafe fn open(raw: *const abi::BusbarSampleSink) -> Self {
+        Self {
+            raw: Arc::new(RwLock::new(Some(RawSink(raw)))),
+        }
+    }
+
+    pub(crate) fn close(&self) {
+        *self.raw.write().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+/// # Safety
+/// Pointers are null or valid as the ABI's `start` demands.
+pub(crate) unsafe fn read_specs(
+    tags: *const abi::BusbarTagSpec,
+    count: usize,
+) -> Result<Vec<TagSpec>, Error> {
+    // SAFETY: the host gives `count` elements.
+    let tags = unsafe { crate::export::slice(tags, count)? };
+    tags.iter()
+        .map(|raw| {
+            // SAFETY: the host's texts are valid for the call.
+            let (id, address) = unsafe {
+                (
+                    crate::export::text(raw.id)?,
+                    crate::export::text(raw.address_json)?,
+                )
+            };
+            let kind = ValueKind::from_abi(raw.kind)
+                .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
+            let address = serde_json::from_str(address)
+                .map_err(|error| Error::argument(format!("tag '{id}': address: {error}")))?;
+            let freshness = Duration::from_millis(raw.freshness_millis);
+            Ok(TagSpec {
+                tag: raw.tag,
+                kind,
+                freshness,
+                id: id.to_owned(),
+                address,
+            })
+        })
+        .collect()
+}
