@@ -257,6 +257,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         sink: *const abi::BusbarSampleSink,
         error: *mut abi::BusbarError,
     ) -> abi::BusbarStatus {
+        let mut opened = None;
         // SAFETY: the host passes what `create` made, and valid pointers; the
         // sink stays valid until `stop` returns, which closes it first.
         let status = unsafe {
@@ -272,6 +273,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
                     return Err(Error::argument("start: already started"));
                 }
                 *open = Some(sink.clone());
+                opened = Some(sink.clone());
                 drop(open);
                 let mut plugin = instance
                     .plugin
@@ -281,10 +283,8 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
             })
         };
         // After a failure, a panic too, the host may free its sink at once.
-        // SAFETY: as above.
-        if let (false, Ok(instance)) = (status == abi::BUSBAR_OK, unsafe { instance::<P>(plugin) })
-        {
-            close(instance);
+        if let (Some(sink), true) = (opened, status != abi::BUSBAR_OK) {
+            sink.close();
         }
         status
     }

@@ -52,6 +52,7 @@ mod host;
 mod mesh_optimizer;
 mod overlay;
 mod telemetry;
+pub mod testing;
 mod value;
 
 pub use error::Error;

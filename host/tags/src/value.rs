@@ -1,0 +1,177 @@
+//! Values, qualities and samples.
+
+use std::fmt;
+use std::time::{Instant, SystemTime};
+
+use crate::TagHandle;
+
+/// A value of a tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A measurement.
+    F64(f64),
+    /// A counter or code.
+    I64(i64),
+    /// A single point.
+    Bool(bool),
+    /// A switch position.
+    DoublePoint(DoublePoint),
+}
+
+/// The type a tag's values have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ValueKind {
+    /// [`Value::F64`].
+    F64,
+    /// [`Value::I64`].
+    I64,
+    /// [`Value::Bool`].
+    Bool,
+    /// [`Value::DoublePoint`].
+    DoublePoint,
+}
+
+/// Position of a switch by two contacts (IEC 60870-5-101, 7.2.6.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DoublePoint {
+    /// Neither contact: travelling.
+    Intermediate,
+    /// Open.
+    Off,
+    /// Closed.
+    On,
+    /// Both contacts: a fault.
+    BadState,
+}
+
+/// Whether a value can be relied on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// Usable.
+    Good,
+    /// Doubtful.
+    Uncertain(Reason),
+    /// Not usable.
+    Bad(Reason),
+}
+
+/// Why a value is not good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// The source gave none.
+    Unknown,
+    /// The link to the device is down.
+    Communication,
+    /// The device says that its sensor failed.
+    Sensor,
+    /// Outside the measuring range.
+    OutOfRange,
+    /// The device refused the address, or its answer does not fit.
+    Configuration,
+    /// No value came yet.
+    NotConnected,
+    /// Not a finite number.
+    NotFinite,
+    /// Past its freshness limit.
+    Stale,
+}
+
+/// One update of one tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The tag.
+    pub tag: TagHandle,
+    /// The value; `None` says something about quality only.
+    pub value: Option<Value>,
+    /// Quality at the source.
+    pub quality: Quality,
+    /// Time at the source, if it gave one.
+    pub source_time: Option<SystemTime>,
+    /// When the host got it, on the monotonic clock.
+    pub received: Instant,
+}
+
+impl Value {
+    /// The type of this value.
+    pub fn kind(self) -> ValueKind {
+        match self {
+            Self::F64(_) => ValueKind::F64,
+            Self::I64(_) => ValueKind::I64,
+            Self::Bool(_) => ValueKind::Bool,
+            Self::DoublePoint(_) => ValueKind::DoublePoint,
+        }
+    }
+
+    /// As a number, where it is a quantity.
+    pub fn as_number(self) -> Option<f64> {
+        match self {
+            Self::F64(value) => Some(value),
+            Self::I64(value) => Some(value as f64),
+            Self::Bool(_) | Self::DoublePoint(_) => None,
+        }
+    }
+}
+
+impl Quality {
+    /// Whether the value can be shown as certain.
+    pub fn is_good(self) -> bool {
+        self == Self::Good
+    }
+
+    /// `good`, `uncertain` or `bad`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Uncertain(_) => "uncertain",
+            Self::Bad(_) => "bad",
+        }
+    }
+
+    /// Why it is not good.
+    pub fn reason(self) -> Option<Reason> {
+        match self {
+            Self::Good => None,
+            Self::Uncertain(reason) | Self::Bad(reason) => Some(reason),
+        }
+    }
+
+    /// The worse of two; the first where they are alike.
+    pub fn worst(self, other: Self) -> Self {
+        let rank = |quality| match quality {
+            Self::Good => 0,
+            Self::Uncertain(_) => 1,
+            Self::Bad(_) => 2,
+        };
+        if rank(other) > rank(self) {
+            other
+        } else {
+            self
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unknown => "no reason given",
+            Self::Communication => "communication",
+            Self::Sensor => "sensor",
+            Self::OutOfRange => "out of range",
+            Self::Configuration => "configuration",
+            Self::NotConnected => "not connected",
+            Self::NotFinite => "not finite",
+            Self::Stale => "stale",
+        })
+    }
+}
+
+impl fmt::Display for DoublePoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Intermediate => "travelling",
+            Self::Off => "open",
+            Self::On => "closed",
+            Self::BadState => "invalid",
+        })
+    }
+}

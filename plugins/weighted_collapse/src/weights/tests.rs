@@ -1,0 +1,233 @@
+//! W of small meshes, worked out by hand in each test.
+
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, SQRT_2};
+
+use super::*;
+use crate::edges::find;
+
+struct Weighed {
+    edges: Edges,
+    factors: Vec<Factors>,
+    weights: Vec<f64>,
+}
+
+impl Weighed {
+    fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]], border_protection: bool) -> Self {
+        let mesh = Mesh {
+            positions,
+            triangles,
+        };
+        let edges = find(&mesh);
+        let factors = (0..edges.len()).map(|e| measure(&mesh, &edges, e, border_protection));
+        let factors = factors.collect();
+        let weights = weigh(&mesh, &edges, border_protection);
+        Self {
+            edges,
+            factors,
+            weights,
+        }
+    }
+
+    fn edge(&self, ends: [u32; 2]) -> usize {
+        self.edges.ends.iter().position(|&e| e == ends).unwrap()
+    }
+
+    fn factors(&self, ends: [u32; 2]) -> Factors {
+        self.factors[self.edge(ends)]
+    }
+
+    fn weight(&self, ends: [u32; 2]) -> f64 {
+        self.weights[self.edge(ends)]
+    }
+}
+
+#[track_caller]
+fn near(actual: f64, expected: f64) {
+    assert!(
+        (actual - expected).abs() < 1e-12,
+        "{actual} is not {expected}"
+    );
+}
+
+const SQUARE: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
+
+/// A unit square of two triangles: 4 borders of length 1 and area 1/2, and a
+/// flat diagonal of length sqrt 2 and area 1. A value that one edge of five
+/// has has the deviation sqrt(1/5 * 4/5) = 0.4 times the difference.
+#[test]
+fn two_triangles() {
+    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], true);
+    near(square.factors([0, 2]).curvature, 0.0);
+    near(square.factors([0, 2]).area, 1.0);
+    near(square.factors([0, 1]).curvature, PI);
+    let sigma_l = 0.4 * PI * (1.0 - FRAC_1_SQRT_2);
+    let (sigma_s, sigma_c, alpha) = (0.4 * FRAC_PI_2, 0.4 * PI, 0.8);
+    let border = sigma_l * PI * FRAC_1_SQRT_2 + alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI;
+    let diagonal = sigma_l * PI + sigma_s * PI;
+    for ends in [[0, 1], [1, 2], [2, 3], [0, 3]] {
+        near(square.weight(ends), border);
+    }
+    near(square.weight([0, 2]), diagonal);
+}
+
+/// The same without border protection: C = 0 everywhere and w2 = 0.
+#[test]
+fn two_triangles_without_border_protection() {
+    let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], false);
+    let (sigma_l, sigma_s) = (0.4 * PI * (1.0 - FRAC_1_SQRT_2), 0.4 * FRAC_PI_2);
+    near(
+        square.weight([0, 1]),
+        sigma_l * PI * FRAC_1_SQRT_2 + sigma_s * FRAC_PI_2,
+    );
+    near(square.weight([0, 2]), sigma_l * PI + sigma_s * PI);
+}
+
+/// A unit cube: 12 edges of length 1 that bend by pi/2, 6 flat diagonals of
+/// length sqrt 2, every area 1, no border. One third against two thirds has
+/// the deviation sqrt(2)/3 times the difference; equal areas weigh nothing.
+#[test]
+fn cube() {
+    let positions: Vec<[f32; 3]> = (0..8)
+        .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|b| b as f32))
+        .collect();
+    let triangles = [
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+    ];
+    let cube = Weighed::of(&positions, &triangles, true);
+    assert_eq!(cube.edges.len(), 18);
+    let third = SQRT_2 / 3.0;
+    let sigma_l = third * PI * (1.0 - FRAC_1_SQRT_2);
+    let sigma_c = third * FRAC_PI_2;
+    let edge = sigma_l * PI * FRAC_1_SQRT_2 + sigma_c * FRAC_PI_2;
+    let diagonal = sigma_l * PI;
+    let flat = cube.factors.iter().filter(|f| f.curvature < 1e-12).count();
+    assert_eq!(flat, 6);
+    for (factors, &weight) in cube.factors.iter().zip(&cube.weights) {
+        assert!(!factors.border);
+        near(factors.area, 1.0);
+        near(weight, if factors.length > 1.1 { diagonal } else { edge });
+    }
+}
+
+/// Two by two unit squares: 8 borders (1, 1/2, pi), 4 inner sides (1, 1, 0),
+/// 4 diagonals (sqrt 2, 1, 0) as (L, S, C).
+#[test]
+fn open_grid() {
+    let positions: Vec<[f32; 3]> = (0..9)
+        .map(|i| [(i % 3) as f32, (i / 3) as f32, 0.0])
+        .collect();
+    let triangles: Vec<[u32; 3]> = [0, 1, 3, 4]
+        .into_iter()
+        .flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]])
+        .collect();
+    let grid = Weighed::of(&positions, &triangles, true);
+    assert_eq!(grid.edges.len(), 16);
+    let sigma_l = (0.25_f64 * 0.75).sqrt() * PI * (1.0 - FRAC_1_SQRT_2);
+    let (sigma_s, sigma_c, alpha) = (0.5 * FRAC_PI_2, 0.5 * PI, 0.5);
+    let short = sigma_l * PI * FRAC_1_SQRT_2;
+    near(
+        grid.weight([0, 1]),
+        short + alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI,
+    );
+    near(grid.weight([1, 4]), short + sigma_s * PI);
+    near(grid.weight([0, 4]), sigma_l * PI + sigma_s * PI);
+}
+
+/// Four equilateral triangles around an apex, half an octahedron: all lengths
+/// sqrt 2, so length weighs nothing; faces bend by acos(1/3).
+#[test]
+fn fan_with_a_border() {
+    let positions = [
+        [0., 0., 1.],
+        [1., 0., 0.],
+        [0., 1., 0.],
+        [-1., 0., 0.],
+        [0., -1., 0.],
+    ];
+    let fan = Weighed::of(
+        &positions,
+        &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
+        true,
+    );
+    let face = 3.0_f64.sqrt() / 2.0;
+    near(fan.factors([0, 1]).area, 2.0 * face);
+    near(fan.factors([1, 2]).area, face);
+    let curvature = (1.0_f64 / 3.0).acos();
+    near(fan.factors([0, 1]).curvature, curvature);
+    let (alpha, sigma_s, sigma_c) = (0.5, 0.5 * FRAC_PI_2, 0.5 * (PI - curvature));
+    near(fan.weight([0, 3]), sigma_s * PI + sigma_c * curvature);
+    near(
+        fan.weight([2, 3]),
+        alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI,
+    );
+}
+
+/// Three triangles on one edge, two of them in one plane, the third upright:
+/// a border by F, S of all three, C the largest, pi/2.
+#[test]
+fn non_manifold_edge() {
+    let positions = [
+        [0., 0., 0.],
+        [0., 0., 1.],
+        [1., 0., 0.],
+        [-1., 0., 0.],
+        [0., 1., 0.],
+    ];
+    let book = Weighed::of(&positions, &[[0, 1, 2], [0, 3, 1], [0, 1, 4]], true);
+    let spine = book.factors([0, 1]);
+    assert!(spine.border);
+    near(spine.area, 1.5);
+    near(spine.curvature, FRAC_PI_2);
+    // All seven edges are borders: F is the same for all.
+    assert!(book.factors.iter().all(|f| f.border));
+    // L: the spine and three spokes 1, three rims sqrt 2. S: spine 3/2, others
+    // 1/2. C: spine pi/2, others pi.
+    let sigma_l = (12.0_f64 / 49.0).sqrt() * PI * (1.0 - FRAC_1_SQRT_2);
+    let sixth = (6.0_f64 / 49.0).sqrt();
+    let (sigma_s, sigma_c) = (sixth * PI * 2.0 / 3.0, sixth * FRAC_PI_2);
+    let expected = sigma_l * PI * FRAC_1_SQRT_2 + PI + sigma_s * PI + sigma_c * FRAC_PI_2;
+    near(book.weight([0, 1]), expected);
+}
+
+/// A triangle without area beside a real one: C = 0, and only the real area.
+#[test]
+fn degenerate_triangle() {
+    let positions = [[0., 0., 0.], [2., 0., 0.], [0., 2., 0.], [1., 1., 0.]];
+    let mesh = Weighed::of(&positions, &[[0, 1, 2], [2, 1, 3]], true);
+    let hypotenuse = mesh.factors([1, 2]);
+    near(hypotenuse.curvature, 0.0);
+    near(hypotenuse.area, 2.0);
+    assert!(mesh.weights.iter().all(|w| w.is_finite()));
+}
+
+/// Eq. 4 as read here does not depend on the winding, and a pair folded onto
+/// itself has C = pi.
+#[test]
+fn curvature_ignores_the_winding() {
+    let flat = Weighed::of(&SQUARE, &[[0, 1, 2], [2, 0, 3]], true);
+    near(flat.factors([0, 2]).curvature, 0.0);
+    let mut folded = SQUARE;
+    folded[3] = [0.9, 0.1, 0.0];
+    for second in [[0, 2, 3], [2, 0, 3]] {
+        let folded = Weighed::of(&folded, &[[0, 1, 2], second], true);
+        near(folded.factors([0, 2]).curvature, PI);
+    }
+}
+
+/// A mesh whose maxima are 0 has weights of 0, not NaN.
+#[test]
+fn a_mesh_without_size_has_finite_weights() {
+    let point = Weighed::of(&[[1., 1., 1.]; 3], &[[0, 1, 2]], true);
+    assert!(point.weights.iter().all(|w| w.is_finite()));
+}
