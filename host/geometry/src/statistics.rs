@@ -54,9 +54,13 @@ impl MeshStatistics {
     pub fn euler(&self) -> i64 {
         self.vertices_referenced as i64 - self.edges as i64 + self.triangles as i64
     }
+}
 
-    /// Sums the counts of two meshes.
-    pub fn add(self, other: Self) -> Self {
+/// The counts of two meshes together.
+impl std::ops::Add for MeshStatistics {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
         Self {
             vertices: self.vertices + other.vertices,
             vertices_referenced: self.vertices_referenced + other.vertices_referenced,

@@ -1,0 +1,150 @@
+//! What can go wrong with a plugin, and who must act.
+
+use std::path::PathBuf;
+
+use busbar_geometry::SequenceError;
+use busbar_plugin_abi as abi;
+use thiserror::Error;
+
+use crate::catalog::Refused;
+
+/// Why a plugin cannot do what the configuration asks of it.
+#[derive(Debug, Error)]
+pub enum PluginError {
+    /// No library in the plugin directories has the plugin.
+    #[error(
+        "no plugin '{id}' in {}{}",
+        searched_list(.searched),
+        refused_list(.refused)
+    )]
+    NotFound {
+        /// Plugin id asked for.
+        id: String,
+        /// Directories searched.
+        searched: Vec<PathBuf>,
+        /// Libraries there that were refused: one of them may be the plugin.
+        refused: Vec<Refused>,
+    },
+    /// The plugin exists but cannot do this.
+    #[error("plugin '{id}' has no capability {wanted}; it has {}", .has.join(", "))]
+    WrongCapability {
+        /// Plugin id.
+        id: String,
+        /// Capability asked for.
+        wanted: &'static str,
+        /// Capabilities it has.
+        has: Vec<String>,
+    },
+    /// The settings do not fit the plugin's schema.
+    #[error("settings of plugin '{id}': {}", .faults.iter().map(|f| f.message.as_str()).collect::<Vec<_>>().join("; "))]
+    Settings {
+        /// Plugin id.
+        id: String,
+        /// Each fault.
+        faults: Vec<SettingsFault>,
+    },
+    /// The plugin refused or failed, in its own words.
+    #[error("plugin '{id}': {message}")]
+    Failed {
+        /// Plugin id.
+        id: String,
+        /// Whether the user's settings or addresses are at fault.
+        settings_at_fault: bool,
+        /// What it said.
+        message: String,
+    },
+    /// The caller asked the plugin to stop.
+    #[error("cancelled")]
+    Cancelled,
+    /// The plugin broke a rule of the ABI: its author must act.
+    #[error("plugin '{id}' broke the plugin ABI: {what}")]
+    Violation {
+        /// Plugin id.
+        id: String,
+        /// The rule.
+        what: String,
+    },
+    /// The plugin's collapse sequence is none.
+    #[error("plugin '{id}' gave an invalid collapse sequence: {source}")]
+    Sequence {
+        /// Plugin id.
+        id: String,
+        /// The rule it breaks.
+        source: SequenceError,
+    },
+}
+
+/// One fault of a plugin's settings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingsFault {
+    /// JSON pointer within the settings.
+    pub pointer: String,
+    /// What is wrong there.
+    pub message: String,
+}
+
+impl PluginError {
+    /// From a status that is not OK.
+    pub(crate) fn from_status(id: &str, status: abi::BusbarStatus, message: String) -> Self {
+        let id = id.to_owned();
+        let message = if message.is_empty() {
+            format!("failed with status {status}")
+        } else {
+            message
+        };
+        match status {
+            abi::BUSBAR_CANCELLED => Self::Cancelled,
+            abi::BUSBAR_INVALID_ARGUMENT => Self::Violation { id, what: message },
+            _ => Self::Failed {
+                id,
+                settings_at_fault: status == abi::BUSBAR_INVALID_SETTINGS,
+                message,
+            },
+        }
+    }
+
+    /// What the user can do.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::NotFound { refused, .. } if refused.is_empty() => {
+                "put the plugin's library into a plugin directory, or correct the id"
+            }
+            Self::NotFound { .. } => {
+                "rebuild or replace the refused library, put the plugin's library into a plugin \
+                 directory, or correct the id"
+            }
+            Self::WrongCapability { .. } => "name a plugin that has this capability here",
+            Self::Settings { .. } => {
+                "correct the settings; `busbar plugin list` shows their schema"
+            }
+            Self::Failed {
+                settings_at_fault: true,
+                ..
+            } => "correct the settings or addresses",
+            Self::Failed { .. } => "see the plugin's message; the log has more",
+            Self::Cancelled => "start it again",
+            Self::Violation { .. } | Self::Sequence { .. } => {
+                "report this to the plugin's author; remove the plugin until it is mended"
+            }
+        }
+    }
+}
+
+fn searched_list(searched: &[PathBuf]) -> String {
+    let names: Vec<_> = searched
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    if names.is_empty() {
+        "any directory (none is configured)".into()
+    } else {
+        names.join(", ")
+    }
+}
+
+fn refused_list(refused: &[Refused]) -> String {
+    refused
+        .iter()
+        .map(|r| format!("; refused {}: {}", r.path.display(), r.reason))
+        .collect()
+}

@@ -1,0 +1,101 @@
+//! The host table of one instance, and its log.
+
+use std::ffi::c_void;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use busbar_plugin_abi as abi;
+
+/// Lines a second that one instance may log.
+const MAX_LINES_PER_SECOND: u32 = 50;
+/// Bytes of one line; the rest is cut.
+const MAX_LINE_BYTES: usize = 2048;
+
+/// What an instance gets from the host, and the memory behind it.
+pub(crate) struct HostTable {
+    raw: abi::BusbarHost,
+    // Boxed, since the plugin keeps its address.
+    _log: Box<Log>,
+}
+
+struct Log {
+    instance: String,
+    rate: Mutex<Rate>,
+}
+
+struct Rate {
+    second: Instant,
+    lines: u32,
+    dropped: u64,
+}
+
+impl HostTable {
+    /// A table for the instance of this configuration id.
+    pub(crate) fn new(instance: &str) -> Box<Self> {
+        let rate = Rate {
+            second: Instant::now(),
+            lines: 0,
+            dropped: 0,
+        };
+        let log = Box::new(Log {
+            instance: instance.to_owned(),
+            rate: Mutex::new(rate),
+        });
+        let raw = abi::BusbarHost {
+            struct_size: size_of::<abi::BusbarHost>() as u32,
+            abi_major: abi::BUSBAR_ABI_MAJOR,
+            abi_minor: abi::BUSBAR_ABI_MINOR,
+            reserved: 0,
+            context: std::ptr::from_ref::<Log>(&log).cast_mut().cast(),
+            log: Some(write_line),
+        };
+        Box::new(Self { raw, _log: log })
+    }
+
+    pub(crate) fn as_ptr(&self) -> *const abi::BusbarHost {
+        &self.raw
+    }
+}
+
+unsafe extern "C" fn write_line(context: *mut c_void, level: u32, message: abi::BusbarStr) {
+    // SAFETY: `context` is the `Log` of a live `HostTable`; only shared access.
+    let Some(log) = (unsafe { context.cast::<Log>().as_ref() }) else {
+        return;
+    };
+    // SAFETY: the plugin gives a readable text.
+    let message = match unsafe { crate::text::read(message) } {
+        Ok(message) => message,
+        Err(what) => format!("(unreadable log line: {what})"),
+    };
+    let Some(dropped) = log.admit() else { return };
+    let line = &message[..message.floor_char_boundary(MAX_LINE_BYTES)];
+    let plugin = &log.instance;
+    if dropped > 0 {
+        tracing::warn!(%plugin, "{dropped} log lines dropped: too many a second");
+    }
+    match level {
+        abi::BUSBAR_LOG_ERROR => tracing::error!(%plugin, "{line}"),
+        abi::BUSBAR_LOG_WARNING => tracing::warn!(%plugin, "{line}"),
+        abi::BUSBAR_LOG_INFO => tracing::info!(%plugin, "{line}"),
+        _ => tracing::debug!(%plugin, "{line}"),
+    }
+}
+
+impl Log {
+    /// Whether a line may pass; the lines dropped since the last that did.
+    fn admit(&self) -> Option<u64> {
+        let mut rate = self
+            .rate
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        if rate.second.elapsed() >= Duration::from_secs(1) {
+            (rate.second, rate.lines) = (Instant::now(), 0);
+        }
+        if rate.lines >= MAX_LINES_PER_SECOND {
+            rate.dropped += 1;
+            return None;
+        }
+        rate.lines += 1;
+        Some(std::mem::take(&mut rate.dropped))
+    }
+}

@@ -1,0 +1,156 @@
+//! Capability `busbar.mesh-optimizer/1`.
+
+use std::ffi::c_void;
+use std::sync::Arc;
+
+use busbar_geometry::{Collapse, CollapseSequence, Topology};
+use busbar_plugin_abi as abi;
+
+use crate::{Instance, PluginError};
+
+/// Stages that a plugin may report.
+const MAX_STAGES: usize = 32;
+
+/// A plugin that orders collapses. Several meshes may be optimised at once.
+#[derive(Clone)]
+pub struct MeshOptimizer {
+    instance: Arc<Instance>,
+    table: &'static abi::BusbarMeshOptimizer,
+}
+
+/// A checked sequence and how long its making took.
+#[derive(Clone, Debug)]
+pub struct Optimised {
+    /// The sequence.
+    pub sequence: CollapseSequence,
+    /// Stages that the plugin reported: name and milliseconds.
+    pub stages: Vec<(String, f64)>,
+}
+
+impl MeshOptimizer {
+    /// The capability of an instance.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`].
+    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+        let table = instance.capability(abi::MESH_OPTIMIZER_ID)?;
+        Ok(Self { instance, table })
+    }
+
+    /// The collapse sequence of a mesh. `progress` gets 0 to 1 and returns
+    /// whether to go on.
+    ///
+    /// # Errors
+    /// What the plugin says, or the rule its result breaks.
+    pub fn optimize(
+        &self,
+        mesh: &Topology,
+        mut progress: impl FnMut(f32) -> bool,
+    ) -> Result<Optimised, PluginError> {
+        let optimize = self
+            .table
+            .optimize
+            .ok_or_else(|| self.instance.violation("`optimize` is null"))?;
+        let count = mesh.positions.len();
+        let mut collapses = vec![abi::BusbarCollapse::default(); count];
+        let mut stages = [abi::BusbarStage {
+            name: [0; 24],
+            millis: 0.0,
+        }; MAX_STAGES];
+        let raw_mesh = abi::BusbarMesh {
+            struct_size: size_of::<abi::BusbarMesh>() as u32,
+            position_count: count as u32,
+            triangle_count: mesh.triangles.len() as u32,
+            reserved: 0,
+            positions: mesh.positions.as_ptr().cast(),
+            triangles: mesh.triangles.as_ptr().cast(),
+        };
+        let mut watch: &mut dyn FnMut(f32) -> bool = &mut progress;
+        let raw_progress = abi::BusbarProgress {
+            struct_size: size_of::<abi::BusbarProgress>() as u32,
+            reserved: 0,
+            context: std::ptr::from_mut(&mut watch).cast(),
+            report: Some(report_progress),
+        };
+        let mut output = abi::BusbarCollapseOutput {
+            struct_size: size_of::<abi::BusbarCollapseOutput>() as u32,
+            collapse_capacity: count as u32,
+            collapse_count: 0,
+            stage_capacity: MAX_STAGES as u32,
+            stage_count: 0,
+            reserved: 0,
+            collapses: collapses.as_mut_ptr(),
+            stages: stages.as_mut_ptr(),
+        };
+        let mut error = abi::BusbarError::empty();
+        // SAFETY: all structs and buffers live for the call and have the sizes
+        // they state; the function may be called from any thread.
+        let status = unsafe {
+            optimize(
+                self.instance.as_ptr(),
+                &raw_mesh,
+                &raw_progress,
+                &mut output,
+                &mut error,
+            )
+        };
+        self.instance.outcome(status, &error)?;
+
+        let written = output.collapse_count as usize;
+        if written > collapses.len() || output.stage_count as usize > MAX_STAGES {
+            return Err(self
+                .instance
+                .violation("it claims more results than it had room for"));
+        }
+        let entries = collapses[..written]
+            .iter()
+            .map(|c| Collapse {
+                removed: c.removed,
+                kept: c.kept,
+                error: c.error,
+            })
+            .collect();
+        let sequence = CollapseSequence::new(entries, count as u32).map_err(|source| {
+            PluginError::Sequence {
+                id: self.instance.info().id.clone(),
+                source,
+            }
+        })?;
+        let stages = stages[..output.stage_count as usize]
+            .iter()
+            .map(read_stage)
+            .collect();
+        Ok(Optimised { sequence, stages })
+    }
+}
+
+fn read_stage(stage: &abi::BusbarStage) -> (String, f64) {
+    let len = stage
+        .name
+        .iter()
+        .position(|&byte| byte == 0)
+        .unwrap_or(stage.name.len());
+    let millis = if stage.millis.is_finite() {
+        stage.millis
+    } else {
+        0.0
+    };
+    (
+        String::from_utf8_lossy(&stage.name[..len]).into_owned(),
+        millis,
+    )
+}
+
+unsafe extern "C" fn report_progress(context: *mut c_void, fraction: f32) -> u32 {
+    // SAFETY: `optimize` passes the address of its `watch`, on its own thread.
+    let watch = unsafe { context.cast::<&mut dyn FnMut(f32) -> bool>().as_mut() };
+    let Some(watch) = watch else { return 1 };
+    let fraction = if fraction.is_finite() {
+        fraction.clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    // A panic of the watcher must not cross the border: it stops the work.
+    let go_on = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| watch(fraction)));
+    u32::from(go_on.unwrap_or(false))
+}

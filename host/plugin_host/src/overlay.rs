@@ -1,0 +1,307 @@
+//! Capability `busbar.overlay/1`.
+
+use std::collections::HashSet;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_abi as abi;
+use busbar_tags::{Quality, Reason, TagHandle, TagState, Value, ValueKind};
+
+use crate::telemetry::{kind_to_abi, reason_to_abi};
+use crate::{Instance, PluginError};
+
+/// Primitives that one overlay may draw in a frame.
+const MAX_PRIMITIVES: usize = 1 << 18;
+/// Bytes of text that one overlay may draw in a frame.
+const MAX_TEXT_BYTES: usize = 1 << 24;
+
+/// A tag bound to a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OverlayBinding {
+    /// The tag.
+    pub tag: TagHandle,
+    /// Names the node; the scene's node index.
+    pub node: u32,
+    /// Type of the tag's values.
+    pub kind: ValueKind,
+    /// Lower end of the normal band.
+    pub limit_low: Option<f64>,
+    /// Upper end of the normal band.
+    pub limit_high: Option<f64>,
+    /// Tag id.
+    pub tag_id: String,
+    /// Tag name.
+    pub tag_name: String,
+    /// Unit.
+    pub unit: String,
+    /// Equipment id of the node.
+    pub node_id: String,
+    /// What the value means to the node.
+    pub role: String,
+}
+
+/// How much something needs an operator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Grey.
+    #[default]
+    Normal,
+    /// Outside the normal band.
+    Warning,
+    /// Needs action now.
+    Alarm,
+}
+
+/// A line of the label at a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OverlayLine {
+    /// The node.
+    pub node: u32,
+    /// The tag whose value it shows. Its quality decides how the line looks.
+    pub tag: TagHandle,
+    /// Severity, for a good value.
+    pub severity: Severity,
+    /// Caption.
+    pub caption: String,
+    /// Value as text.
+    pub text: String,
+}
+
+/// A node in the colour of a severity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverlayTint {
+    /// The node.
+    pub node: u32,
+    /// The tag it rests on.
+    pub tag: TagHandle,
+    /// Severity.
+    pub severity: Severity,
+}
+
+/// What one overlay draws in one frame, checked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OverlayPicture {
+    /// Lines in the plugin's order.
+    pub lines: Vec<OverlayLine>,
+    /// Tints.
+    pub tints: Vec<OverlayTint>,
+}
+
+/// A configured overlay.
+pub struct Overlay {
+    instance: Arc<Instance>,
+    table: &'static abi::BusbarOverlay,
+    bindings: Vec<OverlayBinding>,
+    bound_nodes: HashSet<u32>,
+    primitives: Vec<abi::BusbarOverlayPrimitive>,
+    text: Vec<u8>,
+}
+
+impl Overlay {
+    /// Configures an instance with its bindings.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`], or what the plugin says.
+    pub fn configure(
+        instance: Arc<Instance>,
+        bindings: Vec<OverlayBinding>,
+    ) -> Result<Self, PluginError> {
+        let table: &abi::BusbarOverlay = instance.capability(abi::OVERLAY_ID)?;
+        let (Some(configure), Some(_)) = (table.configure, table.draw) else {
+            return Err(instance.violation("`configure` or `draw` is null"));
+        };
+        let raw: Vec<_> = bindings.iter().map(binding_to_abi).collect();
+        let mut error = abi::BusbarError::empty();
+        // SAFETY: bindings, their texts and the error live for the call.
+        let status = unsafe { configure(instance.as_ptr(), raw.as_ptr(), raw.len(), &mut error) };
+        instance.outcome(status, &error)?;
+        let primitives = vec![NO_PRIMITIVE; bindings.len() * 2 + 16];
+        let text = vec![0; bindings.len() * 64 + 1024];
+        let bound_nodes = bindings.iter().map(|b| b.node).collect();
+        Ok(Self {
+            instance,
+            table,
+            bindings,
+            bound_nodes,
+            primitives,
+            text,
+        })
+    }
+
+    /// The instance.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// The bindings, in the plugin's order.
+    pub fn bindings(&self) -> &[OverlayBinding] {
+        &self.bindings
+    }
+
+    /// What to draw for these tag states. `state` gives the state of a tag.
+    ///
+    /// # Errors
+    /// What the plugin says, or the rule its result breaks.
+    pub fn draw<'a>(
+        &mut self,
+        state: impl Fn(TagHandle) -> Option<&'a TagState>,
+        now: SystemTime,
+    ) -> Result<OverlayPicture, PluginError> {
+        let values: Vec<_> = self
+            .bindings
+            .iter()
+            .map(|binding| value_to_abi(state(binding.tag)))
+            .collect();
+        let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
+        let frame = abi::BusbarOverlayFrame {
+            struct_size: size_of::<abi::BusbarOverlayFrame>() as u32,
+            value_count: values.len() as u32,
+            time_unix_nanos: since.as_nanos() as i64,
+            values: values.as_ptr(),
+        };
+        loop {
+            let mut output = self.empty_output();
+            let mut error = abi::BusbarError::empty();
+            let draw = self
+                .table
+                .draw
+                .ok_or_else(|| self.instance.violation("`draw` is null"))?;
+            // SAFETY: frame, buffers and error live for the call.
+            let status = unsafe { draw(self.instance.as_ptr(), &frame, &mut output, &mut error) };
+            if status == abi::BUSBAR_BUFFER_TOO_SMALL && self.grow() {
+                continue;
+            }
+            self.instance.outcome(status, &error)?;
+            let (count, len) = (output.primitive_count as usize, output.text_len as usize);
+            return self
+                .read(count, len)
+                .map_err(|what| self.instance.violation(what));
+        }
+    }
+
+    fn empty_output(&mut self) -> abi::BusbarOverlayOutput {
+        abi::BusbarOverlayOutput {
+            struct_size: size_of::<abi::BusbarOverlayOutput>() as u32,
+            primitive_capacity: self.primitives.len() as u32,
+            primitive_count: 0,
+            text_capacity: self.text.len() as u32,
+            text_len: 0,
+            reserved: 0,
+            primitives: self.primitives.as_mut_ptr(),
+            text: self.text.as_mut_ptr(),
+        }
+    }
+
+    /// Doubles the buffers; false at their limits.
+    fn grow(&mut self) -> bool {
+        let (primitives, text) = (self.primitives.len() * 2, self.text.len() * 2);
+        if primitives > MAX_PRIMITIVES || text > MAX_TEXT_BYTES {
+            return false;
+        }
+        self.primitives.resize(primitives, NO_PRIMITIVE);
+        self.text.resize(text, 0);
+        true
+    }
+
+    fn read(&self, count: usize, text_len: usize) -> Result<OverlayPicture, String> {
+        let primitives = self
+            .primitives
+            .get(..count)
+            .ok_or("it claims too many primitives")?;
+        let text = self.text.get(..text_len).ok_or("it claims too much text")?;
+        let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
+        let part = |offset: u32, len: u32| {
+            let range: Range<usize> = offset as usize..offset as usize + len as usize;
+            text.get(range)
+                .map(str::to_owned)
+                .ok_or("a primitive names text that is not there")
+        };
+        let mut picture = OverlayPicture::default();
+        for primitive in primitives {
+            let binding = self
+                .bindings
+                .get(primitive.binding as usize)
+                .ok_or("a primitive names a binding that does not exist")?;
+            if !self.bound_nodes.contains(&primitive.node) {
+                return Err("a primitive names a node that nothing is bound to".into());
+            }
+            let severity = match primitive.severity {
+                abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
+                abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,
+                abi::BUSBAR_SEVERITY_ALARM => Severity::Alarm,
+                other => return Err(format!("a primitive has the unknown severity {other}")),
+            };
+            let (node, tag) = (primitive.node, binding.tag);
+            match primitive.kind {
+                abi::BUSBAR_OVERLAY_LINE => picture.lines.push(OverlayLine {
+                    node,
+                    tag,
+                    severity,
+                    caption: part(primitive.caption_offset, primitive.caption_len)?,
+                    text: part(primitive.text_offset, primitive.text_len)?,
+                }),
+                abi::BUSBAR_OVERLAY_TINT => {
+                    picture.tints.push(OverlayTint {
+                        node,
+                        tag,
+                        severity,
+                    });
+                }
+                other => return Err(format!("a primitive has the unknown kind {other}")),
+            }
+        }
+        Ok(picture)
+    }
+}
+
+const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
+    kind: 0,
+    binding: 0,
+    node: 0,
+    severity: 0,
+    caption_offset: 0,
+    caption_len: 0,
+    text_offset: 0,
+    text_len: 0,
+};
+
+fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
+    abi::BusbarBinding {
+        node: binding.node,
+        kind: u32::from(kind_to_abi(binding.kind)),
+        limit_low: binding.limit_low.unwrap_or(f64::NAN),
+        limit_high: binding.limit_high.unwrap_or(f64::NAN),
+        tag_id: abi::BusbarStr::from_borrowed(&binding.tag_id),
+        tag_name: abi::BusbarStr::from_borrowed(&binding.tag_name),
+        unit: abi::BusbarStr::from_borrowed(&binding.unit),
+        node_id: abi::BusbarStr::from_borrowed(&binding.node_id),
+        role: abi::BusbarStr::from_borrowed(&binding.role),
+    }
+}
+
+fn value_to_abi(state: Option<&TagState>) -> abi::BusbarTagValue {
+    let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+    let (kind, value) = match state.and_then(|s| s.value) {
+        None => (abi::BUSBAR_VALUE_NONE, 0),
+        Some(Value::F64(value)) => (abi::BUSBAR_VALUE_F64, value.to_bits()),
+        Some(Value::I64(value)) => (abi::BUSBAR_VALUE_I64, value as u64),
+        Some(Value::Bool(value)) => (abi::BUSBAR_VALUE_BOOL, u64::from(value)),
+        Some(Value::DoublePoint(value)) => (abi::BUSBAR_VALUE_DOUBLE_POINT, value as u64),
+    };
+    let age = state.and_then(|s| s.age).unwrap_or_default();
+    abi::BusbarTagValue {
+        kind,
+        quality: match quality {
+            Quality::Good => abi::BUSBAR_QUALITY_GOOD,
+            Quality::Uncertain(_) => abi::BUSBAR_QUALITY_UNCERTAIN,
+            Quality::Bad(_) => abi::BUSBAR_QUALITY_BAD,
+        },
+        reason: quality
+            .reason()
+            .map_or(abi::BUSBAR_REASON_NONE, reason_to_abi),
+        reserved: [0; 5],
+        value,
+        age_millis: age.as_millis() as u64,
+    }
+}

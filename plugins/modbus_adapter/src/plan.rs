@@ -1,0 +1,126 @@
+//! Points -> requests: neighbours are read together.
+//!
+//! Limits of a request are those of the Modbus Application Protocol
+//! Specification V1.1b3, 6.1 to 6.4.
+
+use crate::address::{Point, Table};
+
+/// Registers of one request.
+pub(crate) const MAX_REGISTERS: u16 = 125;
+/// Bits of one request.
+pub(crate) const MAX_BITS: u16 = 2000;
+/// Registers that nobody wants, read to save a request: 32 bytes, about what
+/// a request and the head of its answer cost.
+pub(crate) const MAX_GAP_REGISTERS: u16 = 16;
+/// The same for bits.
+pub(crate) const MAX_GAP_BITS: u16 = 256;
+
+/// One request, and the points that its answer holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Block {
+    /// Unit id of the device.
+    pub(crate) unit: u8,
+    /// Table to read.
+    pub(crate) table: Table,
+    /// First cell.
+    pub(crate) first: u16,
+    /// Number of cells.
+    pub(crate) count: u16,
+    /// Indices of the points, in order of their first cell; never empty.
+    pub(crate) points: Vec<usize>,
+}
+
+/// The requests that read all points of a poll group.
+pub(crate) fn plan(points: &[Point], group: usize) -> Vec<Block> {
+    let mut wanted: Vec<_> = (0..points.len())
+        .filter(|&i| points[i].group == group)
+        .collect();
+    wanted.sort_by_key(|&i| key(&points[i]));
+    let mut blocks: Vec<Block> = Vec::new();
+    for index in wanted {
+        let point = &points[index];
+        match blocks.last_mut() {
+            Some(block) if block.takes(point) => block.add(index, point),
+            _ => blocks.push(Block::new(index, point)),
+        }
+    }
+    blocks
+}
+
+fn key(point: &Point) -> (u8, Table, u16, u16) {
+    (point.unit, point.table, point.first, point.count)
+}
+
+impl Block {
+    fn new(index: usize, point: &Point) -> Self {
+        Self {
+            unit: point.unit,
+            table: point.table,
+            first: point.first,
+            count: point.count,
+            points: vec![index],
+        }
+    }
+
+    fn end(&self) -> u32 {
+        u32::from(self.first) + u32::from(self.count)
+    }
+
+    fn takes(&self, point: &Point) -> bool {
+        let (max_count, max_gap) = if self.table.is_bits() {
+            (MAX_BITS, MAX_GAP_BITS)
+        } else {
+            (MAX_REGISTERS, MAX_GAP_REGISTERS)
+        };
+        (self.unit, self.table) == (point.unit, point.table)
+            && u32::from(point.first) <= self.end() + u32::from(max_gap)
+            && point.end() - u32::from(self.first) <= u32::from(max_count)
+    }
+
+    /// Adds a point that starts no earlier than those it has.
+    fn add(&mut self, index: usize, point: &Point) {
+        let end = self.end().max(point.end());
+        self.count = (end - u32::from(self.first)) as u16;
+        self.points.push(index);
+    }
+
+    /// Two halves of a block that the device refused, cut where its widest gap
+    /// is, else in the middle; `None` if its points all want the same cells.
+    pub(crate) fn split(&self, points: &[Point]) -> Option<(Self, Self)> {
+        let at = self.cut(points)?;
+        let (left, right) = self.points.split_at(at);
+        Some((Self::join(points, left)?, Self::join(points, right)?))
+    }
+
+    fn cut(&self, points: &[Point]) -> Option<usize> {
+        let mut end = 0;
+        let mut best = None;
+        let middle = self.points.len() / 2;
+        for (at, pair) in (1..).zip(self.points.windows(2)) {
+            let (before, after) = (&points[pair[0]], &points[pair[1]]);
+            end = before.end().max(end);
+            if key(before) == key(after) {
+                continue;
+            }
+            let gap = u32::from(after.first).saturating_sub(end);
+            let rank = (gap, std::cmp::Reverse(at.abs_diff(middle)));
+            if best.is_none_or(|(best, _)| rank > best) {
+                best = Some((rank, at));
+            }
+        }
+        best.map(|(_, at)| at)
+    }
+
+    fn join(points: &[Point], members: &[usize]) -> Option<Self> {
+        let (&first, rest) = members.split_first()?;
+        let mut block = Self::new(first, &points[first]);
+        for &index in rest {
+            block.add(index, &points[index]);
+        }
+        Some(block)
+    }
+}
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;
