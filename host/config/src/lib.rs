@@ -1,1 +1,65 @@
-//! Configuration text to valid values, with error positions
+//! Configuration text to valid values, with error positions.
+//!
+//! [`parse`] reads the text as JSON, checks its shape against the JSON Schema
+//! of the raw types ([`schema`]), then its meaning: every name that refers to
+//! something, every id, every band. It reports all faults of a text at once,
+//! and gives a [`Config`] only where there is none.
+//!
+//! Invariant: no I/O. Whether a file or a plugin exists is for others to find
+//! out; they place their errors with [`Positions::diagnostic`].
+
+mod config;
+mod diagnostic;
+mod index;
+mod limits;
+mod pointer;
+mod positions;
+mod raw;
+mod report;
+mod resolve;
+mod rules;
+mod scene_rules;
+mod schema;
+mod structure;
+mod suggest;
+mod syntax;
+
+pub use config::{
+    Band, BindingConfig, CameraConfig, Config, DirectoryConfig, ModelConfig, NodeConfig,
+    OverlayConfig, PluginConfig, SourceConfig, TagConfig, TagType, TransformConfig, ViewConfig,
+};
+pub use diagnostic::{Diagnostic, Severity};
+pub use limits::*;
+pub use pointer::join_pointer;
+pub use positions::Positions;
+pub use schema::schema;
+
+use report::Report;
+
+/// Reads a configuration.
+///
+/// Faults that do not stop Busbar are in [`Config::warnings`].
+///
+/// # Errors
+/// Every fault of the text, in the order of the text, warnings included; at
+/// most [`MAX_DIAGNOSTICS`], then one more that counts the rest. A text that
+/// is not JSON has one fault: where it stops to be JSON.
+pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
+    let document = syntax::read(text)?;
+    let mut report = Report::new(&document.positions);
+    report.extend(document.duplicate_keys);
+    structure::check(&document.value, &mut report);
+    rules::check(&document.value, &mut report);
+    if report.has_errors() {
+        return Err(report.into_diagnostics());
+    }
+    let raw = match resolve::deserialize(document.value) {
+        Ok(raw) => raw,
+        Err(fault) => {
+            report.error(&fault.pointer, fault.cause, fault.remedy);
+            return Err(report.into_diagnostics());
+        }
+    };
+    let warnings = report.into_diagnostics();
+    Ok(resolve::resolve(raw, document.positions, warnings))
+}

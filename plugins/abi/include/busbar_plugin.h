@@ -382,6 +382,13 @@ typedef struct BusbarTelemetry {
   uint32_t struct_size;
   // Zero.
   uint32_t reserved;
+  // `[main-thread & idle]` Whether these tags could be served: reads
+  // addresses, connects to nothing. Everything is borrowed for the call.
+  // Fails like `start`. May be null.
+  BusbarStatus (*check)(const struct BusbarPlugin *plugin,
+                        const struct BusbarTagSpec *tags,
+                        size_t tag_count,
+                        struct BusbarError *error);
   // `[main-thread & idle]` Starts to serve tags on threads of the plugin's
   // own and returns at once; a device that does not answer is no failure
   // but Bad quality. The specs are valid during the call, `sink` until

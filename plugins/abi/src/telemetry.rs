@@ -128,6 +128,17 @@ pub struct BusbarTelemetry {
     pub struct_size: u32,
     /// Zero.
     pub reserved: u32,
+    /// `[main-thread & idle]` Whether these tags could be served: reads
+    /// addresses, connects to nothing. Everything is borrowed for the call.
+    /// Fails like `start`. May be null.
+    pub check: Option<
+        unsafe extern "C" fn(
+            plugin: *const BusbarPlugin,
+            tags: *const BusbarTagSpec,
+            tag_count: usize,
+            error: *mut BusbarError,
+        ) -> BusbarStatus,
+    >,
     /// `[main-thread & idle]` Starts to serve tags on threads of the plugin's
     /// own and returns at once; a device that does not answer is no failure
     /// but Bad quality. The specs are valid during the call, `sink` until

@@ -123,7 +123,7 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarSample { tag, kind, quality, reason, value, source_time_unix_nanos }
         BusbarTagSpec { tag, kind, freshness_millis, id, address_json }
         BusbarSampleSink { struct_size, context, publish, report_link }
-        BusbarTelemetry { struct_size, start, stop }
+        BusbarTelemetry { struct_size, check, start, stop }
         BusbarBinding { node, kind, limit_low, limit_high, tag_id, tag_name, unit, node_id, role }
         BusbarTagValue { kind, quality, reason, value, age_millis }
         BusbarOverlayFrame { struct_size, value_count, time_unix_nanos, values }

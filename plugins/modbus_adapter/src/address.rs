@@ -236,7 +236,10 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
     let table = raw.table;
     match (table.is_bits(), kind) {
         (true, ValueKind::Bool | ValueKind::DoublePoint) => {
-            refuse(raw, &["type", "word_order", "scale", "offset", "bit", "bits"])?;
+            refuse(
+                raw,
+                &["type", "word_order", "scale", "offset", "bit", "bits"],
+            )?;
             Ok(if kind == ValueKind::Bool {
                 Decoding::Bit
             } else {

@@ -102,15 +102,51 @@ fn unit_and_group_can_be_named() {
 #[test]
 fn what_cannot_work_is_refused_with_tag_and_remedy() {
     let cases = [
-        (ValueKind::Bool, json!({"table": "input", "register": 0, "type": "f32"}), "make the tag"),
-        (ValueKind::Bool, json!({"table": "input", "register": 0}), "needs \"bit\""),
-        (ValueKind::Bool, json!({"table": "input", "register": 0, "bit": 16}), "0 to 15"),
-        (ValueKind::DoublePoint, json!({"table": "input", "register": 0}), "needs \"bits\""),
-        (ValueKind::DoublePoint, json!({"table": "input", "register": 0, "bits": 15}), "15 and 16"),
-        (ValueKind::DoublePoint, json!({"table": "coil", "register": 65535}), "pass 65535"),
-        (ValueKind::F64, json!({"table": "coil", "register": 0}), "make the tag bool"),
-        (ValueKind::I64, json!({"table": "discrete", "register": 0}), "make the tag bool"),
-        (ValueKind::F64, json!({"table": "holding", "register": 0}), "needs \"type\""),
+        (
+            ValueKind::Bool,
+            json!({"table": "input", "register": 0, "type": "f32"}),
+            "make the tag",
+        ),
+        (
+            ValueKind::Bool,
+            json!({"table": "input", "register": 0}),
+            "needs \"bit\"",
+        ),
+        (
+            ValueKind::Bool,
+            json!({"table": "input", "register": 0, "bit": 16}),
+            "0 to 15",
+        ),
+        (
+            ValueKind::DoublePoint,
+            json!({"table": "input", "register": 0}),
+            "needs \"bits\"",
+        ),
+        (
+            ValueKind::DoublePoint,
+            json!({"table": "input", "register": 0, "bits": 15}),
+            "15 and 16",
+        ),
+        (
+            ValueKind::DoublePoint,
+            json!({"table": "coil", "register": 65535}),
+            "pass 65535",
+        ),
+        (
+            ValueKind::F64,
+            json!({"table": "coil", "register": 0}),
+            "make the tag bool",
+        ),
+        (
+            ValueKind::I64,
+            json!({"table": "discrete", "register": 0}),
+            "make the tag bool",
+        ),
+        (
+            ValueKind::F64,
+            json!({"table": "holding", "register": 0}),
+            "needs \"type\"",
+        ),
         (
             ValueKind::F64,
             json!({"table": "holding", "register": 0, "type": "u16", "scale": 0}),
@@ -146,11 +182,31 @@ fn what_cannot_work_is_refused_with_tag_and_remedy() {
             json!({"table": "coil", "register": 0, "poll_group": "quick"}),
             "there are 'fast', 'slow'",
         ),
-        (ValueKind::Bool, json!({"table": "coils", "register": 0}), "unknown variant `coils`"),
-        (ValueKind::Bool, json!({"table": "coil", "register": 65536}), "65536"),
-        (ValueKind::Bool, json!({"table": "coil", "register": -1}), "-1"),
-        (ValueKind::Bool, json!({"table": "coil"}), "missing field `register`"),
-        (ValueKind::Bool, json!({"table": "coil", "register": 0, "x": 1}), "unknown field `x`"),
+        (
+            ValueKind::Bool,
+            json!({"table": "coils", "register": 0}),
+            "unknown variant `coils`",
+        ),
+        (
+            ValueKind::Bool,
+            json!({"table": "coil", "register": 65536}),
+            "65536",
+        ),
+        (
+            ValueKind::Bool,
+            json!({"table": "coil", "register": -1}),
+            "-1",
+        ),
+        (
+            ValueKind::Bool,
+            json!({"table": "coil"}),
+            "missing field `register`",
+        ),
+        (
+            ValueKind::Bool,
+            json!({"table": "coil", "register": 0, "x": 1}),
+            "unknown field `x`",
+        ),
         (ValueKind::Bool, json!("40001"), "tag 'T1.x'"),
     ];
     for (kind, address, part) in cases {

@@ -43,8 +43,7 @@ mod tests {
 
     fn delays(seed: u64, count: usize) -> Vec<u128> {
         let random = fastrand::Rng::with_seed(seed);
-        let mut backoff =
-            Backoff::new(Duration::from_millis(100), Duration::from_secs(3), random);
+        let mut backoff = Backoff::new(Duration::from_millis(100), Duration::from_secs(3), random);
         (0..count)
             .map(|_| backoff.next_delay().as_millis())
             .collect()

@@ -8,12 +8,14 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tokio_modbus::client::{Client, Context, tcp};
 use tokio_modbus::prelude::{Request, Response, Slave, SlaveContext};
-use tokio_modbus::{Error as ModbusError, ExceptionCode};
+use tokio_modbus::{Error as ModbusError, ExceptionCode, ProtocolError};
 
 use crate::address::Table;
 use crate::decode::Cells;
 use crate::plan::Block;
 use crate::settings::Config;
+
+const OTHER_FUNCTION: &str = "it is of another function";
 
 /// Why a link went down. After any of these the connection is dropped, so that
 /// a late answer can never be taken for that of a later request.
@@ -113,7 +115,7 @@ fn checked(block: &Block, response: Response) -> Result<Reply, LinkFault> {
         _ => {
             return Err(LinkFault::Answer {
                 what: describe(block),
-                why: "it is of another function".into(),
+                why: OTHER_FUNCTION.into(),
             });
         }
     };
@@ -128,7 +130,10 @@ fn checked(block: &Block, response: Response) -> Result<Reply, LinkFault> {
 
 fn fault(block: &Block, error: &ModbusError) -> LinkFault {
     let why = match error {
-        ModbusError::Protocol(error) => error.to_string(),
+        ModbusError::Protocol(ProtocolError::HeaderMismatch { .. }) => {
+            "it belongs to another request or unit".into()
+        }
+        ModbusError::Protocol(ProtocolError::FunctionCodeMismatch { .. }) => OTHER_FUNCTION.into(),
         ModbusError::Transport(error) => match error.kind() {
             io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput

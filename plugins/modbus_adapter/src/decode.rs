@@ -216,11 +216,7 @@ mod tests {
                 Cells::Registers(&[0xFFFE]),
                 Ok(Value::Bool(false)),
             ),
-            (
-                Decoding::Bit,
-                Cells::Bits(&[true]),
-                Ok(Value::Bool(true)),
-            ),
+            (Decoding::Bit, Cells::Bits(&[true]), Ok(Value::Bool(true))),
             (
                 Decoding::Bit,
                 Cells::Registers(&[1]),
@@ -253,10 +249,7 @@ mod tests {
             // Ones all around the pair show that only the pair counts.
             let register = !(0b11 << 6) | u16::from(open) << 6 | u16::from(closed) << 7;
             assert_eq!(
-                decode(
-                    &Decoding::RegisterBitPair(6),
-                    Cells::Registers(&[register])
-                ),
+                decode(&Decoding::RegisterBitPair(6), Cells::Registers(&[register])),
                 expected
             );
         }

@@ -13,9 +13,8 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use std::sync::mpsc;
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::{
     Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, export_plugin,
@@ -23,11 +22,13 @@ use busbar_plugin_sdk::{
 use tokio::sync::oneshot;
 
 use crate::session::Session;
-pub use crate::settings::Settings;
 use crate::settings::Config;
+pub use crate::settings::Settings;
 
 /// How long `stop` waits for the thread.
 const STOP_LIMIT: Duration = Duration::from_millis(1500);
+/// How often `stop` looks whether the thread has ended.
+const STOP_CHECK: Duration = Duration::from_millis(2);
 /// How long the thread waits for a name lookup that hangs in the system.
 const LOOKUP_LIMIT: Duration = Duration::from_millis(500);
 
@@ -41,13 +42,11 @@ pub struct ModbusAdapter {
 struct Running {
     /// Dropped to end the thread.
     stop: oneshot::Sender<()>,
-    /// Disconnected when the thread has ended.
-    ended: mpsc::Receiver<()>,
     thread: JoinHandle<()>,
 }
 
 impl Plugin for ModbusAdapter {
-    const ID: &'static str = "busbar.modbus";
+    const ID: &'static str = "modbus_adapter";
     const NAME: &'static str = "Modbus TCP";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
     const DESCRIPTION: &'static str = "Reads registers, coils and inputs over Modbus TCP.";
@@ -63,6 +62,10 @@ impl Plugin for ModbusAdapter {
 }
 
 impl Telemetry for ModbusAdapter {
+    fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
+        address::parse(tags, &self.config).map(|_| ())
+    }
+
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         self.stop();
         let points = address::parse(&tags, &self.config)?;
@@ -76,11 +79,9 @@ impl Telemetry for ModbusAdapter {
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
         let session = Session::new(self.config.clone(), points, sink, self.host.clone());
         let (stop, stopped) = oneshot::channel();
-        let (ending, ended) = mpsc::channel::<()>();
         let thread = std::thread::Builder::new()
-            .name("busbar-modbus".into())
+            .name(format!("modbus:{}", self.config.port))
             .spawn(move || {
-                let _ending = ending;
                 runtime.block_on(async {
                     tokio::select! {
                         biased;
@@ -91,26 +92,21 @@ impl Telemetry for ModbusAdapter {
                 runtime.shutdown_timeout(LOOKUP_LIMIT);
             })
             .map_err(|error| Error::failed(format!("cannot start a thread: {error}")))?;
-        self.running = Some(Running {
-            stop,
-            ended,
-            thread,
-        });
+        self.running = Some(Running { stop, thread });
         Ok(())
     }
 
     fn stop(&mut self) {
-        let Some(Running {
-            stop,
-            ended,
-            thread,
-        }) = self.running.take()
-        else {
+        let Some(Running { stop, thread }) = self.running.take() else {
             return;
         };
         drop(stop);
+        let deadline = Instant::now() + STOP_LIMIT;
+        while !thread.is_finished() && Instant::now() < deadline {
+            std::thread::sleep(STOP_CHECK);
+        }
         let endpoint = self.config.endpoint();
-        if ended.recv_timeout(STOP_LIMIT) == Err(mpsc::RecvTimeoutError::Timeout) {
+        if !thread.is_finished() {
             let message = format!("{endpoint}: the thread did not end in time; left behind");
             self.host.log(LogLevel::Error, &message);
         } else if thread.join().is_err() {

@@ -96,7 +96,7 @@ impl Block {
         let mut end = 0;
         let mut best = None;
         let middle = self.points.len() / 2;
-        for (at, pair) in (1..).zip(self.points.windows(2)) {
+        for (at, pair) in (1_usize..).zip(self.points.windows(2)) {
             let (before, after) = (&points[pair[0]], &points[pair[1]]);
             end = before.end().max(end);
             if key(before) == key(after) {

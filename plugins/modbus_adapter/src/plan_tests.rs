@@ -75,7 +75,7 @@ fn any_points() -> impl Strategy<Value = Vec<Point>> {
         Just(Table::Input)
     ];
     // Dense at both ends of the range, so that joins, gaps and limits occur.
-    let first = prop_oneof![0_u16..600, 64_900..=65_535, any::<u16>()];
+    let first = prop_oneof![0_u16..600, 64_900..=65_535_u16, any::<u16>()];
     let count = prop_oneof![Just(1_u16), Just(2), Just(4)];
     let one = (1_u8..3, table, 0_usize..3, first, count);
     prop::collection::vec(one, 0..300).prop_map(|all| {

@@ -128,18 +128,21 @@ impl Session {
         group: &mut Group,
         up: &mut bool,
     ) -> Result<(), LinkFault> {
-        let mut queue: VecDeque<_> = std::mem::take(&mut group.blocks).into();
-        // From here on: blocks that were refused before.
-        let retried = group.take_due(Instant::now());
-        let mut fresh = queue.len();
-        queue.extend(retried);
+        // Each with whether it was refused before.
+        let mut queue: VecDeque<_> = std::mem::take(&mut group.blocks)
+            .into_iter()
+            .map(|block| (block, false))
+            .collect();
+        queue.extend(
+            group
+                .take_due(Instant::now())
+                .into_iter()
+                .map(|block| (block, true)),
+        );
         let mut splits_left = MAX_SPLITS_PER_POLL;
-        while let Some(block) = queue.pop_front() {
-            let is_fresh = fresh > 0;
-            fresh = fresh.saturating_sub(1);
+        while let Some((block, is_retry)) = queue.pop_front() {
             let reply = connection.read(&block).await?;
-            if !*up {
-                *up = true;
+            if !std::mem::replace(up, true) {
                 self.backoff.reset();
                 self.report(LinkState::Up, "connected");
             }
@@ -156,15 +159,14 @@ impl Session {
                 Verdict::SomeRefused if let Some((left, right)) = block.split(&self.points) => {
                     if splits_left > 0 {
                         splits_left -= 1;
-                        fresh += if is_fresh { 2 } else { 0 };
-                        queue.push_front(right);
-                        queue.push_front(left);
+                        queue.push_front((right, is_retry));
+                        queue.push_front((left, is_retry));
                     } else {
                         group.blocks.extend([left, right]);
                     }
                 }
                 Verdict::SomeRefused | Verdict::AllRefused => {
-                    if is_fresh {
+                    if !is_retry {
                         self.log_refusal(&block, exception);
                     }
                     group.refuse(block);
@@ -268,9 +270,7 @@ fn verdict(exception: ExceptionCode) -> Verdict {
         ExceptionCode::IllegalFunction => Verdict::AllRefused,
         // Devices that take fewer cells a request than the protocol allows
         // answer with an illegal value, and want smaller requests.
-        ExceptionCode::IllegalDataAddress | ExceptionCode::IllegalDataValue => {
-            Verdict::SomeRefused
-        }
+        ExceptionCode::IllegalDataAddress | ExceptionCode::IllegalDataValue => Verdict::SomeRefused,
         ExceptionCode::GatewayPathUnavailable
         | ExceptionCode::GatewayTargetDevice
         | ExceptionCode::Acknowledge

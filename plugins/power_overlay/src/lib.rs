@@ -26,7 +26,7 @@ struct PowerOverlay {
 }
 
 impl Plugin for PowerOverlay {
-    const ID: &'static str = "busbar.power-overlay";
+    const ID: &'static str = "power_overlay";
     const NAME: &'static str = "Power overlay";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
     const DESCRIPTION: &'static str = "Live values at the equipment; colour for the abnormal.";

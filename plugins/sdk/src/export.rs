@@ -250,6 +250,21 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
 
 /// `busbar.telemetry/1` of a type.
 pub const fn telemetry<P: Telemetry>() -> Capability {
+    unsafe extern "C" fn check<P: Telemetry>(
+        plugin: *const abi::BusbarPlugin,
+        tags: *const abi::BusbarTagSpec,
+        tag_count: usize,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let tags = crate::telemetry::read_specs(tags, tag_count)?;
+                let plugin = instance::<P>(plugin)?.plugin.read();
+                plugin.unwrap_or_else(PoisonError::into_inner).check(&tags)
+            })
+        }
+    }
     unsafe extern "C" fn start<P: Telemetry>(
         plugin: *const abi::BusbarPlugin,
         tags: *const abi::BusbarTagSpec,
@@ -319,6 +334,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         table: Table::Telemetry(abi::BusbarTelemetry {
             struct_size: size_of::<abi::BusbarTelemetry>() as u32,
             reserved: 0,
+            check: Some(check::<P>),
             start: Some(start::<P>),
             stop: Some(stop::<P>),
         }),

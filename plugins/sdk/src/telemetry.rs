@@ -9,6 +9,16 @@ use crate::{Error, Plugin, Quality, Reason, Value, ValueKind};
 
 /// Brings values of devices into the tag table. Read-only by design.
 pub trait Telemetry: Plugin {
+    /// Whether these tags could be served: reads addresses, connects to
+    /// nothing. `busbar check` calls it.
+    ///
+    /// # Errors
+    /// [`Error::settings`], naming every tag whose address can never work.
+    fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
+        let _ = tags;
+        Ok(())
+    }
+
     /// Starts to serve tags on threads of the plugin's own, and returns.
     ///
     /// # Errors

@@ -36,7 +36,7 @@ struct WeightedCollapse {
 }
 
 impl Plugin for WeightedCollapse {
-    const ID: &'static str = "busbar.weighted-collapse";
+    const ID: &'static str = "weighted_collapse";
     const NAME: &'static str = "Weighted collapse";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
     const DESCRIPTION: &'static str =

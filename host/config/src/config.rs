@@ -1,0 +1,222 @@
+//! A configuration that can be used: references resolved, numbers in range.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::{Diagnostic, Positions};
+
+/// A valid configuration.
+///
+/// Each item keeps the JSON pointer of its value, so that a later fault (a
+/// missing file, an unknown plugin) can be placed with
+/// [`Positions::diagnostic`].
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Directories that plugins are looked for in, in order of preference.
+    pub plugin_directories: Vec<DirectoryConfig>,
+    /// Plugin instances by the name that the rest of the configuration uses.
+    pub plugins: BTreeMap<String, PluginConfig>,
+    /// Models by name.
+    pub models: BTreeMap<String, ModelConfig>,
+    /// Scene nodes, parents before children, instances as nodes of their own.
+    pub scene: Vec<NodeConfig>,
+    /// Tags by id.
+    pub tags: BTreeMap<String, TagConfig>,
+    /// Which tag shows at which node, in the order of the text.
+    pub bindings: Vec<BindingConfig>,
+    /// Overlay plugins, drawn in this order.
+    pub overlays: Vec<OverlayConfig>,
+    /// Cameras by name.
+    pub cameras: BTreeMap<String, CameraConfig>,
+    /// How the first picture looks.
+    pub view: ViewConfig,
+    /// Where everything stands in the text.
+    pub positions: Positions,
+    /// Faults that do not stop Busbar.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// A directory that holds plugins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DirectoryConfig {
+    /// Path as written: relative to the configuration file, or absolute.
+    pub path: String,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// An instance of a plugin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PluginConfig {
+    /// The plugin's id, such as `example.optimizer`.
+    pub plugin: String,
+    /// Settings, an object that only the plugin understands.
+    pub settings: Value,
+    /// JSON pointer; the settings are at its `/settings`.
+    pub pointer: String,
+}
+
+/// A model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelConfig {
+    /// Path as written: relative to the configuration file.
+    pub file: String,
+    /// Name of the plugin instance that simplifies it.
+    pub optimizer: Option<String>,
+    /// Share of vertices collapsed, 0 to 1.
+    pub theta: f64,
+    /// JSON pointer; the file is at its `/file`.
+    pub pointer: String,
+}
+
+/// A piece of equipment in the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeConfig {
+    /// Equipment id, used once in the scene.
+    pub id: String,
+    /// Index of the node it hangs under, an earlier one.
+    pub parent: Option<usize>,
+    /// Transform to the parent's space.
+    pub transform: TransformConfig,
+    /// Name of the model shown here.
+    pub model: Option<String>,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// Scale, then rotate about x, y and z in turn, then translate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TransformConfig {
+    /// Metres.
+    pub translation: [f32; 3],
+    /// Degrees about x, y and z.
+    pub rotation_degrees: [f32; 3],
+    /// Factors along x, y and z; none is zero.
+    pub scale: [f32; 3],
+}
+
+/// A tag: one live value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TagConfig {
+    /// What people call it; the id where the text gives no name.
+    pub name: String,
+    /// Type of its value.
+    pub value_type: TagType,
+    /// Unit, such as `°C`; may be empty.
+    pub unit: String,
+    /// Plausible measuring range: outside it, quality is uncertain.
+    pub range: Band,
+    /// Normal band: outside it, the value is abnormal.
+    pub limits: Band,
+    /// Age in milliseconds past which a value is stale.
+    pub freshness_millis: u64,
+    /// Where it comes from.
+    pub source: SourceConfig,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// Type of a tag's value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TagType {
+    /// A number with fraction.
+    F64,
+    /// A whole number.
+    I64,
+    /// On or off.
+    Bool,
+    /// A switch position: intermediate, off, on, or faulty.
+    DoublePoint,
+}
+
+/// An interval, open where a bound is missing. `low` is less than `high`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Band {
+    /// Least value inside.
+    pub low: Option<f64>,
+    /// Greatest value inside.
+    pub high: Option<f64>,
+}
+
+/// Where a tag comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceConfig {
+    /// Name of the plugin instance that reads it.
+    pub plugin: String,
+    /// Address, which only the plugin understands.
+    pub address: Value,
+    /// JSON pointer; the address is at its `/address`.
+    pub pointer: String,
+}
+
+/// A tag shown at a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BindingConfig {
+    /// Tag id.
+    pub tag: String,
+    /// Equipment id: a scene node's, or `node/part` for a node of its model,
+    /// whose existence is not checked here.
+    pub node: String,
+    /// What the tag is to the node.
+    pub role: String,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// An overlay that is drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OverlayConfig {
+    /// Name of the plugin instance.
+    pub plugin: String,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// A place to look from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraConfig {
+    /// Where the camera stands, in metres.
+    pub eye: [f32; 3],
+    /// What it looks at, in metres; never the eye itself.
+    pub target: [f32; 3],
+    /// Vertical field of view in degrees.
+    pub fov_degrees: f32,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// How the first picture looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewConfig {
+    /// Name of the camera; none to frame the whole scene.
+    pub camera: Option<String>,
+    /// Background as sRGB red, green and blue.
+    pub background: [u8; 3],
+    /// Samples a pixel, 1 or 4.
+    pub samples: u32,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// JSON pointer; of a view that may be absent.
+    pub pointer: String,
+}
+
+impl Default for TransformConfig {
+    fn default() -> Self {
+        Self {
+            translation: [0.0; 3],
+            rotation_degrees: [0.0; 3],
+            scale: [1.0; 3],
+        }
+    }
+}
+
+impl Band {
+    /// Whether a value lies inside.
+    pub fn contains(&self, value: f64) -> bool {
+        self.low.is_none_or(|low| value >= low) && self.high.is_none_or(|high| value <= high)
+    }
+}

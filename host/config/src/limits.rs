@@ -1,0 +1,32 @@
+//! Limits of a configuration.
+
+/// The longest text, in bytes.
+pub const MAX_CONFIG_BYTES: usize = 256 * 1024 * 1024;
+/// The deepest nesting of JSON arrays and objects; a scene node takes two.
+pub const MAX_NESTING_DEPTH: usize = 100;
+/// The most diagnostics one text gives.
+pub const MAX_DIAGNOSTICS: usize = 200;
+/// The most directories that plugins are looked for in.
+pub const MAX_PLUGIN_DIRECTORIES: usize = 16;
+/// The most plugin instances.
+pub const MAX_PLUGINS: usize = 64;
+/// The most models.
+pub const MAX_MODELS: usize = 10_000;
+/// The most scene nodes, instances included.
+pub const MAX_NODES: usize = 1_000_000;
+/// The most tags.
+pub const MAX_TAGS: usize = 1_000_000;
+/// The most bindings of tags to nodes.
+pub const MAX_BINDINGS: usize = 1_000_000;
+/// The most cameras.
+pub const MAX_CAMERAS: usize = 1_000;
+/// The longest name or equipment id, in bytes.
+pub const MAX_NAME_BYTES: usize = 200;
+/// The longest path, in bytes.
+pub const MAX_PATH_BYTES: usize = 4_096;
+/// The farthest a coordinate lies from the origin, in metres.
+pub const MAX_COORDINATE_METRES: f32 = 1.0e7;
+/// The least magnitude of a scale factor.
+pub const MIN_SCALE: f32 = 1.0e-6;
+/// The greatest magnitude of a scale factor.
+pub const MAX_SCALE: f32 = 1.0e6;

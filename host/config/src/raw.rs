@@ -1,0 +1,321 @@
+//! The configuration as typed. The JSON Schema is generated from these types:
+//! what they say here about shape and range is what is checked.
+
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, json_schema};
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::config::TagType;
+use crate::limits::*;
+
+/// Configuration of a Busbar viewer: plugins, models, scene, tags and view.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "Busbar configuration")]
+pub(crate) struct RawConfig {
+    /// The JSON Schema of this file, for editors.
+    #[serde(rename = "$schema", default)]
+    #[schemars(extend("examples" = ["busbar.schema.json"]))]
+    pub(crate) _schema: String,
+    /// Version of this format: 1.
+    #[serde(rename = "version")]
+    #[schemars(extend("const" = 1), extend("examples" = [1]))]
+    pub(crate) _version: u32,
+    /// Directories that plugins are looked for in, relative to this file or
+    /// absolute, in order of preference.
+    #[serde(default)]
+    #[schemars(length(max = MAX_PLUGIN_DIRECTORIES), inner(length(min = 1, max = MAX_PATH_BYTES)))]
+    #[schemars(extend("examples" = [["plugins"]]))]
+    pub(crate) plugin_directories: Vec<String>,
+    /// Plugin instances, by the name that the rest of this file uses.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_PLUGINS))]
+    pub(crate) plugins: BTreeMap<String, RawPlugin>,
+    /// Models by name.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_MODELS))]
+    pub(crate) models: BTreeMap<String, RawModel>,
+    /// The equipment shown.
+    #[schemars(extend("examples" = [[]]))]
+    pub(crate) scene: Vec<RawNode>,
+    /// Live values, by tag id.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_TAGS))]
+    pub(crate) tags: BTreeMap<String, RawTag>,
+    /// Which tag shows at which equipment.
+    #[serde(default)]
+    #[schemars(length(max = MAX_BINDINGS))]
+    pub(crate) bindings: Vec<RawBinding>,
+    /// Names of the overlay plugins to draw, in this order.
+    #[serde(default)]
+    #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
+    #[schemars(extend("examples" = [["labels"]]))]
+    pub(crate) overlays: Vec<String>,
+    /// Places to look from, by name.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_CAMERAS))]
+    pub(crate) cameras: BTreeMap<String, RawCamera>,
+    /// How the first picture looks.
+    #[serde(default)]
+    pub(crate) view: RawView,
+}
+
+/// An instance of a plugin.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Plugin")]
+pub(crate) struct RawPlugin {
+    /// The plugin's id.
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
+    #[schemars(extend("examples" = ["example.optimizer"]))]
+    pub(crate) plugin: String,
+    /// Settings, handed to the plugin as they are.
+    #[serde(default)]
+    #[schemars(extend("examples" = [{}]))]
+    pub(crate) settings: Map,
+}
+
+type Map = serde_json::Map<String, Value>;
+
+/// A model file and how it is simplified.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Model")]
+pub(crate) struct RawModel {
+    /// A .gltf or .glb file, relative to this file.
+    #[schemars(length(min = 1, max = MAX_PATH_BYTES))]
+    #[schemars(extend("examples" = ["models/transformer.glb"]))]
+    pub(crate) file: String,
+    /// Name of the plugin instance that simplifies it.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["optimizer"]))]
+    pub(crate) optimizer: Option<String>,
+    /// Share of vertices collapsed, from 0 (none) to 1 (all that can be).
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0), extend("examples" = [0.3]))]
+    pub(crate) theta: f64,
+}
+
+/// A piece of equipment: placed, with what hangs under it.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Node")]
+pub(crate) struct RawNode {
+    /// Equipment id (IEC 81346), used once in the scene.
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
+    #[schemars(extend("examples" = ["=S12D1T1-TA1"]))]
+    pub(crate) id: String,
+    /// Name of the model shown here; none for a node that only groups others.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["transformer"]))]
+    pub(crate) model: Option<String>,
+    /// From this node to its parent.
+    #[serde(default)]
+    pub(crate) transform: RawTransform,
+    /// Nodes that hang under this one.
+    #[serde(default)]
+    pub(crate) children: Vec<RawNode>,
+    /// Further copies of this node under the same parent. A node with
+    /// instances has no children.
+    #[serde(default)]
+    pub(crate) instances: Vec<RawInstance>,
+}
+
+/// A further copy of a node.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Instance")]
+pub(crate) struct RawInstance {
+    /// Equipment id of the copy.
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
+    #[schemars(extend("examples" = ["=S12D1T1-TA2"]))]
+    pub(crate) id: String,
+    /// From the copy to its parent.
+    #[serde(default)]
+    pub(crate) transform: RawTransform,
+}
+
+/// Scale, then rotate about x, y and z in turn, then translate.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Transform")]
+pub(crate) struct RawTransform {
+    /// Metres along x, y and z.
+    #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
+    #[schemars(extend("examples" = [[0, 0, 0]]))]
+    pub(crate) translation: [f32; 3],
+    /// Degrees about x, y and z, applied in that order.
+    #[schemars(inner(range(min = -360.0, max = 360.0)), extend("examples" = [[0, 90, 0]]))]
+    pub(crate) rotation_degrees: [f32; 3],
+    /// One factor, or three along x, y and z. Not zero.
+    #[schemars(schema_with = "scale_schema")]
+    pub(crate) scale: RawScale,
+}
+
+/// A scale as typed.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum RawScale {
+    /// The same along all axes.
+    Uniform(f32),
+    /// Along x, y and z.
+    PerAxis([f32; 3]),
+}
+
+/// A live value.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Tag")]
+pub(crate) struct RawTag {
+    /// What people call it; its id where missing.
+    #[serde(default)]
+    #[schemars(length(max = MAX_NAME_BYTES), extend("examples" = ["Top oil"]))]
+    pub(crate) name: Option<String>,
+    /// Type of the value.
+    #[serde(rename = "type")]
+    #[schemars(extend("examples" = ["f64"]))]
+    pub(crate) value_type: TagType,
+    /// Unit shown behind the value.
+    #[serde(default)]
+    #[schemars(length(max = 32), extend("examples" = ["°C"]))]
+    pub(crate) unit: String,
+    /// Plausible measuring range: outside it, quality becomes uncertain.
+    #[serde(default)]
+    pub(crate) range: RawBand,
+    /// Normal band: outside it, the value is abnormal and drawn in colour.
+    #[serde(default)]
+    pub(crate) limits: RawBand,
+    /// Age in milliseconds past which a value is stale.
+    #[serde(default = "default_freshness_millis")]
+    #[schemars(range(min = 50, max = 86_400_000), extend("examples" = [3000]))]
+    pub(crate) freshness_millis: u64,
+    /// Where the value comes from.
+    #[schemars(extend("examples" = [{"plugin": "plc", "address": {}}]))]
+    pub(crate) source: RawSource,
+}
+
+/// An interval, open where a bound is null or missing.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Band")]
+pub(crate) struct RawBand {
+    /// Least value inside; less than `high`.
+    #[schemars(extend("examples" = [-40]))]
+    pub(crate) low: Option<f64>,
+    /// Greatest value inside.
+    #[schemars(extend("examples" = [95]))]
+    pub(crate) high: Option<f64>,
+}
+
+/// Where a tag comes from.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Source")]
+pub(crate) struct RawSource {
+    /// Name of the plugin instance that reads it.
+    #[schemars(extend("examples" = ["plc"]))]
+    pub(crate) plugin: String,
+    /// Address, handed to the plugin as it is.
+    pub(crate) address: Value,
+}
+
+/// A tag shown at a node.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Binding")]
+pub(crate) struct RawBinding {
+    /// Tag id.
+    #[schemars(extend("examples" = ["T1.TopOil"]))]
+    pub(crate) tag: String,
+    /// Equipment id of a scene node, or that id, `/` and the name of a node
+    /// of its model.
+    #[schemars(extend("examples" = ["=S12D1T1-TA1/bushing 1U"]))]
+    pub(crate) node: String,
+    /// What the tag is to the node.
+    #[serde(default = "default_role")]
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
+    #[schemars(extend("examples" = ["value"]))]
+    pub(crate) role: String,
+}
+
+/// A place to look from.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Camera")]
+pub(crate) struct RawCamera {
+    /// Where the camera stands, in metres.
+    #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
+    #[schemars(extend("examples" = [[12, 6, 14]]))]
+    pub(crate) eye: [f32; 3],
+    /// What it looks at, in metres.
+    #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
+    #[schemars(extend("examples" = [[0, 3, 0]]))]
+    pub(crate) target: [f32; 3],
+    /// Vertical field of view in degrees.
+    #[serde(default = "default_fov_degrees")]
+    #[schemars(range(min = 1.0, max = 150.0), extend("examples" = [45]))]
+    pub(crate) fov_degrees: f32,
+}
+
+/// How the first picture looks.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "View")]
+pub(crate) struct RawView {
+    /// Name of the camera; none to frame the whole scene.
+    #[schemars(extend("examples" = ["overview"]))]
+    pub(crate) camera: Option<String>,
+    /// Background as `#rrggbb`, sRGB.
+    #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
+    pub(crate) background: String,
+    /// Samples a pixel: 1, or 4 for smooth edges.
+    #[schemars(extend("enum" = [1, 4]), extend("examples" = [4]))]
+    pub(crate) samples: u32,
+    /// Width and height in pixels.
+    #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
+    pub(crate) size: [u32; 2],
+}
+
+impl Default for RawScale {
+    fn default() -> Self {
+        Self::Uniform(1.0)
+    }
+}
+
+impl Default for RawView {
+    fn default() -> Self {
+        Self {
+            camera: None,
+            background: "#d8dadd".to_owned(),
+            samples: 4,
+            size: [1280, 720],
+        }
+    }
+}
+
+fn default_freshness_millis() -> u64 {
+    3_000
+}
+
+fn default_role() -> String {
+    "value".to_owned()
+}
+
+fn default_fov_degrees() -> f32 {
+    45.0
+}
+
+/// One schema for both forms: `anyOf` would blur where a fault is.
+fn scale_schema(_: &mut schemars::SchemaGenerator) -> Schema {
+    json_schema!({
+        "type": ["number", "array"],
+        "minimum": -MAX_SCALE,
+        "maximum": MAX_SCALE,
+        "items": { "type": "number", "minimum": -MAX_SCALE, "maximum": MAX_SCALE },
+        "minItems": 3,
+        "maxItems": 3,
+        "examples": [1, [1, 2, 1]]
+    })
+}

@@ -1,0 +1,184 @@
+//! Valid raw values to the configuration that is used.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use serde_path_to_error::Segment;
+
+use crate::config::*;
+use crate::raw::*;
+use crate::{Diagnostic, Positions, join_pointer};
+
+/// A value that the schema accepts and the raw types refuse, such as `720.0`
+/// for a whole number.
+pub(crate) struct Refused {
+    pub(crate) pointer: String,
+    pub(crate) cause: String,
+    pub(crate) remedy: String,
+}
+
+/// Reads the raw configuration from a value that has been checked.
+pub(crate) fn deserialize(value: Value) -> Result<RawConfig, Refused> {
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let pointer = error
+            .path()
+            .iter()
+            .fold(String::new(), |pointer, segment| match segment {
+                Segment::Seq { index } => join_pointer(&pointer, index),
+                Segment::Map { key } => join_pointer(&pointer, key),
+                Segment::Enum { .. } | Segment::Unknown => pointer,
+            });
+        let cause = error.into_inner().to_string();
+        Refused {
+            pointer,
+            cause,
+            remedy: "write a whole number without decimal point".to_owned(),
+        }
+    })
+}
+
+/// Turns a checked raw configuration into the one that is used.
+pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagnostic>) -> Config {
+    let mut scene = Vec::new();
+    flatten(raw.scene, None, "/scene", &mut scene);
+    Config {
+        plugin_directories: indexed(
+            raw.plugin_directories,
+            "/plugin_directories",
+            |path, pointer| DirectoryConfig { path, pointer },
+        ),
+        plugins: named(raw.plugins, "/plugins", |_, raw, pointer| PluginConfig {
+            plugin: raw.plugin,
+            settings: Value::Object(raw.settings),
+            pointer,
+        }),
+        models: named(raw.models, "/models", |_, raw, pointer| ModelConfig {
+            file: raw.file,
+            optimizer: raw.optimizer,
+            theta: raw.theta,
+            pointer,
+        }),
+        scene,
+        tags: named(raw.tags, "/tags", tag),
+        bindings: indexed(raw.bindings, "/bindings", |raw, pointer| BindingConfig {
+            tag: raw.tag,
+            node: raw.node,
+            role: raw.role,
+            pointer,
+        }),
+        overlays: indexed(raw.overlays, "/overlays", |plugin, pointer| OverlayConfig {
+            plugin,
+            pointer,
+        }),
+        cameras: named(raw.cameras, "/cameras", |_, raw, pointer| CameraConfig {
+            eye: raw.eye,
+            target: raw.target,
+            fov_degrees: raw.fov_degrees,
+            pointer,
+        }),
+        view: view(raw.view),
+        positions,
+        warnings,
+    }
+}
+
+/// Appends nodes, their instances, then all that hangs under them: parents
+/// come before children.
+fn flatten(nodes: Vec<RawNode>, parent: Option<usize>, pointer: &str, flat: &mut Vec<NodeConfig>) {
+    for (index, node) in nodes.into_iter().enumerate() {
+        let pointer = join_pointer(pointer, index);
+        let own_index = flat.len();
+        let model = node.model;
+        flat.push(NodeConfig {
+            id: node.id,
+            parent,
+            transform: transform(&node.transform),
+            model: model.clone(),
+            pointer: pointer.clone(),
+        });
+        let instances_pointer = join_pointer(&pointer, "instances");
+        for (index, copy) in node.instances.into_iter().enumerate() {
+            flat.push(NodeConfig {
+                id: copy.id,
+                parent,
+                transform: transform(&copy.transform),
+                model: model.clone(),
+                pointer: join_pointer(&instances_pointer, index),
+            });
+        }
+        let children_pointer = join_pointer(&pointer, "children");
+        flatten(node.children, Some(own_index), &children_pointer, flat);
+    }
+}
+
+fn transform(raw: &RawTransform) -> TransformConfig {
+    TransformConfig {
+        translation: raw.translation,
+        rotation_degrees: raw.rotation_degrees,
+        scale: match raw.scale {
+            RawScale::Uniform(factor) => [factor; 3],
+            RawScale::PerAxis(factors) => factors,
+        },
+    }
+}
+
+fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
+    TagConfig {
+        name: raw.name.unwrap_or_else(|| id.to_owned()),
+        value_type: raw.value_type,
+        unit: raw.unit,
+        range: Band {
+            low: raw.range.low,
+            high: raw.range.high,
+        },
+        limits: Band {
+            low: raw.limits.low,
+            high: raw.limits.high,
+        },
+        freshness_millis: raw.freshness_millis,
+        source: SourceConfig {
+            plugin: raw.source.plugin,
+            address: raw.source.address,
+            pointer: join_pointer(&pointer, "source"),
+        },
+        pointer,
+    }
+}
+
+fn view(raw: RawView) -> ViewConfig {
+    ViewConfig {
+        camera: raw.camera,
+        background: colour(&raw.background),
+        samples: raw.samples,
+        size: raw.size,
+        pointer: "/view".to_owned(),
+    }
+}
+
+/// The bytes of `#rrggbb`, a form that the schema ensures.
+fn colour(text: &str) -> [u8; 3] {
+    let digits = text.trim_start_matches('#');
+    let value = u32::from_str_radix(digits, 16).unwrap_or_default();
+    let [_, red, green, blue] = value.to_be_bytes();
+    [red, green, blue]
+}
+
+fn named<R, C>(
+    raw: BTreeMap<String, R>,
+    pointer: &str,
+    mut item: impl FnMut(&str, R, String) -> C,
+) -> BTreeMap<String, C> {
+    let items = raw.into_iter().map(|(name, raw)| {
+        let pointer = join_pointer(pointer, &name);
+        let config = item(&name, raw, pointer);
+        (name, config)
+    });
+    items.collect()
+}
+
+fn indexed<R, C>(raw: Vec<R>, pointer: &str, mut item: impl FnMut(R, String) -> C) -> Vec<C> {
+    let items = raw.into_iter().enumerate();
+    items
+        .map(|(index, raw)| item(raw, join_pointer(pointer, index)))
+        .collect()
+}

@@ -1,0 +1,278 @@
+//! What the schema cannot say: that names exist, are in use and are well
+//! formed, that bands are no contradiction.
+//!
+//! The rules look at the JSON value and pass over whatever has the wrong
+//! shape, which [`crate::structure`] reports: so one look finds all faults.
+
+use std::collections::HashSet;
+
+use serde_json::{Map, Value};
+
+use crate::report::Report;
+use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, suggest};
+
+/// Reports every fault of meaning.
+pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
+    let mut rules = Rules {
+        document,
+        used_plugins: HashSet::new(),
+        report,
+    };
+    rules.check_models();
+    rules.check_tags();
+    rules.check_overlays();
+    rules.check_plugins();
+    rules.check_cameras();
+    let equipment = scene_rules::check(document, rules.report);
+    rules.check_bindings(&equipment);
+}
+
+struct Rules<'d, 'r, 'p> {
+    document: &'d Value,
+    used_plugins: HashSet<&'d str>,
+    report: &'r mut Report<'p>,
+}
+
+impl<'d> Rules<'d, '_, '_> {
+    fn check_models(&mut self) {
+        for (name, model) in named(self.document, "models") {
+            let pointer = item_pointer("models", name);
+            check_name_key(name, &pointer, "model", self.report);
+            if model["optimizer"].is_string() {
+                self.check_plugin_reference(&model["optimizer"], &pointer, "optimizer");
+            } else if model["theta"].as_f64().is_some_and(|theta| theta > 0.0) {
+                self.report.error(
+                    &join_pointer(&pointer, "theta"),
+                    "theta has no effect: the model has no optimizer",
+                    "add \"optimizer\" with the name of a plugin, or remove \"theta\"",
+                );
+            }
+        }
+    }
+
+    fn check_tags(&mut self) {
+        for (name, tag) in named(self.document, "tags") {
+            let pointer = item_pointer("tags", name);
+            check_name_key(name, &pointer, "tag", self.report);
+            for band in ["range", "limits"] {
+                if tag[band].is_object() {
+                    self.check_band(tag, band, &pointer);
+                }
+            }
+            let source = join_pointer(&pointer, "source");
+            self.check_plugin_reference(&tag["source"]["plugin"], &source, "plugin");
+        }
+    }
+
+    fn check_band(&mut self, tag: &Value, band: &str, tag_pointer: &str) {
+        let pointer = join_pointer(tag_pointer, band);
+        if let Some(value_type @ ("bool" | "double_point")) = tag["type"].as_str() {
+            self.report.error(
+                &pointer,
+                format!("a tag of type '{value_type}' has no {band}"),
+                format!("remove \"{band}\", or make the type \"f64\" or \"i64\""),
+            );
+        }
+        if let (Some(low), Some(high)) = (tag[band]["low"].as_f64(), tag[band]["high"].as_f64())
+            && low >= high
+        {
+            self.report.error(
+                &join_pointer(&pointer, "low"),
+                format!("low, {low}, is not less than high, {high}"),
+                "make low less than high, or one of them null",
+            );
+        }
+    }
+
+    fn check_overlays(&mut self) {
+        let overlays = self.document["overlays"].as_array().into_iter().flatten();
+        for (index, overlay) in overlays.enumerate() {
+            self.check_plugin_reference(overlay, "/overlays", index);
+        }
+    }
+
+    /// Comes after all that refer to plugins.
+    fn check_plugins(&mut self) {
+        let document = self.document;
+        for (name, plugin) in named(document, "plugins") {
+            let pointer = item_pointer("plugins", name);
+            check_name_key(name, &pointer, "plugin", self.report);
+            if let Some(id) = plugin["plugin"].as_str() {
+                let fault = name_fault(id, "plugin id");
+                report_name_fault(fault, &join_pointer(&pointer, "plugin"), self.report);
+            }
+            if !self.used_plugins.contains(name.as_str()) {
+                self.report.key_warning(
+                    &pointer,
+                    format!("the plugin '{}' is used nowhere", suggest::shown(name)),
+                    "name it in a model, a tag's source or the overlays, or remove it",
+                );
+            }
+        }
+        let has_no_directory = match &document["plugin_directories"] {
+            Value::Null => true,
+            Value::Array(directories) => directories.is_empty(),
+            _ => false,
+        };
+        if has_no_directory && named(document, "plugins").next().is_some() {
+            self.report.key_error(
+                "/plugins",
+                "plugins are named, but no directory to look for them in",
+                "add \"plugin_directories\": [\"plugins\"]",
+            );
+        }
+    }
+
+    fn check_cameras(&mut self) {
+        for (name, camera) in named(self.document, "cameras") {
+            let pointer = item_pointer("cameras", name);
+            check_name_key(name, &pointer, "camera", self.report);
+            let eye = coordinates(&camera["eye"]);
+            if eye.is_some() && eye == coordinates(&camera["target"]) {
+                self.report.error(
+                    &join_pointer(&pointer, "target"),
+                    "the camera stands where it looks at",
+                    "move \"eye\" or \"target\"",
+                );
+            }
+        }
+        let cameras = self.document["cameras"].as_object();
+        self.check_reference(
+            &self.document["view"]["camera"],
+            cameras,
+            "/view",
+            "camera",
+            "camera",
+        );
+    }
+
+    fn check_bindings(&mut self, equipment: &scene_rules::Equipment<'d>) {
+        let bindings = self.document["bindings"].as_array().into_iter().flatten();
+        for (index, binding) in bindings.enumerate() {
+            let pointer = join_pointer("/bindings", index);
+            let tags = self.document["tags"].as_object();
+            self.check_reference(&binding["tag"], tags, &pointer, "tag", "tag");
+            let Some(node) = binding["node"].as_str() else {
+                continue;
+            };
+            let id = node.split_once('/').map_or(node, |(id, _)| id);
+            if !equipment.contains_key(id) {
+                self.report.error_with(&join_pointer(&pointer, "node"), || {
+                    let cause = format!("no scene node has the id '{}'", suggest::shown(id));
+                    let add = || "add a node with that id to the scene".to_owned();
+                    (cause, suggest::remedy(id, equipment.keys().copied(), add))
+                });
+            }
+        }
+    }
+
+    fn check_plugin_reference(
+        &mut self,
+        name: &'d Value,
+        parent_pointer: &str,
+        key: impl std::fmt::Display,
+    ) {
+        self.used_plugins.extend(name.as_str());
+        let plugins = self.document["plugins"].as_object();
+        self.check_reference(name, plugins, parent_pointer, key, "plugin");
+    }
+
+    fn check_reference(
+        &mut self,
+        name: &Value,
+        known: Option<&Map<String, Value>>,
+        parent_pointer: &str,
+        key: impl std::fmt::Display,
+        what: &str,
+    ) {
+        check_reference(name, known, parent_pointer, key, what, self.report);
+    }
+}
+
+/// Reports a name that is none of `known`.
+pub(crate) fn check_reference(
+    name: &Value,
+    known: Option<&Map<String, Value>>,
+    parent_pointer: &str,
+    key: impl std::fmt::Display,
+    what: &str,
+    report: &mut Report<'_>,
+) {
+    let Some(name) = name.as_str() else { return };
+    if known.is_some_and(|known| known.contains_key(name)) {
+        return;
+    }
+    report.error_with(&join_pointer(parent_pointer, key), || {
+        let names = known
+            .into_iter()
+            .flat_map(|known| known.keys().map(String::as_str));
+        let define = || format!("add a {what} of that name under /{what}s");
+        let cause = format!("there is no {what} '{}'", suggest::shown(name));
+        (cause, suggest::remedy(name, names, define))
+    });
+}
+
+/// What is wrong with a name beyond what the schema says (1 to
+/// [`MAX_NAME_BYTES`] *characters*), as cause and remedy.
+pub(crate) fn name_fault(name: &str, what: &str) -> Option<(String, String)> {
+    let characters = name.chars().count();
+    if name.len() > MAX_NAME_BYTES && characters <= MAX_NAME_BYTES {
+        let cause = format!(
+            "the {what} has {} bytes; at most {MAX_NAME_BYTES}",
+            name.len()
+        );
+        return Some((cause, "shorten it".to_owned()));
+    }
+    name.chars().any(char::is_control).then(|| {
+        let cause = format!(
+            "the {what} '{}' has a control character",
+            suggest::shown(name)
+        );
+        (cause, "write it with printable characters".to_owned())
+    })
+}
+
+fn report_name_fault(fault: Option<(String, String)>, pointer: &str, report: &mut Report<'_>) {
+    if let Some((cause, remedy)) = fault {
+        report.error(pointer, cause, remedy);
+    }
+}
+
+/// A name that is a key: the schema says nothing about it.
+fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>) {
+    let fault = if name.is_empty() {
+        Some((
+            format!("the {what} has an empty name"),
+            "give it a name".to_owned(),
+        ))
+    } else if name.len() > MAX_NAME_BYTES {
+        let cause = format!(
+            "the {what} name has {} bytes; at most {MAX_NAME_BYTES}",
+            name.len()
+        );
+        Some((cause, "shorten it".to_owned()))
+    } else {
+        name_fault(name, &format!("{what} name"))
+    };
+    if let Some((cause, remedy)) = fault {
+        report.key_error(pointer, cause, remedy);
+    }
+}
+
+/// The members of the object `key` of the document.
+fn named<'d>(document: &'d Value, key: &str) -> impl Iterator<Item = (&'d String, &'d Value)> {
+    document[key].as_object().into_iter().flatten()
+}
+
+fn item_pointer(key: &str, name: &str) -> String {
+    join_pointer(&join_pointer("", key), name)
+}
+
+/// Three coordinates as they will be stored.
+fn coordinates(value: &Value) -> Option<Vec<f32>> {
+    value
+        .as_array()?
+        .iter()
+        .map(|c| c.as_f64().map(|c| c as f32))
+        .collect()
+}

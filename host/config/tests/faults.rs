@@ -1,0 +1,303 @@
+//! Invalid texts, and exactly where each is at fault.
+//!
+//! `«` in a text marks the place of a fault; the test takes the marks out.
+//! Faults are listed in the order of the text.
+
+use busbar_config::{Diagnostic, parse, schema};
+
+const EXAMPLE: &str = include_str!("data/example.json");
+
+/// Pointer, words of the cause, words of the remedy.
+type Expected = (&'static str, &'static str, &'static str);
+
+#[track_caller]
+fn check(marked: &str, expected: &[Expected]) {
+    let text = marked.replace('«', "");
+    let faults = match parse(&text) {
+        Ok(config) => config.warnings,
+        Err(faults) => faults,
+    };
+    let shown: Vec<String> = faults.iter().map(|f| f.render("t")).collect();
+    let shown = shown.join("\n");
+    assert_eq!(faults.len(), expected.len(), "{marked}\n{shown}");
+    let marks = marks(marked);
+    assert_eq!(marks.len(), expected.len(), "a mark a fault: {marked}");
+    for ((fault, (pointer, cause, remedy)), place) in faults.iter().zip(expected).zip(marks) {
+        assert_eq!(fault.pointer, *pointer, "{shown}");
+        assert_eq!((fault.line, fault.column), place, "{shown}");
+        assert!(fault.cause.contains(cause), "{shown}");
+        assert!(fault.remedy.contains(remedy), "{shown}");
+    }
+}
+
+/// Lines and columns of the marks in the text without them.
+fn marks(marked: &str) -> Vec<(u32, u32)> {
+    let mut marks = Vec::new();
+    for (line, text) in (1..).zip(marked.split('\n')) {
+        let mut column = 1;
+        for letter in text.chars() {
+            if letter == '«' {
+                marks.push((line, column));
+            } else {
+                column += 1;
+            }
+        }
+    }
+    marks
+}
+
+/// A case of `data/shape.txt` or `data/meaning.txt`.
+#[derive(Default)]
+struct Case {
+    edits: Vec<(&'static str, &'static str)>,
+    expected: Vec<Expected>,
+}
+
+impl Case {
+    fn marked(&self) -> String {
+        self.edits
+            .iter()
+            .fold(EXAMPLE.to_owned(), |text, (from, to)| {
+                assert_eq!(text.matches(from).count(), 1, "{from}");
+                text.replace(from, to)
+            })
+    }
+
+    fn read_all(table: &'static str) -> Vec<Self> {
+        let lines = table.lines().filter(|line| !line.starts_with('#'));
+        let mut cases = vec![Self::default()];
+        let mut from = None;
+        for line in lines {
+            let rest = line.get(2..).unwrap_or_default();
+            let case = cases.last_mut().expect("one to start with");
+            match line.get(..1) {
+                None => cases.push(Self::default()),
+                Some("-") => from = Some(rest),
+                Some("+") => case.edits.push((from.take().expect("a '-' before"), rest)),
+                Some("=") => case.expected.push(expected(rest)),
+                _ => panic!("not understood: {line}"),
+            }
+        }
+        cases.retain(|case| !case.edits.is_empty());
+        cases
+    }
+}
+
+fn expected(line: &'static str) -> Expected {
+    let mut parts = line.split(" | ");
+    let mut part = || parts.next().expect("pointer | cause | remedy");
+    (part(), part(), part())
+}
+
+/// Checks a table, and that the schema alone refuses or accepts its texts.
+fn check_table(table: &'static str, schema_accepts: bool) {
+    let validator = jsonschema::draft202012::new(&schema()).expect("a schema");
+    let cases = Case::read_all(table);
+    assert!(cases.len() > 15, "{}", cases.len());
+    for case in cases {
+        let marked = case.marked();
+        check(&marked, &case.expected);
+        let value = serde_json::from_str(&marked.replace('«', "")).expect("JSON");
+        assert_eq!(validator.is_valid(&value), schema_accepts, "{marked}");
+    }
+}
+
+#[test]
+fn shape() {
+    check_table(include_str!("data/shape.txt"), false);
+}
+
+#[test]
+fn meaning() {
+    check_table(include_str!("data/meaning.txt"), true);
+}
+
+#[test]
+fn ids_are_measured_in_bytes() {
+    let long = "é".repeat(101);
+    check(
+        &EXAMPLE.replace(r#""=S12D1","#, &format!("«\"{long}\",")),
+        &[("/scene/0/id", "has 202 bytes; at most 200", "shorten it")],
+    );
+}
+
+#[test]
+fn names_that_are_keys() {
+    let camera = r#"{ "eye": [1, 0, 0], "target": [0, 0, 0] }"#;
+    let text = |name: &str| {
+        format!("{{ \"version\": 1, \"scene\": [], \"cameras\": {{ «\"{name}\": {camera} }} }}")
+    };
+    check(
+        &text(""),
+        &[(
+            "/cameras/",
+            "the camera has an empty name",
+            "give it a name",
+        )],
+    );
+    check(
+        &text(r"a\tb"),
+        &[("/cameras/a\tb", "has a control character", "printable")],
+    );
+    let long = "x".repeat(201);
+    let pointer: &'static str = format!("/cameras/{long}").leak();
+    check(
+        &text(&long),
+        &[(pointer, "has 201 bytes; at most 200", "shorten it")],
+    );
+}
+
+#[test]
+fn syntax() {
+    let faults: &[(&str, &str, &str)] = &[
+        ("«", "the configuration is empty", "write an object"),
+        ("«\u{feff}{}", "byte order mark", "without"),
+        (
+            "{ «// no\n}",
+            "comments are not allowed",
+            "remove the comment",
+        ),
+        (
+            "{ \"a\": [1, 2«,] }",
+            "trailing commas are not allowed",
+            "remove the comma",
+        ),
+        (
+            "{ \"a\": 1«,\n}",
+            "trailing commas are not allowed",
+            "remove the comma",
+        ),
+        ("{ \"ä\": 1« \"b\": 2 }", "expected comma", "put a comma"),
+        ("{ \"a\" «1 }", "expected colon", "put a colon"),
+        ("{\n  \"a\": «nope }", "unexpected word", "correct"),
+        ("{\n «'a': 1 }", "single-quoted", "double quotes"),
+        ("«{ \"a\": 1", "unterminated object", "close this object"),
+        ("{ \"a\": «[1", "unterminated array", "close this array"),
+        ("{} «{}", "more than one", "remove what follows"),
+        ("{ \"a\": «\"b }", "unterminated string", "correct"),
+        ("{ \"a\": 0«1 }", "expected comma", "comma"),
+        ("[[«1e999]]", "number out of range", "smaller"),
+    ];
+    for (marked, cause, remedy) in faults {
+        let faults = parse(&marked.replace('«', "")).unwrap_err();
+        let [
+            Diagnostic {
+                line,
+                column,
+                pointer,
+                cause: found,
+                remedy: mending,
+                ..
+            },
+        ] = &faults[..]
+        else {
+            panic!("{marked}: {faults:#?}")
+        };
+        assert!(
+            found.contains(cause) && mending.contains(remedy),
+            "{marked}: {faults:#?}"
+        );
+        assert_eq!((*line, *column), marks(marked)[0], "{marked}: {faults:#?}");
+        assert_eq!(pointer, "");
+    }
+}
+
+#[test]
+fn what_only_the_strict_parser_refuses() {
+    for text in [
+        "[\"a\tb\"]",
+        "[[] []]",
+        "[1\u{a0}]",
+        "[\u{b}1]",
+        r#"["\ud800"]"#,
+    ] {
+        let faults = parse(text).unwrap_err();
+        assert_eq!(faults.len(), 1, "{text:?}: {faults:#?}");
+        assert!(
+            faults[0].cause.starts_with("not valid JSON"),
+            "{text:?}: {faults:#?}"
+        );
+        assert_eq!(faults[0].line, 1);
+    }
+}
+
+#[test]
+fn keys_given_twice_do_not_hide_other_faults() {
+    check(
+        r#"{ "version": 1, "scene": [],
+ "view": { "samples": 4,
+ «"samples": «9 },
+ «"version": 1 }"#,
+        &[
+            (
+                "/view/samples",
+                "given twice, first at line 2, column 12",
+                "remove one",
+            ),
+            ("/view/samples", "9 is not allowed", "write one of 1, 4"),
+            (
+                "/version",
+                "given twice, first at line 1, column 3",
+                "remove one",
+            ),
+        ],
+    );
+}
+
+#[test]
+fn ten_different_faults_are_ten_diagnostics() {
+    check(
+        r##"{
+  "version": «"1",
+  "plugin_directories": ["plugins"],
+  "plugins": { "plc": { "plugin": «5 } },
+  "models": { "m": «{ "optimizer": "plc", "theta": «2 } },
+  "scene": [
+    { "id": "A", "model": «"n", «"transfrom": {} },
+    { "id": «"A" }
+  ],
+  "tags": {
+    "t": { "type": "i64", "limits": { "low": «9, "high": 1 },
+           "source": { "plugin": «"plcc", "address": 1 } },
+    "u": { "type": "i64", "source": { "plugin": "plc", "address": 1 } }
+  },
+  "bindings": [{ "tag": «"v", "node": "A/x" }]
+}"##,
+        &[
+            ("/version", "must be a whole number, not a text", "1"),
+            (
+                "/plugins/plc/plugin",
+                "must be a text, not a number",
+                "example.optimizer",
+            ),
+            ("/models/m", "'file' is missing", "models/transformer.glb"),
+            ("/models/m/theta", "2 is greater than 1", "from 0"),
+            ("/scene/0/model", "no model 'n'", "'m'"),
+            (
+                "/scene/0/transfrom",
+                "not known",
+                "did you mean 'transform'?",
+            ),
+            ("/scene/1/id", "used twice", "another id"),
+            ("/tags/t/limits/low", "not less", "less"),
+            (
+                "/tags/t/source/plugin",
+                "no plugin 'plcc'",
+                "did you mean 'plc'?",
+            ),
+            ("/bindings/0/tag", "no tag 'v'", "'"),
+        ],
+    );
+}
+
+#[test]
+fn a_root_that_is_no_object_is_refused() {
+    check(
+        "«[]",
+        &[(
+            "",
+            "the configuration must be an object, not an array",
+            "write an object",
+        )],
+    );
+}

@@ -1,0 +1,24 @@
+//! Plugins and how their links are.
+
+use egui::{RichText, Ui};
+
+use crate::{LinkLamp, PluginRow, theme};
+
+pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow]) {
+    for plugin in plugins {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(&plugin.name).strong());
+            ui.label(RichText::new(&plugin.plugin).color(theme::FAINT_INK));
+            let state = match plugin.lamp {
+                LinkLamp::None => "",
+                LinkLamp::Up => "link up",
+                LinkLamp::Waiting => "… connecting",
+                LinkLamp::Down => "× down",
+            };
+            ui.label(state);
+        });
+        if !plugin.message.is_empty() {
+            ui.add(egui::Label::new(RichText::new(&plugin.message).color(theme::FAINT_INK)).wrap());
+        }
+    }
+}

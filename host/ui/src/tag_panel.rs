@@ -1,0 +1,92 @@
+//! The tag table: value, unit, quality, age.
+
+use egui::{Align, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
+
+use crate::view_model::age_text;
+use crate::{Command, Mark, TagRow, hatch, theme};
+
+/// Height of a row, points.
+const ROW_HEIGHT: f32 = 20.0;
+/// Shares of the width: name, value, quality, age.
+const COLUMNS: [f32; 4] = [0.36, 0.24, 0.26, 0.14];
+
+pub(crate) fn show(ui: &mut Ui, tags: &[TagRow], commands: &mut Vec<Command>) {
+    header(ui);
+    for tag in tags {
+        let response = row(ui, tag);
+        if let (true, Some(node)) = (response.clicked(), &tag.node) {
+            commands.push(Command::Focus(node.clone()));
+        }
+    }
+}
+
+fn header(ui: &mut Ui) {
+    let (rect, _) =
+        ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::hover());
+    for (index, title) in ["Tag", "Value", "Quality", "Age"].into_iter().enumerate() {
+        cell(
+            ui,
+            rect,
+            index,
+            RichText::new(title).color(theme::FAINT_INK),
+        );
+    }
+}
+
+fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
+    let (rect, response) =
+        ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::click());
+    // The ground lies under value and quality, where the mark must show.
+    let ground = column(rect, 1).union(column(rect, 2));
+    hatch::ground(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
+    let (_, ink) = theme::ground_and_ink(&tag.mark);
+    let value = if tag.unit.is_empty() {
+        tag.value.clone()
+    } else {
+        format!("{} {}", tag.value, tag.unit)
+    };
+    cell(ui, rect, 0, RichText::new(&tag.name));
+    cell(ui, rect, 1, RichText::new(value).color(ink));
+    cell(
+        ui,
+        rect,
+        2,
+        RichText::new(quality_text(&tag.mark)).color(ink),
+    );
+    cell(
+        ui,
+        rect,
+        3,
+        RichText::new(tag.age.map_or_else(String::new, age_text)),
+    );
+    response.on_hover_text(&tag.id)
+}
+
+fn column(rect: egui::Rect, index: usize) -> egui::Rect {
+    let left: f32 = COLUMNS[..index].iter().sum();
+    let x = rect.left() + left * rect.width();
+    let size = Vec2::new(COLUMNS[index] * rect.width(), rect.height());
+    egui::Rect::from_min_size(egui::pos2(x, rect.top()), size)
+}
+
+fn cell(ui: &mut Ui, rect: egui::Rect, index: usize, text: RichText) {
+    let right = index == 1 || index == 3;
+    let layout = if right {
+        Layout::right_to_left(Align::Center)
+    } else {
+        Layout::left_to_right(Align::Center)
+    };
+    let cell = column(rect, index).shrink2(Vec2::new(4.0, 0.0));
+    let mut cell_ui = ui.new_child(UiBuilder::new().max_rect(cell).layout(layout));
+    cell_ui.add(egui::Label::new(text).selectable(false).truncate());
+}
+
+fn quality_text(mark: &Mark) -> String {
+    let symbol = theme::symbol(mark);
+    match mark {
+        Mark::Normal => "good".into(),
+        Mark::Warning => format!("{symbol} good, limit"),
+        Mark::Alarm => format!("{symbol} good, alarm"),
+        Mark::Uncertain { reason } | Mark::Bad { reason } => format!("{symbol} {reason}"),
+    }
+}

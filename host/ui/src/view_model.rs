@@ -1,0 +1,241 @@
+//! What the panels show, and what they can ask for.
+
+use std::time::Duration;
+
+use egui::{Pos2, Vec2};
+
+/// Everything that the panels show in one frame.
+#[derive(Clone, Debug, Default)]
+pub struct ViewModel {
+    /// Models with their collapse stacks.
+    pub models: Vec<ModelRow>,
+    /// Tags.
+    pub tags: Vec<TagRow>,
+    /// Plugins.
+    pub plugins: Vec<PluginRow>,
+    /// Names of cameras.
+    pub cameras: Vec<String>,
+    /// Whether the scene is drawn as wireframe.
+    pub wireframe: bool,
+    /// The line at the bottom.
+    pub status: StatusLine,
+    /// Equipment id of what is selected.
+    pub selected: Option<String>,
+}
+
+/// A model and where its cursors stand.
+#[derive(Clone, Debug, Default)]
+pub struct ModelRow {
+    /// Name.
+    pub name: String,
+    /// Proportion of vertices simplified, 0 to 1.
+    pub theta: f64,
+    /// Entries to be collapsed, over all meshes.
+    pub s1: u64,
+    /// Entries collapsed, over all meshes.
+    pub s2: u64,
+    /// Live triangles of one instance.
+    pub triangles: u64,
+    /// Instances in the scene.
+    pub instances: usize,
+}
+
+/// How a value must be marked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Mark {
+    /// Good and in its normal band.
+    #[default]
+    Normal,
+    /// Good, outside its normal band.
+    Warning,
+    /// Good, and needs action.
+    Alarm,
+    /// Doubtful.
+    Uncertain {
+        /// Why.
+        reason: String,
+    },
+    /// Not to be relied on.
+    Bad {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// A tag.
+#[derive(Clone, Debug, Default)]
+pub struct TagRow {
+    /// Id.
+    pub id: String,
+    /// Name.
+    pub name: String,
+    /// Last value.
+    pub value: String,
+    /// Unit.
+    pub unit: String,
+    /// How it is marked.
+    pub mark: Mark,
+    /// Time since the value came.
+    pub age: Option<Duration>,
+    /// Equipment it is bound to.
+    pub node: Option<String>,
+}
+
+/// A label at a piece of equipment.
+#[derive(Clone, Debug, Default)]
+pub struct Label {
+    /// Equipment id.
+    pub title: String,
+    /// Where the equipment is on the screen, points.
+    pub anchor: Pos2,
+    /// Distance from the camera, metres: nearer labels come first.
+    pub distance: f32,
+    /// Lines.
+    pub lines: Vec<LabelLine>,
+    /// Whether the equipment is selected.
+    pub selected: bool,
+}
+
+/// A line of a label.
+#[derive(Clone, Debug, Default)]
+pub struct LabelLine {
+    /// Caption.
+    pub caption: String,
+    /// Value with unit.
+    pub text: String,
+    /// How it is marked.
+    pub mark: Mark,
+    /// Time since the value came.
+    pub age: Option<Duration>,
+}
+
+/// State of a plugin's link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinkLamp {
+    /// It has no link.
+    #[default]
+    None,
+    /// Up.
+    Up,
+    /// Connecting.
+    Waiting,
+    /// Down, or the plugin failed.
+    Down,
+}
+
+/// A plugin instance.
+#[derive(Clone, Debug, Default)]
+pub struct PluginRow {
+    /// Name in the configuration.
+    pub name: String,
+    /// Plugin id and version.
+    pub plugin: String,
+    /// Link.
+    pub lamp: LinkLamp,
+    /// What it last said.
+    pub message: String,
+}
+
+/// The line at the bottom.
+#[derive(Clone, Debug, Default)]
+pub struct StatusLine {
+    /// Triangles drawn.
+    pub triangles: u64,
+    /// Triangles at full detail.
+    pub triangles_full: u64,
+    /// Frame time, median of the last ones, milliseconds.
+    pub frame_millis: f64,
+    /// Graphics device.
+    pub device: String,
+    /// Tags of good quality.
+    pub good: usize,
+    /// Tags of uncertain quality.
+    pub uncertain: usize,
+    /// Tags of bad quality.
+    pub bad: usize,
+}
+
+/// What an operator asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Set a model's theta.
+    SetTheta {
+        /// Index into [`ViewModel::models`].
+        model: usize,
+        /// 0 to 1.
+        theta: f64,
+    },
+    /// Draw as wireframe, or not.
+    SetWireframe(bool),
+    /// Go to a named camera.
+    UseCamera(String),
+    /// Frame an equipment id.
+    Focus(String),
+    /// Frame the whole scene.
+    FitAll,
+    /// Turn about the target, points of drag.
+    Orbit(Vec2),
+    /// Move sideways, points of drag.
+    Pan(Vec2),
+    /// Move to or from the target: factor on the distance.
+    Zoom(f32),
+    /// Name and select what is at a point of the screen.
+    Pick(Pos2),
+}
+
+impl Mark {
+    /// The more urgent of two: alarm, bad, warning, uncertain, normal.
+    pub fn most_urgent(self, other: Self) -> Self {
+        if other.urgency() > self.urgency() {
+            other
+        } else {
+            self
+        }
+    }
+
+    /// 0 is normal.
+    pub fn urgency(&self) -> u8 {
+        match self {
+            Self::Normal => 0,
+            Self::Uncertain { .. } => 1,
+            Self::Warning => 2,
+            Self::Bad { .. } => 3,
+            Self::Alarm => 4,
+        }
+    }
+}
+
+/// An age in words: `0.4 s`, `12 s`, `3 min`, `5 h`.
+pub(crate) fn age_text(age: Duration) -> String {
+    match age.as_secs() {
+        0..10 => format!("{:.1} s", age.as_secs_f64()),
+        seconds @ 10..120 => format!("{seconds} s"),
+        seconds @ 120..7200 => format!("{} min", seconds / 60),
+        seconds => format!("{} h", seconds / 3600),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ages_read_well() {
+        let check =
+            |millis, expected| assert_eq!(age_text(Duration::from_millis(millis)), expected);
+        check(400, "0.4 s");
+        check(12_900, "12 s");
+        check(180_000, "3 min");
+        check(7_200_000, "2 h");
+    }
+
+    #[test]
+    fn the_most_urgent_mark_wins() {
+        let bad = Mark::Bad {
+            reason: "stale".into(),
+        };
+        assert_eq!(Mark::Warning.most_urgent(bad.clone()), bad);
+        assert_eq!(Mark::Alarm.most_urgent(bad.clone()), Mark::Alarm);
+        assert_eq!(Mark::Normal.most_urgent(Mark::Normal), Mark::Normal);
+    }
+}

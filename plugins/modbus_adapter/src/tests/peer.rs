@@ -1,0 +1,96 @@
+//! pymodbus in a process of its own.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// Path from this crate to the workspace's root.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+pub(super) struct Peer {
+    child: Child,
+    stdin: ChildStdin,
+    stdout: BufReader<ChildStdout>,
+    pub(super) port: u16,
+}
+
+impl Peer {
+    /// Starts a server with these values; `None`, said aloud, where there is
+    /// no pymodbus. Where peers are required that is a failure.
+    pub(super) fn start(values: &serde_json::Value) -> Option<Self> {
+        Some(Self::start_on(&python()?, 0, values))
+    }
+
+    /// Starts a server anew on a port that another had.
+    pub(super) fn restart(port: u16, values: &serde_json::Value) -> Self {
+        Self::start_on(&python().expect("it was there before"), port, values)
+    }
+
+    fn start_on(python: &Path, port: u16, values: &serde_json::Value) -> Self {
+        let script = Path::new(ROOT).join("tests/peers/pymodbus_server.py");
+        let mut child = Command::new(python)
+            .arg(script)
+            .args(["--port", &port.to_string(), &values.to_string()])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stdin = child.stdin.take().unwrap();
+        let stdout = BufReader::new(child.stdout.take().unwrap());
+        let mut peer = Self {
+            child,
+            stdin,
+            stdout,
+            port,
+        };
+        let line = peer.line();
+        let port = line.strip_prefix("READY ").and_then(|p| p.parse().ok());
+        peer.port = port.unwrap_or_else(|| panic!("pymodbus did not start: '{line}'"));
+        peer
+    }
+
+    /// Gives a command and waits until it is carried out.
+    pub(super) fn command(&mut self, command: &str) {
+        writeln!(self.stdin, "{command}").unwrap();
+        assert_eq!(self.line(), "OK", "{command}");
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).unwrap();
+        line.trim().to_owned()
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn python() -> Option<PathBuf> {
+    let path = std::env::var_os("BUSBAR_PYTHON").map_or_else(
+        || Path::new(ROOT).join("target/venv/bin/python"),
+        PathBuf::from,
+    );
+    let works = Command::new(&path)
+        .args(["-c", "import pymodbus"])
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success());
+    if works {
+        return Some(path);
+    }
+    let remedy = format!(
+        "no pymodbus by {}: install tests/peers/requirements.txt and set BUSBAR_PYTHON",
+        path.display()
+    );
+    let required = |name| std::env::var_os(name).is_some();
+    assert!(
+        !required("CI") && !required("BUSBAR_REQUIRE_PEERS"),
+        "{remedy}"
+    );
+    eprintln!("SKIPPED: {remedy}");
+    None
+}
