@@ -99,6 +99,14 @@ impl CollapseSequence {
         })
     }
 
+    /// A sequence in which nothing collapses.
+    pub fn none(position_count: u32) -> Self {
+        Self {
+            entries: Vec::new(),
+            position_count,
+        }
+    }
+
     /// The collapses in order.
     pub fn entries(&self) -> &[Collapse] {
         &self.entries

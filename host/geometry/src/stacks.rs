@@ -106,6 +106,14 @@ impl CollapseStacks {
         self.sequence.position_count() - cursor.min(self.sequence.len())
     }
 
+    /// Triangles that live at a cursor.
+    pub fn live_triangles(&self, cursor: u32) -> u64 {
+        self.death_index
+            .iter()
+            .filter(|&&death| death > cursor)
+            .count() as u64
+    }
+
     /// The longest chain of ancestors.
     pub fn max_depth(&self) -> u32 {
         self.max_depth

@@ -1,1 +1,184 @@
-//! Untrusted glTF bytes to meshes, materials and nodes
+//! Untrusted glTF bytes to meshes, materials and nodes.
+//!
+//! Invariant: nothing is allocated from a number in the file before that
+//! number is checked against the bytes that are there, and nothing outside the
+//! model's folder is opened.
+//!
+//! The `gltf` crate gives the document's types; its own checks and readers
+//! panic on hostile files, so every index, range and element is checked and
+//! read here.
+
+mod accessor;
+mod buffers;
+mod container;
+mod document;
+mod error;
+mod files;
+mod images;
+mod limits;
+mod materials;
+mod meshes;
+mod nodes;
+mod primitives;
+mod report;
+mod scan;
+mod uri;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use busbar_scene::{Model, ModelNode};
+use gltf::json::Root;
+
+use crate::buffers::Buffers;
+use crate::files::Files;
+use crate::meshes::Checker;
+use crate::report::Notes;
+
+pub use crate::error::{Fault, ImportError};
+pub use crate::limits::{
+    ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FILE_BYTES, MAX_JSON_BYTES,
+    MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES, MAX_NODES, MAX_NOTES, MAX_TEXTURE_PIXELS,
+    MAX_TEXTURE_SIDE, MAX_TRIANGLES,
+};
+pub use crate::report::ImportReport;
+
+/// A model and what was left out of it.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// The model.
+    pub model: Model,
+    /// What happened on the way.
+    pub report: ImportReport,
+}
+
+/// Imports a `.gltf` or `.glb` file. Files that it names are looked for in its
+/// folder and below, nowhere else.
+///
+/// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
+/// the first texture coordinates in any component type (KHR_mesh_quantization
+/// included); sparse accessors; metallic-roughness materials with PNG and JPEG
+/// textures. All else is skipped and reported, or refused if the file requires
+/// it. Node names become unique within the model and lose their '/'.
+///
+/// # Errors
+/// [`ImportError`]: file, what, where and remedy, for files that cannot be
+/// read, contradict themselves or exceed the limits.
+pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<Imported, ImportError> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let named = |error: ImportError| ImportError {
+        file: path.to_owned(),
+        ..error
+    };
+    let bytes = files::read_regular(path, limits.max_file_bytes)
+        .map_err(|fault| named(fault.at("the whole file")))?;
+    import_bytes(&bytes, Some(folder), limits).map_err(named)
+}
+
+/// Imports the bytes of a `.gltf` or `.glb` file. Relative URIs resolve in
+/// `base` and stay below it, links followed; `None` refuses all files.
+///
+/// # Errors
+/// As [`import_file`].
+pub fn import_bytes(
+    bytes: &[u8],
+    base: Option<&Path>,
+    limits: &ImportLimits,
+) -> Result<Imported, ImportError> {
+    // The closure only reads, and what it builds is dropped when it unwinds.
+    catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits))).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text
+            .or(panic.downcast_ref::<&str>().copied())
+            .unwrap_or("without a message");
+        Err(Fault::Panicked(text.to_owned()).at("the whole file"))
+    })
+}
+
+fn import(
+    bytes: &[u8],
+    base: Option<&Path>,
+    limits: &ImportLimits,
+) -> Result<Imported, ImportError> {
+    let (count, limit) = (bytes.len() as u64, limits.max_file_bytes);
+    if count > limit {
+        return Err(Fault::TooMany {
+            what: "bytes",
+            count,
+            limit,
+        }
+        .at("the whole file"));
+    }
+    let mut notes = Notes::default();
+    let container = container::open(bytes)?;
+    let root = document::parse(container.json, limits, &mut notes)?;
+    let mut nodes = nodes::build(&root, limits, &mut notes)?;
+    let materials = materials::convert(&root, &mut notes)?;
+
+    let mut files = Files::new(base, limit - count);
+    let loaded_buffers = buffers::load(&root, container.bin, &mut files)?;
+    let loaded_images = images::load(&root, &materials.images, &mut files)?;
+    let buffers = Buffers::new(&root, &loaded_buffers, container.bin, &files)?;
+
+    let shown = check_meshes(&root, &buffers, limits, &nodes, &mut notes)?;
+    let textures = images::decode(
+        &root,
+        &materials.images,
+        &loaded_images,
+        &buffers,
+        &files,
+        limits,
+    )?;
+    let mut report = ImportReport::default();
+    let mut meshes = Vec::new();
+    let mut model_mesh = vec![None; root.meshes.len()];
+    for mesh in shown {
+        let (built, welded) = meshes::build(&root, &buffers, mesh)?;
+        model_mesh[mesh] = Some(meshes.len() as u32);
+        meshes.push(built);
+        report.meshes.push(welded);
+    }
+    for node in &mut nodes {
+        node.mesh = node.mesh.and_then(|mesh| model_mesh[mesh as usize]);
+    }
+    report.notes = notes.into_sentences();
+    let model = Model {
+        meshes,
+        materials: materials.materials,
+        textures,
+        nodes,
+    };
+    Ok(Imported { model, report })
+}
+
+/// Checks the meshes that nodes show. Returns those with triangles, in the
+/// file's order.
+fn check_meshes(
+    root: &Root,
+    buffers: &Buffers<'_>,
+    limits: &ImportLimits,
+    nodes: &[ModelNode],
+    notes: &mut Notes,
+) -> Result<Vec<usize>, ImportError> {
+    let mut named = vec![false; root.meshes.len()];
+    for mesh in nodes.iter().filter_map(|node| node.mesh) {
+        named[mesh as usize] = true;
+    }
+    let mut checker = Checker::new(root, buffers, limits);
+    let mut shown = Vec::new();
+    for mesh in (0..named.len()).filter(|&mesh| named[mesh]) {
+        if checker.check(mesh, notes)? > 0 {
+            shown.push(mesh);
+        } else {
+            notes.add("mesh without triangles skipped");
+        }
+    }
+    notes.add_many(
+        "mesh skipped: no node shows it",
+        named.iter().filter(|n| !**n).count(),
+    );
+    Ok(shown)
+}

@@ -1,1 +1,45 @@
-//! Vulkan instance, device, memory, swapchain and frames in flight
+//! Vulkan behind a safe, small interface: instance, device, memory, pipelines,
+//! frames in flight, swapchain, and egui's painter.
+//!
+//! Invariant: no other crate names ash, and nothing here knows a mesh.
+//!
+//! Work is recorded by a [`Recorder`] and runs on one queue in order. One
+//! timeline semaphore counts submissions; a dropped resource lives on until
+//! the submission that may still use it has finished.
+
+mod adapter;
+mod bind;
+mod buffer;
+mod device;
+mod error;
+mod format;
+mod garbage;
+mod gpu;
+mod image;
+mod instance;
+mod overlay;
+mod pass;
+mod pipeline;
+mod presenter;
+mod recorder;
+mod sampler;
+mod slot;
+mod surface;
+mod swapchain;
+mod transfer;
+mod validation;
+
+pub use bind::{BindGroup, BindGroupLayout, Binding, BindingKind};
+pub use buffer::{Buffer, BufferUsage};
+pub use error::GpuError;
+pub use format::Format;
+pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
+pub use image::{Image, ImageDescription, ImageKind};
+pub use overlay::Overlay;
+pub use pass::{ClearColor, Draw, Pass, Targets, Viewport};
+pub use pipeline::{Blend, Pipeline, PipelineDescription, ShaderStage};
+pub use recorder::Recorder;
+pub use sampler::{AddressMode, Sampler};
+pub use surface::WindowHandles;
+pub use transfer::Download;
+pub use validation::ValidationLog;

@@ -113,6 +113,22 @@ impl Telemetry {
         })
     }
 
+    /// Whether an instance could serve these tags, without connecting.
+    ///
+    /// # Errors
+    /// As [`Telemetry::start`].
+    pub fn check(instance: &Instance, tags: &[TelemetryTag]) -> Result<(), PluginError> {
+        let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
+        let Some(check) = table.check else {
+            return Ok(());
+        };
+        let specs: Vec<_> = tags.iter().map(to_abi).collect();
+        let mut error = abi::BusbarError::empty();
+        // SAFETY: specs and error live for the call.
+        let status = unsafe { check(instance.as_ptr(), specs.as_ptr(), specs.len(), &mut error) };
+        instance.outcome(status, &error)
+    }
+
     /// The instance.
     pub fn instance(&self) -> &Instance {
         &self.instance

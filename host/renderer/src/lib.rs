@@ -1,1 +1,32 @@
-//! Upload, draw and pick collapse-stacked meshes
+//! Draws collapse-stacked meshes: upload, resolve, draw, paint panels, pick.
+//!
+//! Invariant: the renderer knows no tags, no configuration and no plugins; it
+//! is told what to draw, frame by frame.
+//!
+//! Vertices are uploaded once a model. What changes with a cursor is an index
+//! buffer, resolved when a (model, mesh, cursor) is first asked for and shared
+//! by all instances at that cursor.
+
+mod batch;
+mod camera;
+mod content;
+mod error;
+mod frame;
+mod index_cache;
+mod material;
+mod model;
+mod pick;
+mod pipelines;
+mod renderer;
+mod scene_pass;
+mod stream;
+mod targets;
+
+pub use busbar_gpu::{GpuError, ValidationLog, WindowHandles};
+pub use camera::CameraView;
+pub use error::RenderError;
+pub use frame::{DrawInstance, EguiFrame, Frame, FrameStats, Picture};
+pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
+pub use model::{ModelHandle, ModelUpload};
+pub use renderer::{Renderer, RendererOptions};
+pub use stream::MAX_INSTANCES;

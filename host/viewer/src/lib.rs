@@ -1,1 +1,26 @@
-//! The viewer: load, step a frame, pick, report
+//! The viewer: a configuration becomes a scene, a scene becomes frames.
+//!
+//! [`LoadedScene::load`] reads a configuration and everything it names, and
+//! finds every fault in it. [`Viewer`] steps it frame by frame, into a window
+//! or an offscreen picture. [`optimize`] runs one model through one optimiser.
+//!
+//! Invariant: no Vulkan type and no protocol word crosses this façade.
+
+mod camera;
+mod error;
+mod highlight;
+mod labels;
+mod load;
+pub mod optimize;
+mod rows;
+mod stacks;
+mod stats;
+mod viewer;
+
+pub use busbar_config::{Diagnostic, Severity, schema};
+pub use busbar_plugin_host::{Catalog, PluginInfo, Refused};
+pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
+pub use error::{LoadError, ViewError};
+pub use load::{LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES};
+pub use stats::{LoadMillis, Stats, TagStats};
+pub use viewer::{FrameOutput, Viewer};

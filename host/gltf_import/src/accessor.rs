@@ -1,0 +1,300 @@
+//! Accessors (glTF 2.0, section 3.6.2) as checked, lazily read arrays.
+//!
+//! Making one is cheap and allocates nothing; once made, every element named
+//! by an index below `count` can be read.
+
+use gltf::json;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::validation::Checked;
+
+use crate::buffers::{Buffers, View, range};
+use crate::error::{Fault, ImportError, item};
+
+/// Elements at equal distances, all within the bytes.
+#[derive(Clone, Copy)]
+struct Elements<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+    count: usize,
+}
+
+/// Replaced elements, by increasing index.
+#[derive(Clone, Copy)]
+struct Sparse<'a> {
+    indices: Elements<'a>,
+    index_type: ComponentType,
+    values: Elements<'a>,
+}
+
+/// A checked accessor.
+#[derive(Clone, Copy)]
+pub(crate) struct Accessor<'a> {
+    pub(crate) index: usize,
+    pub(crate) count: usize,
+    pub(crate) component_type: ComponentType,
+    pub(crate) normalized: bool,
+    pub(crate) shape: Type,
+    /// Zeros where there is none.
+    base: Option<Elements<'a>>,
+    sparse: Option<Sparse<'a>>,
+}
+
+impl<'a> Elements<'a> {
+    fn new(
+        view: View<'a>,
+        offset: u64,
+        count: u64,
+        size: usize,
+        place: impl Fn() -> String,
+    ) -> Result<Self, ImportError> {
+        let stride = view.stride.unwrap_or(size);
+        if stride < size {
+            let fault = format!("elements of {size} bytes overlap at a stride of {stride}");
+            return Err(Fault::Invalid(fault).at(place()));
+        }
+        let length = match count.checked_sub(1) {
+            None => 0,
+            Some(last) => last
+                .saturating_mul(stride as u64)
+                .saturating_add(size as u64),
+        };
+        let bytes = range(view.bytes, offset, length, "the data", place)?;
+        // `count` is at most the bytes there are.
+        Ok(Self {
+            bytes,
+            stride,
+            size,
+            count: count as usize,
+        })
+    }
+
+    fn get(&self, index: usize) -> &'a [u8] {
+        let start = index * self.stride;
+        &self.bytes[start..start + self.size]
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let elements = *self;
+        (0..elements.count).map(move |index| elements.get(index))
+    }
+}
+
+impl<'a> Accessor<'a> {
+    /// Checks that all bytes are there; `named_by` says who names the accessor.
+    pub(crate) fn new(
+        root: &'a json::Root,
+        buffers: &Buffers<'a>,
+        index: usize,
+        named_by: impl FnOnce() -> String,
+    ) -> Result<Self, ImportError> {
+        let accessor = item(&root.accessors, index, "accessor", named_by)?;
+        let here = |field: &str| format!("/accessors/{index}{field}");
+        let invalid = |field: &str, what: &str| Fault::Invalid(what.into()).at(here(field));
+        let Checked::Valid(json::accessor::GenericComponentType(component_type)) =
+            accessor.component_type
+        else {
+            return Err(invalid("/componentType", "unknown component type"));
+        };
+        let Checked::Valid(shape) = accessor.type_ else {
+            return Err(invalid("/type", "unknown accessor type"));
+        };
+        let size = component_type.size() * shape.multiplicity();
+        let count = accessor.count.0;
+        let base = match accessor.buffer_view {
+            None => None,
+            Some(view) => {
+                let view = buffers.view(view.value(), || here("/bufferView"))?;
+                let offset = accessor.byte_offset.map_or(0, |o| o.0);
+                Some(Elements::new(view, offset, count, size, || here(""))?)
+            }
+        };
+        let sparse = match &accessor.sparse {
+            None => None,
+            Some(sparse) => Some(Sparse::new(buffers, sparse, count, size, here)?),
+        };
+        if base.is_none() && sparse.is_none() {
+            return Err(invalid("", "an accessor without data"));
+        }
+        let Ok(count) = usize::try_from(count) else {
+            return Err(Fault::HugeNumber(count).at(here("/count")));
+        };
+        let normalized = accessor.normalized;
+        Ok(Self {
+            index,
+            count,
+            component_type,
+            normalized,
+            shape,
+            base,
+            sparse,
+        })
+    }
+
+    /// How many elements a pass over all stored bytes visits.
+    pub(crate) fn stored_elements(&self) -> u64 {
+        let base = self.base.map_or(0, |b| b.count as u64);
+        base + self.sparse.map_or(0, |s| s.values.count as u64)
+    }
+
+    /// Checks that sparse indices increase and stay within the count.
+    pub(crate) fn check_sparse(&self) -> Result<(), ImportError> {
+        let Some(sparse) = &self.sparse else {
+            return Ok(());
+        };
+        let mut next = 0;
+        for bytes in sparse.indices.iter() {
+            let index = read_index(bytes, sparse.index_type) as usize;
+            if index < next || index >= self.count {
+                let what = format!(
+                    "sparse index {index} is out of order or beyond {}",
+                    self.count
+                );
+                let place = format!("/accessors/{}/sparse/indices", self.index);
+                return Err(Fault::Invalid(what).at(place));
+            }
+            next = index + 1;
+        }
+        Ok(())
+    }
+
+    /// The largest index stored; 0 where none is.
+    pub(crate) fn largest_index(&self) -> u32 {
+        let stored = self
+            .base
+            .iter()
+            .chain(self.sparse.iter().map(|s| &s.values));
+        let indices = stored
+            .flat_map(Elements::iter)
+            .map(|b| read_index(b, self.component_type));
+        indices.max().unwrap_or(0)
+    }
+
+    /// The first element stored that `accept` refuses, by its place in the data.
+    pub(crate) fn find_refused<const N: usize>(
+        &self,
+        accept: impl Fn([f32; N]) -> bool,
+    ) -> Option<usize> {
+        let stored = self
+            .base
+            .iter()
+            .chain(self.sparse.iter().map(|s| &s.values));
+        stored
+            .flat_map(Elements::iter)
+            .position(|bytes| !accept(self.decode(bytes)))
+    }
+
+    /// An index element (`SCALAR`, unsigned).
+    pub(crate) fn index_at(&self, element: usize) -> u32 {
+        self.element(element)
+            .map_or(0, |bytes| read_index(bytes, self.component_type))
+    }
+
+    /// The first `N` components of an element, as floats.
+    pub(crate) fn floats_at<const N: usize>(&self, element: usize) -> [f32; N] {
+        self.element(element)
+            .map_or([0.0; N], |bytes| self.decode(bytes))
+    }
+
+    fn element(&self, element: usize) -> Option<&'a [u8]> {
+        if let Some(sparse) = &self.sparse
+            && let Some(replaced) = sparse.find(element)
+        {
+            return Some(replaced);
+        }
+        self.base.map(|base| base.get(element))
+    }
+
+    fn decode<const N: usize>(&self, bytes: &[u8]) -> [f32; N] {
+        let size = self.component_type.size();
+        std::array::from_fn(|i| match bytes.get(i * size..(i + 1) * size) {
+            Some(component) => read_float(component, self.component_type, self.normalized),
+            None => 0.0,
+        })
+    }
+}
+
+impl<'a> Sparse<'a> {
+    fn new(
+        buffers: &Buffers<'a>,
+        sparse: &json::accessor::sparse::Sparse,
+        count: u64,
+        size: usize,
+        accessor: impl Fn(&str) -> String,
+    ) -> Result<Self, ImportError> {
+        let here = |field: &str| accessor(&format!("/sparse{field}"));
+        let Checked::Valid(json::accessor::IndexComponentType(index_type)) =
+            sparse.indices.component_type
+        else {
+            let fault = Fault::Invalid("unknown component type".into());
+            return Err(fault.at(here("/indices/componentType")));
+        };
+        let replaced = sparse.count.0;
+        if replaced > count {
+            let what = format!("{replaced} of {count} elements replaced");
+            return Err(Fault::Invalid(what).at(here("/count")));
+        }
+        let view = |index: usize, field: &'static str| {
+            let view = buffers.view(index, || here(&format!("{field}/bufferView")))?;
+            Ok(View {
+                stride: None,
+                ..view
+            })
+        };
+        let indices = view(sparse.indices.buffer_view.value(), "/indices")?;
+        let values = view(sparse.values.buffer_view.value(), "/values")?;
+        let (index_offset, value_offset) =
+            (sparse.indices.byte_offset.0, sparse.values.byte_offset.0);
+        let index_size = index_type.size();
+        Ok(Self {
+            indices: Elements::new(indices, index_offset, replaced, index_size, || {
+                here("/indices")
+            })?,
+            index_type,
+            values: Elements::new(values, value_offset, replaced, size, || here("/values"))?,
+        })
+    }
+
+    fn find(&self, element: usize) -> Option<&'a [u8]> {
+        let (mut low, mut high) = (0, self.indices.count);
+        while low < high {
+            let middle = (low + high) / 2;
+            let index = read_index(self.indices.get(middle), self.index_type) as usize;
+            match index.cmp(&element) {
+                std::cmp::Ordering::Equal => return Some(self.values.get(middle)),
+                std::cmp::Ordering::Less => low = middle + 1,
+                std::cmp::Ordering::Greater => high = middle,
+            }
+        }
+        None
+    }
+}
+
+fn read_index(bytes: &[u8], component_type: ComponentType) -> u32 {
+    match (component_type, bytes) {
+        (ComponentType::U8, &[a, ..]) => a.into(),
+        (ComponentType::U16, &[a, b, ..]) => u16::from_le_bytes([a, b]).into(),
+        (ComponentType::U32, &[a, b, c, d, ..]) => u32::from_le_bytes([a, b, c, d]),
+        _ => u32::MAX,
+    }
+}
+
+/// One component as a float (glTF 2.0, section 3.6.2.2 for normalised ones).
+fn read_float(bytes: &[u8], component_type: ComponentType, normalized: bool) -> f32 {
+    let (value, largest) = match (component_type, bytes) {
+        (ComponentType::I8, &[a]) => (f32::from(a as i8), 127.0),
+        (ComponentType::U8, &[a]) => (f32::from(a), 255.0),
+        (ComponentType::I16, &[a, b]) => (f32::from(i16::from_le_bytes([a, b])), 32_767.0),
+        (ComponentType::U16, &[a, b]) => (f32::from(u16::from_le_bytes([a, b])), 65_535.0),
+        (ComponentType::F32, &[a, b, c, d]) => return f32::from_le_bytes([a, b, c, d]),
+        (ComponentType::U32, &[a, b, c, d]) => {
+            (u32::from_le_bytes([a, b, c, d]) as f32, u32::MAX as f32)
+        }
+        _ => return f32::NAN,
+    };
+    if normalized {
+        (value / largest).max(-1.0)
+    } else {
+        value
+    }
+}

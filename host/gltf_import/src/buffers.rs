@@ -1,0 +1,116 @@
+//! Buffers and views as byte slices, every range checked.
+
+use gltf::json::Root;
+
+use crate::error::{Fault, ImportError, item};
+use crate::files::Files;
+
+enum Source {
+    Glb,
+    File(usize),
+}
+
+/// The bytes of each buffer.
+pub(crate) struct Buffers<'a> {
+    root: &'a Root,
+    buffers: Vec<&'a [u8]>,
+}
+
+/// The bytes of a view, and the distance of its elements if it says one.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub(crate) bytes: &'a [u8],
+    pub(crate) stride: Option<usize>,
+}
+
+/// Where each buffer's bytes are.
+pub(crate) struct LoadedBuffers(Vec<Source>);
+
+/// Loads the files and data URIs that buffers name.
+pub(crate) fn load(
+    root: &Root,
+    bin: Option<&[u8]>,
+    files: &mut Files<'_>,
+) -> Result<LoadedBuffers, ImportError> {
+    let mut sources = Vec::with_capacity(root.buffers.len());
+    for (index, buffer) in root.buffers.iter().enumerate() {
+        let source = match &buffer.uri {
+            Some(uri) => Source::File(files.load(uri, &format!("/buffers/{index}/uri"))?),
+            None if index == 0 && bin.is_some() => Source::Glb,
+            None => {
+                let fault = Fault::Invalid("a buffer without URI and without GLB chunk".into());
+                return Err(fault.at(format!("/buffers/{index}")));
+            }
+        };
+        sources.push(source);
+    }
+    Ok(LoadedBuffers(sources))
+}
+
+impl<'a> Buffers<'a> {
+    /// Checks that each buffer has the bytes that it claims.
+    pub(crate) fn new(
+        root: &'a Root,
+        loaded: &LoadedBuffers,
+        bin: Option<&'a [u8]>,
+        files: &'a Files<'_>,
+    ) -> Result<Self, ImportError> {
+        let mut buffers = Vec::with_capacity(loaded.0.len());
+        for (index, (source, buffer)) in loaded.0.iter().zip(&root.buffers).enumerate() {
+            let bytes = match source {
+                Source::Glb => bin.unwrap_or_default(),
+                Source::File(file) => files.get(*file),
+            };
+            let end = buffer.byte_length.0;
+            let place = || format!("/buffers/{index}/byteLength");
+            buffers.push(range(bytes, 0, end, "the buffer", place)?);
+        }
+        Ok(Self { root, buffers })
+    }
+
+    /// Bytes of all buffers together.
+    pub(crate) fn total_bytes(&self) -> u64 {
+        self.buffers.iter().map(|b| b.len() as u64).sum()
+    }
+
+    /// A view by its index; `place` says who names it.
+    pub(crate) fn view(
+        &self,
+        index: usize,
+        place: impl FnOnce() -> String,
+    ) -> Result<View<'a>, ImportError> {
+        let view = item(&self.root.buffer_views, index, "buffer view", place)?;
+        let here = |field: &str| format!("/bufferViews/{index}{field}");
+        let buffer = item(&self.buffers, view.buffer.value(), "buffer", || {
+            here("/buffer")
+        })?;
+        let offset = view.byte_offset.map_or(0, |o| o.0);
+        let bytes = range(buffer, offset, view.byte_length.0, "the view", || here(""))?;
+        Ok(View {
+            bytes,
+            stride: view.byte_stride.map(|s| s.0).filter(|&s| s > 0),
+        })
+    }
+}
+
+/// `bytes[offset..offset + length]`, if that exists.
+pub(crate) fn range<'a>(
+    bytes: &'a [u8],
+    offset: u64,
+    length: u64,
+    what: &'static str,
+    place: impl FnOnce() -> String,
+) -> Result<&'a [u8], ImportError> {
+    let needed = offset.saturating_add(length);
+    let available = bytes.len() as u64;
+    if needed > available {
+        return Err(Fault::Beyond {
+            what,
+            needed,
+            available,
+        }
+        .at(place()));
+    }
+    // Both are at most the length of a slice.
+    Ok(&bytes[offset as usize..needed as usize])
+}

@@ -1,0 +1,199 @@
+//! Why a file cannot be imported: what, where, and what to do about it.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::limits::{MAX_COORDINATE, MAX_JSON_DEPTH};
+
+/// Why a file cannot be imported.
+#[derive(Debug, Error)]
+#[error("{}: {fault}, at {place}: {}", self.file_name(), fault.remedy())]
+pub struct ImportError {
+    /// The file; empty for bytes without a name.
+    pub file: PathBuf,
+    /// JSON pointer of the value at fault, or what part of the file it is in.
+    pub place: String,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+/// What is wrong with a file.
+#[derive(Debug, Error)]
+pub enum Fault {
+    /// A file cannot be opened or read.
+    #[error("cannot read '{path}': {reason}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: std::io::Error,
+    },
+    /// A folder, device, pipe or socket where a file should be.
+    #[error("'{0}' is not a regular file")]
+    NotAFile(PathBuf),
+    /// More of something than the limits allow.
+    #[error("{count} {what}, and the limit is {limit}")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much there is, or how much had been counted when it became too much.
+        count: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The GLB container is damaged.
+    #[error("damaged GLB: {0}")]
+    Container(String),
+    /// The JSON does not parse, or not as glTF.
+    #[error("line {line}, column {column} of the JSON: {reason}")]
+    Json {
+        /// Line from 1.
+        line: usize,
+        /// Column from 1.
+        column: usize,
+        /// What the parser says.
+        reason: String,
+    },
+    /// Arrays and objects nest too deeply.
+    #[error("JSON nested more than {MAX_JSON_DEPTH} levels deep")]
+    JsonDepth,
+    /// A number that no index, count or offset of a file can be.
+    #[error("{0} is more than any file holds")]
+    HugeNumber(u64),
+    /// Not glTF 2.
+    #[error("glTF version '{0}' is not supported")]
+    Version(String),
+    /// The file cannot be shown without an extension that Busbar lacks.
+    #[error("the file requires the extension '{0}', which is not supported")]
+    Extension(String),
+    /// An index beyond what there is.
+    #[error("{what} {index} is named, but there are {count}")]
+    Index {
+        /// What is named.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Data said to lie where no bytes are.
+    #[error("{what} needs {needed} bytes, but there are {available}")]
+    Beyond {
+        /// What needs the bytes.
+        what: &'static str,
+        /// Bytes from the start of what holds it; more than 2^64 saturates.
+        needed: u64,
+        /// Bytes there are.
+        available: u64,
+    },
+    /// A URI that is refused.
+    #[error("the URI '{uri}' is refused: {reason}")]
+    Uri {
+        /// The URI, shortened.
+        uri: String,
+        /// Why.
+        reason: &'static str,
+    },
+    /// A node with two parents.
+    #[error("node {node} is a child of both node {first} and node {second}")]
+    TwoParents {
+        /// The child.
+        node: usize,
+        /// The parent named first.
+        first: usize,
+        /// The parent named second.
+        second: usize,
+    },
+    /// A node that is its own ancestor.
+    #[error("node {0} is its own ancestor")]
+    Cycle(usize),
+    /// A value that glTF does not allow here.
+    #[error("{0}")]
+    Invalid(String),
+    /// An index beyond the vertices of its primitive.
+    #[error("the indices name vertex {index}, but there are {count} vertices")]
+    Vertex {
+        /// The largest index.
+        index: u32,
+        /// Vertices of the primitive.
+        count: usize,
+    },
+    /// A NaN, infinite or absurd coordinate.
+    #[error("element {0} is not a coordinate between -{MAX_COORDINATE:e} and {MAX_COORDINATE:e}")]
+    Coordinate(usize),
+    /// An image that cannot be used.
+    #[error("the image cannot be used: {0}")]
+    Image(String),
+    /// A library failed in a way it should not.
+    #[error("the importer failed: {0}")]
+    Panicked(String),
+}
+
+impl Fault {
+    /// What the reader of the message can do.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Read { .. } | Self::NotAFile(_) => "check the path and its permissions",
+            Self::TooMany { .. } => "make the model smaller or split it",
+            Self::Version(_) => "export the model as glTF 2.0",
+            Self::Extension(_) => {
+                "export the model again without it (no Draco, meshopt or other compression)"
+            }
+            Self::Uri { .. } => {
+                "put the file beside the model or below, and name it by its relative path"
+            }
+            Self::TwoParents { .. } | Self::Cycle(_) => {
+                "give each node one parent; nodes may share a mesh instead"
+            }
+            Self::Image(_) => "save the image as PNG or JPEG again",
+            Self::Panicked(_) => "the file is damaged: export it again, and report this to Busbar",
+            Self::Container(_)
+            | Self::Json { .. }
+            | Self::JsonDepth
+            | Self::HugeNumber(_)
+            | Self::Index { .. }
+            | Self::Beyond { .. }
+            | Self::Invalid(_)
+            | Self::Vertex { .. }
+            | Self::Coordinate(_) => "the file is damaged or wrongly written: export it again",
+        }
+    }
+}
+
+impl ImportError {
+    pub(crate) fn new(place: impl Into<String>, fault: Fault) -> Self {
+        Self {
+            file: PathBuf::new(),
+            place: place.into(),
+            fault,
+        }
+    }
+
+    fn file_name(&self) -> String {
+        if self.file.as_os_str().is_empty() {
+            return "glTF data".into();
+        }
+        self.file.display().to_string()
+    }
+}
+
+impl Fault {
+    /// This fault, at a place.
+    pub(crate) fn at(self, place: impl Into<String>) -> ImportError {
+        ImportError::new(place, self)
+    }
+}
+
+/// Looks up an index that the file names.
+pub(crate) fn item<'a, T>(
+    items: &'a [T],
+    index: usize,
+    what: &'static str,
+    place: impl FnOnce() -> String,
+) -> Result<&'a T, ImportError> {
+    let count = items.len();
+    items
+        .get(index)
+        .ok_or_else(|| Fault::Index { what, index, count }.at(place()))
+}

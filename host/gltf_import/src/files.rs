@@ -1,0 +1,148 @@
+//! Reading files without trusting what lies at a path.
+
+use std::collections::HashMap;
+use std::fs::{File, Metadata, OpenOptions};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Fault, ImportError};
+use crate::limits::MAX_EXTERNAL_FILES;
+use crate::uri;
+
+/// Reads a regular file of at most `limit` bytes. Never blocks: a pipe or a
+/// device is refused unread.
+pub(crate) fn read_regular(path: &Path, limit: u64) -> Result<Vec<u8>, Fault> {
+    let read_fault = |reason| Fault::Read {
+        path: path.to_owned(),
+        reason,
+    };
+    let require_file = |metadata: Metadata| {
+        if metadata.is_file() {
+            Ok(metadata.len())
+        } else {
+            Err(Fault::NotAFile(path.to_owned()))
+        }
+    };
+    require_file(std::fs::metadata(path).map_err(read_fault)?)?;
+    let file = open_without_blocking(path).map_err(read_fault)?;
+    // Asked again of what was opened: the path may have changed hands.
+    let length = require_file(file.metadata().map_err(read_fault)?)?;
+    let too_many = |count| Fault::TooMany {
+        what: "bytes",
+        count,
+        limit,
+    };
+    if length > limit {
+        return Err(too_many(length));
+    }
+    let mut bytes = Vec::with_capacity(length as usize);
+    file.take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(read_fault)?;
+    if bytes.len() as u64 > limit {
+        return Err(too_many(bytes.len() as u64));
+    }
+    Ok(bytes)
+}
+
+fn open_without_blocking(path: &Path) -> std::io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
+        options.custom_flags(flags.bits() as i32);
+    }
+    options.open(path)
+}
+
+/// The files that a model names, each read once.
+pub(crate) struct Files<'a> {
+    base: Option<&'a Path>,
+    bytes_left: u64,
+    index_of: HashMap<PathBuf, usize>,
+    contents: Vec<Vec<u8>>,
+}
+
+impl<'a> Files<'a> {
+    /// Relative URIs resolve in `base` and stay below it.
+    pub(crate) fn new(base: Option<&'a Path>, bytes_left: u64) -> Self {
+        Self {
+            base,
+            bytes_left,
+            index_of: HashMap::new(),
+            contents: Vec::new(),
+        }
+    }
+
+    /// The bytes of a data URI or a file. Returns an index for [`Files::get`].
+    pub(crate) fn load(&mut self, uri: &str, place: &str) -> Result<usize, ImportError> {
+        self.try_load(uri).map_err(|fault| fault.at(place))
+    }
+
+    /// What [`Files::load`] read.
+    pub(crate) fn get(&self, index: usize) -> &[u8] {
+        &self.contents[index]
+    }
+
+    fn try_load(&mut self, uri: &str) -> Result<usize, Fault> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            let bytes = uri::decode_data(data).map_err(|reason| uri_fault(uri, reason))?;
+            return Ok(self.keep(bytes));
+        }
+        let Some(base) = self.base else {
+            return Err(uri_fault(uri, "no file may be read beside these bytes"));
+        };
+        let relative = uri::relative_path(uri).map_err(|reason| uri_fault(uri, reason))?;
+        let path = resolve(base, &relative, uri)?;
+        if let Some(&index) = self.index_of.get(&path) {
+            return Ok(index);
+        }
+        let (count, limit) = (self.index_of.len() as u64 + 1, MAX_EXTERNAL_FILES as u64);
+        if count > limit {
+            return Err(Fault::TooMany {
+                what: "files named",
+                count,
+                limit,
+            });
+        }
+        let bytes = read_regular(&path, self.bytes_left)?;
+        self.bytes_left -= bytes.len() as u64;
+        let index = self.keep(bytes);
+        self.index_of.insert(path, index);
+        Ok(index)
+    }
+
+    fn keep(&mut self, bytes: Vec<u8>) -> usize {
+        self.contents.push(bytes);
+        self.contents.len() - 1
+    }
+}
+
+/// The real path, which lies below the real base, whatever links are in it.
+fn resolve(base: &Path, relative: &Path, uri: &str) -> Result<PathBuf, Fault> {
+    let canonical = |path: &Path| {
+        std::fs::canonicalize(path).map_err(|reason| Fault::Read {
+            path: path.to_owned(),
+            reason,
+        })
+    };
+    let base = canonical(base)?;
+    let path = canonical(&base.join(relative))?;
+    if path.starts_with(&base) {
+        Ok(path)
+    } else {
+        Err(uri_fault(
+            uri,
+            "a link in it leads out of the model's folder",
+        ))
+    }
+}
+
+fn uri_fault(uri: &str, reason: &'static str) -> Fault {
+    Fault::Uri {
+        uri: crate::document::shortened(uri),
+        reason,
+    }
+}

@@ -1,0 +1,57 @@
+//! How much one model may hold. Files are not trusted: every loop and every
+//! buffer of this crate ends at one of these.
+
+/// Bytes of a model file and all files it names, together.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Nodes of one file.
+pub const MAX_NODES: u32 = 100_000;
+/// Levels of nodes below a root.
+pub const MAX_DEPTH: u32 = 256;
+/// Triangles of all meshes together.
+pub const MAX_TRIANGLES: u64 = 10_000_000;
+/// Pixels of all textures together; each takes four bytes.
+pub const MAX_TEXTURE_PIXELS: u64 = 64 << 20;
+
+/// Width or height of a texture, pixels.
+pub const MAX_TEXTURE_SIDE: u32 = 8192;
+/// Bytes of the JSON part, embedded data URIs included.
+pub const MAX_JSON_BYTES: u64 = 256 << 20;
+/// Levels of JSON arrays and objects.
+pub const MAX_JSON_DEPTH: usize = 64;
+/// Memory that the parsed JSON may take, beyond twice its own length.
+pub const MAX_JSON_MEMORY: u64 = 40 << 20;
+/// Files that one model may name.
+pub const MAX_EXTERNAL_FILES: usize = 1024;
+/// Bytes of a node's or a material's name; longer ones are cut.
+pub const MAX_NAME_BYTES: usize = 128;
+/// Different remarks in a report.
+pub const MAX_NOTES: usize = 100;
+/// Largest coordinate, metres: squares of it still are finite.
+pub const MAX_COORDINATE: f32 = 1e12;
+
+/// What an importer accepts. The default is the constants of this crate.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImportLimits {
+    /// See [`MAX_FILE_BYTES`].
+    pub max_file_bytes: u64,
+    /// See [`MAX_NODES`].
+    pub max_nodes: u32,
+    /// See [`MAX_DEPTH`].
+    pub max_depth: u32,
+    /// See [`MAX_TRIANGLES`].
+    pub max_triangles: u64,
+    /// See [`MAX_TEXTURE_PIXELS`].
+    pub max_texture_pixels: u64,
+}
+
+impl Default for ImportLimits {
+    fn default() -> Self {
+        Self {
+            max_file_bytes: MAX_FILE_BYTES,
+            max_nodes: MAX_NODES,
+            max_depth: MAX_DEPTH,
+            max_triangles: MAX_TRIANGLES,
+            max_texture_pixels: MAX_TEXTURE_PIXELS,
+        }
+    }
+}

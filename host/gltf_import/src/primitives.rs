@@ -1,0 +1,256 @@
+//! One primitive: which accessors it reads, and its triangles.
+
+use std::collections::HashMap;
+
+use busbar_geometry::RawPrimitive;
+use glam::{Vec2, Vec3};
+use gltf::Semantic;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::mesh::Mode;
+use gltf::json::validation::Checked;
+use gltf::json::{self, Root};
+
+use crate::accessor::Accessor;
+use crate::buffers::Buffers;
+use crate::error::{Fault, ImportError, item};
+use crate::report::Notes;
+
+use ComponentType::{F32, I8, I16, U8, U16, U32};
+
+/// A primitive whose accessors all have their bytes.
+pub(crate) struct Primitive<'a> {
+    pub(crate) positions: Accessor<'a>,
+    pub(crate) normals: Option<Accessor<'a>>,
+    pub(crate) uvs: Option<Accessor<'a>>,
+    pub(crate) indices: Option<Accessor<'a>>,
+    material: Option<u32>,
+    mode: Mode,
+}
+
+/// Where a primitive stands in the file.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) mesh: usize,
+    pub(crate) primitive: usize,
+}
+
+impl Place {
+    pub(crate) fn pointer(self, field: &str) -> String {
+        format!("/meshes/{}/primitives/{}{field}", self.mesh, self.primitive)
+    }
+}
+
+impl<'a> Primitive<'a> {
+    /// `None` for what has no triangles by its nature: points and lines.
+    pub(crate) fn new(
+        root: &'a Root,
+        buffers: &Buffers<'a>,
+        primitive: &json::mesh::Primitive,
+        place: Place,
+    ) -> Result<Option<Self>, ImportError> {
+        let Checked::Valid(mode) = primitive.mode else {
+            return Err(Fault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
+        };
+        if !matches!(
+            mode,
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+        ) {
+            return Ok(None);
+        }
+        let material = match primitive.material {
+            None => None,
+            Some(material) => {
+                let place = || place.pointer("/material");
+                item(&root.materials, material.value(), "material", place)?;
+                Some(material.value() as u32)
+            }
+        };
+        let accessor = |index: usize, field: &str, rule: Rule| {
+            let accessor = Accessor::new(root, buffers, index, || place.pointer(field))?;
+            rule.check(&accessor, || place.pointer(field))?;
+            Ok(accessor)
+        };
+        let attribute = |semantic: Semantic, name: &str, rule: Rule| {
+            let index = primitive.attributes.get(&Checked::Valid(semantic));
+            let field = format!("/attributes/{name}");
+            index
+                .map(|index| accessor(index.value(), &field, rule))
+                .transpose()
+        };
+        let Some(positions) = attribute(Semantic::Positions, "POSITION", POSITION)? else {
+            return Ok(None);
+        };
+        let normals = attribute(Semantic::Normals, "NORMAL", NORMAL)?;
+        let uvs = attribute(Semantic::TexCoords(0), "TEXCOORD_0", UV)?;
+        let indices = primitive
+            .indices
+            .map(|index| accessor(index.value(), "/indices", INDEX))
+            .transpose()?;
+        for other in [&normals, &uvs].into_iter().flatten() {
+            if other.count != positions.count {
+                let what = format!(
+                    "attributes of {} and {} vertices",
+                    positions.count, other.count
+                );
+                return Err(Fault::Invalid(what).at(place.pointer("/attributes")));
+            }
+        }
+        Ok(Some(Self {
+            positions,
+            normals,
+            uvs,
+            indices,
+            material,
+            mode,
+        }))
+    }
+
+    /// How many triangles there will be.
+    pub(crate) fn triangle_count(&self) -> usize {
+        let corners = self.corner_count();
+        match self.mode {
+            Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
+            _ => corners / 3,
+        }
+    }
+
+    /// Remarks on what is left out of it.
+    pub(crate) fn note(&self, primitive: &json::mesh::Primitive, notes: &mut Notes) {
+        let has = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
+        notes.add_many(
+            "set of vertex colours ignored",
+            has(Semantic::Colors(0)).into(),
+        );
+        notes.add_many(
+            "set of morph targets ignored",
+            primitive.targets.is_some().into(),
+        );
+        let odd = self.mode == Mode::Triangles && !self.corner_count().is_multiple_of(3);
+        notes.add_many(
+            "primitive with corners left over after its last triangle",
+            odd.into(),
+        );
+    }
+
+    /// Reads it. Of more vertices than corners only the named ones are read:
+    /// exporters share one vertex array between many primitives.
+    pub(crate) fn read(&self) -> RawPrimitive {
+        let mut triangles = self.triangles();
+        let corners = triangles.len() * 3;
+        if self.positions.count <= corners {
+            return self.read_vertices(0..self.positions.count, triangles);
+        }
+        let mut new_of_old: HashMap<u32, u32> = HashMap::new();
+        let mut vertices = Vec::new();
+        for corner in triangles.as_flattened_mut() {
+            *corner = *new_of_old.entry(*corner).or_insert_with(|| {
+                vertices.push(*corner as usize);
+                vertices.len() as u32 - 1
+            });
+        }
+        self.read_vertices(vertices.into_iter(), triangles)
+    }
+
+    fn read_vertices(
+        &self,
+        vertices: impl ExactSizeIterator<Item = usize> + Clone,
+        triangles: Vec<[u32; 3]>,
+    ) -> RawPrimitive {
+        let positions = vertices
+            .clone()
+            .map(|v| Vec3::from_array(self.positions.floats_at(v)));
+        let normals = self.normals.map(|normals| {
+            let normal = |v| unit_normal(Vec3::from_array(normals.floats_at(v)));
+            vertices.clone().map(normal).collect()
+        });
+        let uvs = self.uvs.map(|uvs| {
+            vertices
+                .clone()
+                .map(|v| Vec2::from(uvs.floats_at(v)))
+                .collect()
+        });
+        RawPrimitive {
+            positions: positions.collect(),
+            normals: normals.unwrap_or_default(),
+            uvs: uvs.unwrap_or_default(),
+            triangles,
+            material: self.material,
+        }
+    }
+
+    fn corner_count(&self) -> usize {
+        self.indices
+            .as_ref()
+            .map_or(self.positions.count, |indices| indices.count)
+    }
+
+    /// Corners as vertex indices (glTF 2.0, section 3.7.2.1).
+    fn triangles(&self) -> Vec<[u32; 3]> {
+        let vertex = |corner: usize| match &self.indices {
+            Some(indices) => indices.index_at(corner),
+            None => corner as u32,
+        };
+        let corners = |i: usize| match self.mode {
+            Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Mode::TriangleFan => [i + 1, i + 2, 0],
+            _ => [3 * i, 3 * i + 1, 3 * i + 2],
+        };
+        (0..self.triangle_count())
+            .map(|i| corners(i).map(vertex))
+            .collect()
+    }
+}
+
+/// What an accessor must be for its use (glTF 2.0, section 3.7.2.1, widened by
+/// KHR_mesh_quantization).
+struct Rule {
+    what: &'static str,
+    shape: Type,
+    component_types: &'static [ComponentType],
+}
+
+const POSITION: Rule = Rule {
+    what: "positions",
+    shape: Type::Vec3,
+    component_types: &[F32, I8, U8, I16, U16],
+};
+const NORMAL: Rule = Rule {
+    what: "normals",
+    shape: Type::Vec3,
+    component_types: &[F32, I8, I16],
+};
+const UV: Rule = Rule {
+    what: "UVs",
+    shape: Type::Vec2,
+    component_types: &[F32, I8, U8, I16, U16],
+};
+const INDEX: Rule = Rule {
+    what: "indices",
+    shape: Type::Scalar,
+    component_types: &[U8, U16, U32],
+};
+
+impl Rule {
+    fn check(
+        &self,
+        accessor: &Accessor<'_>,
+        place: impl FnOnce() -> String,
+    ) -> Result<(), ImportError> {
+        let (shape, component_type) = (accessor.shape, accessor.component_type);
+        if shape == self.shape && self.component_types.contains(&component_type) {
+            return Ok(());
+        }
+        let what = format!("{} cannot be {shape:?} of {component_type:?}", self.what);
+        Err(Fault::Invalid(what).at(place()))
+    }
+}
+
+/// Quantised normals are a little off; unit ones stay as they are to the bit.
+fn unit_normal(normal: Vec3) -> Vec3 {
+    const TOLERANCE: f32 = 1e-3;
+    if (normal.length_squared() - 1.0).abs() <= TOLERANCE {
+        normal
+    } else {
+        normal.normalize_or_zero()
+    }
+}

@@ -1,0 +1,242 @@
+//! Hierarchies, versions, text and containers that are not what they should be.
+
+use serde_json::{Value, json};
+
+use super::super::{Builder, glb};
+use super::{Cases, add, changed};
+
+pub fn structure(c: &mut Cases) {
+    let nodes = |c: &mut Cases, name, nodes: Value, expected| {
+        changed(c, name, |d| d["nodes"] = nodes, expected);
+    };
+    nodes(
+        c,
+        "its own child",
+        json!([{}, { "children": [1] }]),
+        &["/nodes/1/children", "node 1 is its own ancestor"],
+    );
+    nodes(
+        c,
+        "cycle",
+        json!([{}, { "children": [2] }, { "children": [3] }, { "children": [1] }]),
+        &["/nodes/1/children", "node 1 is its own ancestor"],
+    );
+    nodes(
+        c,
+        "cycle through the root",
+        json!([{ "children": [1] }, { "children": [0] }]),
+        &["/nodes/0/children", "node 0 is its own ancestor"],
+    );
+    nodes(
+        c,
+        "two parents",
+        json!([{ "children": [2] }, { "children": [2] }, {}]),
+        &[
+            "/nodes/1/children/0",
+            "node 2 is a child of both node 0 and node 1",
+        ],
+    );
+    nodes(
+        c,
+        "a child twice",
+        json!([{ "children": [1, 1] }, {}]),
+        &["/nodes/0/children/1", "both node 0 and node 0"],
+    );
+    nodes(
+        c,
+        "no such child",
+        json!([{ "children": [7] }]),
+        &["/nodes/0/children/0", "node 7 is named, but there are 1"],
+    );
+    // Two children a level, both with the same two children: 2^31 instances.
+    let mut doubled = vec![json!({ "children": [1, 2] })];
+    for level in 0..31 {
+        let next = 2 * level + 3;
+        let below = if level < 30 {
+            json!({ "children": [next, next + 1] })
+        } else {
+            json!({})
+        };
+        doubled.extend([below.clone(), below]);
+    }
+    nodes(
+        c,
+        "31 doubled levels",
+        json!(doubled),
+        &[
+            "/nodes/2/children/0",
+            "node 3 is a child of both node 1 and node 2",
+        ],
+    );
+    let chain = |i: u32| {
+        if i < 999 {
+            json!({ "children": [i + 1] })
+        } else {
+            json!({})
+        }
+    };
+    nodes(
+        c,
+        "1000 levels",
+        (0..1000).map(chain).collect(),
+        &["/nodes/256", "257 levels of nodes, and the limit is 256"],
+    );
+    changed(
+        c,
+        "a scene root with a parent",
+        |d| {
+            d["nodes"] = json!([{}, { "children": [0] }]);
+        },
+        &["/scenes/0/nodes/0", "node 0 is a child of node 1"],
+    );
+    for (name, extension) in [
+        ("Draco", "KHR_draco_mesh_compression"),
+        ("meshopt", "EXT_meshopt_compression"),
+    ] {
+        changed(
+            c,
+            name,
+            |d| d["extensionsRequired"] = json!(["KHR_mesh_quantization", extension]),
+            &[
+                "/extensionsRequired/1",
+                "_compression'",
+                "export the model again without it",
+            ],
+        );
+    }
+    changed(
+        c,
+        "glTF 1",
+        |d| d["asset"]["version"] = json!("1.0"),
+        &["/asset/version", "'1.0'"],
+    );
+    changed(
+        c,
+        "glTF 2.1 at least",
+        |d| d["asset"]["minVersion"] = json!("2.1"),
+        &["'2.1'"],
+    );
+    changed(
+        c,
+        "a buffer from nowhere",
+        |d| d["buffers"][0] = json!({ "byteLength": 60 }),
+        &["/buffers/0", "without URI"],
+    );
+}
+
+pub fn text(c: &mut Cases) {
+    add(
+        c,
+        "empty",
+        vec![],
+        &["the top of the JSON", "line 1, column 0"],
+    );
+    add(
+        c,
+        "not JSON",
+        b"solid cube\nfacet".to_vec(),
+        &["line 1, column 1"],
+    );
+    add(c, "binary", vec![0xFF; 4096], &["line 1"]);
+    add(
+        c,
+        "cut",
+        Builder::square().bytes()[..300].to_vec(),
+        &["EOF"],
+    );
+    add(c, "an array", b"[]".to_vec(), &["the top of the JSON"]);
+    add(c, "no asset", b"{}".to_vec(), &["missing field `asset`"]);
+    add(
+        c,
+        "a key twice",
+        br#"{"asset":{"version":"2.0"},"scene":0,"scene":1}"#.to_vec(),
+        &["duplicate field `scene`"],
+    );
+    add(
+        c,
+        "deep",
+        "[".repeat(1_000_000).into_bytes(),
+        &["more than 64 levels"],
+    );
+    let deep = format!(
+        r#"{{"asset":{{"version":"2.0"}},"extras":{}"#,
+        "[".repeat(1_000_000)
+    );
+    add(
+        c,
+        "deep where it is ignored",
+        deep.into_bytes(),
+        &["/extras", "EOF while parsing a list"],
+    );
+    changed(
+        c,
+        "damaged base64",
+        |d| {
+            let uri = d["buffers"][0]["uri"]
+                .as_str()
+                .unwrap()
+                .replace("base64,A", "base64,!");
+            d["buffers"][0]["uri"] = json!(uri);
+        },
+        &["/buffers/0/uri", "base64 is damaged"],
+    );
+    for (name, uri) in [("a file", "data.bin"), ("up", "../../../etc/passwd")] {
+        changed(
+            c,
+            name,
+            |d| d["buffers"][0]["uri"] = json!(uri),
+            &[
+                "/buffers/0/uri",
+                "is refused",
+                "put the file beside the model",
+            ],
+        );
+    }
+}
+
+pub fn containers(c: &mut Cases) {
+    let whole = glb(br#"{"asset":{"version":"2.0"}}"#, &[0; 64]);
+    for (name, end) in [
+        ("cut in its header", 10),
+        ("cut in a chunk's header", 15),
+        ("cut in its JSON", 30),
+        ("cut in its data", whole.len() - 1),
+    ] {
+        add(c, name, whole[..end].to_vec(), &["damaged GLB"]);
+    }
+    let patched = |at: usize, with: [u8; 4]| {
+        let mut file = whole.clone();
+        file[at..at + 4].copy_from_slice(&with);
+        file
+    };
+    add(
+        c,
+        "GLB 1",
+        patched(4, [1, 0, 0, 0]),
+        &["container version 1"],
+    );
+    add(
+        c,
+        "a length of nothing",
+        patched(8, [0; 4]),
+        &["its header says 0 bytes"],
+    );
+    add(
+        c,
+        "a length of 4 GiB",
+        patched(8, [0xFF; 4]),
+        &["its header says 4294967295 bytes"],
+    );
+    add(
+        c,
+        "JSON of 4 GiB",
+        patched(12, [0xFF; 4]),
+        &["a chunk says 4294967295 bytes"],
+    );
+    add(
+        c,
+        "data first",
+        patched(16, *b"BIN\0"),
+        &["first chunk is not JSON"],
+    );
+}

@@ -1,0 +1,215 @@
+//! Chooses the physical device, by what it can do.
+
+use std::ffi::CStr;
+
+use ash::{khr, vk};
+
+use crate::GpuError;
+use crate::error::at;
+use crate::instance::Instance;
+use crate::surface::Surface;
+
+/// Names the device to use, by a part of its name.
+const OVERRIDE_VARIABLE: &str = "BUSBAR_GPU";
+
+/// A physical device that can do the work.
+pub(crate) struct Adapter {
+    pub(crate) raw: vk::PhysicalDevice,
+    pub(crate) name: String,
+    pub(crate) queue_family: u32,
+    pub(crate) limits: vk::PhysicalDeviceLimits,
+    pub(crate) can_draw_lines: bool,
+    /// Whether the queue writes timestamps.
+    pub(crate) has_timestamps: bool,
+    rank: u32,
+}
+
+impl Adapter {
+    /// The best device: discrete, integrated, virtual, then software.
+    pub(crate) fn choose(instance: &Instance, surface: Option<&Surface>) -> Result<Self, GpuError> {
+        // SAFETY: the instance lives.
+        let devices =
+            unsafe { instance.raw.enumerate_physical_devices() }.map_err(|code| match code {
+                vk::Result::ERROR_INITIALIZATION_FAILED => GpuError::NoDriver(code.to_string()),
+                code => at("listing devices")(code),
+            })?;
+        if devices.is_empty() {
+            return Err(GpuError::NoDriver("no device found".to_owned()));
+        }
+        let devices = narrow(instance, devices)?;
+        let mut refused = Vec::new();
+        let mut usable = Vec::new();
+        for device in devices {
+            match Self::examine(instance, device, surface)? {
+                Ok(adapter) => usable.push(adapter),
+                Err(reason) => refused.push(reason),
+            }
+        }
+        usable
+            .into_iter()
+            .min_by_key(|adapter| adapter.rank)
+            .ok_or_else(|| GpuError::NoDevice(refused.join("; ")))
+    }
+
+    /// The device as adapter, or why it will not do.
+    fn examine(
+        instance: &Instance,
+        device: vk::PhysicalDevice,
+        surface: Option<&Surface>,
+    ) -> Result<Result<Self, String>, GpuError> {
+        // SAFETY: `device` comes from this live instance.
+        let properties = unsafe { instance.raw.get_physical_device_properties(device) };
+        let name = device_name(&properties);
+        if let Some(missing) = missing_ability(instance, device, &properties, surface.is_some())? {
+            return Ok(Err(format!("{name} lacks {missing}")));
+        }
+        let Some((queue_family, has_timestamps)) = queue_family(instance, device, surface)? else {
+            return Ok(Err(format!(
+                "{name} has no queue that draws into this window"
+            )));
+        };
+        // SAFETY: as above.
+        let features = unsafe { instance.raw.get_physical_device_features(device) };
+        Ok(Ok(Self {
+            raw: device,
+            name,
+            queue_family,
+            limits: properties.limits,
+            can_draw_lines: features.fill_mode_non_solid == vk::TRUE,
+            has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
+            rank: rank(properties.device_type),
+        }))
+    }
+}
+
+fn rank(kind: vk::PhysicalDeviceType) -> u32 {
+    match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => 0,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
+        vk::PhysicalDeviceType::CPU => 3,
+        _ => 4,
+    }
+}
+
+fn device_name(properties: &vk::PhysicalDeviceProperties) -> String {
+    properties.device_name_as_c_str().map_or_else(
+        |_| "unnamed device".to_owned(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// Keeps the devices that the override names, if it is set.
+fn narrow(
+    instance: &Instance,
+    devices: Vec<vk::PhysicalDevice>,
+) -> Result<Vec<vk::PhysicalDevice>, GpuError> {
+    let Some(wanted) = std::env::var(OVERRIDE_VARIABLE)
+        .ok()
+        .filter(|name| !name.is_empty())
+    else {
+        return Ok(devices);
+    };
+    let name_of = |device: &vk::PhysicalDevice| {
+        // SAFETY: `device` comes from this live instance.
+        device_name(&unsafe { instance.raw.get_physical_device_properties(*device) })
+    };
+    let available = devices.iter().map(name_of).collect::<Vec<_>>().join(", ");
+    let matches = |device: &vk::PhysicalDevice| {
+        name_of(device)
+            .to_lowercase()
+            .contains(&wanted.to_lowercase())
+    };
+    let named: Vec<_> = devices.into_iter().filter(matches).collect();
+    if named.is_empty() {
+        return Err(GpuError::NoSuchDevice { wanted, available });
+    }
+    Ok(named)
+}
+
+/// The first thing the device needs and has not.
+fn missing_ability(
+    instance: &Instance,
+    device: vk::PhysicalDevice,
+    properties: &vk::PhysicalDeviceProperties,
+    presents: bool,
+) -> Result<Option<&'static str>, GpuError> {
+    if properties.api_version < vk::API_VERSION_1_3 {
+        return Ok(Some("Vulkan 1.3"));
+    }
+    let mut vulkan_12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut features = vk::PhysicalDeviceFeatures2::default()
+        .push_next(&mut vulkan_12)
+        .push_next(&mut vulkan_13);
+    // SAFETY: `device` comes from this live instance and knows Vulkan 1.3.
+    let depth = unsafe {
+        instance
+            .raw
+            .get_physical_device_features2(device, &mut features);
+        instance
+            .raw
+            .get_physical_device_format_properties(device, vk::Format::D32_SFLOAT)
+    };
+    let robust = features.features.robust_buffer_access == vk::TRUE;
+    let can_depth = depth
+        .optimal_tiling_features
+        .contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT);
+    let needs = [
+        (
+            vulkan_12.timeline_semaphore == vk::TRUE,
+            "timeline semaphores",
+        ),
+        (vulkan_13.dynamic_rendering == vk::TRUE, "dynamic rendering"),
+        (vulkan_13.synchronization2 == vk::TRUE, "synchronization2"),
+        (robust, "robust buffer access"),
+        (can_depth, "32-bit depth"),
+        (
+            !presents || has_extension(instance, device, khr::swapchain::NAME)?,
+            "swapchains",
+        ),
+    ];
+    Ok(needs
+        .into_iter()
+        .find(|(has, _)| !has)
+        .map(|(_, what)| what))
+}
+
+fn has_extension(
+    instance: &Instance,
+    device: vk::PhysicalDevice,
+    wanted: &CStr,
+) -> Result<bool, GpuError> {
+    // SAFETY: `device` comes from this live instance.
+    let extensions = unsafe { instance.raw.enumerate_device_extension_properties(device) }
+        .map_err(at("listing device extensions"))?;
+    Ok(extensions
+        .iter()
+        .any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
+}
+
+/// A queue family that draws and, with a surface, presents; and whether it
+/// writes timestamps.
+fn queue_family(
+    instance: &Instance,
+    device: vk::PhysicalDevice,
+    surface: Option<&Surface>,
+) -> Result<Option<(u32, bool)>, GpuError> {
+    // SAFETY: `device` comes from this live instance.
+    let families = unsafe {
+        instance
+            .raw
+            .get_physical_device_queue_family_properties(device)
+    };
+    for (index, family) in families.iter().enumerate() {
+        let index = index as u32;
+        let presents = match surface {
+            None => true,
+            Some(surface) => surface.supports(device, index)?,
+        };
+        if presents && family.queue_flags.contains(vk::QueueFlags::GRAPHICS) {
+            return Ok(Some((index, family.timestamp_valid_bits > 0)));
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,198 @@
+//! Buffers.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::Allocation;
+
+use crate::device::Device;
+use crate::error::at;
+use crate::garbage::Garbage;
+use crate::{Gpu, GpuError};
+
+/// What a buffer is for, and thereby where it lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BufferUsage {
+    /// Vertices on the device, filled by a [`Recorder`](crate::Recorder).
+    Vertex,
+    /// 32-bit indices on the device, filled likewise.
+    Index,
+    /// A uniform on the device, filled likewise.
+    Uniform,
+    /// A uniform that the CPU writes every frame.
+    HostUniform,
+    /// A storage buffer that the CPU writes every frame.
+    HostStorage,
+    /// Source of a copy to the device.
+    Staging,
+    /// Target of a copy to the CPU.
+    Readback,
+}
+
+impl BufferUsage {
+    fn flags(self) -> vk::BufferUsageFlags {
+        match self {
+            Self::Vertex => {
+                vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST
+            }
+            Self::Index => vk::BufferUsageFlags::INDEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
+            Self::Uniform => {
+                vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST
+            }
+            Self::HostUniform => vk::BufferUsageFlags::UNIFORM_BUFFER,
+            Self::HostStorage => vk::BufferUsageFlags::STORAGE_BUFFER,
+            Self::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
+            Self::Readback => vk::BufferUsageFlags::TRANSFER_DST,
+        }
+    }
+
+    fn location(self) -> MemoryLocation {
+        match self {
+            Self::Vertex | Self::Index | Self::Uniform => MemoryLocation::GpuOnly,
+            Self::HostUniform | Self::HostStorage | Self::Staging => MemoryLocation::CpuToGpu,
+            Self::Readback => MemoryLocation::GpuToCpu,
+        }
+    }
+
+    /// How many bytes a shader may see at once.
+    fn limit(self, limits: &vk::PhysicalDeviceLimits) -> u64 {
+        match self {
+            Self::Uniform | Self::HostUniform => u64::from(limits.max_uniform_buffer_range),
+            Self::HostStorage => u64::from(limits.max_storage_buffer_range),
+            _ => u64::MAX,
+        }
+    }
+}
+
+/// A buffer; clones share it. It lives until the GPU is done with it.
+#[derive(Clone)]
+pub struct Buffer(Arc<Inner>);
+
+struct Inner {
+    device: Arc<Device>,
+    raw: vk::Buffer,
+    allocation: Mutex<Option<Allocation>>,
+    size: u64,
+    usage: BufferUsage,
+}
+
+impl Buffer {
+    /// A buffer of `size` bytes, at least 1.
+    ///
+    /// # Errors
+    /// When memory runs out or a shader could not see so many bytes.
+    pub fn new(
+        gpu: &Gpu,
+        name: &'static str,
+        usage: BufferUsage,
+        size: u64,
+    ) -> Result<Self, GpuError> {
+        Self::on(gpu.device(), name, usage, size)
+    }
+
+    pub(crate) fn on(
+        device: &Arc<Device>,
+        name: &'static str,
+        usage: BufferUsage,
+        size: u64,
+    ) -> Result<Self, GpuError> {
+        let limit = usage.limit(&device.adapter.limits);
+        if size > limit {
+            return Err(GpuError::TooLarge {
+                what: name,
+                asked: size,
+                limit,
+            });
+        }
+        let size = size.max(1);
+        let info = vk::BufferCreateInfo::default()
+            .size(size)
+            .usage(usage.flags())
+            .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the device lives; the size is not zero.
+        let raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(at(name))?;
+        device.name(raw, name);
+        let buffer = Self(Arc::new(Inner {
+            device: Arc::clone(device),
+            raw,
+            allocation: Mutex::default(),
+            size,
+            usage,
+        }));
+        buffer.bind(name)?;
+        Ok(buffer)
+    }
+
+    fn bind(&self, name: &'static str) -> Result<(), GpuError> {
+        let Inner {
+            device, raw, usage, ..
+        } = &*self.0;
+        // SAFETY: the buffer was just made from this device.
+        let requirements = unsafe { device.raw.get_buffer_memory_requirements(*raw) };
+        let allocation = device.allocate(name, requirements, usage.location(), true)?;
+        // SAFETY: the memory meets the buffer's requirements and is its alone.
+        let bound = unsafe {
+            device
+                .raw
+                .bind_buffer_memory(*raw, allocation.memory(), allocation.offset())
+        };
+        *self.allocation() = Some(allocation);
+        bound.map_err(at(name))
+    }
+
+    fn allocation(&self) -> std::sync::MutexGuard<'_, Option<Allocation>> {
+        self.0
+            .allocation
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes at the start of a buffer that the CPU can see. The GPU must not
+    /// be reading it: write after the frame began that last used it.
+    ///
+    /// # Errors
+    /// When the bytes do not fit or the buffer is on the device.
+    pub fn write(&self, bytes: &[u8]) -> Result<(), GpuError> {
+        self.allocation()
+            .as_mut()
+            .and_then(Allocation::mapped_slice_mut)
+            .and_then(|memory| memory.get_mut(..bytes.len()))
+            .ok_or(GpuError::Misuse("a write that does not fit its buffer"))?
+            .copy_from_slice(bytes);
+        Ok(())
+    }
+
+    pub(crate) fn read(&self) -> Result<Vec<u8>, GpuError> {
+        self.allocation()
+            .as_ref()
+            .and_then(Allocation::mapped_slice)
+            .and_then(|memory| memory.get(..self.0.size as usize))
+            .map(<[u8]>::to_vec)
+            .ok_or(GpuError::Misuse("a read from a buffer on the device"))
+    }
+
+    /// Size in bytes.
+    pub fn size(&self) -> u64 {
+        self.0.size
+    }
+
+    pub(crate) fn raw(&self) -> vk::Buffer {
+        self.0.raw
+    }
+
+    pub(crate) fn usage(&self) -> BufferUsage {
+        self.0.usage
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        let allocation = self
+            .allocation
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
+        self.device.discard(Garbage::Buffer(self.raw, allocation));
+    }
+}

@@ -1,0 +1,317 @@
+//! The logical device: queue, memory, the timeline of submissions, and what
+//! waits to be destroyed.
+
+use std::ffi::CString;
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::{ext, khr, vk};
+use gpu_allocator::vulkan::{
+    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
+};
+use gpu_allocator::{AllocationSizes, MemoryLocation};
+
+use crate::GpuError;
+use crate::adapter::Adapter;
+use crate::bind::DescriptorPools;
+use crate::error::{allocating, at};
+use crate::garbage::Garbage;
+use crate::instance::Instance;
+
+/// How long submitted work may take before it counts as hung. Long, because a
+/// software rasteriser on a busy machine is slow, not hung.
+const MAX_WAIT_MILLIS: u64 = 30_000;
+
+/// Memory is taken from the driver in blocks of these sizes. Small, because in
+/// software rendering they come out of the host's own memory.
+const DEVICE_BLOCK_BYTES: u64 = 64 << 20;
+const HOST_BLOCK_BYTES: u64 = 16 << 20;
+
+/// The device and all that is shared by what is made from it.
+pub(crate) struct Device {
+    pub(crate) raw: ash::Device,
+    pub(crate) queue: vk::Queue,
+    pub(crate) adapter: Adapter,
+    /// Taken in `drop`, before the device goes.
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
+    pub(crate) pools: Mutex<DescriptorPools>,
+    timeline: vk::Semaphore,
+    submitted: AtomicU64,
+    garbage: Mutex<Vec<(u64, Garbage)>>,
+    names: Option<ext::debug_utils::Device>,
+    pub(crate) instance: Arc<Instance>,
+}
+
+impl Device {
+    pub(crate) fn open(
+        instance: Arc<Instance>,
+        adapter: Adapter,
+        presents: bool,
+    ) -> Result<Arc<Self>, GpuError> {
+        let raw = create(&instance, &adapter, presents)?;
+        let made = Parts::of(&instance, &adapter, &raw);
+        let Parts {
+            allocator,
+            timeline,
+        } = match made {
+            Ok(parts) => parts,
+            Err(error) => {
+                // SAFETY: `Parts` leaves nothing behind when it fails.
+                unsafe { raw.destroy_device(None) };
+                return Err(error);
+            }
+        };
+        let names = instance
+            .validates()
+            .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        // SAFETY: one queue of this family was asked for.
+        let queue = unsafe { raw.get_device_queue(adapter.queue_family, 0) };
+        Ok(Arc::new(Self {
+            raw,
+            queue,
+            adapter,
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
+            pools: Mutex::default(),
+            timeline,
+            submitted: AtomicU64::new(0),
+            garbage: Mutex::default(),
+            names,
+            instance,
+        }))
+    }
+
+    pub(crate) fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.allocator)
+    }
+
+    fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        self.allocator
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn allocate(
+        &self,
+        name: &'static str,
+        requirements: vk::MemoryRequirements,
+        location: MemoryLocation,
+        linear: bool,
+    ) -> Result<Allocation, GpuError> {
+        self.allocator()
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location,
+                linear,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(allocating(name))
+    }
+
+    /// Names an object in messages of the validation layer and in debuggers.
+    pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        let (Some(names), Ok(name)) = (&self.names, CString::new(name)) else {
+            return;
+        };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default()
+            .object_handle(object)
+            .object_name(&name);
+        // SAFETY: the object was just made from this device. A name that is
+        // lost for want of memory harms nothing.
+        let _ = unsafe { names.set_debug_utils_object_name(&info) };
+    }
+
+    /// Destroys something once the submission now being recorded is done, or
+    /// the next one if none is.
+    pub(crate) fn discard(&self, garbage: Garbage) {
+        let value = self.submitted() + 1;
+        self.garbage().push((value, garbage));
+    }
+
+    /// Destroys what the GPU is done with.
+    pub(crate) fn collect_garbage(&self) -> Result<(), GpuError> {
+        let finished = self.finished()?;
+        let mut garbage = self.garbage();
+        let done: Vec<_> = garbage
+            .extract_if(.., |(value, _)| *value <= finished)
+            .collect();
+        drop(garbage);
+        self.destroy(done);
+        Ok(())
+    }
+
+    fn destroy(&self, garbage: Vec<(u64, Garbage)>) {
+        // Descriptor sets go back to pools that allocation uses too.
+        let _pools = self.pools.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut allocator = self.allocator();
+        for (_, item) in garbage {
+            // SAFETY: all was made from this device; the submissions that used
+            // it are finished; the pools are locked.
+            unsafe { item.destroy(&self.raw, &mut allocator) };
+        }
+    }
+
+    fn garbage(&self) -> MutexGuard<'_, Vec<(u64, Garbage)>> {
+        self.garbage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The number of the last submission.
+    pub(crate) fn submitted(&self) -> u64 {
+        self.submitted.load(Ordering::Acquire)
+    }
+
+    /// The number of the last submission that is finished.
+    pub(crate) fn finished(&self) -> Result<u64, GpuError> {
+        // SAFETY: the semaphore is this device's timeline.
+        unsafe { self.raw.get_semaphore_counter_value(self.timeline) }
+            .map_err(at("reading the timeline"))
+    }
+
+    /// Waits until a submission is finished.
+    pub(crate) fn wait(&self, value: u64, what: &'static str) -> Result<(), GpuError> {
+        let (semaphores, values) = ([self.timeline], [value]);
+        let info = vk::SemaphoreWaitInfo::default()
+            .semaphores(&semaphores)
+            .values(&values);
+        // SAFETY: the semaphore is this device's timeline.
+        match unsafe { self.raw.wait_semaphores(&info, MAX_WAIT_MILLIS * 1_000_000) } {
+            Ok(()) => Ok(()),
+            Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
+                what,
+                millis: MAX_WAIT_MILLIS,
+            }),
+            Err(code) => Err(at(what)(code)),
+        }
+    }
+
+    /// Waits until everything submitted is finished.
+    pub(crate) fn wait_for_all(&self, what: &'static str) -> Result<(), GpuError> {
+        self.wait(self.submitted(), what)
+    }
+
+    /// Submits a command buffer and returns its number on the timeline.
+    ///
+    /// # Safety
+    /// The command buffer belongs to this device, is executable and not
+    /// pending; the semaphores are binary and in the right state; only one
+    /// thread submits.
+    pub(crate) unsafe fn submit(
+        &self,
+        commands: vk::CommandBuffer,
+        wait: Option<vk::Semaphore>,
+        signal: Option<vk::Semaphore>,
+    ) -> Result<u64, GpuError> {
+        let value = self.submitted() + 1;
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
+        let info = |semaphore, stages| {
+            vk::SemaphoreSubmitInfo::default()
+                .semaphore(semaphore)
+                .stage_mask(stages)
+        };
+        let waits: Vec<_> = wait
+            .into_iter()
+            .map(|s| info(s, vk::PipelineStageFlags2::ALL_TRANSFER))
+            .collect();
+        let mut signals =
+            vec![info(self.timeline, vk::PipelineStageFlags2::ALL_COMMANDS).value(value)];
+        signals.extend(signal.map(|s| info(s, vk::PipelineStageFlags2::ALL_COMMANDS)));
+        let submit = vk::SubmitInfo2::default()
+            .command_buffer_infos(&buffers)
+            .wait_semaphore_infos(&waits)
+            .signal_semaphore_infos(&signals);
+        // SAFETY: the caller's promise.
+        unsafe {
+            self.raw
+                .queue_submit2(self.queue, &[submit], vk::Fence::null())
+        }
+        .map_err(at("submitting a frame"))?;
+        self.submitted.store(value, Ordering::Release);
+        Ok(value)
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // A hung device cannot be taken apart: freeing under it would crash.
+        if let Err(error) = self.wait_for_all("closing the device")
+            && !matches!(error, GpuError::DeviceLost(_))
+        {
+            tracing::error!(%error, "the device is left as it is");
+            std::mem::forget(Arc::clone(&self.instance));
+            return;
+        }
+        let garbage = std::mem::take(&mut *self.garbage());
+        self.destroy(garbage);
+        // SAFETY: everything made from the device held an Arc of it and is
+        // gone; the queue is idle or lost; the allocator is not used again.
+        unsafe {
+            self.pools
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .destroy(&self.raw);
+            ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_semaphore(self.timeline, None);
+            self.raw.destroy_device(None);
+        }
+    }
+}
+
+/// What is made right after the device and may fail.
+struct Parts {
+    allocator: Allocator,
+    timeline: vk::Semaphore,
+}
+
+impl Parts {
+    fn of(instance: &Instance, adapter: &Adapter, device: &ash::Device) -> Result<Self, GpuError> {
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.clone(),
+            physical_device: adapter.raw,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: AllocationSizes::new(DEVICE_BLOCK_BYTES, HOST_BLOCK_BYTES),
+        })
+        .map_err(allocating("preparing GPU memory"))?;
+        let mut kind =
+            vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: the device was made with timeline semaphores.
+        let timeline =
+            unsafe { device.create_semaphore(&info, None) }.map_err(at("creating the timeline"))?;
+        Ok(Self {
+            allocator,
+            timeline,
+        })
+    }
+}
+
+fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash::Device, GpuError> {
+    let priorities = [1.0];
+    let queues = [vk::DeviceQueueCreateInfo::default()
+        .queue_family_index(adapter.queue_family)
+        .queue_priorities(&priorities)];
+    let extensions = if presents {
+        vec![khr::swapchain::NAME.as_ptr()]
+    } else {
+        Vec::new()
+    };
+    let features = vk::PhysicalDeviceFeatures::default()
+        .robust_buffer_access(true)
+        .fill_mode_non_solid(adapter.can_draw_lines);
+    let mut vulkan_12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
+    let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .enabled_features(&features)
+        .push_next(&mut vulkan_12)
+        .push_next(&mut vulkan_13);
+    // SAFETY: the adapter was examined for each feature and extension, and all
+    // that `info` points to lives until the call returns.
+    unsafe { instance.raw.create_device(adapter.raw, &info, None) }
+        .map_err(at("opening the device"))
+}

@@ -1,0 +1,116 @@
+//! What can go wrong on the GPU, whose fault it is and what to do.
+
+use ash::vk;
+use thiserror::Error;
+
+/// A failure of Vulkan or of the machine under it.
+#[derive(Debug, Error)]
+pub enum GpuError {
+    /// No Vulkan loader.
+    #[error(
+        "no Vulkan loader on this machine ({0}): install the packages libvulkan1 and \
+         mesa-vulkan-drivers, or the graphics vendor's driver"
+    )]
+    NoLoader(String),
+    /// A loader without a driver.
+    #[error(
+        "Vulkan has no driver on this machine ({0}): install the package mesa-vulkan-drivers or \
+         the graphics vendor's driver, and see that VK_DRIVER_FILES and VK_ICD_FILENAMES, if set, \
+         name existing files"
+    )]
+    NoDriver(String),
+    /// The validation layer was asked for and is missing.
+    #[error(
+        "the Vulkan validation layer {0} is not installed: install the package \
+         vulkan-validationlayers, or turn validation off"
+    )]
+    NoValidationLayer(&'static str),
+    /// Drivers, but none that can draw this.
+    #[error(
+        "no Vulkan device can draw this; {0}: update the graphics driver, or install \
+         mesa-vulkan-drivers for drawing in software"
+    )]
+    NoDevice(String),
+    /// `BUSBAR_GPU` names none of the devices.
+    #[error("BUSBAR_GPU is \"{wanted}\", but the devices are {available}: correct or unset it")]
+    NoSuchDevice {
+        /// What the variable says.
+        wanted: String,
+        /// Device names.
+        available: String,
+    },
+    /// The window system gave no usable handle or surface.
+    #[error("the window cannot be drawn into: {0}")]
+    Window(String),
+    /// Memory ran out.
+    #[error(
+        "the GPU is out of memory ({0}): show fewer or smaller models and textures, raise theta, \
+         or make the window smaller"
+    )]
+    OutOfMemory(&'static str),
+    /// The device is gone.
+    #[error(
+        "the GPU stopped working ({0}): the driver was reset or the device removed; open the \
+         view again, and update the driver if it happens often"
+    )]
+    DeviceLost(&'static str),
+    /// Work did not finish in time.
+    #[error("the GPU did not finish within {millis} ms ({what}): it hangs or is overloaded")]
+    Timeout {
+        /// What was waited for.
+        what: &'static str,
+        /// How long, in milliseconds.
+        millis: u64,
+    },
+    /// More than a limit allows.
+    #[error("{what} is {asked}, but at most {limit} is possible")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// What was asked for.
+        asked: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// This crate's interface was used wrongly.
+    #[error("the renderer used the GPU wrongly: {0}; please report this")]
+    Misuse(&'static str),
+    /// egui could not be painted.
+    #[error("the panels cannot be painted: {0}")]
+    Overlay(String),
+    /// Any other Vulkan error.
+    #[error("Vulkan failed at {what}: {code}")]
+    Vulkan {
+        /// What was tried.
+        what: &'static str,
+        /// Vulkan's code.
+        code: String,
+    },
+}
+
+/// Tells what was tried when a Vulkan call fails: `call.map_err(at("..."))?`.
+pub(crate) fn at(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
+    move |code| match code {
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY
+        | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY
+        | vk::Result::ERROR_OUT_OF_POOL_MEMORY => GpuError::OutOfMemory(what),
+        vk::Result::ERROR_DEVICE_LOST => GpuError::DeviceLost(what),
+        code => GpuError::Vulkan {
+            what,
+            code: code.to_string(),
+        },
+    }
+}
+
+/// The same for gpu-allocator.
+pub(crate) fn allocating(
+    what: &'static str,
+) -> impl Fn(gpu_allocator::AllocationError) -> GpuError {
+    move |error| match error {
+        gpu_allocator::AllocationError::OutOfMemory => GpuError::OutOfMemory(what),
+        error => GpuError::Vulkan {
+            what,
+            code: error.to_string(),
+        },
+    }
+}

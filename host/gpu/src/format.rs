@@ -1,0 +1,58 @@
+//! Pixel formats.
+
+use ash::vk;
+
+/// How the pixels of an image are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Four bytes, sRGB colour and linear alpha.
+    Rgba8Srgb,
+    /// The same with red and blue swapped, as most windows want it.
+    Bgra8Srgb,
+    /// Four bytes, all linear.
+    Rgba8Linear,
+    /// One 32-bit number.
+    R32Uint,
+    /// 32-bit depth.
+    Depth32,
+}
+
+impl Format {
+    pub(crate) fn vk(self) -> vk::Format {
+        match self {
+            Self::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
+            Self::Bgra8Srgb => vk::Format::B8G8R8A8_SRGB,
+            Self::Rgba8Linear => vk::Format::R8G8B8A8_UNORM,
+            Self::R32Uint => vk::Format::R32_UINT,
+            Self::Depth32 => vk::Format::D32_SFLOAT,
+        }
+    }
+
+    /// The same bytes read without decoding; `None` where that is the same.
+    pub(crate) fn undecoded(self) -> Option<vk::Format> {
+        match self {
+            Self::Rgba8Srgb => Some(vk::Format::R8G8B8A8_UNORM),
+            Self::Bgra8Srgb => Some(vk::Format::B8G8R8A8_UNORM),
+            _ => None,
+        }
+    }
+
+    /// The picture format whose bytes a swapchain format takes unchanged.
+    pub(crate) fn of_swapchain(format: vk::Format) -> Option<Self> {
+        match format {
+            vk::Format::R8G8B8A8_UNORM | vk::Format::R8G8B8A8_SRGB => Some(Self::Rgba8Srgb),
+            vk::Format::B8G8R8A8_UNORM | vk::Format::B8G8R8A8_SRGB => Some(Self::Bgra8Srgb),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn aspect(self) -> vk::ImageAspectFlags {
+        match self {
+            Self::Depth32 => vk::ImageAspectFlags::DEPTH,
+            _ => vk::ImageAspectFlags::COLOR,
+        }
+    }
+}
+
+/// Bytes of one pixel: all formats have four.
+pub(crate) const PIXEL_BYTES: u64 = 4;

@@ -1,0 +1,244 @@
+//! The GPU as its users see it: open it, begin frames, ask what it can do.
+
+use std::sync::Arc;
+
+use crate::adapter::Adapter;
+use crate::device::Device;
+use crate::image::sample_flag;
+use crate::instance::Instance;
+use crate::presenter::Presenter;
+use crate::slot::CommandSlot;
+use crate::surface::Surface;
+use crate::{Format, GpuError, Recorder, ValidationLog, WindowHandles};
+
+/// Frames that may be in the making at once: one drawn by the GPU, one
+/// recorded by the CPU.
+pub const MAX_FRAMES_IN_FLIGHT: usize = 2;
+
+/// The slot of work outside frames, after those of the frames.
+const TRANSFER_SLOT: usize = MAX_FRAMES_IN_FLIGHT;
+
+/// How to open the GPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// Turns the validation layer on, synchronization validation included.
+    pub validation: bool,
+}
+
+/// An open device, with a window or without.
+pub struct Gpu {
+    pub(crate) presenter: Option<Presenter>,
+    pub(crate) slots: Vec<CommandSlot>,
+    next_frame: usize,
+    frame_millis: Option<f64>,
+    device: Arc<Device>,
+}
+
+impl Gpu {
+    /// Opens the best device for drawing without a window.
+    ///
+    /// # Errors
+    /// When there is no loader, driver or fitting device, or, if validation is
+    /// asked for, no layer.
+    pub fn headless(options: GpuOptions) -> Result<Self, GpuError> {
+        let instance = Instance::open(options.validation, None)?;
+        let adapter = Adapter::choose(&instance, None)?;
+        Self::on(Device::open(instance, adapter, false)?, None)
+    }
+
+    /// Opens the best device that can draw into the window.
+    ///
+    /// # Errors
+    /// As [`Gpu::headless`], or when the window gives no surface.
+    pub fn for_window(
+        options: GpuOptions,
+        window: Arc<dyn WindowHandles>,
+    ) -> Result<Self, GpuError> {
+        let instance = Instance::open(options.validation, Some(&*window))?;
+        let surface = Surface::new(Arc::clone(&instance), window)?;
+        let adapter = Adapter::choose(&instance, Some(&surface))?;
+        let device = Device::open(instance, adapter, true)?;
+        let presenter = Presenter::new(Arc::clone(&device), surface)?;
+        Self::on(device, Some(presenter))
+    }
+
+    fn on(device: Arc<Device>, presenter: Option<Presenter>) -> Result<Self, GpuError> {
+        let slots = (0..=TRANSFER_SLOT)
+            .map(|_| CommandSlot::new(Arc::clone(&device)))
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            presenter,
+            slots,
+            next_frame: 0,
+            frame_millis: None,
+            device,
+        })
+    }
+
+    pub(crate) fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// The device's name.
+    pub fn device_name(&self) -> &str {
+        &self.device.adapter.name
+    }
+
+    /// Whether edges can be drawn instead of faces.
+    pub fn can_draw_lines(&self) -> bool {
+        self.device.adapter.can_draw_lines
+    }
+
+    /// Whether targets can have this many samples a pixel.
+    pub fn can_sample(&self, samples: u32) -> bool {
+        let limits = &self.device.adapter.limits;
+        samples.is_power_of_two()
+            && (limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts)
+                .contains(sample_flag(samples))
+    }
+
+    /// What the validation layer says; readable after the device is gone.
+    pub fn validation_log(&self) -> ValidationLog {
+        self.device.instance.log.clone()
+    }
+
+    /// The format that pictures for the window must have.
+    pub fn picture_format(&self) -> Format {
+        self.presenter
+            .as_ref()
+            .map_or(Format::Rgba8Srgb, Presenter::format)
+    }
+
+    /// How long the GPU took for the last frame it finished, if it can tell.
+    pub fn frame_millis(&self) -> Option<f64> {
+        self.frame_millis
+    }
+
+    /// Tells the size that the window now has, in pixels.
+    pub fn resize_window(&mut self, size: [u32; 2]) {
+        if let Some(presenter) = &mut self.presenter {
+            presenter.resize(size);
+        }
+    }
+
+    /// Makes the swapchain fit the window; gives its size, or `None` while
+    /// there is nothing to draw into (no window, or a minimised one).
+    ///
+    /// # Errors
+    /// When the window or the device is lost, or memory runs out.
+    pub fn prepare_window(&mut self) -> Result<Option<[u32; 2]>, GpuError> {
+        match &mut self.presenter {
+            Some(presenter) => presenter.prepare(),
+            None => Ok(None),
+        }
+    }
+
+    /// Begins the next frame, once its slot's last frame is finished.
+    ///
+    /// # Errors
+    /// When the device is lost or hangs.
+    pub fn begin_frame(&mut self) -> Result<Recorder<'_>, GpuError> {
+        let slot = self.next_frame;
+        self.next_frame = (slot + 1) % MAX_FRAMES_IN_FLIGHT;
+        self.begin(slot)
+    }
+
+    /// Begins work outside frames: uploads, read-backs, picking.
+    ///
+    /// # Errors
+    /// As [`Gpu::begin_frame`].
+    pub fn begin_transfer(&mut self) -> Result<Recorder<'_>, GpuError> {
+        self.begin(TRANSFER_SLOT)
+    }
+
+    fn begin(&mut self, slot: usize) -> Result<Recorder<'_>, GpuError> {
+        self.device
+            .wait(self.slots[slot].value, "an earlier frame")?;
+        self.device.collect_garbage()?;
+        if slot != TRANSFER_SLOT
+            && let Some(millis) = self.slots[slot].elapsed_millis()?
+        {
+            self.frame_millis = Some(millis);
+        }
+        self.slots[slot].begin()?;
+        Ok(Recorder::new(self, slot))
+    }
+
+    /// Waits until everything submitted is finished.
+    ///
+    /// # Errors
+    /// When the device is lost or hangs.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device.wait_for_all("all frames")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ash::vk;
+
+    use super::*;
+
+    /// Proof that silence elsewhere means something.
+    #[test]
+    fn what_the_validation_layer_says_is_collected() {
+        let gpu = Gpu::headless(GpuOptions { validation: true }).unwrap();
+        let log = gpu.validation_log();
+        assert_eq!(log.messages(), Vec::<String>::new());
+        let raw = &gpu.device.raw;
+        let wrong = vk::SamplerCreateInfo::default().min_lod(2.0).max_lod(1.0);
+        // SAFETY: the limits contradict each other, on purpose; the layer says
+        // so and drivers make a useless sampler, which nothing uses.
+        unsafe {
+            let sampler = raw.create_sampler(&wrong, None).unwrap();
+            raw.destroy_sampler(sampler, None);
+        }
+        drop(gpu);
+        let messages = log.messages();
+        assert!(
+            messages.iter().any(|message| message.contains("maxLod")),
+            "{messages:?}"
+        );
+    }
+
+    #[test]
+    fn abandoned_work_leaves_nothing_behind() {
+        let mut gpu = Gpu::headless(GpuOptions { validation: true }).unwrap();
+        let log = gpu.validation_log();
+        for abandon in [true, false, true, false] {
+            let mut recorder = gpu.begin_transfer().unwrap();
+            let image = recorder
+                .upload_texture("texture", Format::Rgba8Srgb, [4, 2], &[9; 32])
+                .unwrap();
+            assert_eq!(image.size(), [4, 2]);
+            if !abandon {
+                recorder.submit_and_wait().unwrap();
+            }
+        }
+        let mut recorder = gpu.begin_frame().unwrap();
+        let error = recorder.upload_texture("texture", Format::Rgba8Srgb, [4, 2], &[9; 31]);
+        assert!(matches!(error, Err(GpuError::Misuse(_))));
+        drop(error);
+        drop(recorder);
+        drop(gpu);
+        assert_eq!(log.messages(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn uploads_larger_than_the_staging_limit_arrive() {
+        let mut gpu = Gpu::headless(GpuOptions { validation: true }).unwrap();
+        let log = gpu.validation_log();
+        let bytes = vec![7; 40 << 20];
+        let mut recorder = gpu.begin_transfer().unwrap();
+        for _ in 0..3 {
+            let buffer = recorder
+                .upload_buffer("vertices", crate::BufferUsage::Vertex, &bytes)
+                .unwrap();
+            assert_eq!(buffer.size(), 40 << 20);
+            assert!(recorder.staged_bytes <= 40 << 20, "flushed in between");
+        }
+        recorder.submit_and_wait().unwrap();
+        drop(gpu);
+        assert_eq!(log.messages(), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,281 @@
+//! Drawing into targets.
+
+use ash::vk;
+
+use crate::image::ImageUse;
+use crate::{BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, Recorder};
+
+/// What colour targets are filled with first.
+#[derive(Clone, Copy, Debug)]
+pub enum ClearColor {
+    /// Linear colour and alpha.
+    Linear([f32; 4]),
+    /// A number, for number formats.
+    Number(u32),
+}
+
+/// Where a pass draws. All of one size; the depth starts at "infinitely far".
+pub struct Targets<'a> {
+    /// Drawn into.
+    pub color: &'a Image,
+    /// Gets the mean of the samples, if the colour has several.
+    pub resolve: Option<&'a Image>,
+    /// Depth, with as many samples as the colour.
+    pub depth: &'a Image,
+    /// What the colour starts with.
+    pub clear: ClearColor,
+}
+
+/// Where clip space lies on the targets, in pixels; it may be larger than they
+/// are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewport {
+    /// Upper left corner.
+    pub origin: [f32; 2],
+    /// Width and height.
+    pub size: [f32; 2],
+}
+
+/// One indexed, instanced draw and all that it needs.
+pub struct Draw<'a> {
+    /// The pipeline.
+    pub pipeline: &'a Pipeline,
+    /// The groups that the pipeline's layout asks for.
+    pub groups: &'a [&'a BindGroup],
+    /// Vertices.
+    pub vertices: &'a Buffer,
+    /// Indices, 32 bits each.
+    pub indices: &'a Buffer,
+    /// Which indices.
+    pub index_range: std::ops::Range<u32>,
+    /// Which instances.
+    pub instance_range: std::ops::Range<u32>,
+    /// Leaves out faces seen from behind.
+    pub cull_back: bool,
+    /// The transform mirrors, so clockwise is the front.
+    pub mirrored: bool,
+}
+
+/// A pass being recorded; it ends when dropped.
+pub struct Pass<'r> {
+    device: &'r ash::Device,
+    commands: vk::CommandBuffer,
+    format: Format,
+    samples: u32,
+    bound: Bound,
+}
+
+/// What was bound last, so that it is not bound again.
+#[derive(Default)]
+struct Bound {
+    pipeline: vk::Pipeline,
+    groups: Vec<vk::DescriptorSet>,
+    vertices: vk::Buffer,
+    indices: vk::Buffer,
+    culling: Option<(bool, bool)>,
+}
+
+impl Recorder<'_> {
+    /// Begins a pass that fills its targets anew.
+    ///
+    /// # Errors
+    /// When the targets do not fit together.
+    pub fn pass(
+        &mut self,
+        targets: &Targets<'_>,
+        viewport: Viewport,
+    ) -> Result<Pass<'_>, GpuError> {
+        let Targets {
+            color,
+            resolve,
+            depth,
+            clear,
+        } = targets;
+        let fits = color.size() == depth.size()
+            && color.samples() == depth.samples()
+            && depth.format() == Format::Depth32
+            && resolve.is_none_or(|r| {
+                r.size() == color.size() && r.format() == color.format() && color.samples() > 1
+            });
+        if !fits {
+            return Err(GpuError::Misuse("targets that do not fit together"));
+        }
+        self.use_image(color, ImageUse::ColorTarget);
+        self.use_image(depth, ImageUse::DepthTarget);
+        let mut color_info = attachment(color, ImageUse::ColorTarget)
+            .clear_value(clear.vk())
+            .store_op(vk::AttachmentStoreOp::STORE);
+        if let Some(resolve) = resolve {
+            self.use_image(resolve, ImageUse::ColorTarget);
+            color_info = color_info
+                .store_op(vk::AttachmentStoreOp::DONT_CARE)
+                .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                .resolve_image_view(resolve.view())
+                .resolve_image_layout(ImageUse::ColorTarget.layout());
+        }
+        // Reverse-Z: zero is infinitely far.
+        let depth_info =
+            attachment(depth, ImageUse::DepthTarget).store_op(vk::AttachmentStoreOp::DONT_CARE);
+        let [width, height] = color.size();
+        let area = vk::Rect2D::from(vk::Extent2D { width, height });
+        let colors = [color_info];
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&colors)
+            .depth_attachment(&depth_info);
+        let (format, samples) = (color.format(), color.samples());
+        let commands = self.commands();
+        let device = &self.device().raw;
+        let viewports = [vk::Viewport {
+            x: viewport.origin[0],
+            y: viewport.origin[1],
+            width: viewport.size[0],
+            height: viewport.size[1],
+            min_depth: 0.0,
+            max_depth: 1.0,
+        }];
+        // SAFETY: the commands are being recorded, outside any pass; the
+        // targets are in these layouts and live until the submission is done.
+        unsafe {
+            device.cmd_begin_rendering(commands, &info);
+            device.cmd_set_viewport(commands, 0, &viewports);
+            device.cmd_set_scissor(commands, 0, &[area]);
+        }
+        Ok(Pass {
+            device,
+            commands,
+            format,
+            samples,
+            bound: Bound::default(),
+        })
+    }
+}
+
+fn attachment(image: &Image, usage: ImageUse) -> vk::RenderingAttachmentInfo<'_> {
+    vk::RenderingAttachmentInfo::default()
+        .image_view(image.view())
+        .image_layout(usage.layout())
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+}
+
+impl ClearColor {
+    fn vk(self) -> vk::ClearValue {
+        let color = match self {
+            Self::Linear(float32) => vk::ClearColorValue { float32 },
+            Self::Number(number) => vk::ClearColorValue {
+                uint32: [number, 0, 0, 0],
+            },
+        };
+        vk::ClearValue { color }
+    }
+}
+
+impl Pass<'_> {
+    /// Draws.
+    ///
+    /// # Errors
+    /// When the draw does not fit the pass, its pipeline or its buffers.
+    pub fn draw(&mut self, draw: &Draw<'_>) -> Result<(), GpuError> {
+        self.check(draw)?;
+        self.bind(draw);
+        // SAFETY: the commands are being recorded, inside this pass; all that
+        // the pipeline needs is bound and checked; what shaders read beyond a
+        // buffer is zero, by robust buffer access.
+        unsafe {
+            self.device.cmd_draw_indexed(
+                self.commands,
+                draw.index_range.len() as u32,
+                draw.instance_range.len() as u32,
+                draw.index_range.start,
+                0,
+                draw.instance_range.start,
+            );
+        }
+        Ok(())
+    }
+
+    fn check(&self, draw: &Draw<'_>) -> Result<(), GpuError> {
+        let pipeline = draw.pipeline;
+        if (pipeline.color, pipeline.samples) != (self.format, self.samples) {
+            return Err(GpuError::Misuse("a pipeline made for other targets"));
+        }
+        let groups_fit = pipeline.groups.len() == draw.groups.len()
+            && pipeline
+                .groups
+                .iter()
+                .zip(draw.groups)
+                .all(|(l, g)| l.raw() == g.layout());
+        if !groups_fit {
+            return Err(GpuError::Misuse("bind groups made for another pipeline"));
+        }
+        if draw.vertices.usage() != BufferUsage::Vertex
+            || draw.indices.usage() != BufferUsage::Index
+        {
+            return Err(GpuError::Misuse(
+                "buffers that hold no vertices or no indices",
+            ));
+        }
+        if u64::from(draw.index_range.end) * size_of::<u32>() as u64 > draw.indices.size() {
+            return Err(GpuError::Misuse("a draw beyond its indices"));
+        }
+        Ok(())
+    }
+
+    fn bind(&mut self, draw: &Draw<'_>) {
+        let (device, commands, bound) = (self.device, self.commands, &mut self.bound);
+        let graphics = vk::PipelineBindPoint::GRAPHICS;
+        // SAFETY: the commands are being recorded, inside this pass; all that is
+        // bound belongs to this device and lives until the submission is done.
+        unsafe {
+            if bound.pipeline != draw.pipeline.raw {
+                device.cmd_bind_pipeline(commands, graphics, draw.pipeline.raw);
+                bound.pipeline = draw.pipeline.raw;
+                bound.groups.clear();
+            }
+            let groups: Vec<_> = draw.groups.iter().map(|group| group.raw()).collect();
+            if bound.groups != groups {
+                let layout = draw.pipeline.layout;
+                device.cmd_bind_descriptor_sets(commands, graphics, layout, 0, &groups, &[]);
+                bound.groups = groups;
+            }
+            if bound.vertices != draw.vertices.raw() {
+                bound.vertices = draw.vertices.raw();
+                device.cmd_bind_vertex_buffers(commands, 0, &[bound.vertices], &[0]);
+            }
+            if bound.indices != draw.indices.raw() {
+                bound.indices = draw.indices.raw();
+                device.cmd_bind_index_buffer(commands, bound.indices, 0, vk::IndexType::UINT32);
+            }
+            let culling = (draw.cull_back, draw.mirrored);
+            if bound.culling != Some(culling) {
+                bound.culling = Some(culling);
+                device.cmd_set_cull_mode(commands, cull_mode(draw.cull_back));
+                device.cmd_set_front_face(commands, front_face(draw.mirrored));
+            }
+        }
+    }
+}
+
+fn cull_mode(cull_back: bool) -> vk::CullModeFlags {
+    if cull_back {
+        vk::CullModeFlags::BACK
+    } else {
+        vk::CullModeFlags::NONE
+    }
+}
+
+fn front_face(mirrored: bool) -> vk::FrontFace {
+    if mirrored {
+        vk::FrontFace::CLOCKWISE
+    } else {
+        vk::FrontFace::COUNTER_CLOCKWISE
+    }
+}
+
+impl Drop for Pass<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the pass was begun in these commands and not ended yet.
+        unsafe { self.device.cmd_end_rendering(self.commands) };
+    }
+}

@@ -1,0 +1,242 @@
+//! Graphics pipelines.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::error::at;
+use crate::garbage::Garbage;
+use crate::image::sample_flag;
+use crate::{BindGroupLayout, Format, Gpu, GpuError};
+
+/// One shader entry point.
+#[derive(Clone, Copy)]
+pub struct ShaderStage<'a> {
+    /// SPIR-V words.
+    pub words: &'a [u32],
+    /// Name of the entry point.
+    pub entry: &'a CStr,
+}
+
+/// How a fragment meets what is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// Replaces it.
+    Replace,
+    /// Covers it by its alpha, and leaves depth alone.
+    Over,
+}
+
+/// A pipeline to make. Triangles; counter-clockwise is the front; reverse-Z.
+pub struct PipelineDescription<'a> {
+    /// Shown in messages.
+    pub name: &'a str,
+    /// Vertex shader.
+    pub vertex: ShaderStage<'a>,
+    /// Fragment shader.
+    pub fragment: ShaderStage<'a>,
+    /// Bytes of one vertex.
+    pub vertex_bytes: u32,
+    /// Floats of each vertex attribute, 2 or 3, lying one after the other.
+    pub attribute_floats: &'a [u32],
+    /// Layouts of the groups, numbered from 0.
+    pub groups: &'a [&'a BindGroupLayout],
+    /// Format of the colour target.
+    pub color: Format,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// How fragments meet what is there.
+    pub blend: Blend,
+    /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
+    pub lines: bool,
+}
+
+/// A graphics pipeline.
+pub struct Pipeline {
+    device: Arc<Device>,
+    pub(crate) raw: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    pub(crate) color: Format,
+    pub(crate) samples: u32,
+    pub(crate) groups: Vec<BindGroupLayout>,
+}
+
+impl Pipeline {
+    /// Compiles a pipeline.
+    ///
+    /// # Errors
+    /// When lines are asked for and not possible, or memory runs out.
+    pub fn new(gpu: &Gpu, description: &PipelineDescription<'_>) -> Result<Self, GpuError> {
+        if description.lines && !gpu.can_draw_lines() {
+            return Err(GpuError::Misuse("lines on a device that cannot draw them"));
+        }
+        let device = Arc::clone(gpu.device());
+        let layouts: Vec<_> = description.groups.iter().map(|group| group.raw()).collect();
+        let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
+        // SAFETY: the layouts belong to this device.
+        let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }
+            .map_err(at("creating a pipeline layout"))?;
+        // Owns the layout from here on.
+        let mut pipeline = Self {
+            device,
+            raw: vk::Pipeline::null(),
+            layout,
+            color: description.color,
+            samples: description.samples,
+            groups: description
+                .groups
+                .iter()
+                .map(|&group| group.clone())
+                .collect(),
+        };
+        pipeline.raw = pipeline.compile(description)?;
+        pipeline.device.name(pipeline.raw, description.name);
+        Ok(pipeline)
+    }
+
+    fn compile(&self, description: &PipelineDescription<'_>) -> Result<vk::Pipeline, GpuError> {
+        let vertex = Module::new(&self.device, description.vertex.words)?;
+        let fragment = Module::new(&self.device, description.fragment.words)?;
+        let stages = [
+            vertex.stage(vk::ShaderStageFlags::VERTEX, description.vertex.entry),
+            fragment.stage(vk::ShaderStageFlags::FRAGMENT, description.fragment.entry),
+        ];
+        let bindings =
+            [vk::VertexInputBindingDescription::default().stride(description.vertex_bytes)];
+        let attributes = attributes(description.attribute_floats);
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&bindings)
+            .vertex_attribute_descriptions(&attributes);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+            .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewport_count(1)
+            .scissor_count(1);
+        let polygon_mode = if description.lines {
+            vk::PolygonMode::LINE
+        } else {
+            vk::PolygonMode::FILL
+        };
+        let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(polygon_mode)
+            .line_width(1.0);
+        let multisample = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(sample_flag(description.samples));
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(true)
+            .depth_write_enable(description.blend == Blend::Replace)
+            .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
+        let attachments = [blend_state(description.blend)];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+        let dynamic_states = [
+            vk::DynamicState::VIEWPORT,
+            vk::DynamicState::SCISSOR,
+            vk::DynamicState::CULL_MODE,
+            vk::DynamicState::FRONT_FACE,
+        ];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
+        let colors = [description.color.vk()];
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(&colors)
+            .depth_attachment_format(Format::Depth32.vk());
+        let info = vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&rasterization)
+            .multisample_state(&multisample)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(self.layout)
+            .push_next(&mut rendering);
+        // SAFETY: all that `info` points to lives until the call returns; the
+        // shaders come from naga's validated output. One info gives one
+        // pipeline.
+        unsafe {
+            self.device
+                .raw
+                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+        }
+        .map(|pipelines| pipelines[0])
+        .map_err(|(_, code)| at("compiling a pipeline")(code))
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        self.device
+            .discard(Garbage::Pipeline(self.raw, self.layout));
+    }
+}
+
+fn attributes(floats: &[u32]) -> Vec<vk::VertexInputAttributeDescription> {
+    let mut offset = 0;
+    (0..)
+        .zip(floats)
+        .map(|(location, &floats)| {
+            let format = match floats {
+                2 => vk::Format::R32G32_SFLOAT,
+                _ => vk::Format::R32G32B32_SFLOAT,
+            };
+            let attribute = vk::VertexInputAttributeDescription {
+                location,
+                binding: 0,
+                format,
+                offset,
+            };
+            offset += floats * size_of::<f32>() as u32;
+            attribute
+        })
+        .collect()
+}
+
+fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+    vk::PipelineColorBlendAttachmentState {
+        blend_enable: (blend == Blend::Over).into(),
+        src_color_blend_factor: vk::BlendFactor::SRC_ALPHA,
+        dst_color_blend_factor: vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+        color_blend_op: vk::BlendOp::ADD,
+        src_alpha_blend_factor: vk::BlendFactor::ONE,
+        dst_alpha_blend_factor: vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+        alpha_blend_op: vk::BlendOp::ADD,
+        color_write_mask: vk::ColorComponentFlags::RGBA,
+    }
+}
+
+/// A shader module, needed only while a pipeline is compiled.
+struct Module<'d> {
+    device: &'d Device,
+    raw: vk::ShaderModule,
+}
+
+impl<'d> Module<'d> {
+    fn new(device: &'d Device, words: &[u32]) -> Result<Self, GpuError> {
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
+        // SAFETY: the words are naga's validated output.
+        let raw = unsafe { device.raw.create_shader_module(&info, None) }
+            .map_err(at("loading a shader"))?;
+        Ok(Self { device, raw })
+    }
+
+    fn stage<'a>(
+        &self,
+        stage: vk::ShaderStageFlags,
+        entry: &'a CStr,
+    ) -> vk::PipelineShaderStageCreateInfo<'a> {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(stage)
+            .module(self.raw)
+            .name(entry)
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines keep nothing of the modules they were compiled from.
+        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
+    }
+}

@@ -1,0 +1,233 @@
+//! Shows pictures in a window, and follows the window as it changes.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::error::at;
+use crate::format::Format;
+use crate::image::ImageUse;
+use crate::surface::Surface;
+use crate::swapchain::{PresentTarget, Swapchain, SwapchainShape};
+use crate::{GpuError, Image, Recorder};
+
+/// Attempts at a swapchain while the window changes under it; after that, the
+/// frame is not shown.
+const MAX_ATTEMPTS: usize = 3;
+
+/// A window's surface and its swapchain.
+pub(crate) struct Presenter {
+    // Before the surface: it must go first.
+    swapchain: Option<Swapchain>,
+    surface: Surface,
+    device: Arc<Device>,
+    surface_format: vk::SurfaceFormatKHR,
+    format: Format,
+    size: [u32; 2],
+    /// The swapchain is to be made anew before the next frame.
+    outdated: bool,
+}
+
+impl Presenter {
+    pub(crate) fn new(device: Arc<Device>, surface: Surface) -> Result<Self, GpuError> {
+        let formats = surface
+            .formats(device.adapter.raw)
+            .map_err(at("asking for the window's formats"))?;
+        let (surface_format, format) = choose_format(&formats).ok_or_else(|| {
+            GpuError::Window("it offers no 8-bit sRGB format; use a display of 24 bits".to_owned())
+        })?;
+        Ok(Self {
+            swapchain: None,
+            surface,
+            device,
+            surface_format,
+            format,
+            size: [0, 0],
+            outdated: true,
+        })
+    }
+
+    pub(crate) fn format(&self) -> Format {
+        self.format
+    }
+
+    pub(crate) fn resize(&mut self, size: [u32; 2]) {
+        if self.size != size {
+            self.size = size;
+            self.outdated = true;
+        }
+    }
+
+    /// Forgets the swapchain with all its semaphores.
+    pub(crate) fn renew(&mut self) {
+        self.swapchain = None;
+        self.outdated = true;
+    }
+
+    /// Makes the swapchain fit the window; `None` while the window is empty.
+    pub(crate) fn prepare(&mut self) -> Result<Option<[u32; 2]>, GpuError> {
+        if self.size.contains(&0) {
+            return Ok(None);
+        }
+        for _ in 0..MAX_ATTEMPTS {
+            if let Some(swapchain) = self.swapchain.as_ref().filter(|_| !self.outdated) {
+                return Ok(Some([swapchain.extent.width, swapchain.extent.height]));
+            }
+            match self.rebuild() {
+                Ok(true) => {}
+                Ok(false) => return Ok(None),
+                Err(vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                    self.renew();
+                    self.surface.recreate()?;
+                }
+                Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.renew(),
+                Err(code) => return Err(at("preparing the window")(code)),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Builds the swapchain; false if the window has no area.
+    fn rebuild(&mut self) -> Result<bool, vk::Result> {
+        let capabilities = self.surface.capabilities(self.device.adapter.raw)?;
+        let extent = extent(&capabilities, self.size);
+        if extent.width == 0 || extent.height == 0 {
+            return Ok(false);
+        }
+        if !capabilities
+            .supported_usage_flags
+            .contains(vk::ImageUsageFlags::TRANSFER_DST)
+        {
+            return Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED);
+        }
+        let shape = SwapchainShape {
+            format: self.surface_format,
+            extent,
+            capabilities,
+        };
+        let device = Arc::clone(&self.device);
+        let next = Swapchain::new(device, &self.surface, &shape, self.swapchain.as_ref());
+        // Retired by the attempt, also by one that failed.
+        self.swapchain = None;
+        self.swapchain = Some(next?);
+        self.outdated = false;
+        Ok(true)
+    }
+
+    /// The image to show next; `None` if the window changed or gives none.
+    pub(crate) fn acquire(&mut self, slot: usize) -> Result<Option<PresentTarget>, GpuError> {
+        let Some(swapchain) = &self.swapchain else {
+            return Ok(None);
+        };
+        match swapchain.acquire(slot) {
+            Ok(target) => {
+                self.outdated |= target.as_ref().is_some_and(|target| target.suboptimal);
+                Ok(target)
+            }
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                self.outdated = true;
+                Ok(None)
+            }
+            Err(code) => Err(at("taking the window's next image")(code)),
+        }
+    }
+
+    /// Records the copy of the picture, whose bytes the window takes unchanged.
+    pub(crate) fn record_copy(
+        &self,
+        recorder: &Recorder<'_>,
+        picture: &Image,
+        target: &PresentTarget,
+    ) {
+        let Some(swapchain) = &self.swapchain else {
+            return;
+        };
+        let [width, height] = picture.size();
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
+        let region = [vk::ImageCopy::default()
+            .src_subresource(layers)
+            .dst_subresource(layers)
+            .extent(vk::Extent3D {
+                width: width.min(swapchain.extent.width),
+                height: height.min(swapchain.extent.height),
+                depth: 1,
+            })];
+        let copied = ImageUse::CopyTarget;
+        let change = |from, to| {
+            vk::ImageMemoryBarrier2::default()
+                .src_stage_mask(copied.stages())
+                .dst_stage_mask(copied.stages())
+                .old_layout(from)
+                .new_layout(to)
+                .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+                .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+                .image(target.image)
+                .subresource_range(vk::ImageSubresourceRange {
+                    aspect_mask: vk::ImageAspectFlags::COLOR,
+                    base_mip_level: 0,
+                    level_count: 1,
+                    base_array_layer: 0,
+                    layer_count: 1,
+                })
+        };
+        // Its source stage is the one that waits for the image's semaphore.
+        let fill = change(vk::ImageLayout::UNDEFINED, copied.layout())
+            .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE);
+        let show = change(copied.layout(), vk::ImageLayout::PRESENT_SRC_KHR)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::NONE);
+        recorder.barriers(&[fill], &[]);
+        // SAFETY: the commands are being recorded; both images are in these
+        // layouts, hold the region, and have formats of the same size.
+        unsafe {
+            self.device.raw.cmd_copy_image(
+                recorder.commands(),
+                picture.raw(),
+                ImageUse::CopySource.layout(),
+                target.image,
+                copied.layout(),
+                &region,
+            );
+        }
+        recorder.barriers(&[show], &[]);
+    }
+
+    pub(crate) fn present(&mut self, target: &PresentTarget) -> Result<(), GpuError> {
+        let Some(swapchain) = &self.swapchain else {
+            return Ok(());
+        };
+        match swapchain.present(target) {
+            Ok(suboptimal) => self.outdated |= suboptimal,
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                self.outdated = true;
+            }
+            Err(code) => return Err(at("showing a frame")(code)),
+        }
+        Ok(())
+    }
+}
+
+fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<(vk::SurfaceFormatKHR, Format)> {
+    formats
+        .iter()
+        .filter(|format| format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR)
+        .find_map(|&format| Some((format, Format::of_swapchain(format.format)?)))
+}
+
+/// The window's own size where it has one, else the size we were told.
+fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
+    if capabilities.current_extent.width != u32::MAX {
+        return capabilities.current_extent;
+    }
+    let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
+    vk::Extent2D {
+        width: width.max(least.width).min(most.width),
+        height: height.max(least.height).min(most.height),
+    }
+}

@@ -1,0 +1,279 @@
+//! Records one submission.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::image::ImageUse;
+use crate::presenter::Presenter;
+use crate::slot::CommandSlot;
+use crate::{Gpu, GpuError, Image, Overlay};
+
+/// Commands being recorded. Dropping it unsubmitted abandons them.
+pub struct Recorder<'g> {
+    pub(crate) gpu: &'g mut Gpu,
+    slot: usize,
+    /// Images whose tracked use would be wrong if this is abandoned.
+    touched: Vec<Image>,
+    /// Bytes waiting in staging buffers.
+    pub(crate) staged_bytes: u64,
+}
+
+impl<'g> Recorder<'g> {
+    pub(crate) fn new(gpu: &'g mut Gpu, slot: usize) -> Self {
+        Self {
+            gpu,
+            slot,
+            touched: Vec::new(),
+            staged_bytes: 0,
+        }
+    }
+
+    /// The device, for making resources meanwhile.
+    pub fn gpu(&self) -> &Gpu {
+        self.gpu
+    }
+
+    /// Which of the frames in flight this is: what belongs to its slot is free
+    /// to be written.
+    pub fn slot(&self) -> usize {
+        self.slot
+    }
+
+    pub(crate) fn device(&self) -> &Arc<Device> {
+        self.gpu.device()
+    }
+
+    fn command_slot(&self) -> &CommandSlot {
+        &self.gpu.slots[self.slot]
+    }
+
+    pub(crate) fn commands(&self) -> vk::CommandBuffer {
+        self.command_slot().commands
+    }
+
+    /// Makes an image ready for its next use, after its last.
+    pub(crate) fn use_image(&mut self, image: &Image, next: ImageUse) {
+        let last = std::mem::replace(&mut *image.usage(), next);
+        self.barrier(
+            image.raw(),
+            image.format().aspect(),
+            0..image.levels(),
+            last,
+            next,
+        );
+        self.touched.push(image.clone());
+    }
+
+    pub(crate) fn barrier(
+        &self,
+        image: vk::Image,
+        aspect: vk::ImageAspectFlags,
+        levels: std::ops::Range<u32>,
+        last: ImageUse,
+        next: ImageUse,
+    ) {
+        let barrier = vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(last.stages())
+            .src_access_mask(last.access())
+            .dst_stage_mask(next.stages())
+            .dst_access_mask(next.access())
+            .old_layout(last.layout())
+            .new_layout(next.layout())
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image)
+            .subresource_range(vk::ImageSubresourceRange {
+                aspect_mask: aspect,
+                base_mip_level: levels.start,
+                level_count: levels.len() as u32,
+                base_array_layer: 0,
+                layer_count: 1,
+            });
+        self.barriers(&[barrier], &[]);
+    }
+
+    pub(crate) fn barriers(
+        &self,
+        images: &[vk::ImageMemoryBarrier2<'_>],
+        memory: &[vk::MemoryBarrier2<'_>],
+    ) {
+        let info = vk::DependencyInfo::default()
+            .image_memory_barriers(images)
+            .memory_barriers(memory);
+        // SAFETY: the commands are being recorded, outside any pass, and keep
+        // the images alive.
+        unsafe {
+            self.device()
+                .raw
+                .cmd_pipeline_barrier2(self.commands(), &info)
+        };
+    }
+
+    /// Paints panels over a picture of one sample, without decoding it: egui
+    /// blends sRGB bytes as they are.
+    ///
+    /// # Errors
+    /// When the picture has no such view, or egui's painter fails.
+    pub fn paint(
+        &mut self,
+        overlay: &mut Overlay,
+        picture: &Image,
+        primitives: &[egui::ClippedPrimitive],
+        pixels_per_point: f32,
+    ) -> Result<(), GpuError> {
+        let view = picture
+            .undecoded_view()
+            .ok_or(GpuError::Misuse("panels over an image that is no picture"))?;
+        self.use_image(picture, ImageUse::ColorTarget);
+        let attachments = [vk::RenderingAttachmentInfo::default()
+            .image_view(view)
+            .image_layout(ImageUse::ColorTarget.layout())
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let [width, height] = picture.size();
+        let extent = vk::Extent2D { width, height };
+        let info = vk::RenderingInfo::default()
+            .render_area(extent.into())
+            .layer_count(1)
+            .color_attachments(&attachments);
+        let raw = self.device().raw.clone();
+        // SAFETY: the commands are being recorded; the view is in this layout
+        // and lives as long as the picture.
+        unsafe { raw.cmd_begin_rendering(self.commands(), &info) };
+        let painted = overlay.record(self.commands(), extent, pixels_per_point, primitives);
+        // SAFETY: begun just above.
+        unsafe { raw.cmd_end_rendering(self.commands()) };
+        painted
+    }
+
+    /// Submits what was recorded.
+    ///
+    /// # Errors
+    /// When the device is lost or memory runs out.
+    pub fn submit(mut self) -> Result<(), GpuError> {
+        self.finish(None, None)
+    }
+
+    /// Submits what was recorded and waits for it.
+    ///
+    /// # Errors
+    /// As [`Recorder::submit`], or when the device hangs.
+    pub fn submit_and_wait(mut self) -> Result<(), GpuError> {
+        self.finish(None, None)?;
+        self.device().wait(self.command_slot().value, "a transfer")
+    }
+
+    /// Submits what was recorded, waits for it and goes on recording.
+    pub(crate) fn flush(&mut self) -> Result<(), GpuError> {
+        self.finish(None, None)?;
+        self.device()
+            .wait(self.command_slot().value, "a transfer")?;
+        self.device().collect_garbage()?;
+        self.staged_bytes = 0;
+        self.command_slot().begin()
+    }
+
+    /// Submits what was recorded and shows the picture in the window. If the
+    /// window changed meanwhile, the picture is not shown; the next one will
+    /// be.
+    ///
+    /// # Errors
+    /// When there is no window, the device is lost or memory runs out.
+    pub fn present(mut self, picture: &Image) -> Result<(), GpuError> {
+        let mut presenter = self
+            .gpu
+            .presenter
+            .take()
+            .ok_or(GpuError::Misuse("presenting without a window"))?;
+        let presented = self.present_to(&mut presenter, picture);
+        if presented.is_err() {
+            // Its semaphores may be left signalled: make all of it anew.
+            presenter.renew();
+        }
+        self.gpu.presenter = Some(presenter);
+        presented
+    }
+
+    fn present_to(&mut self, presenter: &mut Presenter, picture: &Image) -> Result<(), GpuError> {
+        self.use_image(picture, ImageUse::CopySource);
+        let Some(target) = presenter.acquire(self.slot)? else {
+            return self.finish(None, None);
+        };
+        presenter.record_copy(self, picture, &target);
+        self.finish(Some(target.acquired), Some(target.presentable))?;
+        presenter.present(&target)
+    }
+
+    fn finish(
+        &mut self,
+        wait: Option<vk::Semaphore>,
+        signal: Option<vk::Semaphore>,
+    ) -> Result<(), GpuError> {
+        self.command_slot().end()?;
+        // SAFETY: the commands were just ended; the semaphores come from the
+        // presenter, in the states a presented frame asks for; `&mut` of the
+        // Gpu makes this the only submission.
+        let value = unsafe { self.device().submit(self.commands(), wait, signal) }?;
+        self.gpu.slots[self.slot].value = value;
+        self.touched.clear();
+        Ok(())
+    }
+
+    pub(crate) fn copy_to_image(&self, source: vk::Buffer, image: &Image) {
+        let region = [whole_image(image)];
+        // SAFETY: the commands are being recorded; the image is a copy target
+        // by the caller's barrier, and the buffer holds all its pixels.
+        unsafe {
+            self.device().raw.cmd_copy_buffer_to_image(
+                self.commands(),
+                source,
+                image.raw(),
+                ImageUse::CopyTarget.layout(),
+                &region,
+            );
+        }
+    }
+
+    pub(crate) fn copy_from_image(&self, image: &Image, target: vk::Buffer) {
+        let region = [whole_image(image)];
+        // SAFETY: as above, the other way round.
+        unsafe {
+            self.device().raw.cmd_copy_image_to_buffer(
+                self.commands(),
+                image.raw(),
+                ImageUse::CopySource.layout(),
+                target,
+                &region,
+            );
+        }
+    }
+}
+
+impl Drop for Recorder<'_> {
+    fn drop(&mut self) {
+        // Abandoned: the barriers never ran, so what the images hold is
+        // unknown; "undefined" is always true.
+        for image in &self.touched {
+            *image.usage() = ImageUse::Undefined;
+        }
+    }
+}
+
+/// The whole first level.
+fn whole_image(image: &Image) -> vk::BufferImageCopy {
+    let [width, height] = image.size();
+    vk::BufferImageCopy::default()
+        .image_subresource(vk::ImageSubresourceLayers {
+            aspect_mask: image.format().aspect(),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        })
+        .image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })
+}

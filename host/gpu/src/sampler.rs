@@ -1,0 +1,67 @@
+//! Samplers.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::device::Device;
+use crate::error::at;
+use crate::garbage::Garbage;
+use crate::{Gpu, GpuError};
+
+/// What a sampler does outside 0..1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AddressMode {
+    /// Tiles.
+    Repeat,
+    /// Stretches the edge.
+    Clamp,
+    /// Tiles, every other one mirrored.
+    Mirror,
+}
+
+/// How textures are read: linear between pixels and levels. Clones share it.
+#[derive(Clone)]
+pub struct Sampler(Arc<SamplerInner>);
+
+struct SamplerInner {
+    device: Arc<Device>,
+    raw: vk::Sampler,
+}
+
+impl Sampler {
+    /// A sampler with a rule along u and one along v.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn new(gpu: &Gpu, [u, v]: [AddressMode; 2]) -> Result<Self, GpuError> {
+        let mode = |mode| match mode {
+            AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,
+            AddressMode::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+            AddressMode::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
+        };
+        let info = vk::SamplerCreateInfo::default()
+            .mag_filter(vk::Filter::LINEAR)
+            .min_filter(vk::Filter::LINEAR)
+            .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
+            .address_mode_u(mode(u))
+            .address_mode_v(mode(v))
+            .address_mode_w(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        let device = Arc::clone(gpu.device());
+        // SAFETY: the device lives; no optional feature is used.
+        let raw =
+            unsafe { device.raw.create_sampler(&info, None) }.map_err(at("creating a sampler"))?;
+        Ok(Self(Arc::new(SamplerInner { device, raw })))
+    }
+
+    pub(crate) fn raw(&self) -> vk::Sampler {
+        self.0.raw
+    }
+}
+
+impl Drop for SamplerInner {
+    fn drop(&mut self) {
+        self.device.discard(Garbage::Sampler(self.raw));
+    }
+}

@@ -1,0 +1,112 @@
+//! A window's surface.
+
+use std::sync::Arc;
+
+use ash::{khr, vk};
+use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+
+use crate::GpuError;
+use crate::error::at;
+use crate::instance::Instance;
+
+/// A window that can be drawn into.
+pub trait WindowHandles: HasWindowHandle + HasDisplayHandle + Send + Sync {}
+
+impl<T: HasWindowHandle + HasDisplayHandle + Send + Sync> WindowHandles for T {}
+
+/// A surface and the window it must not outlive.
+pub(crate) struct Surface {
+    functions: khr::surface::Instance,
+    pub(crate) raw: vk::SurfaceKHR,
+    window: Arc<dyn WindowHandles>,
+    instance: Arc<Instance>,
+}
+
+impl Surface {
+    pub(crate) fn new(
+        instance: Arc<Instance>,
+        window: Arc<dyn WindowHandles>,
+    ) -> Result<Self, GpuError> {
+        let functions = khr::surface::Instance::new(&instance.entry, &instance.raw);
+        let mut surface = Self {
+            functions,
+            raw: vk::SurfaceKHR::null(),
+            window,
+            instance,
+        };
+        surface.create()?;
+        Ok(surface)
+    }
+
+    /// Makes the surface anew, after it was lost. No swapchain may be on it.
+    pub(crate) fn recreate(&mut self) -> Result<(), GpuError> {
+        self.destroy();
+        self.create()
+    }
+
+    fn create(&mut self) -> Result<(), GpuError> {
+        let refuse = |error: raw_window_handle::HandleError| GpuError::Window(error.to_string());
+        let display = self.window.display_handle().map_err(refuse)?.as_raw();
+        let window = self.window.window_handle().map_err(refuse)?.as_raw();
+        // SAFETY: the instance has the extensions of this display; both handles
+        // are valid for as long as `self.window`, which the surface keeps.
+        self.raw = unsafe {
+            ash_window::create_surface(
+                &self.instance.entry,
+                &self.instance.raw,
+                display,
+                window,
+                None,
+            )
+        }
+        .map_err(at("creating the window's surface"))?;
+        Ok(())
+    }
+
+    fn destroy(&mut self) {
+        // SAFETY: made from this instance, or null; its swapchain is gone.
+        unsafe { self.functions.destroy_surface(self.raw, None) };
+        self.raw = vk::SurfaceKHR::null();
+    }
+
+    pub(crate) fn supports(
+        &self,
+        device: vk::PhysicalDevice,
+        queue_family: u32,
+    ) -> Result<bool, GpuError> {
+        // SAFETY: device and surface belong to the same live instance.
+        unsafe {
+            self.functions
+                .get_physical_device_surface_support(device, queue_family, self.raw)
+        }
+        .map_err(at("asking what the window supports"))
+    }
+
+    pub(crate) fn capabilities(
+        &self,
+        device: vk::PhysicalDevice,
+    ) -> Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
+        // SAFETY: as in `supports`.
+        unsafe {
+            self.functions
+                .get_physical_device_surface_capabilities(device, self.raw)
+        }
+    }
+
+    pub(crate) fn formats(
+        &self,
+        device: vk::PhysicalDevice,
+    ) -> Result<Vec<vk::SurfaceFormatKHR>, vk::Result> {
+        // SAFETY: as in `supports`.
+        unsafe {
+            self.functions
+                .get_physical_device_surface_formats(device, self.raw)
+        }
+    }
+}
+
+impl Drop for Surface {
+    fn drop(&mut self) {
+        self.destroy();
+    }
+}

@@ -1,0 +1,222 @@
+//! Bytes to the device and back.
+
+use ash::vk;
+
+use crate::format::PIXEL_BYTES;
+use crate::image::ImageUse;
+use crate::{Buffer, BufferUsage, Format, GpuError, Image, ImageDescription, ImageKind, Recorder};
+
+/// Bytes that may wait in staging buffers before an upload waits for the GPU.
+const MAX_STAGED_BYTES: u64 = 64 << 20;
+
+impl Recorder<'_> {
+    /// A buffer on the device that holds these bytes once submitted.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn upload_buffer(
+        &mut self,
+        name: &'static str,
+        usage: BufferUsage,
+        bytes: &[u8],
+    ) -> Result<Buffer, GpuError> {
+        let buffer = Buffer::on(self.device(), name, usage, bytes.len() as u64)?;
+        if bytes.is_empty() {
+            return Ok(buffer);
+        }
+        let staging = self.stage(bytes)?;
+        let region = [vk::BufferCopy::default().size(bytes.len() as u64)];
+        // SAFETY: the commands are being recorded; both buffers hold so many
+        // bytes and live until the submission is finished.
+        unsafe {
+            self.device().raw.cmd_copy_buffer(
+                self.commands(),
+                staging.raw(),
+                buffer.raw(),
+                &region,
+            );
+        }
+        self.barriers(
+            &[],
+            &[vk::MemoryBarrier2::default()
+                .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                .dst_stage_mask(
+                    vk::PipelineStageFlags2::VERTEX_INPUT
+                        | vk::PipelineStageFlags2::VERTEX_SHADER
+                        | vk::PipelineStageFlags2::FRAGMENT_SHADER,
+                )
+                .dst_access_mask(
+                    vk::AccessFlags2::INDEX_READ
+                        | vk::AccessFlags2::VERTEX_ATTRIBUTE_READ
+                        | vk::AccessFlags2::UNIFORM_READ,
+                )],
+        );
+        Ok(buffer)
+    }
+
+    /// A texture with all its smaller levels, ready to be sampled once
+    /// submitted. `pixels` are rows from the top, four bytes a pixel.
+    ///
+    /// # Errors
+    /// When the pixels do not fill the size, or memory runs out.
+    pub fn upload_texture(
+        &mut self,
+        name: &'static str,
+        format: Format,
+        size: [u32; 2],
+        pixels: &[u8],
+    ) -> Result<Image, GpuError> {
+        let needed = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
+        if pixels.len() as u64 != needed {
+            return Err(GpuError::Misuse(
+                "a texture whose pixels do not fill its size",
+            ));
+        }
+        let kind = ImageKind::Texture;
+        let image = Image::on(
+            self.device(),
+            ImageDescription {
+                name,
+                kind,
+                format,
+                size,
+            },
+        )?;
+        let staging = self.stage(pixels)?;
+        self.use_image(&image, ImageUse::CopyTarget);
+        self.copy_to_image(staging.raw(), &image);
+        self.fill_levels(&image);
+        Ok(image)
+    }
+
+    /// Shrinks each level into the next and leaves all to be sampled.
+    fn fill_levels(&mut self, image: &Image) {
+        let aspect = image.format().aspect();
+        let last = image.levels() - 1;
+        for level in 0..last {
+            self.barrier(
+                image.raw(),
+                aspect,
+                level..level + 1,
+                ImageUse::CopyTarget,
+                ImageUse::CopySource,
+            );
+            self.shrink(image, level);
+        }
+        if last > 0 {
+            let shrunk = 0..last;
+            self.barrier(
+                image.raw(),
+                aspect,
+                shrunk,
+                ImageUse::CopySource,
+                ImageUse::Sampled,
+            );
+        }
+        self.barrier(
+            image.raw(),
+            aspect,
+            last..last + 1,
+            ImageUse::CopyTarget,
+            ImageUse::Sampled,
+        );
+        *image.usage() = ImageUse::Sampled;
+    }
+
+    fn shrink(&self, image: &Image, level: u32) {
+        let layers = |mip_level| vk::ImageSubresourceLayers {
+            aspect_mask: image.format().aspect(),
+            mip_level,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
+        let corner = |level: u32| {
+            let [x, y] = image.size().map(|pixels| (pixels >> level).max(1) as i32);
+            [vk::Offset3D::default(), vk::Offset3D { x, y, z: 1 }]
+        };
+        let blit = [vk::ImageBlit::default()
+            .src_subresource(layers(level))
+            .src_offsets(corner(level))
+            .dst_subresource(layers(level + 1))
+            .dst_offsets(corner(level + 1))];
+        // SAFETY: the commands are being recorded; the levels exist and are in
+        // these layouts; linear blits of these formats are always supported
+        // (Vulkan specification, "Required Format Support").
+        unsafe {
+            self.device().raw.cmd_blit_image(
+                self.commands(),
+                image.raw(),
+                ImageUse::CopySource.layout(),
+                image.raw(),
+                ImageUse::CopyTarget.layout(),
+                &blit,
+                vk::Filter::LINEAR,
+            );
+        }
+    }
+
+    fn stage(&mut self, bytes: &[u8]) -> Result<Buffer, GpuError> {
+        let size = bytes.len() as u64;
+        if self.staged_bytes > 0 && self.staged_bytes + size > MAX_STAGED_BYTES {
+            self.flush()?;
+        }
+        let staging = Buffer::on(self.device(), "staging", BufferUsage::Staging, size)?;
+        staging.write(bytes)?;
+        self.staged_bytes += size;
+        Ok(staging)
+    }
+
+    /// Copies an image of one sample to where the CPU can read it.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn download(&mut self, image: &Image) -> Result<Download, GpuError> {
+        if image.kind() != (ImageKind::Target { samples: 1 }) {
+            return Err(GpuError::Misuse(
+                "a read-back of an image that is no resolved target",
+            ));
+        }
+        let size = image.size();
+        let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
+        let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, bytes)?;
+        self.use_image(image, ImageUse::CopySource);
+        self.copy_from_image(image, buffer.raw());
+        self.barriers(
+            &[],
+            &[vk::MemoryBarrier2::default()
+                .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+                .dst_access_mask(vk::AccessFlags2::HOST_READ)],
+        );
+        Ok(Download {
+            buffer,
+            format: image.format(),
+        })
+    }
+}
+
+/// Pixels on their way to the CPU, there once their recorder was submitted and
+/// waited for.
+pub struct Download {
+    buffer: Buffer,
+    format: Format,
+}
+
+impl Download {
+    /// Rows from the top, four bytes a pixel; colours in the order red, green,
+    /// blue, alpha.
+    ///
+    /// # Errors
+    /// When the buffer cannot be read.
+    pub fn pixels(&self) -> Result<Vec<u8>, GpuError> {
+        let mut bytes = self.buffer.read()?;
+        if self.format == Format::Bgra8Srgb {
+            bytes
+                .chunks_exact_mut(PIXEL_BYTES as usize)
+                .for_each(|pixel| pixel.swap(0, 2));
+        }
+        Ok(bytes)
+    }
+}

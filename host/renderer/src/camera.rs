@@ -1,0 +1,78 @@
+//! The camera.
+
+use glam::camera::rh::{proj::vulkan, view};
+use glam::{Mat4, Vec3};
+
+/// Where the picture is taken from, and through what lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraView {
+    /// World to camera space: x right, y up, looking along -z; metres.
+    pub camera_from_world: Mat4,
+    /// Camera to Vulkan clip space: y down, reverse-Z (near is 1, far is 0).
+    pub projection: Mat4,
+    /// World space, metres.
+    pub eye: Vec3,
+}
+
+/// Squared sine of the angle below which two directions count as parallel.
+const PARALLEL: f32 = 1e-8;
+
+impl CameraView {
+    /// A perspective view without far limit.
+    ///
+    /// `fov_y_radians` is the whole vertical angle, `aspect` width by height,
+    /// `near` the distance in metres before which nothing is seen. An `up`
+    /// along the line of sight, or a target at the eye, is replaced by some
+    /// other direction.
+    pub fn look_at(
+        eye: Vec3,
+        target: Vec3,
+        up: Vec3,
+        fov_y_radians: f32,
+        aspect: f32,
+        near: f32,
+    ) -> Self {
+        let forward = (target - eye).try_normalize().unwrap_or(Vec3::NEG_Z);
+        let up = [up, Vec3::Y, Vec3::Z]
+            .into_iter()
+            .find(|up| forward.cross(up.normalize_or_zero()).length_squared() > PARALLEL)
+            .unwrap_or(Vec3::X);
+        Self {
+            camera_from_world: view::look_to_mat4(eye, forward, up),
+            projection: vulkan::perspective_infinite_reverse(fov_y_radians, aspect, near),
+            eye,
+        }
+    }
+
+    /// World to clip space.
+    pub fn clip_from_world(&self) -> Mat4 {
+        self.projection * self.camera_from_world
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn project(camera: &CameraView, world: Vec3) -> Vec3 {
+        let clip = camera.clip_from_world() * world.extend(1.0);
+        clip.truncate() / clip.w
+    }
+
+    #[test]
+    fn near_is_one_far_is_zero_and_up_is_up() {
+        let camera = CameraView::look_at(Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 1.0, 1.5, 0.1);
+        assert!((project(&camera, Vec3::Z * 4.9).z - 1.0).abs() < 1e-4);
+        assert!(project(&camera, Vec3::Z * -1e6).z < 1e-6);
+        assert!(project(&camera, Vec3::Y).y < 0.0, "Vulkan's y points down");
+        assert!(project(&camera, Vec3::X).x > 0.0);
+    }
+
+    #[test]
+    fn looking_along_up_or_at_oneself_still_gives_a_view() {
+        for (eye, target) in [(Vec3::Y * 3.0, Vec3::ZERO), (Vec3::ONE, Vec3::ONE)] {
+            let camera = CameraView::look_at(eye, target, Vec3::Y, 1.0, 1.0, 0.1);
+            assert!(camera.clip_from_world().is_finite());
+        }
+    }
+}

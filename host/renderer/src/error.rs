@@ -1,0 +1,63 @@
+//! Why something could not be drawn.
+
+use busbar_gpu::GpuError;
+use thiserror::Error;
+
+/// A failure to upload, draw, pick or read back.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    /// Vulkan or the machine is at fault.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Samples a pixel that the device does not offer.
+    #[error("{0} samples a pixel are not possible: use 1 or 4")]
+    BadSamples(u32),
+    /// A model refers to something that it does not hold.
+    #[error("{place} names {what} {index}, but the model has {count}")]
+    BadReference {
+        /// Where the reference stands.
+        place: String,
+        /// What it refers to.
+        what: &'static str,
+        /// The index it gives.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A texture's bytes do not fill its size.
+    #[error("texture {index} is {width}x{height} but holds {bytes} bytes: decode it to RGBA first")]
+    BadTexture {
+        /// Index in the upload.
+        index: u32,
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Bytes it holds.
+        bytes: usize,
+    },
+    /// A handle whose model was removed or never uploaded here.
+    #[error("model {0} is not uploaded, or was removed: upload it before drawing it")]
+    UnknownModel(u32),
+    /// More than a limit allows.
+    #[error("{what}: {asked}, but at most {limit} are possible; show less, or raise theta")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much was asked for.
+        asked: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// A pixel outside the picture.
+    #[error("pixel {pixel:?} lies outside the picture of {size:?} pixels")]
+    OutsidePicture {
+        /// The pixel.
+        pixel: [u32; 2],
+        /// The picture's size.
+        size: [u32; 2],
+    },
+    /// Nothing was drawn yet.
+    #[error("there is no picture yet: draw a frame first")]
+    NoPicture,
+}

@@ -1,0 +1,81 @@
+//! What one frame shows, and what came of it.
+
+use glam::Mat4;
+
+use crate::{CameraView, ModelHandle};
+
+/// Everything one picture shows.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// The camera.
+    pub camera: CameraView,
+    /// What is drawn; may be empty.
+    pub instances: &'a [DrawInstance],
+    /// Triangles' edges over a light fill. On a device that cannot draw lines
+    /// ([`Renderer::can_draw_wireframe`](crate::Renderer::can_draw_wireframe))
+    /// the fill is shown without them.
+    pub wireframe: bool,
+    /// Linear rgb.
+    pub background: [f32; 3],
+    /// Panels over the picture.
+    pub overlay: Option<EguiFrame<'a>>,
+}
+
+/// One mesh drawn once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawInstance {
+    /// The model.
+    pub model: ModelHandle,
+    /// Index into the model's meshes.
+    pub mesh: u32,
+    /// Collapses done; beyond the last it means all.
+    pub cursor: u32,
+    /// Transform from the mesh's space to the world; it may mirror.
+    pub world_from_mesh: Mat4,
+    /// Non-zero id that picking gives back.
+    pub object: u32,
+    /// Tint for hover, selection or alarm: linear rgb, strength from 0 to 1.
+    pub highlight: [f32; 4],
+}
+
+/// egui's output for one frame. Every textures delta must reach the renderer
+/// once, in order; clear it after the frame was drawn, because egui panics when
+/// a delta is dropped that nobody cleared.
+#[derive(Clone, Copy)]
+pub struct EguiFrame<'a> {
+    /// Textures that changed.
+    pub textures_delta: &'a egui::TexturesDelta,
+    /// Tessellated shapes.
+    pub primitives: &'a [egui::ClippedPrimitive],
+    /// Physical pixels a point.
+    pub pixels_per_point: f32,
+}
+
+/// What a frame took. All zero when it was skipped, because the window was
+/// minimised.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Live triangles, summed over instances.
+    pub triangles: u64,
+    /// Draw calls, without those of the panels.
+    pub draw_calls: u32,
+    /// CPU time from the frame's beginning to its submission; waiting for the
+    /// GPU is left out.
+    pub cpu_millis: f64,
+    /// Part of `cpu_millis` spent on meshes at new cursors.
+    pub resolve_millis: f64,
+    /// GPU time of the last frame that it finished; `None` before the first,
+    /// and on devices without timestamps.
+    pub gpu_millis: Option<f64>,
+}
+
+/// A picture read back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Rows from the top; four sRGB bytes a pixel, the last opaque alpha.
+    pub rgba8: Vec<u8>,
+}

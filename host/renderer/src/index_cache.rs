@@ -1,0 +1,185 @@
+//! Index buffers of meshes at cursors.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use busbar_geometry::CollapseStacks;
+use busbar_gpu::{Buffer, BufferUsage, Recorder};
+
+use crate::RenderError;
+
+/// Bytes of index buffers that are kept beyond what the current frame needs.
+pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
+
+/// Bytes of index buffers that one frame may need: some 180 million triangles.
+pub const MAX_FRAME_INDEX_BYTES: u64 = 2 << 30;
+
+/// What an entry costs besides its indices, so that empty ones count too.
+const ENTRY_BYTES: u64 = 256;
+
+/// A mesh at a cursor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct IndexKey {
+    pub(crate) model: u32,
+    pub(crate) mesh: u32,
+    pub(crate) cursor: u32,
+}
+
+/// Live triangles of a mesh at a cursor.
+pub(crate) struct ResolvedIndices {
+    /// `None` when no triangle lives.
+    pub(crate) buffer: Option<Buffer>,
+    /// For each section, its range of indices.
+    pub(crate) sections: Vec<Range<u32>>,
+    pub(crate) triangles: u32,
+    bytes: u64,
+    made_at: u64,
+    used_at: u64,
+}
+
+/// Least-recently-used cache. A buffer that is evicted is freed once no frame
+/// in flight uses it; the gpu crate sees to that.
+pub(crate) struct IndexCache {
+    entries: HashMap<IndexKey, ResolvedIndices>,
+    bytes: u64,
+    limit_bytes: u64,
+    /// Counts frames and picks.
+    clock: u64,
+    /// Bytes that the current frame has asked for.
+    frame_bytes: u64,
+}
+
+impl IndexCache {
+    pub(crate) fn new(limit_bytes: u64) -> Self {
+        Self {
+            entries: HashMap::new(),
+            bytes: 0,
+            limit_bytes,
+            clock: 0,
+            frame_bytes: 0,
+        }
+    }
+
+    pub(crate) fn set_limit(&mut self, limit_bytes: u64) {
+        self.limit_bytes = limit_bytes;
+        self.evict();
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Everything asked for from now on belongs to one frame.
+    pub(crate) fn begin_frame(&mut self) {
+        self.clock += 1;
+        self.frame_bytes = 0;
+    }
+
+    /// Makes sure that the indices are there, and that the frame may have them.
+    pub(crate) fn require(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        key: IndexKey,
+        stacks: &CollapseStacks,
+    ) -> Result<(), RenderError> {
+        if !self.entries.contains_key(&key) {
+            let entry = resolve(recorder, stacks, key.cursor, self.clock)?;
+            self.bytes += entry.bytes;
+            self.entries.insert(key, entry);
+        }
+        if let Some(entry) = self.entries.get_mut(&key)
+            && entry.used_at != self.clock
+        {
+            entry.used_at = self.clock;
+            self.frame_bytes += entry.bytes;
+        }
+        if self.frame_bytes > MAX_FRAME_INDEX_BYTES {
+            return Err(RenderError::TooMany {
+                what: "bytes of triangles in one frame",
+                asked: self.frame_bytes,
+                limit: MAX_FRAME_INDEX_BYTES,
+            });
+        }
+        Ok(())
+    }
+
+    pub(crate) fn get(&self, key: IndexKey) -> Option<&ResolvedIndices> {
+        self.entries.get(&key)
+    }
+
+    /// Drops what was used least recently, down to the limit, but nothing that
+    /// the current frame uses.
+    pub(crate) fn evict(&mut self) {
+        if self.bytes <= self.limit_bytes {
+            return;
+        }
+        let mut idle: Vec<(u64, IndexKey)> = self
+            .entries
+            .iter()
+            .filter(|(_, entry)| entry.used_at < self.clock)
+            .map(|(key, entry)| (entry.used_at, *key))
+            .collect();
+        idle.sort_unstable();
+        for (_, key) in idle {
+            if self.bytes <= self.limit_bytes {
+                break;
+            }
+            self.remove(key);
+        }
+    }
+
+    /// Drops what the current frame made: its commands were abandoned, so the
+    /// buffers were never filled.
+    pub(crate) fn abandon_frame(&mut self) {
+        let clock = self.clock;
+        self.remove_where(|_, entry| entry.made_at == clock);
+    }
+
+    pub(crate) fn remove_model(&mut self, model: u32) {
+        self.remove_where(|key, _| key.model == model);
+    }
+
+    fn remove_where(&mut self, wanted: impl Fn(&IndexKey, &ResolvedIndices) -> bool) {
+        let keys: Vec<IndexKey> = self
+            .entries
+            .iter()
+            .filter(|(key, entry)| wanted(key, entry))
+            .map(|(key, _)| *key)
+            .collect();
+        for key in keys {
+            self.remove(key);
+        }
+    }
+
+    fn remove(&mut self, key: IndexKey) {
+        if let Some(entry) = self.entries.remove(&key) {
+            self.bytes -= entry.bytes;
+        }
+    }
+}
+
+fn resolve(
+    recorder: &mut Recorder<'_>,
+    stacks: &CollapseStacks,
+    cursor: u32,
+    clock: u64,
+) -> Result<ResolvedIndices, RenderError> {
+    let resolved = stacks.resolve(cursor);
+    let indices: &[u8] = bytemuck::cast_slice(&resolved.triangles);
+    let buffer = match indices {
+        [] => None,
+        _ => Some(recorder.upload_buffer("indices at a cursor", BufferUsage::Index, indices)?),
+    };
+    Ok(ResolvedIndices {
+        buffer,
+        sections: resolved
+            .sections
+            .iter()
+            .map(|range| range.start * 3..range.end * 3)
+            .collect(),
+        triangles: resolved.triangles.len() as u32,
+        bytes: indices.len() as u64 + ENTRY_BYTES,
+        made_at: clock,
+        used_at: 0,
+    })
+}

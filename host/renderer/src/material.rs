@@ -1,0 +1,174 @@
+//! Materials on the device.
+
+use std::collections::HashMap;
+
+use busbar_gpu::{
+    AddressMode, BindGroup, BindGroupLayout, Binding, BufferUsage, Format, Gpu, Image, Recorder,
+    Sampler,
+};
+use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
+use busbar_shaders::MaterialUniform;
+
+use crate::RenderError;
+
+/// A material ready to draw with.
+pub(crate) struct GpuMaterial {
+    pub(crate) group: BindGroup,
+    pub(crate) blends: bool,
+    pub(crate) double_sided: bool,
+}
+
+/// What all materials share.
+pub(crate) struct MaterialKit {
+    layout: BindGroupLayout,
+    samplers: HashMap<[Wrap; 2], Sampler>,
+    /// Stands in where a material has no texture.
+    white: Image,
+}
+
+impl MaterialKit {
+    pub(crate) fn new(gpu: &mut Gpu, layout: BindGroupLayout) -> Result<Self, RenderError> {
+        let wraps = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
+        let mut samplers = HashMap::new();
+        for u in wraps {
+            for v in wraps {
+                samplers.insert([u, v], Sampler::new(gpu, [u, v].map(address_mode))?);
+            }
+        }
+        let mut recorder = gpu.begin_transfer()?;
+        let white = recorder.upload_texture("white", Format::Rgba8Linear, [1, 1], &[255; 4])?;
+        recorder.submit_and_wait()?;
+        Ok(Self {
+            layout,
+            samplers,
+            white,
+        })
+    }
+
+    /// Uploads materials and the textures they use. The last one returned is
+    /// the default material.
+    pub(crate) fn upload(
+        &self,
+        recorder: &mut Recorder<'_>,
+        materials: &[Material],
+        textures: &[Texture],
+    ) -> Result<Vec<GpuMaterial>, RenderError> {
+        let mut uploaded = TextureUploads {
+            textures,
+            images: HashMap::new(),
+        };
+        let default = Material::default();
+        (0..)
+            .zip(materials.iter().chain([&default]))
+            .map(|(index, material)| self.upload_one(recorder, &mut uploaded, index, material))
+            .collect()
+    }
+
+    fn upload_one(
+        &self,
+        recorder: &mut Recorder<'_>,
+        textures: &mut TextureUploads<'_>,
+        index: u32,
+        material: &Material,
+    ) -> Result<GpuMaterial, RenderError> {
+        let uniform = uniform_of(material);
+        let uniform = recorder.upload_buffer(
+            "material",
+            BufferUsage::Uniform,
+            bytemuck::bytes_of(&uniform),
+        )?;
+        let mut bound = |texture, format| {
+            Ok::<_, RenderError>(match texture {
+                None => (self.white.clone(), [Wrap::Repeat; 2]),
+                Some(TextureRef { texture, wrap }) => {
+                    (textures.get(recorder, index, texture, format)?, wrap)
+                }
+            })
+        };
+        let (color, color_wrap) = bound(material.base_color_texture, Format::Rgba8Srgb)?;
+        let (rough, rough_wrap) = bound(material.metallic_roughness_texture, Format::Rgba8Linear)?;
+        let bindings = [
+            Binding::Buffer(&uniform),
+            Binding::Texture(&color),
+            Binding::Sampler(&self.samplers[&color_wrap]),
+            Binding::Texture(&rough),
+            Binding::Sampler(&self.samplers[&rough_wrap]),
+        ];
+        Ok(GpuMaterial {
+            group: BindGroup::new(&self.layout, &bindings)?,
+            blends: material.alpha == AlphaMode::Blend,
+            double_sided: material.double_sided,
+        })
+    }
+}
+
+/// Textures of one upload, each made once for each format it is used in.
+struct TextureUploads<'a> {
+    textures: &'a [Texture],
+    images: HashMap<(u32, Format), Image>,
+}
+
+impl TextureUploads<'_> {
+    fn get(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        material: u32,
+        index: u32,
+        format: Format,
+    ) -> Result<Image, RenderError> {
+        if let Some(image) = self.images.get(&(index, format)) {
+            return Ok(image.clone());
+        }
+        let texture =
+            self.textures
+                .get(index as usize)
+                .ok_or_else(|| RenderError::BadReference {
+                    place: format!("material {material}"),
+                    what: "texture",
+                    index,
+                    count: self.textures.len(),
+                })?;
+        let Texture {
+            width,
+            height,
+            rgba8,
+        } = texture;
+        let (width, height, bytes) = (*width, *height, rgba8.len());
+        if u64::from(width) * u64::from(height) * 4 != bytes as u64 || bytes == 0 {
+            return Err(RenderError::BadTexture {
+                index,
+                width,
+                height,
+                bytes,
+            });
+        }
+        let image = recorder.upload_texture("texture", format, [width, height], rgba8)?;
+        self.images.insert((index, format), image.clone());
+        Ok(image)
+    }
+}
+
+fn uniform_of(material: &Material) -> MaterialUniform {
+    let (alpha_cutoff, alpha_used) = match material.alpha {
+        AlphaMode::Opaque => (0.0, 0.0),
+        AlphaMode::Mask(cutoff) => (cutoff, 1.0),
+        AlphaMode::Blend => (0.0, 1.0),
+    };
+    let [r, g, b] = material.emissive;
+    MaterialUniform {
+        base_color: material.base_color,
+        emissive: [r, g, b, 0.0],
+        metallic: material.metallic.clamp(0.0, 1.0),
+        roughness: material.roughness.clamp(0.0, 1.0),
+        alpha_cutoff,
+        alpha_used,
+    }
+}
+
+fn address_mode(wrap: Wrap) -> AddressMode {
+    match wrap {
+        Wrap::Repeat => AddressMode::Repeat,
+        Wrap::Clamp => AddressMode::Clamp,
+        Wrap::Mirror => AddressMode::Mirror,
+    }
+}

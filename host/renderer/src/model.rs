@@ -1,0 +1,125 @@
+//! Models on the device.
+
+use std::sync::Arc;
+
+use busbar_geometry::{CollapseStacks, Mesh};
+use busbar_gpu::{Buffer, BufferUsage, Recorder};
+use busbar_scene::{Material, Texture};
+use busbar_shaders::Vertex;
+use glam::Vec3;
+
+use crate::RenderError;
+use crate::material::{GpuMaterial, MaterialKit};
+
+/// Names an uploaded model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ModelHandle(pub(crate) u32);
+
+/// A model to upload.
+#[derive(Clone, Copy)]
+pub struct ModelUpload<'a> {
+    /// One for each mesh.
+    pub stacks: &'a [Arc<CollapseStacks>],
+    /// Materials that mesh sections name.
+    pub materials: &'a [Material],
+    /// Textures that materials name.
+    pub textures: &'a [Texture],
+}
+
+/// A model on the device.
+pub(crate) struct GpuModel {
+    pub(crate) meshes: Vec<GpuMesh>,
+    materials: Vec<GpuMaterial>,
+}
+
+/// A mesh on the device: all vertices, once.
+pub(crate) struct GpuMesh {
+    pub(crate) stacks: Arc<CollapseStacks>,
+    /// `None` for a mesh without vertices.
+    pub(crate) vertices: Option<Buffer>,
+    /// Middle of the mesh, for sorting by distance; mesh space.
+    pub(crate) center: Vec3,
+    /// Whether any section blends.
+    pub(crate) blends: bool,
+}
+
+impl GpuModel {
+    pub(crate) fn upload(
+        recorder: &mut Recorder<'_>,
+        kit: &MaterialKit,
+        upload: ModelUpload<'_>,
+    ) -> Result<Self, RenderError> {
+        let materials = kit.upload(recorder, upload.materials, upload.textures)?;
+        let mut model = Self {
+            meshes: Vec::with_capacity(upload.stacks.len()),
+            materials,
+        };
+        for (index, stacks) in upload.stacks.iter().enumerate() {
+            check_sections(index, stacks.mesh(), upload.materials.len())?;
+            let mesh = model.upload_mesh(recorder, stacks)?;
+            model.meshes.push(mesh);
+        }
+        Ok(model)
+    }
+
+    fn upload_mesh(
+        &self,
+        recorder: &mut Recorder<'_>,
+        stacks: &Arc<CollapseStacks>,
+    ) -> Result<GpuMesh, RenderError> {
+        let mesh = stacks.mesh();
+        let vertices = vertices_of(mesh);
+        let vertices = match vertices.as_slice() {
+            [] => None,
+            vertices => Some(recorder.upload_buffer(
+                "vertices",
+                BufferUsage::Vertex,
+                bytemuck::cast_slice(vertices),
+            )?),
+        };
+        Ok(GpuMesh {
+            stacks: Arc::clone(stacks),
+            vertices,
+            center: mesh.bounds().map_or(Vec3::ZERO, |bounds| bounds.center()),
+            blends: mesh
+                .sections
+                .iter()
+                .any(|section| self.material(section.material).blends),
+        })
+    }
+
+    /// A section's material, or the default one.
+    pub(crate) fn material(&self, index: Option<u32>) -> &GpuMaterial {
+        let default = self.materials.len() - 1;
+        &self.materials[index.map_or(default, |index| index as usize)]
+    }
+}
+
+/// Wedges are the vertices: a position with one set of attributes each.
+fn vertices_of(mesh: &Mesh) -> Vec<Vertex> {
+    let wedges = &mesh.wedges;
+    wedges
+        .position
+        .iter()
+        .zip(&wedges.normal)
+        .zip(&wedges.uv)
+        .map(|((&position, normal), uv)| Vertex {
+            position: mesh.positions[position as usize].to_array(),
+            normal: normal.to_array(),
+            uv: uv.to_array(),
+        })
+        .collect()
+}
+
+fn check_sections(mesh_index: usize, mesh: &Mesh, count: usize) -> Result<(), RenderError> {
+    let named = mesh.sections.iter().filter_map(|section| section.material);
+    match named.into_iter().find(|&index| index as usize >= count) {
+        None => Ok(()),
+        Some(index) => Err(RenderError::BadReference {
+            place: format!("mesh {mesh_index}"),
+            what: "material",
+            index,
+            count,
+        }),
+    }
+}

@@ -1,0 +1,62 @@
+//! Which object is at a pixel.
+
+use busbar_gpu::{
+    ClearColor, Format, Gpu, GpuError, Image, ImageDescription, ImageKind, Targets, Viewport,
+};
+
+/// Object ids are 32-bit numbers.
+pub(crate) const ID_FORMAT: Format = Format::R32Uint;
+
+/// What stands where nothing was drawn.
+const BACKGROUND: u32 = 0;
+
+/// Targets of a single pixel: the picture's viewport is moved so that the
+/// pixel asked for falls onto it, and everything else is clipped.
+pub(crate) struct PickTargets {
+    pub(crate) id: Image,
+    depth: Image,
+}
+
+impl PickTargets {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let image = |name, format| {
+            let kind = ImageKind::Target { samples: 1 };
+            Image::new(
+                gpu,
+                ImageDescription {
+                    name,
+                    kind,
+                    format,
+                    size: [1, 1],
+                },
+            )
+        };
+        Ok(Self {
+            id: image("object id", ID_FORMAT)?,
+            depth: image("pick depth", Format::Depth32)?,
+        })
+    }
+
+    pub(crate) fn cleared(&self) -> Targets<'_> {
+        Targets {
+            color: &self.id,
+            resolve: None,
+            depth: &self.depth,
+            clear: ClearColor::Number(BACKGROUND),
+        }
+    }
+}
+
+/// Clip space over the picture, with the pixel at the origin.
+pub(crate) fn around([x, y]: [u32; 2], size: [u32; 2]) -> Viewport {
+    Viewport {
+        origin: [-(x as f32), -(y as f32)],
+        size: size.map(|pixels| pixels as f32),
+    }
+}
+
+/// The object of a pixel that was read back.
+pub(crate) fn object_of(pixel: &[u8]) -> Option<u32> {
+    let bytes = pixel.first_chunk()?;
+    Some(u32::from_le_bytes(*bytes)).filter(|&id| id != BACKGROUND)
+}

@@ -1,0 +1,287 @@
+//! The renderer: models in, frames out.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use busbar_gpu::{Gpu, GpuOptions, Overlay, ValidationLog, WindowHandles};
+
+use crate::content::{Content, millis_since};
+use crate::model::GpuModel;
+use crate::pick;
+use crate::targets::SceneTargets;
+use crate::{EguiFrame, Frame, FrameStats, ModelHandle, ModelUpload, Picture, RenderError};
+
+/// Models that one renderer ever takes, removed ones included.
+const MAX_MODELS: usize = 1 << 20;
+
+/// How to draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RendererOptions {
+    /// Samples a pixel, 1 or 4.
+    pub samples: u32,
+    /// Turns the Vulkan validation layer on.
+    pub validation: bool,
+}
+
+impl Default for RendererOptions {
+    /// Four samples, no validation.
+    fn default() -> Self {
+        Self {
+            samples: 4,
+            validation: false,
+        }
+    }
+}
+
+/// Draws frames into a window, or into a picture that can be read back.
+pub struct Renderer {
+    content: Content,
+    targets: Option<SceneTargets>,
+    overlay: Overlay,
+    samples: u32,
+    /// The picture's size; in a window, the window's.
+    size: [u32; 2],
+    in_window: bool,
+    gpu: Gpu,
+}
+
+impl Renderer {
+    /// Draws into pictures of this size, without a window.
+    ///
+    /// # Errors
+    /// When there is no Vulkan loader, driver, fitting device or, if asked for,
+    /// validation layer; each says what to install.
+    pub fn headless(options: RendererOptions, size: [u32; 2]) -> Result<Self, RenderError> {
+        let gpu = Gpu::headless(GpuOptions {
+            validation: options.validation,
+        })?;
+        Self::on(gpu, options, size, false)
+    }
+
+    /// Draws into a window of this size in pixels. The window is kept, so that
+    /// it outlives its surface.
+    ///
+    /// # Errors
+    /// As [`Renderer::headless`], or when the window cannot be drawn into.
+    pub fn for_window(
+        options: RendererOptions,
+        window: Arc<dyn WindowHandles>,
+        size: [u32; 2],
+    ) -> Result<Self, RenderError> {
+        let gpu_options = GpuOptions {
+            validation: options.validation,
+        };
+        let mut gpu = Gpu::for_window(gpu_options, window)?;
+        gpu.resize_window(size);
+        Self::on(gpu, options, size, true)
+    }
+
+    fn on(
+        mut gpu: Gpu,
+        options: RendererOptions,
+        size: [u32; 2],
+        in_window: bool,
+    ) -> Result<Self, RenderError> {
+        let samples = options.samples;
+        if !matches!(samples, 1 | 4) || !gpu.can_sample(samples) {
+            return Err(RenderError::BadSamples(samples));
+        }
+        let content = Content::new(&mut gpu, samples)?;
+        let overlay = Overlay::new(&gpu, gpu.picture_format())?;
+        if !gpu.can_draw_lines() {
+            tracing::warn!("this device draws no lines: wireframes show the fill alone");
+        }
+        Ok(Self {
+            content,
+            targets: None,
+            overlay,
+            samples,
+            size,
+            in_window,
+            gpu,
+        })
+    }
+
+    /// Uploads a model: vertices, materials and textures, once.
+    ///
+    /// # Errors
+    /// When the model refers to what it does not hold, or memory runs out.
+    pub fn upload_model(&mut self, upload: ModelUpload<'_>) -> Result<ModelHandle, RenderError> {
+        let index = self.content.models.len();
+        if index >= MAX_MODELS {
+            let (asked, limit) = (index as u64 + 1, MAX_MODELS as u64);
+            return Err(RenderError::TooMany {
+                what: "models",
+                asked,
+                limit,
+            });
+        }
+        let mut recorder = self.gpu.begin_transfer()?;
+        let model = GpuModel::upload(&mut recorder, &self.content.kit, upload)?;
+        recorder.submit_and_wait()?;
+        self.content.models.push(Some(model));
+        Ok(ModelHandle(index as u32))
+    }
+
+    /// Frees a model once no frame in flight draws it. Drawing it again is an
+    /// error.
+    pub fn remove_model(&mut self, model: ModelHandle) {
+        if let Some(slot) = self.content.models.get_mut(model.0 as usize) {
+            *slot = None;
+            self.content.cache.remove_model(model.0);
+        }
+    }
+
+    /// Changes the size of the picture from the next frame on. In a window,
+    /// call it when the window's size changes. With a size of zero, as of a
+    /// minimised window, frames are skipped.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.size = size;
+        self.gpu.resize_window(size);
+    }
+
+    /// Draws a frame; in a window, shows it.
+    ///
+    /// # Errors
+    /// When the frame asks for what is not there or too much, memory runs out,
+    /// or the device or window is lost. The renderer stays usable unless the
+    /// device is lost.
+    pub fn draw(&mut self, frame: &Frame<'_>) -> Result<FrameStats, RenderError> {
+        if let Some(overlay) = &frame.overlay {
+            // Also when the frame is skipped: egui tells of a change only once.
+            self.overlay.update(&mut self.gpu, overlay.textures_delta)?;
+        }
+        let Some(size) = self.size_to_draw()? else {
+            return Ok(FrameStats::default());
+        };
+        self.content.cache.begin_frame();
+        let drawn = self.draw_sized(frame, size);
+        if drawn.is_err() {
+            self.content.cache.abandon_frame();
+        }
+        drawn
+    }
+
+    /// The size of the next picture; `None` if there is nothing to draw into.
+    fn size_to_draw(&mut self) -> Result<Option<[u32; 2]>, RenderError> {
+        if self.in_window {
+            return Ok(self.gpu.prepare_window()?);
+        }
+        Ok(Some(self.size).filter(|size| !size.contains(&0)))
+    }
+
+    fn draw_sized(&mut self, frame: &Frame<'_>, size: [u32; 2]) -> Result<FrameStats, RenderError> {
+        let targets = match self.targets.take() {
+            Some(targets) if targets.size() == size => targets,
+            _ => SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.samples, size)?,
+        };
+        let targets = self.targets.insert(targets);
+        let mut recorder = self.gpu.begin_frame()?;
+        let started = Instant::now();
+        let mut stats = self.content.record(&mut recorder, targets, frame)?;
+        if let Some(EguiFrame {
+            primitives,
+            pixels_per_point,
+            ..
+        }) = frame.overlay
+        {
+            recorder.paint(
+                &mut self.overlay,
+                &targets.picture,
+                primitives,
+                pixels_per_point,
+            )?;
+        }
+        stats.cpu_millis = millis_since(started);
+        stats.gpu_millis = recorder.gpu().frame_millis();
+        if self.in_window {
+            recorder.present(&targets.picture)?;
+        } else {
+            recorder.submit()?;
+        }
+        self.content.cache.evict();
+        Ok(stats)
+    }
+
+    /// The last frame drawn, once it is finished.
+    ///
+    /// # Errors
+    /// When nothing was drawn yet, memory runs out, or the device is lost.
+    pub fn read_picture(&mut self) -> Result<Picture, RenderError> {
+        let picture = &self.targets.as_ref().ok_or(RenderError::NoPicture)?.picture;
+        let mut recorder = self.gpu.begin_transfer()?;
+        let download = recorder.download(picture)?;
+        recorder.submit_and_wait()?;
+        let [width, height] = picture.size();
+        Ok(Picture {
+            width,
+            height,
+            rgba8: download.pixels()?,
+        })
+    }
+
+    /// The object at a pixel of the frame, drawn at the present size; `None`
+    /// for the background. Panels are not in the way.
+    ///
+    /// # Errors
+    /// When the pixel lies outside the picture; otherwise as [`Renderer::draw`].
+    pub fn pick(&mut self, frame: &Frame<'_>, pixel: [u32; 2]) -> Result<Option<u32>, RenderError> {
+        // What the user clicked on is the last picture shown.
+        let size = self.targets.as_ref().map_or(self.size, SceneTargets::size);
+        if pixel[0] >= size[0] || pixel[1] >= size[1] {
+            return Err(RenderError::OutsidePicture { pixel, size });
+        }
+        self.content.cache.begin_frame();
+        let picked = self.pick_sized(frame, pixel, size);
+        if picked.is_err() {
+            self.content.cache.abandon_frame();
+        }
+        picked
+    }
+
+    fn pick_sized(
+        &mut self,
+        frame: &Frame<'_>,
+        pixel: [u32; 2],
+        size: [u32; 2],
+    ) -> Result<Option<u32>, RenderError> {
+        let mut recorder = self.gpu.begin_transfer()?;
+        self.content
+            .record_pick(&mut recorder, frame, pixel, size)?;
+        let download = recorder.download(&self.content.pick.id)?;
+        recorder.submit_and_wait()?;
+        self.content.cache.evict();
+        Ok(pick::object_of(&download.pixels()?))
+    }
+
+    /// Bounds the index buffers that are kept beyond the current frame's; at
+    /// first it is [`MAX_CACHED_INDEX_BYTES`](crate::MAX_CACHED_INDEX_BYTES).
+    pub fn set_index_cache_limit(&mut self, bytes: u64) {
+        self.content.cache.set_limit(bytes);
+    }
+
+    /// Bytes that index buffers take now.
+    pub fn index_cache_bytes(&self) -> u64 {
+        self.content.cache.bytes()
+    }
+
+    /// Whether wireframes show lines; if not, they show the fill alone.
+    pub fn can_draw_wireframe(&self) -> bool {
+        self.gpu.can_draw_lines()
+    }
+
+    /// All that the validation layer said so far, warnings and errors.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.validation_log().messages()
+    }
+
+    /// The same, readable also after the renderer is gone.
+    pub fn validation_log(&self) -> ValidationLog {
+        self.gpu.validation_log()
+    }
+
+    /// The device's name.
+    pub fn device_name(&self) -> &str {
+        self.gpu.device_name()
+    }
+}

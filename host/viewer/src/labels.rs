@@ -1,0 +1,93 @@
+//! Lines of overlays to labels on the screen.
+
+use busbar_plugin_host::{OverlayLine, Severity};
+use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
+use busbar_tags::{Quality, Reason, Snapshot};
+use busbar_ui::{Label, LabelLine, Mark};
+use glam::{Vec3, vec3};
+
+use crate::camera::Projection;
+
+/// Labels of all nodes that lines name and that are before the camera.
+pub(crate) fn build(
+    lines: &[OverlayLine],
+    snapshot: &Snapshot,
+    graph: &SceneGraph,
+    projection: Projection,
+    eye: Vec3,
+    selected: Option<NodeIndex>,
+) -> Vec<Label> {
+    let mut nodes: Vec<u32> = lines.iter().map(|line| line.node).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut labels: Vec<Option<Label>> = nodes
+        .iter()
+        .map(|&index| {
+            let node = graph.node(NodeIndex(index));
+            let top = top_of(node);
+            Some(Label {
+                title: node.id.clone(),
+                anchor: projection.to_screen(top)?,
+                distance: eye.distance(top),
+                lines: Vec::new(),
+                selected: selected == Some(NodeIndex(index)),
+            })
+        })
+        .collect();
+    for line in lines {
+        let Ok(rank) = nodes.binary_search(&line.node) else {
+            continue;
+        };
+        let Some(label) = &mut labels[rank] else {
+            continue;
+        };
+        let state = snapshot.state(line.tag);
+        let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+        label.lines.push(LabelLine {
+            caption: line.caption.clone(),
+            text: line.text.clone(),
+            mark: mark(quality, line.severity),
+            age: state.and_then(|s| s.age),
+        });
+    }
+    labels.into_iter().flatten().collect()
+}
+
+/// How a value is marked: by its quality first, whatever an overlay says.
+pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
+    match (quality, severity) {
+        (Quality::Uncertain(reason), _) => Mark::Uncertain {
+            reason: reason.to_string(),
+        },
+        (Quality::Bad(reason), _) => Mark::Bad {
+            reason: reason.to_string(),
+        },
+        (Quality::Good, Severity::Normal) => Mark::Normal,
+        (Quality::Good, Severity::Warning) => Mark::Warning,
+        (Quality::Good, Severity::Alarm) => Mark::Alarm,
+    }
+}
+
+/// The middle of the top of what hangs under a node; its origin if nothing does.
+fn top_of(node: &SceneNode) -> Vec3 {
+    node.bounds.map_or_else(
+        || node.world_from_node.w_axis.truncate(),
+        |bounds| vec3(bounds.center().x, bounds.max.y, bounds.center().z),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quality_outranks_what_an_overlay_says() {
+        let stale = Mark::Bad {
+            reason: "stale".into(),
+        };
+        for severity in [Severity::Normal, Severity::Warning, Severity::Alarm] {
+            assert_eq!(mark(Quality::Bad(Reason::Stale), severity), stale);
+        }
+        assert_eq!(mark(Quality::Good, Severity::Alarm), Mark::Alarm);
+    }
+}

@@ -1,0 +1,232 @@
+//! From a configuration file to everything a view needs, without a device.
+
+mod bindings;
+mod models;
+mod plugins;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use busbar_config::{Config, Diagnostic, Severity};
+use busbar_geometry::CollapseStacks;
+use busbar_plugin_host::{Catalog, Instance, OverlayBinding, TelemetryTag};
+use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
+use busbar_tags::{TagHandle, TagSpec};
+
+use crate::stacks::millis_since;
+use crate::{LoadError, LoadMillis};
+
+/// The largest configuration file that is read.
+pub const MAX_CONFIG_FILE_BYTES: u64 = busbar_config::MAX_CONFIG_BYTES as u64;
+
+/// Told what is being loaded: stage, steps done, steps in all.
+pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
+
+/// A configuration with everything it names, loaded and checked.
+pub struct LoadedScene {
+    pub(crate) config: Config,
+    pub(crate) instances: BTreeMap<String, Arc<Instance>>,
+    pub(crate) models: Vec<LoadedModel>,
+    pub(crate) graph: SceneGraph,
+    pub(crate) tags: Vec<TagSpec>,
+    pub(crate) bindings: Vec<Binding>,
+    pub(crate) millis: LoadMillis,
+    notes: Vec<String>,
+}
+
+/// A model ready for upload.
+pub(crate) struct LoadedModel {
+    pub(crate) name: String,
+    pub(crate) stacks: Vec<Arc<CollapseStacks>>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) textures: Vec<Texture>,
+    pub(crate) theta: f64,
+}
+
+/// A tag bound to a node, resolved.
+#[derive(Clone, Debug)]
+pub(crate) struct Binding {
+    pub(crate) tag: TagHandle,
+    pub(crate) node: NodeIndex,
+    pub(crate) role: String,
+}
+
+/// Faults gathered while loading goes on as far as it can.
+pub(crate) struct Faults<'a> {
+    config: &'a Config,
+    found: Vec<Diagnostic>,
+}
+
+impl Faults<'_> {
+    pub(crate) fn add(
+        &mut self,
+        pointer: &str,
+        cause: impl Into<String>,
+        remedy: impl Into<String>,
+    ) {
+        self.found
+            .push(self.config.positions.diagnostic(pointer, cause, remedy));
+    }
+}
+
+impl LoadedScene {
+    /// Loads a configuration and everything it names. Plugins are created, but
+    /// nothing connects and no device is used.
+    ///
+    /// # Errors
+    /// Every fault of the file, of the files it names, and of the plugins.
+    pub fn load(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
+        let faulty = |diagnostics| LoadError {
+            file: path.to_owned(),
+            diagnostics,
+        };
+        let mut millis = LoadMillis::new();
+        let start = Instant::now();
+        progress("configuration", 0, 1);
+        let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+        let config = busbar_config::parse(&text).map_err(faulty)?;
+        let folder = folder_of(path);
+        millis.insert("config".into(), millis_since(start));
+
+        let mut faults = Faults {
+            config: &config,
+            found: config.warnings.clone(),
+        };
+        let start = Instant::now();
+        progress("plugins", 0, 1);
+        let instances = plugins::create(&config, &folder, &mut faults);
+        millis.insert("plugins".into(), millis_since(start));
+
+        let start = Instant::now();
+        let mut imported = models::import(&config, &folder, progress, &mut faults);
+        millis.insert("import".into(), millis_since(start));
+
+        let start = Instant::now();
+        let graph = bindings::place(&config, &imported, &mut faults);
+        let tags = bindings::tag_specs(&config);
+        let bindings = bindings::resolve(&config, graph.as_ref(), &imported, &mut faults);
+        millis.insert("scene".into(), millis_since(start));
+
+        plugins::check_capabilities(&config, &instances, &tags, &mut faults);
+        let notes = std::mem::take(&mut imported.notes);
+        let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
+        let models = if fatal {
+            Vec::new()
+        } else {
+            models::optimise(
+                &config,
+                imported,
+                &instances,
+                progress,
+                &mut millis,
+                &mut faults,
+            )
+        };
+
+        let mut diagnostics = faults.found;
+        diagnostics.sort_by_key(|d| (d.line, d.column));
+        let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
+        match graph {
+            Some(graph) if !errors => {
+                let mut scene = Self {
+                    config,
+                    instances,
+                    models,
+                    graph,
+                    tags,
+                    bindings,
+                    millis,
+                    notes,
+                };
+                scene.config.warnings = diagnostics;
+                Ok(scene)
+            }
+            _ => Err(faulty(diagnostics)),
+        }
+    }
+
+    /// Warnings, and what the import skipped.
+    pub fn remarks(&self, file: &Path) -> Vec<String> {
+        let file = file.display().to_string();
+        let warnings = self
+            .config
+            .warnings
+            .iter()
+            .map(|warning| warning.render(&file));
+        warnings.chain(self.notes.iter().cloned()).collect()
+    }
+
+    /// Size of the picture that the configuration asks for, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.config.view.size
+    }
+
+    /// Samples a pixel that the configuration asks for.
+    pub fn samples(&self) -> u32 {
+        self.config.view.samples
+    }
+
+    /// The tags that a telemetry plugin serves.
+    pub(crate) fn telemetry_tags(&self, plugin: &str) -> Vec<TelemetryTag> {
+        plugins::telemetry_tags(&self.config, &self.tags, plugin)
+    }
+
+    /// The bindings as overlays get them.
+    pub(crate) fn overlay_bindings(&self) -> Vec<OverlayBinding> {
+        bindings::for_overlays(self)
+    }
+}
+
+/// Makes the catalogue of plugins that a configuration's directories hold.
+///
+/// # Errors
+/// When the configuration itself cannot be read.
+pub fn catalog(path: &Path) -> Result<Catalog, LoadError> {
+    let faulty = |diagnostics| LoadError {
+        file: path.to_owned(),
+        diagnostics,
+    };
+    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+    let config = busbar_config::parse(&text).map_err(faulty)?;
+    Ok(plugins::catalog(&config, &folder_of(path)))
+}
+
+/// The folder that relative paths of a configuration start from, absolute.
+fn folder_of(path: &Path) -> PathBuf {
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
+}
+
+fn read_text(path: &Path) -> Result<String, Diagnostic> {
+    let fault = |cause: String, remedy: &str| Diagnostic {
+        severity: Severity::Error,
+        line: 1,
+        column: 1,
+        pointer: String::new(),
+        cause,
+        remedy: remedy.into(),
+    };
+    let unreadable = |error: std::io::Error| {
+        fault(
+            format!("cannot read the configuration: {error}"),
+            "check the path and its rights",
+        )
+    };
+    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(fault("it is not a regular file".into(), "name a JSON file"));
+    }
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(unreadable)?;
+    file.take(MAX_CONFIG_FILE_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    String::from_utf8(bytes).map_err(|_| fault("it is not UTF-8 text".into(), "save it as UTF-8"))
+}

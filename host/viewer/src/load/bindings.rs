@@ -1,0 +1,177 @@
+//! Nodes placed, tags specified, bindings resolved.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use busbar_config::{Config, TagType, join_pointer};
+use busbar_plugin_host::OverlayBinding;
+use busbar_scene::{ModelIndex, Placement, SceneGraph, Transform};
+use busbar_tags::{TagHandle, TagSpec, ValueKind};
+
+use super::models::ImportedModels;
+use super::{Binding, Faults, LoadedScene};
+
+/// Names listed when a node does not exist.
+const MAX_SUGGESTIONS: usize = 12;
+
+/// The scene graph; `None` with a fault when it cannot be.
+pub(super) fn place(
+    config: &Config,
+    imported: &ImportedModels,
+    faults: &mut Faults<'_>,
+) -> Option<SceneGraph> {
+    let model_index = |name: &String| {
+        config
+            .models
+            .keys()
+            .position(|key| key == name)
+            .map(|i| ModelIndex(i as u32))
+    };
+    let placements: Vec<_> = config
+        .scene
+        .iter()
+        .map(|node| Placement {
+            id: node.id.clone(),
+            parent: node.parent,
+            transform: Transform {
+                translation: node.transform.translation.into(),
+                rotation_degrees: node.transform.rotation_degrees.into(),
+                scale: node.transform.scale.into(),
+            },
+            model: node.model.as_ref().and_then(model_index),
+        })
+        .collect();
+    SceneGraph::build(&placements, &imported.models)
+        .map_err(|error| {
+            faults.add("/scene", error.to_string(), "place fewer or smaller models");
+        })
+        .ok()
+}
+
+/// Tags in the order of their ids, which is the order of their handles.
+pub(super) fn tag_specs(config: &Config) -> Vec<TagSpec> {
+    config
+        .tags
+        .iter()
+        .map(|(id, tag)| {
+            let band = &tag.range;
+            let range = (band.low.is_some() || band.high.is_some()).then(|| {
+                band.low.unwrap_or(f64::NEG_INFINITY)..=band.high.unwrap_or(f64::INFINITY)
+            });
+            TagSpec {
+                id: id.clone(),
+                name: tag.name.clone(),
+                kind: match tag.value_type {
+                    TagType::F64 => ValueKind::F64,
+                    TagType::I64 => ValueKind::I64,
+                    TagType::Bool => ValueKind::Bool,
+                    TagType::DoublePoint => ValueKind::DoublePoint,
+                },
+                unit: tag.unit.clone(),
+                range,
+                freshness: Duration::from_millis(tag.freshness_millis),
+            }
+        })
+        .collect()
+}
+
+/// Bindings to nodes that exist.
+pub(super) fn resolve(
+    config: &Config,
+    graph: Option<&SceneGraph>,
+    imported: &ImportedModels,
+    faults: &mut Faults<'_>,
+) -> Vec<Binding> {
+    let Some(graph) = graph else {
+        return Vec::new();
+    };
+    // Ids are the keys of a sorted map: their rank is their handle.
+    let handles: HashMap<&str, TagHandle> = config
+        .tags
+        .keys()
+        .zip(0..)
+        .map(|(id, rank)| (id.as_str(), TagHandle(rank)))
+        .collect();
+    let mut resolved = Vec::with_capacity(config.bindings.len());
+    for binding in &config.bindings {
+        let Some(&tag) = handles.get(binding.tag.as_str()) else {
+            continue;
+        };
+        match graph.find(&binding.node) {
+            Some(node) => resolved.push(Binding {
+                tag,
+                node,
+                role: binding.role.clone(),
+            }),
+            None if model_failed(config, imported, &binding.node) => {}
+            None => {
+                let cause = format!("no node '{}' in the scene", binding.node);
+                let remedy = suggest(graph, &binding.node);
+                faults.add(&join_pointer(&binding.pointer, "node"), cause, remedy);
+            }
+        }
+    }
+    resolved
+}
+
+/// Whether the node is part of a model that could not be imported: that fault
+/// is told already.
+fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool {
+    let placement = node.split('/').next().unwrap_or(node);
+    let model = config
+        .scene
+        .iter()
+        .find(|n| n.id == placement)
+        .and_then(|n| n.model.as_ref());
+    let index = model.and_then(|name| config.models.keys().position(|key| key == name));
+    index.is_some_and(|index| !imported.usable[index])
+}
+
+fn suggest(graph: &SceneGraph, node: &str) -> String {
+    let placement = node.split('/').next().unwrap_or(node);
+    let prefix = format!("{placement}/");
+    let parts: Vec<_> = graph
+        .nodes()
+        .iter()
+        .filter_map(|n| n.id.strip_prefix(&prefix))
+        .collect();
+    if parts.is_empty() {
+        return "name a node of the scene, or `node/part` for a part of its model".into();
+    }
+    let mut shown = parts[..parts.len().min(MAX_SUGGESTIONS)].join("', '");
+    if parts.len() > MAX_SUGGESTIONS {
+        shown += &format!("' and {} more", parts.len() - MAX_SUGGESTIONS);
+    } else {
+        shown.push('\'');
+    }
+    format!("'{placement}' has the parts '{shown}")
+}
+
+/// The bindings as overlays get them.
+pub(super) fn for_overlays(scene: &LoadedScene) -> Vec<OverlayBinding> {
+    scene
+        .bindings
+        .iter()
+        .map(|binding| {
+            let spec = &scene.tags[binding.tag.0 as usize];
+            let limits = scene
+                .config
+                .tags
+                .get(&spec.id)
+                .map(|tag| tag.limits)
+                .unwrap_or_default();
+            OverlayBinding {
+                tag: binding.tag,
+                node: binding.node.0,
+                kind: spec.kind,
+                limit_low: limits.low,
+                limit_high: limits.high,
+                tag_id: spec.id.clone(),
+                tag_name: spec.name.clone(),
+                unit: spec.unit.clone(),
+                node_id: scene.graph.node(binding.node).id.clone(),
+                role: binding.role.clone(),
+            }
+        })
+        .collect()
+}

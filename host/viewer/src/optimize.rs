@@ -1,0 +1,278 @@
+//! One model through one optimiser: `busbar optimize`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use busbar_geometry::{CollapseStacks, Mesh, MeshStatistics, Section, components};
+use busbar_gltf_export::{ExportError, write_glb};
+use busbar_gltf_import::{ImportError, ImportLimits, import_file};
+use busbar_plugin_host::{Catalog, MeshOptimizer, PluginError};
+use busbar_scene::Model;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::stacks::{self, millis_since};
+
+/// A model with its stacks, ready to be walked.
+pub struct OptimisedModel {
+    model: Model,
+    stacks: Vec<Arc<CollapseStacks>>,
+    imported: Vec<Mesh>,
+    build_ms: BTreeMap<String, f64>,
+}
+
+/// Why a model cannot be optimised.
+#[derive(Debug, Error)]
+pub enum OptimizeError {
+    /// The model file.
+    #[error("{0}")]
+    Import(#[from] ImportError),
+    /// The plugin.
+    #[error("{error}\n  remedy: {}", error.remedy())]
+    Plugin {
+        /// What it says.
+        error: PluginError,
+    },
+    /// The result cannot be written.
+    #[error("{0}")]
+    Export(#[from] ExportError),
+}
+
+/// What `busbar optimize --stats` writes, summed over the meshes of the model.
+/// Vertices are welded positions.
+#[derive(Clone, Debug, Serialize)]
+pub struct OptimizeStats {
+    /// Proportion asked for.
+    pub theta: f64,
+    /// Surviving vertices: V - min(round(theta V), V - components) a mesh.
+    pub vertices: u64,
+    /// Vertices that a live triangle uses.
+    pub vertices_referenced: u64,
+    /// Live triangles.
+    pub triangles: u64,
+    /// Connected components of live triangles.
+    pub components: u64,
+    /// Edges with one live triangle.
+    pub border_edges: u64,
+    /// Edges with more than two live triangles.
+    pub non_manifold_edges: u64,
+    /// Euler characteristic of the live mesh.
+    pub euler: i64,
+    /// Collapses in the sequences.
+    pub collapses: u64,
+    /// Collapses done at theta.
+    pub cursor: u64,
+    /// CPU milliseconds a stage.
+    pub build_ms: BTreeMap<String, f64>,
+    /// Longest chain of ancestors.
+    pub max_depth: u32,
+    /// Bytes that the stacks add to a plain indexed mesh.
+    pub bytes: usize,
+    /// The model at theta 0.
+    pub imported: ImportedStats,
+    /// Moves walked by `--round-trip`.
+    pub round_trips: u64,
+    /// Whether every return to theta 0 gave the imported bytes; null if not walked.
+    pub lossless: Option<bool>,
+}
+
+/// The model at theta 0.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct ImportedStats {
+    /// Meshes.
+    pub meshes: usize,
+    /// Welded positions: V.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Connected components, in welded positions.
+    pub components: u64,
+    /// Edges with one triangle.
+    pub border_edges: u64,
+    /// Euler characteristic.
+    pub euler: i64,
+}
+
+impl OptimisedModel {
+    /// Imports a model and runs the plugin on each of its meshes.
+    ///
+    /// # Errors
+    /// The file's or the plugin's.
+    pub fn build(
+        file: &Path,
+        plugin_directories: &[PathBuf],
+        plugin: &str,
+        settings: &serde_json::Value,
+        done: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, OptimizeError> {
+        let optimizer = Catalog::discover(plugin_directories)
+            .create(plugin, plugin, settings)
+            .and_then(MeshOptimizer::of)?;
+        let start = Instant::now();
+        let mut model = import_file(file, &ImportLimits::default())?.model;
+        let import_millis = millis_since(start);
+        let imported = std::mem::take(&mut model.meshes);
+        let total = imported.len();
+        let built = stacks::build(imported.clone(), Some(&optimizer), &|meshes| {
+            done(meshes, total)
+        })?;
+        let mut build_ms = built.millis;
+        build_ms.insert("import".into(), import_millis);
+        Ok(Self {
+            model,
+            stacks: built.stacks,
+            imported,
+            build_ms,
+        })
+    }
+
+    /// Counts at theta.
+    pub fn stats(&self, theta: f64) -> OptimizeStats {
+        let mut live = MeshStatistics::default();
+        let mut full = MeshStatistics::default();
+        let mut all_components = 0;
+        for (stacks, imported) in self.stacks.iter().zip(&self.imported) {
+            let cursor = stacks.cursor_at(theta);
+            live = live + MeshStatistics::of(&stacks.resolve(cursor), stacks.surviving(cursor));
+            full = full + MeshStatistics::of(&stacks.resolve(0), stacks.surviving(0));
+            let topology = imported.topology();
+            let count = topology.positions.len() as u32;
+            all_components += u64::from(components(count, &topology.triangles).all);
+        }
+        OptimizeStats {
+            theta,
+            vertices: live.vertices,
+            vertices_referenced: live.vertices_referenced,
+            triangles: live.triangles,
+            components: live.components,
+            border_edges: live.border_edges,
+            non_manifold_edges: live.non_manifold_edges,
+            euler: live.euler(),
+            collapses: self
+                .stacks
+                .iter()
+                .map(|s| u64::from(s.sequence().len()))
+                .sum(),
+            cursor: self
+                .stacks
+                .iter()
+                .map(|s| u64::from(s.cursor_at(theta)))
+                .sum(),
+            build_ms: self.build_ms.clone(),
+            max_depth: self.stacks.iter().map(|s| s.max_depth()).max().unwrap_or(0),
+            bytes: self.stacks.iter().map(|s| s.static_bytes()).sum(),
+            imported: ImportedStats {
+                meshes: self.stacks.len(),
+                vertices: full.vertices,
+                triangles: full.triangles,
+                components: all_components,
+                border_edges: full.border_edges,
+                euler: full.euler(),
+            },
+            round_trips: 0,
+            lossless: None,
+        }
+    }
+
+    /// Walks `count` random thetas and, from each, back to 0; whether every
+    /// return gave the imported mesh, byte for byte: positions, normals and
+    /// texture coordinates of every corner, and sections, in order.
+    pub fn round_trip(&self, count: u64, done: &dyn Fn(u64)) -> bool {
+        let imported: Vec<Vec<u8>> = self.imported.iter().map(full_bytes).collect();
+        let mut random = SplitMix(0x0b05_ba12);
+        for trip in 0..count {
+            let theta = random.unit();
+            for (stacks, imported) in self.stacks.iter().zip(&imported) {
+                let there = stacks.resolve(stacks.cursor_at(theta));
+                let back = stacks.resolve(0);
+                if there.triangles.len() > back.triangles.len()
+                    || corner_bytes(stacks.mesh(), &back.triangles) != *imported
+                {
+                    return false;
+                }
+            }
+            done(trip + 1);
+        }
+        true
+    }
+
+    /// The model at theta as GLB bytes.
+    ///
+    /// # Errors
+    /// When it is too large for the format.
+    pub fn write(&self, theta: f64) -> Result<Vec<u8>, OptimizeError> {
+        let mut model = self.model.clone();
+        model.meshes = self
+            .stacks
+            .iter()
+            .map(|stacks| mesh_at(stacks, theta))
+            .collect();
+        Ok(write_glb(&model)?)
+    }
+}
+
+impl From<PluginError> for OptimizeError {
+    fn from(error: PluginError) -> Self {
+        Self::Plugin { error }
+    }
+}
+
+/// The live mesh of stacks at theta.
+fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
+    let resolved = stacks.resolve(stacks.cursor_at(theta));
+    let full = stacks.mesh();
+    let sections = full
+        .sections
+        .iter()
+        .zip(&resolved.sections)
+        .map(|(section, range)| Section {
+            material: section.material,
+            first_triangle: range.start,
+            triangle_count: range.end - range.start,
+        });
+    Mesh {
+        positions: full.positions.clone(),
+        wedges: full.wedges.clone(),
+        sections: sections.collect(),
+        triangles: resolved.triangles,
+    }
+}
+
+fn full_bytes(mesh: &Mesh) -> Vec<u8> {
+    corner_bytes(mesh, &mesh.triangles)
+}
+
+/// The data of every corner, in order; independent of how wedges are numbered.
+fn corner_bytes(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(triangles.len() * 3 * 40);
+    for &wedge in triangles.iter().flatten() {
+        let wedge = wedge as usize;
+        let position = mesh.wedges.position[wedge];
+        let numbers = mesh.positions[position as usize]
+            .to_array()
+            .into_iter()
+            .chain(mesh.wedges.normal[wedge].to_array())
+            .chain(mesh.wedges.uv[wedge].to_array());
+        bytes.extend(numbers.flat_map(f32::to_le_bytes));
+        bytes.extend(position.to_le_bytes());
+        bytes.extend(mesh.wedges.section[wedge].to_le_bytes());
+    }
+    bytes
+}
+
+/// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014): seeded, so that every walk is
+/// the same.
+struct SplitMix(u64);
+
+impl SplitMix {
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}

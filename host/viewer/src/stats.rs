@@ -1,0 +1,101 @@
+//! What `--stats` writes.
+
+use std::collections::BTreeMap;
+
+use busbar_tags::{QualityCounts, Snapshot, TagSpec, TagState, Value};
+use serde::Serialize;
+
+/// Milliseconds a stage of loading, in no order.
+pub type LoadMillis = BTreeMap<String, f64>;
+
+/// Numbers about the view.
+#[derive(Clone, Debug, Serialize)]
+pub struct Stats {
+    /// Surviving vertices (welded positions), summed over instances.
+    pub vertices: u64,
+    /// Triangles drawn.
+    pub triangles: u64,
+    /// Triangles at full detail.
+    pub triangles_full: u64,
+    /// Theta by model.
+    pub theta: BTreeMap<String, f64>,
+    /// Frames drawn so far.
+    pub frames: u64,
+    /// One over the median frame time of the last frames.
+    pub fps_median: f64,
+    /// 99th percentile of the frame time of the last frames, milliseconds.
+    pub frame_ms_p99: f64,
+    /// Graphics device.
+    pub gpu: String,
+    /// Milliseconds a stage of loading.
+    pub load_ms: LoadMillis,
+    /// Every tag.
+    pub tags: Vec<TagStats>,
+    /// Tags a quality.
+    pub quality: QualityStats,
+    /// What was picked: equipment id, or null.
+    pub picked: Option<String>,
+    /// Messages of the Vulkan validation layer.
+    pub validation_messages: Vec<String>,
+}
+
+/// One tag.
+#[derive(Clone, Debug, Serialize)]
+pub struct TagStats {
+    /// Id.
+    pub id: String,
+    /// Last value, or null.
+    pub value: serde_json::Value,
+    /// `good`, `uncertain` or `bad`.
+    pub quality: &'static str,
+    /// Why it is not good, or null.
+    pub reason: Option<String>,
+    /// Seconds since the value came, or null.
+    pub age: Option<f64>,
+}
+
+/// Tags a quality.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct QualityStats {
+    /// Good ones.
+    pub good: usize,
+    /// Uncertain ones.
+    pub uncertain: usize,
+    /// Bad ones.
+    pub bad: usize,
+}
+
+impl From<QualityCounts> for QualityStats {
+    fn from(counts: QualityCounts) -> Self {
+        Self {
+            good: counts.good,
+            uncertain: counts.uncertain,
+            bad: counts.bad,
+        }
+    }
+}
+
+/// All tags of a snapshot.
+pub(crate) fn tags(specs: &[TagSpec], snapshot: &Snapshot) -> Vec<TagStats> {
+    specs
+        .iter()
+        .zip(snapshot.states())
+        .map(|(spec, state)| tag(spec, state))
+        .collect()
+}
+
+fn tag(spec: &TagSpec, state: &TagState) -> TagStats {
+    TagStats {
+        id: spec.id.clone(),
+        value: match state.value {
+            None => serde_json::Value::Null,
+            Some(Value::F64(value)) => value.into(),
+            Some(Value::I64(value)) => value.into(),
+            Some(Value::Bool(value)) => value.into(),
+            Some(Value::DoublePoint(value)) => value.to_string().into(),
+        },
+        quality: state.quality.name(),
+        reason: state.quality.reason().map(|reason| reason.to_string()),
+        age: state.age.map(|age| age.as_secs_f64()),
+    }
+}

@@ -1,0 +1,595 @@
+//! One view of one scene, stepped frame by frame.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use busbar_plugin_host::{Overlay, OverlayLine, OverlayPicture, OverlayTint, Telemetry};
+use busbar_renderer::{
+    DrawInstance, EguiFrame, Frame, FrameStats, ModelHandle, ModelUpload, Picture, Renderer,
+    RendererOptions, WindowHandles,
+};
+use busbar_scene::NodeIndex;
+use busbar_tags::{SampleQueue, Snapshot, TagTable};
+use busbar_ui::{Command, ModelRow, Panels, StatusLine, ViewModel};
+use egui::{Pos2, RawInput, Rect, vec2};
+
+use crate::camera::{OrbitCamera, Projection};
+use crate::highlight::{self, Highlight};
+use crate::load::LoadedScene;
+use crate::stacks::millis_since;
+use crate::{Stats, ViewError, labels, rows, stats};
+
+/// Frame times kept for statistics.
+const MAX_FRAME_TIMES: usize = 1024;
+
+/// A scene on a device, with its plugins running.
+pub struct Viewer {
+    // Telemetry first: it stops before what it feeds is gone.
+    telemetry: Vec<Telemetry>,
+    queues: Vec<Arc<SampleQueue>>,
+    overlays: Vec<RunningOverlay>,
+    tags: TagTable,
+    scene: LoadedScene,
+    renderer: Renderer,
+    models: Vec<ShownModel>,
+    panels: Panels,
+    camera: OrbitCamera,
+    selected: Option<NodeIndex>,
+    wireframe: bool,
+    viewport: Rect,
+    screen: Rect,
+    pixels_per_point: f32,
+    last: FrameStats,
+    frame_millis: VecDeque<f64>,
+    frames: u64,
+}
+
+struct RunningOverlay {
+    overlay: Overlay,
+    fault: Option<String>,
+}
+
+/// A model on the device and where its cursors stand.
+struct ShownModel {
+    handle: ModelHandle,
+    theta: f64,
+    /// One a mesh.
+    cursors: Vec<u32>,
+    row: ModelRow,
+}
+
+/// What the platform must do after a frame.
+pub struct FrameOutput {
+    /// Cursor shape, clipboard, links.
+    pub platform: egui::PlatformOutput,
+    /// When the panels want to be run again at the latest.
+    pub repaint_after: Duration,
+}
+
+impl Viewer {
+    /// A view without a window, `size` in pixels, without panels.
+    ///
+    /// # Errors
+    /// No usable device, or a plugin that cannot start.
+    pub fn headless(
+        scene: LoadedScene,
+        options: RendererOptions,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        Self::start(scene, Renderer::headless(options, size)?, size, false)
+    }
+
+    /// A view in a window, `size` in pixels, with panels.
+    ///
+    /// # Errors
+    /// No usable device, or a plugin that cannot start.
+    pub fn for_window(
+        scene: LoadedScene,
+        options: RendererOptions,
+        window: Arc<dyn WindowHandles>,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        Self::start(
+            scene,
+            Renderer::for_window(options, window, size)?,
+            size,
+            true,
+        )
+    }
+
+    fn start(
+        mut scene: LoadedScene,
+        mut renderer: Renderer,
+        size: [u32; 2],
+        with_panels: bool,
+    ) -> Result<Self, ViewError> {
+        let start = Instant::now();
+        let models = upload(&scene, &mut renderer)?;
+        scene.millis.insert("upload".into(), millis_since(start));
+        let tags = TagTable::new(scene.tags.clone());
+        let overlays = start_overlays(&scene)?;
+        let (telemetry, queues) = start_telemetry(&scene)?;
+        let camera = scene
+            .config
+            .view
+            .camera
+            .as_ref()
+            .and_then(|name| scene.config.cameras.get(name));
+        let camera = camera.map_or_else(
+            || OrbitCamera::framing(scene.graph.bounds()),
+            OrbitCamera::from_config,
+        );
+        let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
+        Ok(Self {
+            telemetry,
+            queues,
+            overlays,
+            tags,
+            scene,
+            renderer,
+            models,
+            panels: Panels::new(with_panels),
+            camera,
+            selected: None,
+            wireframe: false,
+            viewport: screen,
+            screen,
+            pixels_per_point: 1.0,
+            last: FrameStats::default(),
+            frame_millis: VecDeque::new(),
+            frames: 0,
+        })
+    }
+
+    /// The egui context that platform glue feeds.
+    pub fn egui_context(&self) -> &egui::Context {
+        self.panels.context()
+    }
+
+    /// Tells the size of the window, pixels.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.renderer.resize(size);
+    }
+
+    /// Uses a camera of the configuration.
+    ///
+    /// # Errors
+    /// [`ViewError::UnknownCamera`].
+    pub fn use_camera(&mut self, name: &str) -> Result<(), ViewError> {
+        let cameras = &self.scene.config.cameras;
+        let camera = cameras.get(name).ok_or_else(|| ViewError::UnknownCamera {
+            wanted: name.to_owned(),
+            known: cameras.keys().cloned().collect(),
+        })?;
+        self.camera = OrbitCamera::from_config(camera);
+        Ok(())
+    }
+
+    /// Sets theta of every model.
+    pub fn set_theta(&mut self, theta: f64) {
+        for index in 0..self.models.len() {
+            self.set_model_theta(index, theta);
+        }
+    }
+
+    /// Draws edges instead of surfaces.
+    pub fn set_wireframe(&mut self, wireframe: bool) {
+        self.wireframe = wireframe;
+    }
+
+    /// Steps the view: takes samples, runs overlays and panels, draws.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
+        let started = Instant::now();
+        self.note_screen(&input);
+        for queue in &self.queues {
+            self.tags.apply(queue.drain());
+        }
+        let snapshot = self.tags.snapshot(started);
+        let (lines, tints) = self.run_overlays(&snapshot);
+        let model = self.view_model(&snapshot);
+
+        let (scene, screen, selected) = (&self.scene, self.screen, self.selected);
+        let mut camera = self.camera;
+        let output = self.panels.run(input, &model, |viewport, commands| {
+            steer(&mut camera, commands, viewport, scene);
+            let view = camera.view(viewport, screen);
+            let projection = Projection::new(&view, screen);
+            labels::build(
+                &lines,
+                &snapshot,
+                &scene.graph,
+                projection,
+                view.eye,
+                selected,
+            )
+        });
+        self.camera = camera;
+        self.viewport = output.viewport;
+        let picked_at = self.obey(&output.commands);
+
+        let mut egui = output.egui;
+        let shapes = std::mem::take(&mut egui.shapes);
+        let primitives = self
+            .panels
+            .context()
+            .tessellate(shapes, egui.pixels_per_point);
+        let highlights = highlight::of_nodes(&self.scene.graph, &tints, &snapshot, self.selected);
+        let instances = self.draw_instances(&highlights);
+        let overlay = EguiFrame {
+            textures_delta: &egui.textures_delta,
+            primitives: &primitives,
+            pixels_per_point: egui.pixels_per_point,
+        };
+        let drawn = self
+            .renderer
+            .draw(&self.picture_of(&instances, Some(overlay)));
+        // Cleared in any case: egui panics when a delta is dropped full.
+        egui.textures_delta.clear();
+        self.last = drawn?;
+        if let Some(position) = picked_at {
+            let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
+            self.selected = self.pick_node(&instances, pixel)?;
+        }
+        self.count_frame(started);
+        let repaint_after = egui
+            .viewport_output
+            .get(&egui::ViewportId::ROOT)
+            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        Ok(FrameOutput {
+            platform: egui.platform_output,
+            repaint_after,
+        })
+    }
+
+    /// Input for a frame of a view without a window.
+    pub fn headless_input(&self, seconds: f64) -> RawInput {
+        RawInput {
+            screen_rect: Some(self.screen),
+            time: Some(seconds),
+            ..RawInput::default()
+        }
+    }
+
+    /// The last frame of a view without a window.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
+        Ok(self.renderer.read_picture()?)
+    }
+
+    /// Selects and names what is at a pixel: its equipment id.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
+        let highlights = vec![[0.0; 4]; self.scene.graph.nodes().len()];
+        let instances = self.draw_instances(&highlights);
+        self.selected = self.pick_node(&instances, pixel)?;
+        Ok(self.selected_id())
+    }
+
+    /// Numbers about the view.
+    pub fn stats(&self) -> Stats {
+        let snapshot = self.tags.snapshot(Instant::now());
+        let mut millis: Vec<f64> = self.frame_millis.iter().copied().collect();
+        millis.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (share * millis.len().saturating_sub(1) as f64).round() as usize;
+            millis.get(rank).copied().unwrap_or(0.0)
+        };
+        let median = at(0.5);
+        let names = self.scene.models.iter().map(|m| m.name.clone());
+        Stats {
+            vertices: self.surviving_vertices(),
+            triangles: self.last.triangles,
+            triangles_full: self.full_triangles(),
+            theta: names
+                .zip(self.models.iter().map(|m| m.theta))
+                .collect::<BTreeMap<_, _>>(),
+            frames: self.frames,
+            fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
+            frame_ms_p99: at(0.99),
+            gpu: self.renderer.device_name().to_owned(),
+            load_ms: self.scene.millis.clone(),
+            tags: stats::tags(&self.scene.tags, &snapshot),
+            quality: snapshot.counts().into(),
+            picked: self.selected_id(),
+            validation_messages: self.renderer.validation_messages(),
+        }
+    }
+
+    fn note_screen(&mut self, input: &RawInput) {
+        if let Some(screen) = input.screen_rect {
+            self.screen = screen;
+        }
+        let native = input
+            .viewports
+            .get(&input.viewport_id)
+            .and_then(|v| v.native_pixels_per_point);
+        self.pixels_per_point = native.unwrap_or(1.0) * self.panels.context().zoom_factor();
+    }
+
+    fn run_overlays(&mut self, snapshot: &Snapshot) -> (Vec<OverlayLine>, Vec<OverlayTint>) {
+        let mut all = OverlayPicture::default();
+        let now = SystemTime::now();
+        for running in &mut self.overlays {
+            match running.overlay.draw(|tag| snapshot.state(tag), now) {
+                Ok(picture) => {
+                    all.lines.extend(picture.lines);
+                    all.tints.extend(picture.tints);
+                    running.fault = None;
+                }
+                Err(error) => {
+                    let fault = error.to_string();
+                    if running.fault.as_ref() != Some(&fault) {
+                        tracing::error!(plugin = running.overlay.instance().name(), "{fault}");
+                    }
+                    running.fault = Some(fault);
+                }
+            }
+        }
+        (all.lines, all.tints)
+    }
+
+    fn view_model(&self, snapshot: &Snapshot) -> ViewModel {
+        let counts = snapshot.counts();
+        ViewModel {
+            models: self.models.iter().map(|model| model.row.clone()).collect(),
+            tags: rows::tags(&self.scene, snapshot),
+            plugins: self.plugin_rows(),
+            cameras: self.scene.config.cameras.keys().cloned().collect(),
+            wireframe: self.wireframe,
+            status: StatusLine {
+                triangles: self.last.triangles,
+                triangles_full: self.full_triangles(),
+                frame_millis: self.frame_millis.back().copied().unwrap_or(0.0),
+                device: self.renderer.device_name().to_owned(),
+                good: counts.good,
+                uncertain: counts.uncertain,
+                bad: counts.bad,
+            },
+            selected: self.selected_id(),
+        }
+    }
+
+    fn plugin_rows(&self) -> Vec<busbar_ui::PluginRow> {
+        let row = |(name, instance): (&String, &Arc<busbar_plugin_host::Instance>)| {
+            let link = self.telemetry.iter().find(|t| t.instance().name() == name);
+            let overlay = self
+                .overlays
+                .iter()
+                .find(|o| o.overlay.instance().name() == name);
+            let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
+            rows::plugin(instance, link.map(Telemetry::link), fault)
+        };
+        self.scene.instances.iter().map(row).collect()
+    }
+
+    /// Does what the panels ask, except for the camera, which `steer` moved;
+    /// returns where to pick.
+    fn obey(&mut self, commands: &[Command]) -> Option<Pos2> {
+        let mut pick = None;
+        for command in commands {
+            match command {
+                Command::SetTheta { model, theta } => self.set_model_theta(*model, *theta),
+                Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
+                Command::Focus(id) => self.selected = self.scene.graph.find(id),
+                Command::Pick(position) => pick = Some(*position),
+                Command::UseCamera(_)
+                | Command::FitAll
+                | Command::Orbit(_)
+                | Command::Pan(_)
+                | Command::Zoom(_) => {}
+            }
+        }
+        pick
+    }
+
+    fn set_model_theta(&mut self, index: usize, theta: f64) {
+        if let (Some(shown), Some(loaded)) =
+            (self.models.get_mut(index), self.scene.models.get(index))
+        {
+            shown.move_to(theta, &loaded.stacks);
+        }
+    }
+
+    fn draw_instances(&self, highlights: &[Highlight]) -> Vec<DrawInstance> {
+        let instance = |instance: &busbar_scene::MeshInstance| {
+            let model = &self.models[instance.model.0 as usize];
+            DrawInstance {
+                model: model.handle,
+                mesh: instance.mesh,
+                cursor: model.cursors[instance.mesh as usize],
+                world_from_mesh: instance.world_from_mesh,
+                object: instance.node.0 + 1,
+                highlight: highlights[instance.node.0 as usize],
+            }
+        };
+        self.scene.graph.instances().iter().map(instance).collect()
+    }
+
+    fn picture_of<'a>(
+        &self,
+        instances: &'a [DrawInstance],
+        overlay: Option<EguiFrame<'a>>,
+    ) -> Frame<'a> {
+        Frame {
+            camera: self.camera.view(self.viewport, self.screen),
+            instances,
+            wireframe: self.wireframe,
+            background: self.scene.config.view.background.map(linear_from_srgb),
+            overlay,
+        }
+    }
+
+    fn pick_node(
+        &mut self,
+        instances: &[DrawInstance],
+        pixel: [u32; 2],
+    ) -> Result<Option<NodeIndex>, ViewError> {
+        let frame = self.picture_of(instances, None);
+        let object = self.renderer.pick(&frame, pixel)?;
+        Ok(object
+            .and_then(|object| object.checked_sub(1))
+            .map(NodeIndex))
+    }
+
+    fn selected_id(&self) -> Option<String> {
+        self.selected
+            .map(|node| self.scene.graph.node(node).id.clone())
+    }
+
+    fn surviving_vertices(&self) -> u64 {
+        let surviving = |instance: &busbar_scene::MeshInstance| {
+            let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
+            let cursor = self.models[model].cursors[mesh];
+            u64::from(self.scene.models[model].stacks[mesh].surviving(cursor))
+        };
+        self.scene.graph.instances().iter().map(surviving).sum()
+    }
+
+    fn full_triangles(&self) -> u64 {
+        let triangles = |instance: &busbar_scene::MeshInstance| {
+            let stacks = &self.scene.models[instance.model.0 as usize].stacks;
+            stacks[instance.mesh as usize].mesh().triangles.len() as u64
+        };
+        self.scene.graph.instances().iter().map(triangles).sum()
+    }
+
+    fn count_frame(&mut self, started: Instant) {
+        self.frames += 1;
+        if self.frame_millis.len() == MAX_FRAME_TIMES {
+            self.frame_millis.pop_front();
+        }
+        self.frame_millis.push_back(millis_since(started));
+    }
+}
+
+impl ShownModel {
+    /// Moves the cursors of all meshes to theta.
+    fn move_to(&mut self, theta: f64, stacks: &[Arc<busbar_geometry::CollapseStacks>]) {
+        self.theta = theta.clamp(0.0, 1.0);
+        self.cursors = stacks
+            .iter()
+            .map(|stacks| stacks.cursor_at(self.theta))
+            .collect();
+        let entries: u64 = stacks.iter().map(|s| u64::from(s.sequence().len())).sum();
+        let done: u64 = self.cursors.iter().map(|&cursor| u64::from(cursor)).sum();
+        let live = stacks
+            .iter()
+            .zip(&self.cursors)
+            .map(|(s, &cursor)| s.live_triangles(cursor));
+        self.row.theta = self.theta;
+        (self.row.s1, self.row.s2) = (entries - done, done);
+        self.row.triangles = live.sum();
+    }
+}
+
+fn upload(scene: &LoadedScene, renderer: &mut Renderer) -> Result<Vec<ShownModel>, ViewError> {
+    let mut models = Vec::with_capacity(scene.models.len());
+    for (index, model) in scene.models.iter().enumerate() {
+        let handle = renderer.upload_model(ModelUpload {
+            stacks: &model.stacks,
+            materials: &model.materials,
+            textures: &model.textures,
+        })?;
+        let placed = scene
+            .config
+            .scene
+            .iter()
+            .filter(|n| n.model.as_ref() == Some(&model.name));
+        let row = ModelRow {
+            name: model.name.clone(),
+            instances: placed.count(),
+            ..ModelRow::default()
+        };
+        let mut shown = ShownModel {
+            handle,
+            theta: 0.0,
+            cursors: Vec::new(),
+            row,
+        };
+        shown.move_to(scene.models[index].theta, &model.stacks);
+        models.push(shown);
+    }
+    Ok(models)
+}
+
+fn start_overlays(scene: &LoadedScene) -> Result<Vec<RunningOverlay>, ViewError> {
+    let mut overlays = Vec::new();
+    for overlay in &scene.config.overlays {
+        if let Some(instance) = scene.instances.get(&overlay.plugin) {
+            let overlay = Overlay::configure(instance.clone(), scene.overlay_bindings())?;
+            overlays.push(RunningOverlay {
+                overlay,
+                fault: None,
+            });
+        }
+    }
+    Ok(overlays)
+}
+
+type RunningTelemetry = (Vec<Telemetry>, Vec<Arc<SampleQueue>>);
+
+fn start_telemetry(scene: &LoadedScene) -> Result<RunningTelemetry, ViewError> {
+    let (mut running, mut queues) = (Vec::new(), Vec::new());
+    for (name, instance) in &scene.instances {
+        let tags = scene.telemetry_tags(name);
+        if tags.is_empty() {
+            continue;
+        }
+        let queue = Arc::new(SampleQueue::default());
+        running.push(Telemetry::start(instance.clone(), &tags, queue.clone())?);
+        queues.push(queue);
+    }
+    Ok((running, queues))
+}
+
+/// Moves the camera as the commands say.
+fn steer(camera: &mut OrbitCamera, commands: &[Command], viewport: Rect, scene: &LoadedScene) {
+    for command in commands {
+        match command {
+            Command::Orbit(drag) => camera.orbit(*drag),
+            Command::Pan(drag) => camera.pan(*drag, viewport.height()),
+            Command::Zoom(factor) => camera.zoom(*factor),
+            Command::FitAll => camera.frame(scene.graph.bounds()),
+            Command::Focus(id) => {
+                let node = scene.graph.find(id);
+                camera.frame(node.and_then(|node| scene.graph.node(node).bounds));
+            }
+            Command::UseCamera(name) => {
+                if let Some(config) = scene.config.cameras.get(name) {
+                    *camera = OrbitCamera::from_config(config);
+                }
+            }
+            Command::SetTheta { .. } | Command::SetWireframe(_) | Command::Pick(_) => {}
+        }
+    }
+}
+
+/// One sRGB byte as linear light (IEC 61966-2-1).
+fn linear_from_srgb(byte: u8) -> f32 {
+    let value = f32::from(byte) / 255.0;
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_is_undone() {
+        assert_eq!(linear_from_srgb(0), 0.0);
+        assert_eq!(linear_from_srgb(255), 1.0);
+        assert!((linear_from_srgb(188) - 0.5029).abs() < 1e-3);
+    }
+}

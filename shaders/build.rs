@@ -1,0 +1,102 @@
+//! Compiles each pass to SPIR-V and writes, beside the words, assertions that
+//! the Rust structs lie in memory as the shaders read them.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+
+use naga::back::spv;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+/// Prepended to every pass: WGSL has no include.
+const COMMON: &str = "common/frame.wgsl";
+
+/// Pass source, name of its words.
+const PASSES: [(&str, &str); 3] = [
+    ("scene/scene.wgsl", "SCENE"),
+    ("wireframe/wireframe.wgsl", "WIREFRAME"),
+    ("pick/pick.wgsl", "PICK"),
+];
+
+/// Structs shared with Rust under the same name.
+const SHARED_STRUCTS: [&str; 3] = ["FrameUniform", "Instance", "MaterialUniform"];
+
+fn main() {
+    if let Err(error) = build() {
+        // Cargo shows a build script's panic; its `Debug` would escape newlines.
+        panic!("{error}");
+    }
+}
+
+fn build() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed={COMMON}");
+    let common = std::fs::read_to_string(COMMON)?;
+    let mut words = String::new();
+    let mut layouts = String::new();
+    for (path, name) in PASSES {
+        println!("cargo::rerun-if-changed={path}");
+        let source = format!("{common}\n{}", std::fs::read_to_string(path)?);
+        let module = naga::front::wgsl::parse_str(&source)
+            .map_err(|error| error.emit_to_string_with_path(&source, path))?;
+        writeln!(
+            words,
+            "/// SPIR-V of `{path}`.\npub static {name}: &[u32] = &{:?};",
+            compile(&module)?
+        )?;
+        if layouts.is_empty() {
+            layouts = assert_layouts(&module)?;
+        }
+    }
+    let out = std::env::var("OUT_DIR")?;
+    std::fs::write(Path::new(&out).join("words.rs"), words)?;
+    std::fs::write(Path::new(&out).join("layouts.rs"), layouts)?;
+    Ok(())
+}
+
+fn compile(module: &naga::Module) -> Result<Vec<u32>, Box<dyn Error>> {
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module)?;
+    let mut options = spv::Options {
+        lang_version: (1, 3),
+        ..Default::default()
+    };
+    // The projection already looks down Vulkan's y.
+    options
+        .flags
+        .remove(spv::WriterFlags::ADJUST_COORDINATE_SPACE);
+    Ok(spv::write_vec(module, &info, &options, None)?)
+}
+
+/// Size and member offsets of the shared structs, as constant assertions.
+fn assert_layouts(module: &naga::Module) -> Result<String, Box<dyn Error>> {
+    let mut text = String::new();
+    for name in SHARED_STRUCTS {
+        let found = module
+            .types
+            .iter()
+            .find(|(_, t)| t.name.as_deref() == Some(name));
+        let Some((
+            _,
+            naga::Type {
+                inner: naga::TypeInner::Struct { members, span },
+                ..
+            },
+        )) = found
+        else {
+            return Err(format!("{COMMON} defines no struct {name}").into());
+        };
+        writeln!(
+            text,
+            "const _: () = assert!(size_of::<{name}>() == {span});"
+        )?;
+        for member in members {
+            let field = member.name.as_deref().ok_or("a member without a name")?;
+            let offset = member.offset;
+            writeln!(
+                text,
+                "const _: () = assert!(std::mem::offset_of!({name}, {field}) == {offset});"
+            )?;
+        }
+    }
+    Ok(text)
+}

@@ -1,0 +1,25 @@
+// Object ids instead of colours.
+
+struct Varyings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+    @location(1) @interpolate(flat) object: u32,
+}
+
+@vertex
+fn vertex_main(vertex: VertexInput) -> Varyings {
+    var out: Varyings;
+    out.clip = clip_position(vertex);
+    out.uv = vertex.uv;
+    out.object = instances[vertex.instance].object;
+    return out;
+}
+
+@fragment
+fn fragment_main(in: Varyings) -> @location(0) u32 {
+    // Masked-out parts let the click through, as they let the eye.
+    if material_color(in.uv).a < material.alpha_cutoff {
+        discard;
+    }
+    return in.object;
+}

@@ -1,0 +1,114 @@
+// The shaded picture: metallic-roughness materials (glTF 2.0, appendix B) under
+// one sun, a hemisphere of sky and ground, and a weak fill from the viewer, so
+// that shape stays readable from every side.
+
+// Unit vector towards the sun, world space, y up.
+const SUN_DIRECTION = vec3<f32>(0.3596, 0.7392, 0.5694);
+// Linear radiance, with the division by pi taken in.
+const SUN_COLOR = vec3<f32>(0.80, 0.785, 0.755);
+const SKY_COLOR = vec3<f32>(0.40, 0.42, 0.45);
+const GROUND_COLOR = vec3<f32>(0.15, 0.148, 0.145);
+const FILL_STRENGTH = 0.16;
+// By how much the sky is brighter towards each axis: tells apart two walls
+// that stand in the same shade.
+const SKY_SLANT = vec3<f32>(-0.20, 0.0, 0.16);
+// Reflectance of dielectrics at normal incidence.
+const DIELECTRIC_REFLECTANCE = 0.04;
+// Below this a highlight is smaller than a pixel and only flickers.
+const MIN_ROUGHNESS = 0.12;
+// Radiance above which the tone curve bends.
+const TONE_KNEE = 0.72;
+
+struct Varyings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) world: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) uv: vec2<f32>,
+    @location(3) @interpolate(flat) highlight: vec4<f32>,
+}
+
+@vertex
+fn vertex_main(vertex: VertexInput) -> Varyings {
+    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
+    var out: Varyings;
+    out.clip = clip_position(vertex);
+    out.world = world.xyz;
+    out.normal = world_normal(vertex.instance, vertex.normal);
+    out.uv = vertex.uv;
+    out.highlight = instances[vertex.instance].highlight;
+    return out;
+}
+
+// A mesh may hold a zero normal; then the face looks at the viewer.
+fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
+    let squared = dot(v, v);
+    return select(fallback, v * inverseSqrt(max(squared, 1e-30)), squared > 1e-30);
+}
+
+fn pow5(x: f32) -> f32 {
+    let squared = x * x;
+    return squared * squared * x;
+}
+
+// What a surface sees in a direction: sky over ground, blurred by roughness.
+fn surroundings(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
+    let blur = mix(0.12, 1.0, roughness);
+    return mix(GROUND_COLOR, SKY_COLOR, smoothstep(-blur, blur, direction.y));
+}
+
+// GGX distribution times Schlick-Smith visibility.
+fn sun_lobe(roughness: f32, nl: f32, nv: f32, nh: f32) -> f32 {
+    let alpha = roughness * roughness;
+    let alpha_squared = alpha * alpha;
+    let spread = nh * nh * (alpha_squared - 1.0) + 1.0;
+    let k = alpha * 0.5;
+    let visibility = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+    return alpha_squared / (spread * spread) * visibility;
+}
+
+// Leaves radiance below the knee alone and bends what is brighter towards
+// white, by the strongest channel so that hues hold.
+fn tone_map(radiance: vec3<f32>) -> vec3<f32> {
+    let peak = max(max(radiance.r, radiance.g), radiance.b);
+    let room = 1.0 - TONE_KNEE;
+    let bent = 1.0 - room * exp(-(peak - TONE_KNEE) / room);
+    return radiance * select(1.0, bent / max(peak, 1e-6), peak > TONE_KNEE);
+}
+
+@fragment
+fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    let color = material_color(in.uv);
+    let metallic_roughness =
+        textureSample(metallic_roughness_texture, metallic_roughness_sampler, in.uv);
+    if color.a < material.alpha_cutoff {
+        discard;
+    }
+    let tint = in.highlight;
+    let metallic = material.metallic * metallic_roughness.b * (1.0 - tint.a);
+    let roughness = max(material.roughness * metallic_roughness.g, MIN_ROUGHNESS);
+    let albedo = mix(color.rgb, tint.rgb, tint.a);
+
+    let view = normalize(frame.eye.xyz - in.world);
+    let outward = unit_or(in.normal, view);
+    let normal = select(-outward, outward, front);
+    let half_way = normalize(view + SUN_DIRECTION);
+    let nl = max(dot(normal, SUN_DIRECTION), 0.0);
+    let nv = max(dot(normal, view), 1e-3);
+    let nh = max(dot(normal, half_way), 0.0);
+    let vh = max(dot(view, half_way), 0.0);
+
+    let reflectance = mix(vec3<f32>(DIELECTRIC_REFLECTANCE), albedo, metallic);
+    let diffuse = albedo * (1.0 - metallic);
+    let fresnel_sun = reflectance + (1.0 - reflectance) * pow5(1.0 - vh);
+    let grazing = max(vec3<f32>(1.0 - roughness), reflectance) - reflectance;
+    let fresnel_view = reflectance + grazing * pow5(1.0 - nv);
+
+    let sun = SUN_COLOR * nl * (diffuse + fresnel_sun * sun_lobe(roughness, nl, nv, nh));
+    let ambient = diffuse * surroundings(normal, 1.0) * (1.0 + dot(normal, SKY_SLANT))
+        + fresnel_view * surroundings(reflect(-view, normal), roughness);
+    let fill = (diffuse + 0.5 * reflectance) * FILL_STRENGTH * nv;
+    let lit = sun + ambient + fill + material.emissive.rgb;
+    // Part of the tint shines by itself: it must be seen in the shade too.
+    let shown = mix(lit, tint.rgb, 0.35 * tint.a);
+    return vec4<f32>(tone_map(shown), color.a);
+}

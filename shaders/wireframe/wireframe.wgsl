@@ -1,0 +1,50 @@
+// The triangles themselves: a light fill that hides what lies behind, and dark
+// lines drawn a little nearer than the faces they belong to.
+
+const LINE_COLOR = vec3<f32>(0.05, 0.06, 0.08);
+const FILL_COLOR = vec3<f32>(0.80, 0.82, 0.84);
+// Share of the distance to the eye by which lines come forward.
+const LINE_ADVANCE = 0.0008;
+
+struct Varyings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) highlight: vec4<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) world: vec3<f32>,
+}
+
+fn varyings(vertex: VertexInput) -> Varyings {
+    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
+    var out: Varyings;
+    out.clip = clip_position(vertex);
+    out.highlight = instances[vertex.instance].highlight;
+    out.normal = world_normal(vertex.instance, vertex.normal);
+    out.world = world.xyz;
+    return out;
+}
+
+@vertex
+fn fill_vertex(vertex: VertexInput) -> Varyings {
+    return varyings(vertex);
+}
+
+@vertex
+fn line_vertex(vertex: VertexInput) -> Varyings {
+    var out = varyings(vertex);
+    // Reverse-Z: nearer is larger.
+    out.clip.z *= 1.0 + LINE_ADVANCE;
+    return out;
+}
+
+@fragment
+fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
+    let view = normalize(frame.eye.xyz - in.world);
+    let normal = in.normal * inverseSqrt(max(dot(in.normal, in.normal), 1e-30));
+    let shade = mix(0.72, 1.0, abs(dot(normal, view)));
+    return vec4<f32>(mix(FILL_COLOR, in.highlight.rgb, in.highlight.a) * shade, 1.0);
+}
+
+@fragment
+fn line_fragment(in: Varyings) -> @location(0) vec4<f32> {
+    return vec4<f32>(mix(LINE_COLOR, in.highlight.rgb * 0.35, in.highlight.a), 1.0);
+}
