@@ -56,14 +56,9 @@ fn build() -> Result<(), Box<dyn Error>> {
 
 fn compile(module: &naga::Module) -> Result<Vec<u32>, Box<dyn Error>> {
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module)?;
-    let mut options = spv::Options {
-        lang_version: (1, 3),
-        ..Default::default()
-    };
+    let mut options = spv::Options { lang_version: (1, 3), ..Default::default() };
     // The projection already looks down Vulkan's y.
-    options
-        .flags
-        .remove(spv::WriterFlags::ADJUST_COORDINATE_SPACE);
+    options.flags.remove(spv::WriterFlags::ADJUST_COORDINATE_SPACE);
     Ok(spv::write_vec(module, &info, &options, None)?)
 }
 
@@ -71,24 +66,12 @@ fn compile(module: &naga::Module) -> Result<Vec<u32>, Box<dyn Error>> {
 fn assert_layouts(module: &naga::Module) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     for name in SHARED_STRUCTS {
-        let found = module
-            .types
-            .iter()
-            .find(|(_, t)| t.name.as_deref() == Some(name));
-        let Some((
-            _,
-            naga::Type {
-                inner: naga::TypeInner::Struct { members, span },
-                ..
-            },
-        )) = found
+        let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
+        let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found
         else {
             return Err(format!("{COMMON} defines no struct {name}").into());
         };
-        writeln!(
-            text,
-            "const _: () = assert!(size_of::<{name}>() == {span});"
-        )?;
+        writeln!(text, "const _: () = assert!(size_of::<{name}>() == {span});")?;
         for member in members {
             let field = member.name.as_deref().ok_or("a member without a name")?;
             let offset = member.offset;

@@ -80,15 +80,7 @@ mod tests {
             }
         };
         check(super::SCENE, &["vertex_main", "fragment_main"]);
-        check(
-            super::WIREFRAME,
-            &[
-                "fill_vertex",
-                "line_vertex",
-                "fill_fragment",
-                "line_fragment",
-            ],
-        );
+        check(super::WIREFRAME, &["fill_vertex", "line_vertex", "fill_fragment", "line_fragment"]);
         check(super::PICK, &["vertex_main", "fragment_main"]);
     }
 }

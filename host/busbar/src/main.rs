@@ -1,3 +1,50 @@
-//! The Busbar program: arguments, window, composition
+//! The Busbar program: arguments, window, composition.
 
-fn main() {}
+mod arguments;
+mod check;
+mod optimize;
+mod output;
+mod plugin;
+mod render;
+mod view;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use tracing_subscriber::EnvFilter;
+
+use arguments::{Arguments, Command, PluginCommand};
+
+/// Input or environment at fault.
+const EXIT_INPUT: u8 = 1;
+/// Busbar at fault.
+const EXIT_INTERNAL: u8 = 3;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let filter = EnvFilter::try_from_env("BUSBAR_LOG").unwrap_or_else(|_| "info".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).compact().init();
+    match std::panic::catch_unwind(|| run(arguments)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(error)) => {
+            output::error(&error);
+            ExitCode::from(EXIT_INPUT)
+        }
+        // The panic hook has printed what and where.
+        Err(_) => {
+            output::line("error: this is a fault of Busbar itself; please report it");
+            ExitCode::from(EXIT_INTERNAL)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    match arguments.command {
+        Command::View(options) => view::run(&options),
+        Command::Render(options) => render::run(&options),
+        Command::Check { config } => check::run(&config),
+        Command::Optimize(options) => optimize::run(&options),
+        Command::Schema => output::json(&busbar_viewer::schema()),
+        Command::Plugin { command: PluginCommand::List { config } } => plugin::list(&config),
+    }
+}

@@ -206,11 +206,7 @@ pub struct ViewConfig {
 
 impl Default for TransformConfig {
     fn default() -> Self {
-        Self {
-            translation: [0.0; 3],
-            rotation_degrees: [0.0; 3],
-            scale: [1.0; 3],
-        }
+        Self { translation: [0.0; 3], rotation_degrees: [0.0; 3], scale: [1.0; 3] }
     }
 }
 

@@ -47,14 +47,7 @@ impl fmt::Display for Severity {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            severity,
-            line,
-            column,
-            pointer,
-            cause,
-            remedy,
-        } = self;
+        let Self { severity, line, column, pointer, cause, remedy } = self;
         write!(f, "{line}:{column}: {severity}: {cause}")?;
         if !pointer.is_empty() {
             write!(f, " (at {pointer})")?;

@@ -37,12 +37,7 @@ struct Open<'t> {
 
 /// Indexes a text that the strict parser has accepted.
 pub(crate) fn index(text: &str) -> Index {
-    let mut scan = Scan {
-        text,
-        found: Index::default(),
-        open: Vec::new(),
-        key: None,
-    };
+    let mut scan = Scan { text, found: Index::default(), open: Vec::new(), key: None };
     let mut at = 0;
     while let Some(byte) = text.as_bytes().get(at) {
         at = scan.token(*byte, at);
@@ -79,11 +74,7 @@ impl<'t> Scan<'t> {
             }
             b'"' => {
                 let end = self.string_end(at);
-                match self
-                    .open
-                    .last_mut()
-                    .filter(|open| open.is_object && self.key.is_none())
-                {
+                match self.open.last_mut().filter(|open| open.is_object && self.key.is_none()) {
                     Some(object) => {
                         object.keys.push((key_text(&self.text[at..end]), at as u32));
                         self.key = Some(at as u32);
@@ -95,20 +86,14 @@ impl<'t> Scan<'t> {
             _ => {
                 self.add_place(at);
                 let rest = self.text[at..].bytes();
-                at + rest
-                    .take_while(|b| !matches!(b, b',' | b']' | b'}' | b' ' | 9..=13))
-                    .count()
+                at + rest.take_while(|b| !matches!(b, b',' | b']' | b'}' | b' ' | 9..=13)).count()
             }
         }
     }
 
     fn add_place(&mut self, at: usize) {
         let next = self.found.places.len() as u32 + 1;
-        self.found.places.push(Place {
-            value: at as u32,
-            key: self.key.take(),
-            next,
-        });
+        self.found.places.push(Place { value: at as u32, key: self.key.take(), next });
     }
 
     fn enter(&mut self, is_object: bool, at: usize) {
@@ -117,12 +102,7 @@ impl<'t> Scan<'t> {
         }
         let place = self.found.places.len();
         self.add_place(at);
-        self.open.push(Open {
-            place,
-            is_object,
-            commas: 0,
-            keys: Vec::new(),
-        });
+        self.open.push(Open { place, is_object, commas: 0, keys: Vec::new() });
     }
 
     fn leave(&mut self) {
@@ -147,12 +127,10 @@ impl<'t> Scan<'t> {
 
     /// The pointer of the value being read.
     fn pointer(&self) -> String {
-        self.open
-            .iter()
-            .fold(String::new(), |pointer, open| match open.keys.last() {
-                Some((key, _)) => join_pointer(&pointer, key),
-                None => join_pointer(&pointer, open.commas),
-            })
+        self.open.iter().fold(String::new(), |pointer, open| match open.keys.last() {
+            Some((key, _)) => join_pointer(&pointer, key),
+            None => join_pointer(&pointer, open.commas),
+        })
     }
 
     /// The offset behind the string that starts at `start`.

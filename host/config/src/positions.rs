@@ -31,11 +31,7 @@ impl Positions {
     pub(crate) fn new(text: &str, places: Vec<Place>) -> Self {
         let behind_breaks = text.match_indices('\n').map(|(at, _)| at as u32 + 1);
         let line_starts = std::iter::once(0).chain(behind_breaks).collect();
-        Self {
-            text: text.to_owned(),
-            line_starts,
-            places,
-        }
+        Self { text: text.to_owned(), line_starts, places }
     }
 
     /// An error at the value of `pointer`, or where that does not exist (a
@@ -48,13 +44,7 @@ impl Positions {
     ) -> Diagnostic {
         let pointer = pointer.into();
         let offset = self.find(&pointer).map_or(0, |place| place.value);
-        self.at_offset(
-            Severity::Error,
-            offset,
-            pointer,
-            cause.into(),
-            remedy.into(),
-        )
+        self.at_offset(Severity::Error, offset, pointer, cause.into(), remedy.into())
     }
 
     /// A diagnostic at the key that leads to `pointer`.
@@ -65,9 +55,7 @@ impl Positions {
         cause: String,
         remedy: String,
     ) -> Diagnostic {
-        let offset = self
-            .find(pointer)
-            .map_or(0, |place| place.key.unwrap_or(place.value));
+        let offset = self.find(pointer).map_or(0, |place| place.key.unwrap_or(place.value));
         self.at_offset(severity, offset, pointer.to_owned(), cause, remedy)
     }
 
@@ -81,14 +69,7 @@ impl Positions {
         remedy: String,
     ) -> Diagnostic {
         let (line, column) = self.line_and_column(offset);
-        Diagnostic {
-            severity,
-            line,
-            column,
-            pointer,
-            cause,
-            remedy,
-        }
+        Diagnostic { severity, line, column, pointer, cause, remedy }
     }
 
     /// Line and column of the value at `pointer`, or of the nearest around it.
@@ -98,10 +79,7 @@ impl Positions {
 
     /// The byte at a column counted in bytes from 1, as serde_json counts.
     pub(crate) fn offset(&self, line: usize, column_bytes: usize) -> u32 {
-        let start = self
-            .line_starts
-            .get(line.saturating_sub(1))
-            .map_or(0, |start| *start as usize);
+        let start = self.line_starts.get(line.saturating_sub(1)).map_or(0, |start| *start as usize);
         let offset = start + column_bytes.saturating_sub(1);
         self.text.floor_char_boundary(offset) as u32
     }
@@ -128,9 +106,8 @@ impl Positions {
     /// or the element of that index.
     fn child(&self, parent: usize, token: &str) -> Option<usize> {
         let end = self.places.get(parent)?.next as usize;
-        let children = std::iter::successors(Some(parent + 1), |at| {
-            Some(self.places.get(*at)?.next as usize)
-        });
+        let children =
+            std::iter::successors(Some(parent + 1), |at| Some(self.places.get(*at)?.next as usize));
         let mut children = children.take_while(|at| *at < end);
         let first = self.places.get(parent + 1)?;
         if first.key.is_none() {

@@ -286,12 +286,7 @@ impl Default for RawScale {
 
 impl Default for RawView {
     fn default() -> Self {
-        Self {
-            camera: None,
-            background: "#d8dadd".to_owned(),
-            samples: 4,
-            size: [1280, 720],
-        }
+        Self { camera: None, background: "#d8dadd".to_owned(), samples: 4, size: [1280, 720] }
     }
 }
 

@@ -13,12 +13,7 @@ pub(crate) struct Report<'a> {
 
 impl<'a> Report<'a> {
     pub(crate) fn new(positions: &'a Positions) -> Self {
-        Self {
-            positions,
-            diagnostics: Vec::new(),
-            errors: 0,
-            more: 0,
-        }
+        Self { positions, diagnostics: Vec::new(), errors: 0, more: 0 }
     }
 
     pub(crate) fn has_errors(&self) -> bool {
@@ -77,14 +72,9 @@ impl<'a> Report<'a> {
 
     /// All diagnostics in the order of the text.
     pub(crate) fn into_diagnostics(mut self) -> Vec<Diagnostic> {
-        self.diagnostics
-            .sort_by_key(|d| (d.line, d.column, d.severity));
+        self.diagnostics.sort_by_key(|d| (d.line, d.column, d.severity));
         if self.more > 0 {
-            let severity = if self.errors > 0 {
-                Severity::Error
-            } else {
-                Severity::Warning
-            };
+            let severity = if self.errors > 0 { Severity::Error } else { Severity::Warning };
             let cause = format!("and {} more faults", self.more);
             let remedy = "mend those above, then check again".to_owned();
             self.diagnostics.push(self.positions.at_offset(
@@ -100,9 +90,7 @@ impl<'a> Report<'a> {
 
     fn at_key(&mut self, severity: Severity, pointer: &str, cause: String, remedy: String) {
         let positions = self.positions;
-        self.add(severity, || {
-            positions.at_key(severity, pointer, cause, remedy)
-        });
+        self.add(severity, || positions.at_key(severity, pointer, cause, remedy));
     }
 
     fn add(&mut self, severity: Severity, diagnostic: impl FnOnce() -> Diagnostic) {

@@ -20,20 +20,13 @@ pub(crate) struct Refused {
 /// Reads the raw configuration from a value that has been checked.
 pub(crate) fn deserialize(value: Value) -> Result<RawConfig, Refused> {
     serde_path_to_error::deserialize(value).map_err(|error| {
-        let pointer = error
-            .path()
-            .iter()
-            .fold(String::new(), |pointer, segment| match segment {
-                Segment::Seq { index } => join_pointer(&pointer, index),
-                Segment::Map { key } => join_pointer(&pointer, key),
-                Segment::Enum { .. } | Segment::Unknown => pointer,
-            });
+        let pointer = error.path().iter().fold(String::new(), |pointer, segment| match segment {
+            Segment::Seq { index } => join_pointer(&pointer, index),
+            Segment::Map { key } => join_pointer(&pointer, key),
+            Segment::Enum { .. } | Segment::Unknown => pointer,
+        });
         let cause = error.into_inner().to_string();
-        Refused {
-            pointer,
-            cause,
-            remedy: "write a whole number without decimal point".to_owned(),
-        }
+        Refused { pointer, cause, remedy: "write a whole number without decimal point".to_owned() }
     })
 }
 
@@ -127,14 +120,8 @@ fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
         name: raw.name.unwrap_or_else(|| id.to_owned()),
         value_type: raw.value_type,
         unit: raw.unit,
-        range: Band {
-            low: raw.range.low,
-            high: raw.range.high,
-        },
-        limits: Band {
-            low: raw.limits.low,
-            high: raw.limits.high,
-        },
+        range: Band { low: raw.range.low, high: raw.range.high },
+        limits: Band { low: raw.limits.low, high: raw.limits.high },
         freshness_millis: raw.freshness_millis,
         source: SourceConfig {
             plugin: raw.source.plugin,
@@ -178,7 +165,5 @@ fn named<R, C>(
 
 fn indexed<R, C>(raw: Vec<R>, pointer: &str, mut item: impl FnMut(R, String) -> C) -> Vec<C> {
     let items = raw.into_iter().enumerate();
-    items
-        .map(|(index, raw)| item(raw, join_pointer(pointer, index)))
-        .collect()
+    items.map(|(index, raw)| item(raw, join_pointer(pointer, index))).collect()
 }

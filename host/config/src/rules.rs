@@ -13,11 +13,7 @@ use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, suggest};
 
 /// Reports every fault of meaning.
 pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
-    let mut rules = Rules {
-        document,
-        used_plugins: HashSet::new(),
-        report,
-    };
+    let mut rules = Rules { document, used_plugins: HashSet::new(), report };
     rules.check_models();
     rules.check_tags();
     rules.check_overlays();
@@ -203,9 +199,7 @@ pub(crate) fn check_reference(
         return;
     }
     report.error_with(&join_pointer(parent_pointer, key), || {
-        let names = known
-            .into_iter()
-            .flat_map(|known| known.keys().map(String::as_str));
+        let names = known.into_iter().flat_map(|known| known.keys().map(String::as_str));
         let define = || format!("add a {what} of that name under /{what}s");
         let cause = format!("there is no {what} '{}'", suggest::shown(name));
         (cause, suggest::remedy(name, names, define))
@@ -217,17 +211,11 @@ pub(crate) fn check_reference(
 pub(crate) fn name_fault(name: &str, what: &str) -> Option<(String, String)> {
     let characters = name.chars().count();
     if name.len() > MAX_NAME_BYTES && characters <= MAX_NAME_BYTES {
-        let cause = format!(
-            "the {what} has {} bytes; at most {MAX_NAME_BYTES}",
-            name.len()
-        );
+        let cause = format!("the {what} has {} bytes; at most {MAX_NAME_BYTES}", name.len());
         return Some((cause, "shorten it".to_owned()));
     }
     name.chars().any(char::is_control).then(|| {
-        let cause = format!(
-            "the {what} '{}' has a control character",
-            suggest::shown(name)
-        );
+        let cause = format!("the {what} '{}' has a control character", suggest::shown(name));
         (cause, "write it with printable characters".to_owned())
     })
 }
@@ -241,15 +229,9 @@ fn report_name_fault(fault: Option<(String, String)>, pointer: &str, report: &mu
 /// A name that is a key: the schema says nothing about it.
 fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>) {
     let fault = if name.is_empty() {
-        Some((
-            format!("the {what} has an empty name"),
-            "give it a name".to_owned(),
-        ))
+        Some((format!("the {what} has an empty name"), "give it a name".to_owned()))
     } else if name.len() > MAX_NAME_BYTES {
-        let cause = format!(
-            "the {what} name has {} bytes; at most {MAX_NAME_BYTES}",
-            name.len()
-        );
+        let cause = format!("the {what} name has {} bytes; at most {MAX_NAME_BYTES}", name.len());
         Some((cause, "shorten it".to_owned()))
     } else {
         name_fault(name, &format!("{what} name"))
@@ -270,9 +252,5 @@ fn item_pointer(key: &str, name: &str) -> String {
 
 /// Three coordinates as they will be stored.
 fn coordinates(value: &Value) -> Option<Vec<f32>> {
-    value
-        .as_array()?
-        .iter()
-        .map(|c| c.as_f64().map(|c| c as f32))
-        .collect()
+    value.as_array()?.iter().map(|c| c.as_f64().map(|c| c as f32)).collect()
 }

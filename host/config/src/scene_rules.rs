@@ -15,12 +15,7 @@ pub(crate) type Equipment<'d> = BTreeMap<&'d str, String>;
 
 /// Reports the faults of the scene and gives the ids in it.
 pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipment<'d> {
-    let mut walk = Walk {
-        document,
-        equipment: BTreeMap::new(),
-        nodes: 0,
-        report,
-    };
+    let mut walk = Walk { document, equipment: BTreeMap::new(), nodes: 0, report };
     walk.check_nodes(&document["scene"], "/scene");
     if walk.nodes > MAX_NODES {
         walk.report.error(
@@ -47,14 +42,7 @@ impl<'d> Walk<'d, '_, '_> {
             let pointer = join_pointer(pointer, index);
             self.check_placement(node, &pointer);
             let models = self.document["models"].as_object();
-            check_reference(
-                &node["model"],
-                models,
-                &pointer,
-                "model",
-                "model",
-                self.report,
-            );
+            check_reference(&node["model"], models, &pointer, "model", "model", self.report);
             self.check_instances(node, &pointer);
             self.check_nodes(&node["children"], &join_pointer(&pointer, "children"));
         }
@@ -62,10 +50,7 @@ impl<'d> Walk<'d, '_, '_> {
 
     fn check_instances(&mut self, node: &'d Value, node_pointer: &str) {
         let pointer = join_pointer(node_pointer, "instances");
-        let instances = node["instances"]
-            .as_array()
-            .map(Vec::as_slice)
-            .unwrap_or_default();
+        let instances = node["instances"].as_array().map(Vec::as_slice).unwrap_or_default();
         let has_children = node["children"].as_array().is_some_and(|c| !c.is_empty());
         if has_children && !instances.is_empty() {
             self.report.key_error(
@@ -92,10 +77,7 @@ impl<'d> Walk<'d, '_, '_> {
         let pointer = join_pointer(placement_pointer, "id");
         let slash = id.contains('/').then(|| {
             let cause = format!("the equipment id '{}' has a '/'", suggest::shown(id));
-            (
-                cause,
-                "write it without: '/' leads to the nodes of a model".to_owned(),
-            )
+            (cause, "write it without: '/' leads to the nodes of a model".to_owned())
         });
         if let Some((cause, remedy)) = slash.or_else(|| name_fault(id, "equipment id")) {
             self.report.error(&pointer, cause, remedy);
@@ -123,10 +105,7 @@ impl<'d> Walk<'d, '_, '_> {
         let factors = scale.as_array().into_iter().flatten().enumerate();
         let factors = factors.map(|(index, factor)| (Some(index), factor));
         for (index, factor) in factors.chain([(None, scale)]) {
-            if factor
-                .as_f64()
-                .is_some_and(|factor| factor.abs() < f64::from(MIN_SCALE))
-            {
+            if factor.as_f64().is_some_and(|factor| factor.abs() < f64::from(MIN_SCALE)) {
                 let pointer = index.map_or_else(pointer, |index| join_pointer(&pointer(), index));
                 self.report.error(
                     &pointer,

@@ -62,9 +62,7 @@ impl<'e> Fault<'e> {
 
     fn report_unknown_key(&self, key: &str, report: &mut Report<'_>) {
         let properties = self.schema["properties"].as_object();
-        let known = properties
-            .into_iter()
-            .flat_map(|p| p.keys().map(String::as_str));
+        let known = properties.into_iter().flat_map(|p| p.keys().map(String::as_str));
         let list = || {
             let keys: Vec<String> = known.clone().map(|k| format!("'{k}'")).collect();
             format!("remove it; the keys known here are {}", keys.join(", "))
@@ -107,10 +105,9 @@ impl<'e> Fault<'e> {
                 let constants = self.schema["oneOf"].as_array().into_iter().flatten();
                 self.not_an_option(Some(&constants.map(|o| o["const"].clone()).collect()))
             }
-            ValidationErrorKind::Constant { expected_value } => (
-                format!("{} is not known here", self.shown()),
-                format!("write {expected_value}"),
-            ),
+            ValidationErrorKind::Constant { expected_value } => {
+                (format!("{} is not known here", self.shown()), format!("write {expected_value}"))
+            }
             ValidationErrorKind::MinLength { .. } => {
                 ("the text is empty".to_owned(), self.example_remedy())
             }
@@ -118,10 +115,9 @@ impl<'e> Fault<'e> {
                 format!("the text has more than {limit} characters"),
                 format!("shorten it to {limit} characters"),
             ),
-            ValidationErrorKind::Pattern { .. } => (
-                format!("{} has not the form expected", self.shown()),
-                self.example_remedy(),
-            ),
+            ValidationErrorKind::Pattern { .. } => {
+                (format!("{} has not the form expected", self.shown()), self.example_remedy())
+            }
             ValidationErrorKind::MinItems { limit } => (
                 format!("{} elements are too few", self.count()),
                 self.count_remedy(*limit, "elements"),
@@ -134,14 +130,12 @@ impl<'e> Fault<'e> {
                 format!("{} entries are too many", self.count()),
                 self.count_remedy(*limit, "entries"),
             ),
-            ValidationErrorKind::UniqueItems => (
-                "an element is given twice".to_owned(),
-                "remove one of the two".to_owned(),
-            ),
-            _ => (
-                error.masked().to_string(),
-                "see the schema: `busbar schema` prints it".to_owned(),
-            ),
+            ValidationErrorKind::UniqueItems => {
+                ("an element is given twice".to_owned(), "remove one of the two".to_owned())
+            }
+            _ => {
+                (error.masked().to_string(), "see the schema: `busbar schema` prints it".to_owned())
+            }
         }
     }
 
@@ -158,10 +152,7 @@ impl<'e> Fault<'e> {
             Err(_) if name.is_empty() => {
                 format!("the configuration must be {expected}, not {found}")
             }
-            Err(_) => format!(
-                "'{}' must be {expected}, not {found}",
-                suggest::shown(&name)
-            ),
+            Err(_) => format!("'{}' must be {expected}, not {found}", suggest::shown(&name)),
         };
         let remedy = match &self.schema["examples"][0] {
             Value::Null => format!("write {expected}"),
@@ -173,10 +164,7 @@ impl<'e> Fault<'e> {
     fn not_an_option(&self, options: Option<&Vec<Value>>) -> (String, String) {
         let options = options.map(Vec::as_slice).unwrap_or_default();
         let names = options.iter().filter_map(Value::as_str);
-        let nearest = self
-            .value
-            .as_str()
-            .and_then(|text| suggest::nearest(text, names));
+        let nearest = self.value.as_str().and_then(|text| suggest::nearest(text, names));
         let remedy = match nearest {
             Some(nearest) => format!("did you mean \"{nearest}\"?"),
             None => {

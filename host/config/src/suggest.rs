@@ -19,10 +19,8 @@ pub(crate) fn remedy<'k>(
     if let Some(nearest) = nearest(name, known.clone()) {
         return format!("did you mean '{}'?", shown(nearest));
     }
-    let names: Vec<String> = known
-        .take(MAX_LISTED + 1)
-        .map(|n| format!("'{}'", shown(n)))
-        .collect();
+    let names: Vec<String> =
+        known.take(MAX_LISTED + 1).map(|n| format!("'{}'", shown(n))).collect();
     match names.len() {
         1..=MAX_LISTED => format!("write one of {}", names.join(", ")),
         _ => otherwise(),
@@ -31,24 +29,12 @@ pub(crate) fn remedy<'k>(
 
 /// A text cut to what fits a message, without control characters.
 pub(crate) fn shown(text: &str) -> String {
-    let cut: String = text
-        .chars()
-        .take(MAX_SHOWN_CHARS)
-        .flat_map(escape_control)
-        .collect();
-    if text.chars().nth(MAX_SHOWN_CHARS).is_some() {
-        format!("{cut}...")
-    } else {
-        cut
-    }
+    let cut: String = text.chars().take(MAX_SHOWN_CHARS).flat_map(escape_control).collect();
+    if text.chars().nth(MAX_SHOWN_CHARS).is_some() { format!("{cut}...") } else { cut }
 }
 
 fn escape_control(letter: char) -> Vec<char> {
-    if letter.is_control() {
-        letter.escape_default().collect()
-    } else {
-        vec![letter]
-    }
+    if letter.is_control() { letter.escape_default().collect() } else { vec![letter] }
 }
 
 /// The name that needs the fewest edits, at most a third of its length.
@@ -70,10 +56,7 @@ mod tests {
     use super::*;
 
     fn check(name: &str, known: &[&str], expected: &str) {
-        assert_eq!(
-            remedy(name, known.iter().copied(), || "none".into()),
-            expected
-        );
+        assert_eq!(remedy(name, known.iter().copied(), || "none".into()), expected);
     }
 
     #[test]

@@ -26,24 +26,10 @@ pub(crate) fn read(text: &str) -> Result<Document, Vec<Diagnostic>> {
     if let Some((offset, pointer)) = index.too_deep {
         let cause = format!("arrays and objects are nested more than {MAX_NESTING_DEPTH} deep");
         let remedy = "nest less deeply".to_owned();
-        return Err(vec![positions.at_offset(
-            Severity::Error,
-            offset,
-            pointer,
-            cause,
-            remedy,
-        )]);
+        return Err(vec![positions.at_offset(Severity::Error, offset, pointer, cause, remedy)]);
     }
-    let duplicate_keys = index
-        .duplicates
-        .into_iter()
-        .map(|d| d.diagnostic(&positions))
-        .collect();
-    Ok(Document {
-        value,
-        positions,
-        duplicate_keys,
-    })
+    let duplicate_keys = index.duplicates.into_iter().map(|d| d.diagnostic(&positions)).collect();
+    Ok(Document { value, positions, duplicate_keys })
 }
 
 /// The diagnostic of a text that is no JSON. The parser of JSON with comments
@@ -64,22 +50,14 @@ fn strict_diagnostic(text: &str, error: &serde_json::Error) -> Diagnostic {
     let remedy = match cause {
         "number out of range" => {
             let before = &text[..offset as usize];
-            offset = before
-                .trim_end_matches(|c| "+-.eE0123456789".contains(c))
-                .len() as u32;
+            offset = before.trim_end_matches(|c| "+-.eE0123456789".contains(c)).len() as u32;
             "write a smaller number"
         }
         "recursion limit exceeded" => "nest less deeply",
         _ => "correct the text here",
     };
     let cause = format!("not valid JSON: {cause}");
-    positions.at_offset(
-        Severity::Error,
-        offset,
-        String::new(),
-        cause,
-        remedy.to_owned(),
-    )
+    positions.at_offset(Severity::Error, offset, String::new(), cause, remedy.to_owned())
 }
 
 fn refuse_unreadable(text: &str) -> Result<(), Vec<Diagnostic>> {
@@ -150,18 +128,10 @@ fn relaxed_diagnostic(text: &str, error: &ParseError) -> Diagnostic {
     let cause = format!("not valid JSON: {}", lower_first(&error.kind().to_string()));
     let positions = Positions::new(text, Vec::new());
     let offset = error.range().start as u32;
-    positions.at_offset(
-        Severity::Error,
-        offset,
-        String::new(),
-        cause,
-        remedy.to_owned(),
-    )
+    positions.at_offset(Severity::Error, offset, String::new(), cause, remedy.to_owned())
 }
 
 fn lower_first(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_lowercase().chain(letters).collect()
-    })
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }

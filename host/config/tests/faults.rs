@@ -55,12 +55,10 @@ struct Case {
 
 impl Case {
     fn marked(&self) -> String {
-        self.edits
-            .iter()
-            .fold(EXAMPLE.to_owned(), |text, (from, to)| {
-                assert_eq!(text.matches(from).count(), 1, "{from}");
-                text.replace(from, to)
-            })
+        self.edits.iter().fold(EXAMPLE.to_owned(), |text, (from, to)| {
+            assert_eq!(text.matches(from).count(), 1, "{from}");
+            text.replace(from, to)
+        })
     }
 
     fn read_all(table: &'static str) -> Vec<Self> {
@@ -127,24 +125,11 @@ fn names_that_are_keys() {
     let text = |name: &str| {
         format!("{{ \"version\": 1, \"scene\": [], \"cameras\": {{ «\"{name}\": {camera} }} }}")
     };
-    check(
-        &text(""),
-        &[(
-            "/cameras/",
-            "the camera has an empty name",
-            "give it a name",
-        )],
-    );
-    check(
-        &text(r"a\tb"),
-        &[("/cameras/a\tb", "has a control character", "printable")],
-    );
+    check(&text(""), &[("/cameras/", "the camera has an empty name", "give it a name")]);
+    check(&text(r"a\tb"), &[("/cameras/a\tb", "has a control character", "printable")]);
     let long = "x".repeat(201);
     let pointer: &'static str = format!("/cameras/{long}").leak();
-    check(
-        &text(&long),
-        &[(pointer, "has 201 bytes; at most 200", "shorten it")],
-    );
+    check(&text(&long), &[(pointer, "has 201 bytes; at most 200", "shorten it")]);
 }
 
 #[test]
@@ -152,21 +137,9 @@ fn syntax() {
     let faults: &[(&str, &str, &str)] = &[
         ("«", "the configuration is empty", "write an object"),
         ("«\u{feff}{}", "byte order mark", "without"),
-        (
-            "{ «// no\n}",
-            "comments are not allowed",
-            "remove the comment",
-        ),
-        (
-            "{ \"a\": [1, 2«,] }",
-            "trailing commas are not allowed",
-            "remove the comma",
-        ),
-        (
-            "{ \"a\": 1«,\n}",
-            "trailing commas are not allowed",
-            "remove the comma",
-        ),
+        ("{ «// no\n}", "comments are not allowed", "remove the comment"),
+        ("{ \"a\": [1, 2«,] }", "trailing commas are not allowed", "remove the comma"),
+        ("{ \"a\": 1«,\n}", "trailing commas are not allowed", "remove the comma"),
         ("{ \"ä\": 1« \"b\": 2 }", "expected comma", "put a comma"),
         ("{ \"a\" «1 }", "expected colon", "put a colon"),
         ("{\n  \"a\": «nope }", "unexpected word", "correct"),
@@ -180,23 +153,11 @@ fn syntax() {
     ];
     for (marked, cause, remedy) in faults {
         let faults = parse(&marked.replace('«', "")).unwrap_err();
-        let [
-            Diagnostic {
-                line,
-                column,
-                pointer,
-                cause: found,
-                remedy: mending,
-                ..
-            },
-        ] = &faults[..]
+        let [Diagnostic { line, column, pointer, cause: found, remedy: mending, .. }] = &faults[..]
         else {
             panic!("{marked}: {faults:#?}")
         };
-        assert!(
-            found.contains(cause) && mending.contains(remedy),
-            "{marked}: {faults:#?}"
-        );
+        assert!(found.contains(cause) && mending.contains(remedy), "{marked}: {faults:#?}");
         assert_eq!((*line, *column), marks(marked)[0], "{marked}: {faults:#?}");
         assert_eq!(pointer, "");
     }
@@ -204,19 +165,10 @@ fn syntax() {
 
 #[test]
 fn what_only_the_strict_parser_refuses() {
-    for text in [
-        "[\"a\tb\"]",
-        "[[] []]",
-        "[1\u{a0}]",
-        "[\u{b}1]",
-        r#"["\ud800"]"#,
-    ] {
+    for text in ["[\"a\tb\"]", "[[] []]", "[1\u{a0}]", "[\u{b}1]", r#"["\ud800"]"#] {
         let faults = parse(text).unwrap_err();
         assert_eq!(faults.len(), 1, "{text:?}: {faults:#?}");
-        assert!(
-            faults[0].cause.starts_with("not valid JSON"),
-            "{text:?}: {faults:#?}"
-        );
+        assert!(faults[0].cause.starts_with("not valid JSON"), "{text:?}: {faults:#?}");
         assert_eq!(faults[0].line, 1);
     }
 }
@@ -229,17 +181,9 @@ fn keys_given_twice_do_not_hide_other_faults() {
  «"samples": «9 },
  «"version": 1 }"#,
         &[
-            (
-                "/view/samples",
-                "given twice, first at line 2, column 12",
-                "remove one",
-            ),
+            ("/view/samples", "given twice, first at line 2, column 12", "remove one"),
             ("/view/samples", "9 is not allowed", "write one of 1, 4"),
-            (
-                "/version",
-                "given twice, first at line 1, column 3",
-                "remove one",
-            ),
+            ("/version", "given twice, first at line 1, column 3", "remove one"),
         ],
     );
 }
@@ -265,26 +209,14 @@ fn ten_different_faults_are_ten_diagnostics() {
 }"##,
         &[
             ("/version", "must be a whole number, not a text", "1"),
-            (
-                "/plugins/plc/plugin",
-                "must be a text, not a number",
-                "example.optimizer",
-            ),
+            ("/plugins/plc/plugin", "must be a text, not a number", "example.optimizer"),
             ("/models/m", "'file' is missing", "models/transformer.glb"),
             ("/models/m/theta", "2 is greater than 1", "from 0"),
             ("/scene/0/model", "no model 'n'", "'m'"),
-            (
-                "/scene/0/transfrom",
-                "not known",
-                "did you mean 'transform'?",
-            ),
+            ("/scene/0/transfrom", "not known", "did you mean 'transform'?"),
             ("/scene/1/id", "used twice", "another id"),
             ("/tags/t/limits/low", "not less", "less"),
-            (
-                "/tags/t/source/plugin",
-                "no plugin 'plcc'",
-                "did you mean 'plc'?",
-            ),
+            ("/tags/t/source/plugin", "no plugin 'plcc'", "did you mean 'plc'?"),
             ("/bindings/0/tag", "no tag 'v'", "'"),
         ],
     );
@@ -292,12 +224,5 @@ fn ten_different_faults_are_ten_diagnostics() {
 
 #[test]
 fn a_root_that_is_no_object_is_refused() {
-    check(
-        "«[]",
-        &[(
-            "",
-            "the configuration must be an object, not an array",
-            "write an object",
-        )],
-    );
+    check("«[]", &[("", "the configuration must be an object, not an array", "write an object")]);
 }

@@ -16,10 +16,7 @@ fn with_tags(count: usize, tag: impl Fn(usize) -> String) -> String {
     );
     for index in 0..count {
         let comma = if index == 0 { "" } else { "," };
-        text.push_str(&format!(
-            "{comma}\n\"Station.Bay{index}.Value\": {}",
-            tag(index)
-        ));
+        text.push_str(&format!("{comma}\n\"Station.Bay{index}.Value\": {}", tag(index)));
     }
     text.push_str("\n}}");
     text
@@ -42,10 +39,7 @@ fn fifty_thousand_tags_are_read_in_well_under_a_second() {
     let elapsed = start.elapsed();
     println!("50000 tags, {} bytes: {elapsed:?}", text.len());
     assert_eq!(config.tags.len(), 50_000);
-    assert!(
-        elapsed < Duration::from_secs(5),
-        "a loaded machine may be slow, but: {elapsed:?}"
-    );
+    assert!(elapsed < Duration::from_secs(5), "a loaded machine may be slow, but: {elapsed:?}");
 }
 
 /// Reading must not take quadratic time, even on one line, even if all is
@@ -65,10 +59,7 @@ fn time_grows_with_the_text_even_if_every_tag_is_wrong() {
     };
     let (small, large) = (time(3_000), time(30_000));
     println!("3000 wrong tags: {small:?}, 30000: {large:?}");
-    assert!(
-        large < small * 50 + Duration::from_millis(100),
-        "{small:?} -> {large:?}"
-    );
+    assert!(large < small * 50 + Duration::from_millis(100), "{small:?} -> {large:?}");
 }
 
 /// Each wrong name is near to many tags.
@@ -116,15 +107,8 @@ fn deep_nesting_is_refused_where_it_gets_too_deep() {
     assert!(parse(&address(MAX_NESTING_DEPTH - 4)).is_ok());
     let faults = parse(&address(MAX_NESTING_DEPTH - 3)).unwrap_err();
     assert_eq!(faults.len(), 1);
-    assert!(
-        faults[0].cause.contains("nested more than 100 deep"),
-        "{faults:#?}"
-    );
-    assert!(
-        faults[0]
-            .pointer
-            .starts_with("/tags/Station.Bay0.Value/source/address/0/0")
-    );
+    assert!(faults[0].cause.contains("nested more than 100 deep"), "{faults:#?}");
+    assert!(faults[0].pointer.starts_with("/tags/Station.Bay0.Value/source/address/0/0"));
     for depth in [300, 100_000] {
         let faults = parse(&nested(depth)).unwrap_err();
         assert!(faults[0].remedy.contains("nest less deeply"), "{faults:#?}");
@@ -133,9 +117,8 @@ fn deep_nesting_is_refused_where_it_gets_too_deep() {
 
 #[test]
 fn too_many_plugins_are_refused() {
-    let plugins: Vec<String> = (0..=MAX_PLUGINS)
-        .map(|i| format!(r#""p{i}": {{ "plugin": "x" }}"#))
-        .collect();
+    let plugins: Vec<String> =
+        (0..=MAX_PLUGINS).map(|i| format!(r#""p{i}": {{ "plugin": "x" }}"#)).collect();
     let overlays: Vec<String> = (0..MAX_PLUGINS).map(|i| format!("\"p{i}\"")).collect();
     let text = format!(
         r#"{{ "version": 1, "scene": [], "plugin_directories": ["p"],
@@ -145,28 +128,21 @@ fn too_many_plugins_are_refused() {
     );
     let faults = parse(&text).unwrap_err();
     assert!(
-        faults
-            .iter()
-            .any(|f| f.cause == "65 entries are too many" && f.pointer == "/plugins"),
+        faults.iter().any(|f| f.cause == "65 entries are too many" && f.pointer == "/plugins"),
         "{faults:#?}"
     );
 }
 
 #[test]
 fn too_many_nodes_are_refused() {
-    let instances: Vec<String> = (0..1_000_000)
-        .map(|i| format!("{{\"id\":\"{i}\"}}"))
-        .collect();
+    let instances: Vec<String> = (0..1_000_000).map(|i| format!("{{\"id\":\"{i}\"}}")).collect();
     let text = format!(
         r#"{{ "version": 1, "scene": [{{ "id": "A", "instances": [{}] }}] }}"#,
         instances.join(",")
     );
     let faults = parse(&text).unwrap_err();
     assert_eq!(faults.len(), 1);
-    assert_eq!(
-        faults[0].cause,
-        "the scene has 1000001 nodes; at most 1000000"
-    );
+    assert_eq!(faults[0].cause, "the scene has 1000001 nodes; at most 1000000");
 }
 
 /// One change to a text, at a place given in thousandths of its length.
@@ -247,11 +223,7 @@ fn mutate(mutations: &[Mutation]) -> String {
 /// accepted is also accepted by the schema.
 #[test]
 fn mutated_texts_never_panic_and_faults_have_a_place() {
-    let config = RunnerConfig {
-        cases: 3_000,
-        failure_persistence: None,
-        ..Default::default()
-    };
+    let config = RunnerConfig { cases: 3_000, failure_persistence: None, ..Default::default() };
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
     let mut runner = TestRunner::new_with_rng(config, rng);
     let validator = jsonschema::draft202012::new(&busbar_config::schema()).unwrap();
@@ -278,7 +250,5 @@ fn mutated_texts_never_panic_and_faults_have_a_place() {
         }
         Ok(())
     };
-    runner
-        .run(&prop::collection::vec(mutation(), 1..6), property)
-        .unwrap();
+    runner.run(&prop::collection::vec(mutation(), 1..6), property).unwrap();
 }

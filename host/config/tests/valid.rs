@@ -4,10 +4,7 @@ use busbar_config::{Band, Config, Severity, TagType, parse, schema};
 use serde_json::json;
 
 const EXAMPLE: &str = include_str!("data/example.json");
-const SCHEMA_FILE: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../../config/busbar.schema.json"
-);
+const SCHEMA_FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/busbar.schema.json");
 
 fn example() -> Config {
     parse(EXAMPLE).unwrap_or_else(|faults| panic!("{faults:#?}"))
@@ -18,34 +15,16 @@ fn the_example_becomes_typed_values() {
     let config = example();
     assert_eq!(config.warnings, []);
     assert_eq!(config.plugin_directories[0].path, "plugins");
-    assert_eq!(
-        config.plugins["optimizer"].plugin,
-        "example.optimizer"
-    );
-    assert_eq!(
-        config.plugins["optimizer"].settings,
-        json!({ "border_protection": true })
-    );
+    assert_eq!(config.plugins["optimizer"].plugin, "example.optimizer");
+    assert_eq!(config.plugins["optimizer"].settings, json!({ "border_protection": true }));
     assert_eq!(config.plugins["labels"].settings, json!({}));
     let transformer = &config.models["transformer"];
     assert_eq!(transformer.file, "models/transformer.glb");
-    assert_eq!(
-        (transformer.optimizer.as_deref(), transformer.theta),
-        (Some("optimizer"), 0.25)
-    );
-    assert_eq!(
-        (
-            &config.models["breaker"].optimizer,
-            config.models["breaker"].theta
-        ),
-        (&None, 0.0)
-    );
+    assert_eq!((transformer.optimizer.as_deref(), transformer.theta), (Some("optimizer"), 0.25));
+    assert_eq!((&config.models["breaker"].optimizer, config.models["breaker"].theta), (&None, 0.0));
     assert_eq!(config.overlays[0].plugin, "labels");
     let camera = &config.cameras["overview"];
-    assert_eq!(
-        (camera.eye, camera.target),
-        ([12.0, 6.0, 14.0], [0.0, 3.0, 0.0])
-    );
+    assert_eq!((camera.eye, camera.target), ([12.0, 6.0, 14.0], [0.0, 3.0, 0.0]));
     assert_eq!(camera.fov_degrees, 60.0);
     assert_eq!(config.view.camera.as_deref(), Some("overview"));
     assert_eq!(config.view.background, [0xd8, 0xda, 0xdd]);
@@ -57,29 +36,12 @@ fn the_scene_comes_out_flat_with_parents_first_and_instances_expanded() {
     let scene = example().scene;
     let nodes: Vec<_> = scene
         .iter()
-        .map(|n| {
-            (
-                n.id.as_str(),
-                n.parent,
-                n.model.as_deref(),
-                n.pointer.as_str(),
-            )
-        })
+        .map(|n| (n.id.as_str(), n.parent, n.model.as_deref(), n.pointer.as_str()))
         .collect();
     let expected = [
         ("=S12D1", None, None, "/scene/0"),
-        (
-            "=S12D1T1-TA1",
-            Some(0),
-            Some("transformer"),
-            "/scene/0/children/0",
-        ),
-        (
-            "=S12D1T1-TA2",
-            Some(0),
-            Some("transformer"),
-            "/scene/0/children/0/instances/0",
-        ),
+        ("=S12D1T1-TA1", Some(0), Some("transformer"), "/scene/0/children/0"),
+        ("=S12D1T1-TA2", Some(0), Some("transformer"), "/scene/0/children/0/instances/0"),
         ("=S12D1Q1-QA1", None, Some("breaker"), "/scene/1"),
     ];
     assert_eq!(nodes, expected);
@@ -96,20 +58,8 @@ fn tags_and_bindings_keep_what_is_theirs() {
     let oil = &config.tags["T1.TopOil"];
     assert_eq!((oil.name.as_str(), oil.unit.as_str()), ("Top oil", "°C"));
     assert_eq!((oil.value_type, oil.freshness_millis), (TagType::F64, 5000));
-    assert_eq!(
-        oil.range,
-        Band {
-            low: Some(-40.0),
-            high: Some(150.0)
-        }
-    );
-    assert_eq!(
-        oil.limits,
-        Band {
-            low: None,
-            high: Some(95.0)
-        }
-    );
+    assert_eq!(oil.range, Band { low: Some(-40.0), high: Some(150.0) });
+    assert_eq!(oil.limits, Band { low: None, high: Some(95.0) });
     assert!(oil.limits.contains(95.0) && !oil.limits.contains(95.1));
     assert_eq!(oil.source.plugin, "plc");
     assert_eq!(oil.source.address, json!({ "register": 7 }));
@@ -121,10 +71,7 @@ fn tags_and_bindings_keep_what_is_theirs() {
     );
     assert_eq!(position.freshness_millis, 3000);
     let binding = &config.bindings[0];
-    assert_eq!(
-        (binding.tag.as_str(), binding.role.as_str()),
-        ("T1.TopOil", "value")
-    );
+    assert_eq!((binding.tag.as_str(), binding.role.as_str()), ("T1.TopOil", "value"));
     assert_eq!(binding.node, "=S12D1T1-TA1/bushing 1U");
 }
 
@@ -132,26 +79,16 @@ fn tags_and_bindings_keep_what_is_theirs() {
 fn later_faults_find_their_place() {
     let config = example();
     let pointer = format!("{}/file", config.models["breaker"].pointer);
-    let fault = config
-        .positions
-        .diagnostic(pointer, "the file is missing", "make it");
+    let fault = config.positions.diagnostic(pointer, "the file is missing", "make it");
     assert_eq!((fault.line, fault.column), (12, 26));
     assert_eq!(
         fault.render("a.json"),
         "a.json:12:26: error: the file is missing (at /models/breaker/file)\n  remedy: make it"
     );
-    let defaulted = config
-        .positions
-        .diagnostic("/plugins/labels/settings/x", "c", "r");
-    assert_eq!(
-        (defaulted.line, defaulted.column),
-        (8, 15),
-        "at the nearest value around it"
-    );
+    let defaulted = config.positions.diagnostic("/plugins/labels/settings/x", "c", "r");
+    assert_eq!((defaulted.line, defaulted.column), (8, 15), "at the nearest value around it");
     assert_eq!(defaulted.pointer, "/plugins/labels/settings/x");
-    let second = config
-        .positions
-        .diagnostic("/tags/Q1.Position/source/address/1", "c", "r");
+    let second = config.positions.diagnostic("/tags/Q1.Position/source/address/1", "c", "r");
     assert_eq!((second.line, second.column), (38, 90));
 }
 
@@ -168,10 +105,7 @@ fn places_are_found_under_keys_with_escapes_and_slashes() {
 #[test]
 fn the_least_configuration_has_defaults() {
     let config = parse(r#"{ "version": 1, "scene": [] }"#).unwrap();
-    assert_eq!(
-        (config.view.camera, config.view.background),
-        (None, [0xd8, 0xda, 0xdd])
-    );
+    assert_eq!((config.view.camera, config.view.background), (None, [0xd8, 0xda, 0xdd]));
     assert_eq!((config.view.samples, config.view.size), (4, [1280, 720]));
     assert!(config.scene.is_empty() && config.plugins.is_empty() && config.tags.is_empty());
 }
@@ -196,10 +130,7 @@ fn the_committed_schema_is_the_generated_one() {
         std::fs::write(SCHEMA_FILE, &generated).unwrap();
     }
     let committed = std::fs::read_to_string(SCHEMA_FILE).unwrap_or_default();
-    assert!(
-        committed == generated,
-        "run this test with BUSBAR_BLESS=1 to rewrite {SCHEMA_FILE}"
-    );
+    assert!(committed == generated, "run this test with BUSBAR_BLESS=1 to rewrite {SCHEMA_FILE}");
 }
 
 #[test]
@@ -209,27 +140,17 @@ fn the_schema_is_valid_and_accepts_the_example() {
     let validator = jsonschema::draft202012::new(&schema).unwrap();
     let value = serde_json::from_str(EXAMPLE).unwrap();
     validator.validate(&value).unwrap();
-    assert!(
-        !validator.is_valid(&json!({ "version": 1 })),
-        "scene is required"
-    );
+    assert!(!validator.is_valid(&json!({ "version": 1 })), "scene is required");
 }
 
 #[test]
 fn the_schema_describes_every_property() {
     let schema = schema();
-    let definitions = schema["$defs"]
-        .as_object()
-        .unwrap()
-        .values()
-        .chain([&schema]);
+    let definitions = schema["$defs"].as_object().unwrap().values().chain([&schema]);
     let mut count = 0;
     for definition in definitions {
         for (name, property) in definition["properties"].as_object().into_iter().flatten() {
-            assert!(
-                property["description"].is_string() || name == "scale",
-                "{name}: {property}"
-            );
+            assert!(property["description"].is_string() || name == "scale", "{name}: {property}");
             count += 1;
         }
     }

@@ -72,11 +72,7 @@ impl Mesh {
     pub fn topology(&self) -> Topology {
         Topology {
             positions: self.positions.clone(),
-            triangles: self
-                .triangles
-                .iter()
-                .map(|&t| self.corner_positions(t))
-                .collect(),
+            triangles: self.triangles.iter().map(|&t| self.corner_positions(t)).collect(),
         }
     }
 
@@ -102,23 +98,14 @@ impl Bounds {
     /// The box around points; `None` when there are none.
     pub fn around(points: impl IntoIterator<Item = Vec3>) -> Option<Self> {
         points.into_iter().fold(None, |bounds, point| match bounds {
-            None => Some(Self {
-                min: point,
-                max: point,
-            }),
-            Some(b) => Some(Self {
-                min: b.min.min(point),
-                max: b.max.max(point),
-            }),
+            None => Some(Self { min: point, max: point }),
+            Some(b) => Some(Self { min: b.min.min(point), max: b.max.max(point) }),
         })
     }
 
     /// The box around both.
     pub fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// Centre.

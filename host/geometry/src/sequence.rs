@@ -82,10 +82,7 @@ impl CollapseSequence {
                 }
             }
             if entry.removed == entry.kept {
-                return Err(SequenceError::SelfCollapse {
-                    index,
-                    position: entry.removed,
-                });
+                return Err(SequenceError::SelfCollapse { index, position: entry.removed });
             }
             if !entry.error.is_finite() || entry.error < last_error {
                 return Err(SequenceError::BadError { index });
@@ -93,18 +90,12 @@ impl CollapseSequence {
             last_error = entry.error;
             removed[entry.removed as usize] = true;
         }
-        Ok(Self {
-            entries,
-            position_count,
-        })
+        Ok(Self { entries, position_count })
     }
 
     /// A sequence in which nothing collapses.
     pub fn none(position_count: u32) -> Self {
-        Self {
-            entries: Vec::new(),
-            position_count,
-        }
+        Self { entries: Vec::new(), position_count }
     }
 
     /// The collapses in order.
@@ -141,42 +132,23 @@ mod tests {
     use super::*;
 
     fn entry(removed: u32, kept: u32, error: f32) -> Collapse {
-        Collapse {
-            removed,
-            kept,
-            error,
-        }
+        Collapse { removed, kept, error }
     }
 
     #[test]
     fn refuses_what_is_no_forest() {
         let check = |entries: Vec<Collapse>| CollapseSequence::new(entries, 4).unwrap_err();
-        assert!(matches!(
-            check(vec![entry(4, 0, 0.0)]),
-            SequenceError::OutOfRange { .. }
-        ));
-        assert!(matches!(
-            check(vec![entry(1, 1, 0.0)]),
-            SequenceError::SelfCollapse { .. }
-        ));
+        assert!(matches!(check(vec![entry(4, 0, 0.0)]), SequenceError::OutOfRange { .. }));
+        assert!(matches!(check(vec![entry(1, 1, 0.0)]), SequenceError::SelfCollapse { .. }));
         assert!(matches!(
             check(vec![entry(1, 0, 0.0), entry(2, 1, 0.0)]),
-            SequenceError::AlreadyRemoved {
-                index: 1,
-                position: 1
-            }
+            SequenceError::AlreadyRemoved { index: 1, position: 1 }
         ));
         assert!(matches!(
             check(vec![entry(1, 0, 0.0), entry(1, 2, 0.0)]),
-            SequenceError::AlreadyRemoved {
-                index: 1,
-                position: 1
-            }
+            SequenceError::AlreadyRemoved { index: 1, position: 1 }
         ));
-        assert!(matches!(
-            check(vec![entry(1, 0, f32::NAN)]),
-            SequenceError::BadError { .. }
-        ));
+        assert!(matches!(check(vec![entry(1, 0, f32::NAN)]), SequenceError::BadError { .. }));
         assert!(matches!(
             check(vec![entry(1, 0, 2.0), entry(2, 0, 1.0)]),
             SequenceError::BadError { index: 1 }

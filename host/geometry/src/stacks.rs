@@ -61,27 +61,13 @@ impl CollapseStacks {
             "sequence of this mesh"
         );
         let forest = Forest::of(&sequence);
-        let death_index = mesh
-            .triangles
-            .iter()
-            .map(|&t| forest.death(mesh.corner_positions(t)))
-            .collect();
+        let death_index =
+            mesh.triangles.iter().map(|&t| forest.death(mesh.corner_positions(t))).collect();
         let parent = parent_wedges(&mesh, &forest);
-        let collapse_index = mesh
-            .wedges
-            .position
-            .iter()
-            .map(|&p| forest.index[p as usize])
-            .collect();
+        let collapse_index =
+            mesh.wedges.position.iter().map(|&p| forest.index[p as usize]).collect();
         let max_depth = forest.max_depth(&sequence);
-        let mut stacks = Self {
-            mesh,
-            sequence,
-            parent,
-            collapse_index,
-            death_index,
-            max_depth,
-        };
+        let mut stacks = Self { mesh, sequence, parent, collapse_index, death_index, max_depth };
         stacks.number_parents_first();
         stacks
     }
@@ -108,10 +94,7 @@ impl CollapseStacks {
 
     /// Triangles that live at a cursor.
     pub fn live_triangles(&self, cursor: u32) -> u64 {
-        self.death_index
-            .iter()
-            .filter(|&&death| death > cursor)
-            .count() as u64
+        self.death_index.iter().filter(|&&death| death > cursor).count() as u64
     }
 
     /// The longest chain of ancestors.
@@ -134,11 +117,7 @@ impl CollapseStacks {
     pub fn standing_wedges(&self, cursor: u32) -> Vec<u32> {
         let mut standing: Vec<u32> = Vec::with_capacity(self.parent.len());
         for (wedge, (&parent, &index)) in self.parent.iter().zip(&self.collapse_index).enumerate() {
-            let stands = if index < cursor {
-                standing[parent as usize]
-            } else {
-                wedge as u32
-            };
+            let stands = if index < cursor { standing[parent as usize] } else { wedge as u32 };
             standing.push(stands);
         }
         standing
@@ -159,15 +138,11 @@ impl CollapseStacks {
             for triangle in first..first + section.triangle_count as usize {
                 if self.death_index[triangle] > cursor {
                     let corners = self.mesh.triangles[triangle];
-                    resolved
-                        .triangles
-                        .push(corners.map(|wedge| standing[wedge as usize]));
+                    resolved.triangles.push(corners.map(|wedge| standing[wedge as usize]));
                     resolved.imported.push(triangle as u32);
                 }
             }
-            resolved
-                .sections
-                .push(start..resolved.triangles.len() as u32);
+            resolved.sections.push(start..resolved.triangles.len() as u32);
         }
         resolved
     }
@@ -182,10 +157,7 @@ impl CollapseStacks {
             new_of_old[old as usize] = new as u32;
         }
         let rename = |wedge: u32| new_of_old[wedge as usize];
-        self.parent = gather(&self.parent, &old_of_new)
-            .into_iter()
-            .map(rename)
-            .collect();
+        self.parent = gather(&self.parent, &old_of_new).into_iter().map(rename).collect();
         self.collapse_index = gather(&self.collapse_index, &old_of_new);
         let wedges = &mut self.mesh.wedges;
         wedges.position = gather(&wedges.position, &old_of_new);
@@ -201,9 +173,7 @@ impl CollapseStacks {
 impl ResolvedMesh<'_> {
     /// Live triangles as position indices.
     pub fn position_triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
-        self.triangles
-            .iter()
-            .map(|&t| self.stacks.mesh.corner_positions(t))
+        self.triangles.iter().map(|&t| self.stacks.mesh.corner_positions(t))
     }
 
     /// Positions of the full mesh.
@@ -225,10 +195,7 @@ struct Forest {
 impl Forest {
     fn of(sequence: &CollapseSequence) -> Self {
         let count = sequence.position_count();
-        let mut forest = Self {
-            parent: (0..count).collect(),
-            index: vec![NEVER; count as usize],
-        };
+        let mut forest = Self { parent: (0..count).collect(), index: vec![NEVER; count as usize] };
         for (index, entry) in sequence.entries().iter().enumerate() {
             forest.parent[entry.removed as usize] = entry.kept;
             forest.index[entry.removed as usize] = index as u32;
@@ -238,9 +205,7 @@ impl Forest {
 
     /// The smallest cursor at which two of the corners share a position.
     fn death(&self, [a, b, c]: [u32; 3]) -> u32 {
-        self.meeting(a, b)
-            .min(self.meeting(b, c))
-            .min(self.meeting(c, a))
+        self.meeting(a, b).min(self.meeting(b, c)).min(self.meeting(c, a))
     }
 
     /// The smallest cursor at which two positions are one. Collapse indices
@@ -338,33 +303,20 @@ mod tests {
 
     /// A strip of `n` quads along x.
     fn strip(n: u32) -> Mesh {
-        let positions = (0..=n)
-            .flat_map(|x| [0.0, 1.0].map(|y| Vec3::new(x as f32, y, 0.0)))
-            .collect();
+        let positions =
+            (0..=n).flat_map(|x| [0.0, 1.0].map(|y| Vec3::new(x as f32, y, 0.0))).collect();
         let triangles = (0..n)
             .flat_map(|x| {
                 let i = 2 * x;
                 [[i, i + 2, i + 1], [i + 1, i + 2, i + 3]]
             })
             .collect();
-        weld(&[RawPrimitive {
-            positions,
-            triangles,
-            ..Default::default()
-        }])
-        .unwrap()
-        .0
+        weld(&[RawPrimitive { positions, triangles, ..Default::default() }]).unwrap().0
     }
 
     fn sequence(mesh: &Mesh, pairs: &[(u32, u32)]) -> CollapseSequence {
-        let entries = pairs
-            .iter()
-            .map(|&(removed, kept)| Collapse {
-                removed,
-                kept,
-                error: 0.0,
-            })
-            .collect();
+        let entries =
+            pairs.iter().map(|&(removed, kept)| Collapse { removed, kept, error: 0.0 }).collect();
         CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap()
     }
 

@@ -107,8 +107,5 @@ pub fn components(position_count: u32, triangles: &[[u32; 3]]) -> Components {
         }
     }
     let unused = referenced.iter().filter(|used| !**used).count() as u32;
-    Components {
-        all,
-        referenced: all - unused,
-    }
+    Components { all, referenced: all - unused }
 }

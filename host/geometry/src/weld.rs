@@ -103,10 +103,7 @@ pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError
 
 fn check(index: usize, primitive: &RawPrimitive) -> Result<(), WeldError> {
     let count = primitive.positions.len();
-    for (attribute, found) in [
-        ("normals", primitive.normals.len()),
-        ("UVs", primitive.uvs.len()),
-    ] {
+    for (attribute, found) in [("normals", primitive.normals.len()), ("UVs", primitive.uvs.len())] {
         if found != 0 && found != count {
             return Err(WeldError::AttributeLength {
                 primitive: index,
@@ -127,10 +124,7 @@ fn check(index: usize, primitive: &RawPrimitive) -> Result<(), WeldError> {
                 });
             };
             if !position.is_finite() {
-                return Err(WeldError::NotFinite {
-                    primitive: index,
-                    vertex,
-                });
+                return Err(WeldError::NotFinite { primitive: index, vertex });
             }
         }
     }
@@ -227,11 +221,7 @@ fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 
 /// Files hold zero and NaN normals; the face's own is the best stand-in.
 fn usable_normal(normal: Vec3, flat: Vec3) -> Vec3 {
-    if normal.is_finite() && normal.length_squared() > 1e-12 {
-        normal
-    } else {
-        flat
-    }
+    if normal.is_finite() && normal.length_squared() > 1e-12 { normal } else { flat }
 }
 
 #[cfg(test)]
@@ -243,10 +233,7 @@ mod tests {
         let p = [(0., 0.), (1., 0.), (1., 1.), (0., 0.), (1., 1.), (0., 1.)];
         RawPrimitive {
             positions: p.iter().map(|&(x, y)| Vec3::new(x, y, -0.0)).collect(),
-            normals: vec![Vec3::Z; 3]
-                .into_iter()
-                .chain(vec![Vec3::X; 3])
-                .collect(),
+            normals: vec![Vec3::Z; 3].into_iter().chain(vec![Vec3::X; 3]).collect(),
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             ..Default::default()
         }
@@ -314,21 +301,10 @@ mod tests {
         primitive.triangles[1] = [0, 1, 99];
         assert!(matches!(
             weld(&[primitive]),
-            Err(WeldError::IndexOutOfRange {
-                triangle: 1,
-                vertex: 99,
-                count: 6,
-                ..
-            })
+            Err(WeldError::IndexOutOfRange { triangle: 1, vertex: 99, count: 6, .. })
         ));
         let mut primitive = quad_with_seam();
         primitive.positions[2].y = f32::NAN;
-        assert_eq!(
-            weld(&[primitive]),
-            Err(WeldError::NotFinite {
-                primitive: 0,
-                vertex: 2
-            })
-        );
+        assert_eq!(weld(&[primitive]), Err(WeldError::NotFinite { primitive: 0, vertex: 2 }));
     }
 }

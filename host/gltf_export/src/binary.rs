@@ -64,27 +64,18 @@ impl Binary {
     ) -> Location {
         let found = self.views.iter().position(|v| v.stream == Some(stream));
         let view = found.unwrap_or_else(|| {
-            self.views.push(View {
-                stream: Some(stream),
-                bytes: Vec::new(),
-            });
+            self.views.push(View { stream: Some(stream), bytes: Vec::new() });
             self.views.len() - 1
         });
         let into = &mut self.views[view].bytes;
         let byte_offset = into.len() as u64;
         into.extend(bytes);
-        Location {
-            view: view as u32,
-            byte_offset,
-        }
+        Location { view: view as u32, byte_offset }
     }
 
     /// Adds a file, such as an image, as a view of its own.
     pub(crate) fn embed(&mut self, bytes: Vec<u8>) -> u32 {
-        self.views.push(View {
-            stream: None,
-            bytes,
-        });
+        self.views.push(View { stream: None, bytes });
         self.views.len() as u32 - 1
     }
 
@@ -102,9 +93,7 @@ impl Binary {
             bin_bytes = padded(bin_bytes + view.bytes.len() as u64);
         }
         if bin_bytes > 0 {
-            document.buffers.push(Buffer {
-                byte_length: bin_bytes,
-            });
+            document.buffers.push(Buffer { byte_length: bin_bytes });
         }
         let json = serde_json::to_vec(&document)?;
         assemble(&json, &self.views, bin_bytes)
@@ -122,13 +111,7 @@ fn assemble(json: &[u8], views: &[View], bin_bytes: u64) -> Result<Vec<u8>, Expo
     };
     // Every length below is at most the total, which fits 32 bits.
     let mut glb = Vec::with_capacity(total as usize);
-    for word in [
-        GLB_MAGIC,
-        GLB_VERSION,
-        total_u32,
-        json_bytes as u32,
-        JSON_CHUNK,
-    ] {
+    for word in [GLB_MAGIC, GLB_VERSION, total_u32, json_bytes as u32, JSON_CHUNK] {
         glb.extend(word.to_le_bytes());
     }
     glb.extend(json);

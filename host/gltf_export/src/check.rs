@@ -35,26 +35,16 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<(), ExportE
             within(place, "triangle", end - 1, mesh.triangles.len())?;
         }
     }
-    finite(mesh.positions.iter().all(|p| p.is_finite()), || {
-        format!("a position of mesh {index}")
-    })?;
-    finite(wedges.normal.iter().all(|n| n.is_finite()), || {
-        format!("a normal of mesh {index}")
-    })?;
-    finite(wedges.uv.iter().all(|uv| uv.is_finite()), || {
-        format!("a UV of mesh {index}")
-    })
+    finite(mesh.positions.iter().all(|p| p.is_finite()), || format!("a position of mesh {index}"))?;
+    finite(wedges.normal.iter().all(|n| n.is_finite()), || format!("a normal of mesh {index}"))?;
+    finite(wedges.uv.iter().all(|uv| uv.is_finite()), || format!("a UV of mesh {index}"))
 }
 
 fn check_materials(model: &Model) -> Result<(), ExportError> {
     for (index, material) in model.materials.iter().enumerate() {
         let place = || format!("material {index}");
-        for TextureRef { texture, .. } in [
-            material.base_color_texture,
-            material.metallic_roughness_texture,
-        ]
-        .into_iter()
-        .flatten()
+        for TextureRef { texture, .. } in
+            [material.base_color_texture, material.metallic_roughness_texture].into_iter().flatten()
         {
             within(place, "texture", texture.into(), model.textures.len())?;
         }
@@ -63,13 +53,8 @@ fn check_materials(model: &Model) -> Result<(), ExportError> {
             _ => 0.0,
         };
         let factors = [material.metallic, material.roughness, cutoff];
-        let mut values = factors
-            .iter()
-            .chain(&material.base_color)
-            .chain(&material.emissive);
-        finite(values.all(|v| v.is_finite()), || {
-            format!("a factor of material {index}")
-        })?;
+        let mut values = factors.iter().chain(&material.base_color).chain(&material.emissive);
+        finite(values.all(|v| v.is_finite()), || format!("a factor of material {index}"))?;
     }
     Ok(())
 }
@@ -79,12 +64,7 @@ fn check_textures(model: &Model) -> Result<(), ExportError> {
         let (width, height, bytes) = (image.width, image.height, image.rgba8.len());
         let needed = u128::from(width) * u128::from(height) * 4;
         if needed == 0 || needed != bytes as u128 {
-            return Err(ExportError::TextureSize {
-                texture,
-                width,
-                height,
-                bytes,
-            });
+            return Err(ExportError::TextureSize { texture, width, height, bytes });
         }
     }
     Ok(())
@@ -93,22 +73,12 @@ fn check_textures(model: &Model) -> Result<(), ExportError> {
 fn check_nodes(model: &Model) -> Result<(), ExportError> {
     for (index, node) in model.nodes.iter().enumerate() {
         if let Some(parent) = node.parent.filter(|&p| p as usize >= index) {
-            return Err(ExportError::ParentOrder {
-                node: index,
-                parent,
-            });
+            return Err(ExportError::ParentOrder { node: index, parent });
         }
         if let Some(mesh) = node.mesh {
-            within(
-                || format!("node {index}"),
-                "mesh",
-                mesh.into(),
-                model.meshes.len(),
-            )?;
+            within(|| format!("node {index}"), "mesh", mesh.into(), model.meshes.len())?;
         }
-        finite(node.parent_from_node.is_finite(), || {
-            format!("the matrix of node {index}")
-        })?;
+        finite(node.parent_from_node.is_finite(), || format!("the matrix of node {index}"))?;
     }
     Ok(())
 }
@@ -122,18 +92,9 @@ fn within(
     if index < count as u64 {
         return Ok(());
     }
-    Err(ExportError::Reference {
-        place: place(),
-        what,
-        index,
-        count,
-    })
+    Err(ExportError::Reference { place: place(), what, index, count })
 }
 
 fn finite(is_finite: bool, place: impl Fn() -> String) -> Result<(), ExportError> {
-    if is_finite {
-        Ok(())
-    } else {
-        Err(ExportError::NotFinite { place: place() })
-    }
+    if is_finite { Ok(()) } else { Err(ExportError::NotFinite { place: place() }) }
 }

@@ -32,10 +32,7 @@ pub fn write_glb(model: &Model) -> Result<Vec<u8>, ExportError> {
     check::check(model)?;
     let mut binary = Binary::default();
     let mut document = Document {
-        asset: Asset {
-            version: "2.0",
-            generator: concat!("busbar ", env!("CARGO_PKG_VERSION")),
-        },
+        asset: Asset { version: "2.0", generator: concat!("busbar ", env!("CARGO_PKG_VERSION")) },
         ..Default::default()
     };
     let file_meshes = meshes::write(model, &mut document, &mut binary);
@@ -47,11 +44,7 @@ pub fn write_glb(model: &Model) -> Result<Vec<u8>, ExportError> {
 /// `file_meshes[i]` is where model mesh `i` went, if it has triangles.
 fn write_nodes(model: &Model, file_meshes: &[Option<u32>], document: &mut Document) {
     let mut scene = Scene::default();
-    document.nodes = model
-        .nodes
-        .iter()
-        .map(|node| file_node(node, file_meshes))
-        .collect();
+    document.nodes = model.nodes.iter().map(|node| file_node(node, file_meshes)).collect();
     for (index, node) in model.nodes.iter().enumerate() {
         match node.parent {
             Some(parent) => document.nodes[parent as usize].children.push(index as u32),

@@ -70,19 +70,13 @@ impl<'a> MaterialWriter<'a> {
             return Ok(None);
         };
         if let Some(index) = self.refs.iter().position(|&r| r == texture) {
-            return Ok(Some(TextureInfo {
-                index: index as u32,
-            }));
+            return Ok(Some(TextureInfo { index: index as u32 }));
         }
         let source = self.image(texture.texture)?;
         let sampler = self.sampler(texture.wrap);
-        self.document
-            .textures
-            .push(document::Texture { sampler, source });
+        self.document.textures.push(document::Texture { sampler, source });
         self.refs.push(texture);
-        Ok(Some(TextureInfo {
-            index: self.refs.len() as u32 - 1,
-        }))
+        Ok(Some(TextureInfo { index: self.refs.len() as u32 - 1 }))
     }
 
     fn image(&mut self, texture: u32) -> Result<u32, ExportError> {
@@ -90,15 +84,10 @@ impl<'a> MaterialWriter<'a> {
         if let Some(image) = self.image_of_texture[index] {
             return Ok(image);
         }
-        let png = encode_png(&self.model.textures[index]).map_err(|reason| ExportError::Png {
-            texture: index,
-            reason,
-        })?;
+        let png = encode_png(&self.model.textures[index])
+            .map_err(|reason| ExportError::Png { texture: index, reason })?;
         let buffer_view = self.binary.embed(png);
-        self.document.images.push(Image {
-            buffer_view,
-            mime_type: "image/png",
-        });
+        self.document.images.push(Image { buffer_view, mime_type: "image/png" });
         let image = self.document.images.len() as u32 - 1;
         self.image_of_texture[index] = Some(image);
         Ok(image)

@@ -106,10 +106,8 @@ impl MeshWriter<'_> {
         if wedges.iter().all(|&w| uvs[w as usize] == glam::Vec2::ZERO) {
             return None;
         }
-        let bytes = wedges
-            .iter()
-            .flat_map(|&w| uvs[w as usize].to_array())
-            .flat_map(f32::to_le_bytes);
+        let bytes =
+            wedges.iter().flat_map(|&w| uvs[w as usize].to_array()).flat_map(f32::to_le_bytes);
         let at = self.binary.append(Stream::Uvs, bytes);
         Some(self.accessor(at, FLOAT, wedges.len(), "VEC2", None))
     }

@@ -55,18 +55,11 @@ impl<'a> Elements<'a> {
         }
         let length = match count.checked_sub(1) {
             None => 0,
-            Some(last) => last
-                .saturating_mul(stride as u64)
-                .saturating_add(size as u64),
+            Some(last) => last.saturating_mul(stride as u64).saturating_add(size as u64),
         };
         let bytes = range(view.bytes, offset, length, "the data", place)?;
         // `count` is at most the bytes there are.
-        Ok(Self {
-            bytes,
-            stride,
-            size,
-            count: count as usize,
-        })
+        Ok(Self { bytes, stride, size, count: count as usize })
     }
 
     fn get(&self, index: usize) -> &'a [u8] {
@@ -120,15 +113,7 @@ impl<'a> Accessor<'a> {
             return Err(Fault::HugeNumber(count).at(here("/count")));
         };
         let normalized = accessor.normalized;
-        Ok(Self {
-            index,
-            count,
-            component_type,
-            normalized,
-            shape,
-            base,
-            sparse,
-        })
+        Ok(Self { index, count, component_type, normalized, shape, base, sparse })
     }
 
     /// How many elements a pass over all stored bytes visits.
@@ -146,10 +131,7 @@ impl<'a> Accessor<'a> {
         for bytes in sparse.indices.iter() {
             let index = read_index(bytes, sparse.index_type) as usize;
             if index < next || index >= self.count {
-                let what = format!(
-                    "sparse index {index} is out of order or beyond {}",
-                    self.count
-                );
+                let what = format!("sparse index {index} is out of order or beyond {}", self.count);
                 let place = format!("/accessors/{}/sparse/indices", self.index);
                 return Err(Fault::Invalid(what).at(place));
             }
@@ -160,13 +142,8 @@ impl<'a> Accessor<'a> {
 
     /// The largest index stored; 0 where none is.
     pub(crate) fn largest_index(&self) -> u32 {
-        let stored = self
-            .base
-            .iter()
-            .chain(self.sparse.iter().map(|s| &s.values));
-        let indices = stored
-            .flat_map(Elements::iter)
-            .map(|b| read_index(b, self.component_type));
+        let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
+        let indices = stored.flat_map(Elements::iter).map(|b| read_index(b, self.component_type));
         indices.max().unwrap_or(0)
     }
 
@@ -175,25 +152,18 @@ impl<'a> Accessor<'a> {
         &self,
         accept: impl Fn([f32; N]) -> bool,
     ) -> Option<usize> {
-        let stored = self
-            .base
-            .iter()
-            .chain(self.sparse.iter().map(|s| &s.values));
-        stored
-            .flat_map(Elements::iter)
-            .position(|bytes| !accept(self.decode(bytes)))
+        let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
+        stored.flat_map(Elements::iter).position(|bytes| !accept(self.decode(bytes)))
     }
 
     /// An index element (`SCALAR`, unsigned).
     pub(crate) fn index_at(&self, element: usize) -> u32 {
-        self.element(element)
-            .map_or(0, |bytes| read_index(bytes, self.component_type))
+        self.element(element).map_or(0, |bytes| read_index(bytes, self.component_type))
     }
 
     /// The first `N` components of an element, as floats.
     pub(crate) fn floats_at<const N: usize>(&self, element: usize) -> [f32; N] {
-        self.element(element)
-            .map_or([0.0; N], |bytes| self.decode(bytes))
+        self.element(element).map_or([0.0; N], |bytes| self.decode(bytes))
     }
 
     fn element(&self, element: usize) -> Option<&'a [u8]> {
@@ -236,10 +206,7 @@ impl<'a> Sparse<'a> {
         }
         let view = |index: usize, field: &'static str| {
             let view = buffers.view(index, || here(&format!("{field}/bufferView")))?;
-            Ok(View {
-                stride: None,
-                ..view
-            })
+            Ok(View { stride: None, ..view })
         };
         let indices = view(sparse.indices.buffer_view.value(), "/indices")?;
         let values = view(sparse.values.buffer_view.value(), "/values")?;
@@ -292,9 +259,5 @@ fn read_float(bytes: &[u8], component_type: ComponentType, normalized: bool) -> 
         }
         _ => return f32::NAN,
     };
-    if normalized {
-        (value / largest).max(-1.0)
-    } else {
-        value
-    }
+    if normalized { (value / largest).max(-1.0) } else { value }
 }

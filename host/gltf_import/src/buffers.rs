@@ -81,15 +81,10 @@ impl<'a> Buffers<'a> {
     ) -> Result<View<'a>, ImportError> {
         let view = item(&self.root.buffer_views, index, "buffer view", place)?;
         let here = |field: &str| format!("/bufferViews/{index}{field}");
-        let buffer = item(&self.buffers, view.buffer.value(), "buffer", || {
-            here("/buffer")
-        })?;
+        let buffer = item(&self.buffers, view.buffer.value(), "buffer", || here("/buffer"))?;
         let offset = view.byte_offset.map_or(0, |o| o.0);
         let bytes = range(buffer, offset, view.byte_length.0, "the view", || here(""))?;
-        Ok(View {
-            bytes,
-            stride: view.byte_stride.map(|s| s.0).filter(|&s| s > 0),
-        })
+        Ok(View { bytes, stride: view.byte_stride.map(|s| s.0).filter(|&s| s > 0) })
     }
 }
 
@@ -104,12 +99,7 @@ pub(crate) fn range<'a>(
     let needed = offset.saturating_add(length);
     let available = bytes.len() as u64;
     if needed > available {
-        return Err(Fault::Beyond {
-            what,
-            needed,
-            available,
-        }
-        .at(place()));
+        return Err(Fault::Beyond { what, needed, available }.at(place()));
     }
     // Both are at most the length of a slice.
     Ok(&bytes[offset as usize..needed as usize])

@@ -16,10 +16,7 @@ pub(crate) struct Container<'a> {
 
 pub(crate) fn open(bytes: &[u8]) -> Result<Container<'_>, ImportError> {
     if !bytes.starts_with(GLB_MAGIC) {
-        return Ok(Container {
-            json: bytes,
-            bin: None,
-        });
+        return Ok(Container { json: bytes, bin: None });
     }
     open_glb(bytes).map_err(|reason| Fault::Container(reason).at("its header"))
 }
@@ -31,10 +28,7 @@ fn open_glb(bytes: &[u8]) -> Result<Container<'_>, String> {
         return Err(format!("container version {version} instead of 2"));
     }
     let Some(mut rest) = bytes.get(HEADER_BYTES..length) else {
-        return Err(format!(
-            "its header says {length} bytes, but there are {}",
-            bytes.len()
-        ));
+        return Err(format!("its header says {length} bytes, but there are {}", bytes.len()));
     };
     let (kind, json) = take_chunk(&mut rest)?.ok_or("it has no chunk")?;
     if kind != JSON_CHUNK {
@@ -53,10 +47,7 @@ fn take_chunk<'a>(rest: &mut &'a [u8]) -> Result<Option<(u32, &'a [u8])>, String
     let (length, kind) = header.ok_or("it ends within a chunk's header")?;
     let content = &rest[8..];
     let Some(chunk) = content.get(..length as usize) else {
-        return Err(format!(
-            "a chunk says {length} bytes, but {} are left",
-            content.len()
-        ));
+        return Err(format!("a chunk says {length} bytes, but {} are left", content.len()));
     };
     *rest = &content[length as usize..];
     Ok(Some((kind, chunk)))

@@ -21,12 +21,7 @@ pub(crate) fn parse(
     let count = json.len() as u64;
     if count > MAX_JSON_BYTES {
         let limit = MAX_JSON_BYTES;
-        return Err(Fault::TooMany {
-            what: "bytes of JSON",
-            count,
-            limit,
-        }
-        .at("the whole file"));
+        return Err(Fault::TooMany { what: "bytes of JSON", count, limit }.at("the whole file"));
     }
     scan(json, limits)?;
     let parser = &mut serde_json::Deserializer::from_slice(json);
@@ -45,11 +40,7 @@ fn check_version(root: &Root) -> Result<(), ImportError> {
         Some(minimum) => minimum == "2.0",
         None => asset.version.starts_with("2."),
     };
-    if supported {
-        Ok(())
-    } else {
-        Err(Fault::Version(shortened(needed)).at("/asset/version"))
-    }
+    if supported { Ok(()) } else { Err(Fault::Version(shortened(needed)).at("/asset/version")) }
 }
 
 fn check_extensions(root: &Root, notes: &mut Notes) -> Result<(), ImportError> {
@@ -61,10 +52,7 @@ fn check_extensions(root: &Root, notes: &mut Notes) -> Result<(), ImportError> {
         }
     }
     for name in root.extensions_used.iter().filter(|n| !supported(n)) {
-        notes.add(format!(
-            "extension '{}' ignored: it is not supported",
-            shortened(name)
-        ));
+        notes.add(format!("extension '{}' ignored: it is not supported", shortened(name)));
     }
     Ok(())
 }
@@ -72,10 +60,7 @@ fn check_extensions(root: &Root, notes: &mut Notes) -> Result<(), ImportError> {
 fn note_skipped(root: &Root, notes: &mut Notes) {
     notes.add_many("animation skipped", root.animations.len());
     notes.add_many("camera skipped", root.cameras.len());
-    notes.add_many(
-        "skin skipped: its mesh is shown as modelled",
-        root.skins.len(),
-    );
+    notes.add_many("skin skipped: its mesh is shown as modelled", root.skins.len());
 }
 
 /// A text from the file, short enough for a message.
@@ -92,9 +77,5 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
         Segment::Enum { .. } | Segment::Unknown => None,
     });
     let pointer: String = steps.collect();
-    if pointer.is_empty() {
-        "the top of the JSON".into()
-    } else {
-        pointer
-    }
+    if pointer.is_empty() { "the top of the JSON".into() } else { pointer }
 }

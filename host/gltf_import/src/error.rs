@@ -163,11 +163,7 @@ impl Fault {
 
 impl ImportError {
     pub(crate) fn new(place: impl Into<String>, fault: Fault) -> Self {
-        Self {
-            file: PathBuf::new(),
-            place: place.into(),
-            fault,
-        }
+        Self { file: PathBuf::new(), place: place.into(), fault }
     }
 
     fn file_name(&self) -> String {
@@ -193,7 +189,5 @@ pub(crate) fn item<'a, T>(
     place: impl FnOnce() -> String,
 ) -> Result<&'a T, ImportError> {
     let count = items.len();
-    items
-        .get(index)
-        .ok_or_else(|| Fault::Index { what, index, count }.at(place()))
+    items.get(index).ok_or_else(|| Fault::Index { what, index, count }.at(place()))
 }

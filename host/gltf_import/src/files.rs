@@ -12,33 +12,20 @@ use crate::uri;
 /// Reads a regular file of at most `limit` bytes. Never blocks: a pipe or a
 /// device is refused unread.
 pub(crate) fn read_regular(path: &Path, limit: u64) -> Result<Vec<u8>, Fault> {
-    let read_fault = |reason| Fault::Read {
-        path: path.to_owned(),
-        reason,
-    };
+    let read_fault = |reason| Fault::Read { path: path.to_owned(), reason };
     let require_file = |metadata: Metadata| {
-        if metadata.is_file() {
-            Ok(metadata.len())
-        } else {
-            Err(Fault::NotAFile(path.to_owned()))
-        }
+        if metadata.is_file() { Ok(metadata.len()) } else { Err(Fault::NotAFile(path.to_owned())) }
     };
     require_file(std::fs::metadata(path).map_err(read_fault)?)?;
     let file = open_without_blocking(path).map_err(read_fault)?;
     // Asked again of what was opened: the path may have changed hands.
     let length = require_file(file.metadata().map_err(read_fault)?)?;
-    let too_many = |count| Fault::TooMany {
-        what: "bytes",
-        count,
-        limit,
-    };
+    let too_many = |count| Fault::TooMany { what: "bytes", count, limit };
     if length > limit {
         return Err(too_many(length));
     }
     let mut bytes = Vec::with_capacity(length as usize);
-    file.take(limit.saturating_add(1))
-        .read_to_end(&mut bytes)
-        .map_err(read_fault)?;
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(read_fault)?;
     if bytes.len() as u64 > limit {
         return Err(too_many(bytes.len() as u64));
     }
@@ -68,12 +55,7 @@ pub(crate) struct Files<'a> {
 impl<'a> Files<'a> {
     /// Relative URIs resolve in `base` and stay below it.
     pub(crate) fn new(base: Option<&'a Path>, bytes_left: u64) -> Self {
-        Self {
-            base,
-            bytes_left,
-            index_of: HashMap::new(),
-            contents: Vec::new(),
-        }
+        Self { base, bytes_left, index_of: HashMap::new(), contents: Vec::new() }
     }
 
     /// The bytes of a data URI or a file. Returns an index for [`Files::get`].
@@ -101,11 +83,7 @@ impl<'a> Files<'a> {
         }
         let (count, limit) = (self.index_of.len() as u64 + 1, MAX_EXTERNAL_FILES as u64);
         if count > limit {
-            return Err(Fault::TooMany {
-                what: "files named",
-                count,
-                limit,
-            });
+            return Err(Fault::TooMany { what: "files named", count, limit });
         }
         let bytes = read_regular(&path, self.bytes_left)?;
         self.bytes_left -= bytes.len() as u64;
@@ -123,26 +101,17 @@ impl<'a> Files<'a> {
 /// The real path, which lies below the real base, whatever links are in it.
 fn resolve(base: &Path, relative: &Path, uri: &str) -> Result<PathBuf, Fault> {
     let canonical = |path: &Path| {
-        std::fs::canonicalize(path).map_err(|reason| Fault::Read {
-            path: path.to_owned(),
-            reason,
-        })
+        std::fs::canonicalize(path).map_err(|reason| Fault::Read { path: path.to_owned(), reason })
     };
     let base = canonical(base)?;
     let path = canonical(&base.join(relative))?;
     if path.starts_with(&base) {
         Ok(path)
     } else {
-        Err(uri_fault(
-            uri,
-            "a link in it leads out of the model's folder",
-        ))
+        Err(uri_fault(uri, "a link in it leads out of the model's folder"))
     }
 }
 
 fn uri_fault(uri: &str, reason: &'static str) -> Fault {
-    Fault::Uri {
-        uri: crate::document::shortened(uri),
-        reason,
-    }
+    Fault::Uri { uri: crate::document::shortened(uri), reason }
 }

@@ -56,21 +56,13 @@ pub(crate) fn decode(
         let place = || format!("/images/{index}");
         let bytes = match (root.images[index].buffer_view, file) {
             (_, Some(file)) => files.get(*file),
-            (Some(view), None) => {
-                buffers
-                    .view(view.value(), || place() + "/bufferView")?
-                    .bytes
-            }
+            (Some(view), None) => buffers.view(view.value(), || place() + "/bufferView")?.bytes,
             (None, None) => &[],
         };
         pixels += measure(bytes).map_err(|fault| fault.at(place()))?;
         let limit = limits.max_texture_pixels;
         if pixels > limit {
-            let fault = Fault::TooMany {
-                what: "texture pixels",
-                count: pixels,
-                limit,
-            };
+            let fault = Fault::TooMany { what: "texture pixels", count: pixels, limit };
             return Err(fault.at(place()));
         }
         sources.push((index, bytes));
@@ -95,21 +87,13 @@ fn measure(bytes: &[u8]) -> Result<u64, Fault> {
     }
     if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
         let (count, limit) = (width.max(height).into(), MAX_TEXTURE_SIDE.into());
-        return Err(Fault::TooMany {
-            what: "pixels along a side",
-            count,
-            limit,
-        });
+        return Err(Fault::TooMany { what: "pixels along a side", count, limit });
     }
     let pixels = u64::from(width) * u64::from(height);
     let bits = pixels * u64::from(decoder.original_color_type().bits_per_pixel());
     let (needed, available) = (bits.div_ceil(8 * MAX_COMPRESSION), bytes.len() as u64);
     if needed > available {
-        return Err(Fault::Beyond {
-            what: "an image of its size",
-            needed,
-            available,
-        });
+        return Err(Fault::Beyond { what: "an image of its size", needed, available });
     }
     Ok(pixels)
 }
@@ -119,9 +103,7 @@ fn verify(bytes: &[u8]) -> Result<(), Fault> {
     if image::guess_format(bytes).ok() != Some(ImageFormat::Png) {
         return Ok(());
     }
-    let limits = png::Limits {
-        bytes: DECODER_BYTES as usize,
-    };
+    let limits = png::Limits { bytes: DECODER_BYTES as usize };
     let decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     let verified = decoder.read_info().and_then(|mut reader| {
         while reader.next_row()?.is_some() {}
@@ -132,11 +114,7 @@ fn verify(bytes: &[u8]) -> Result<(), Fault> {
 
 fn decode_one(bytes: &[u8]) -> Result<Texture, image::ImageError> {
     let image = DynamicImage::from_decoder(decoder(bytes)?)?.into_rgba8();
-    Ok(Texture {
-        width: image.width(),
-        height: image.height(),
-        rgba8: image.into_raw(),
-    })
+    Ok(Texture { width: image.width(), height: image.height(), rgba8: image.into_raw() })
 }
 
 fn decoder(bytes: &[u8]) -> Result<impl ImageDecoder + '_, image::ImageError> {

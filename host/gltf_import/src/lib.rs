@@ -69,10 +69,7 @@ pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<Imported, Impor
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let named = |error: ImportError| ImportError {
-        file: path.to_owned(),
-        ..error
-    };
+    let named = |error: ImportError| ImportError { file: path.to_owned(), ..error };
     let bytes = files::read_regular(path, limits.max_file_bytes)
         .map_err(|fault| named(fault.at("the whole file")))?;
     import_bytes(&bytes, Some(folder), limits).map_err(named)
@@ -91,9 +88,7 @@ pub fn import_bytes(
     // The closure only reads, and what it builds is dropped when it unwinds.
     catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits))).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text
-            .or(panic.downcast_ref::<&str>().copied())
-            .unwrap_or("without a message");
+        let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("without a message");
         Err(Fault::Panicked(text.to_owned()).at("the whole file"))
     })
 }
@@ -105,12 +100,7 @@ fn import(
 ) -> Result<Imported, ImportError> {
     let (count, limit) = (bytes.len() as u64, limits.max_file_bytes);
     if count > limit {
-        return Err(Fault::TooMany {
-            what: "bytes",
-            count,
-            limit,
-        }
-        .at("the whole file"));
+        return Err(Fault::TooMany { what: "bytes", count, limit }.at("the whole file"));
     }
     let mut notes = Notes::default();
     let container = container::open(bytes)?;
@@ -124,14 +114,8 @@ fn import(
     let buffers = Buffers::new(&root, &loaded_buffers, container.bin, &files)?;
 
     let shown = check_meshes(&root, &buffers, limits, &nodes, &mut notes)?;
-    let textures = images::decode(
-        &root,
-        &materials.images,
-        &loaded_images,
-        &buffers,
-        &files,
-        limits,
-    )?;
+    let textures =
+        images::decode(&root, &materials.images, &loaded_images, &buffers, &files, limits)?;
     let mut report = ImportReport::default();
     let mut meshes = Vec::new();
     let mut model_mesh = vec![None; root.meshes.len()];
@@ -145,12 +129,7 @@ fn import(
         node.mesh = node.mesh.and_then(|mesh| model_mesh[mesh as usize]);
     }
     report.notes = notes.into_sentences();
-    let model = Model {
-        meshes,
-        materials: materials.materials,
-        textures,
-        nodes,
-    };
+    let model = Model { meshes, materials: materials.materials, textures, nodes };
     Ok(Imported { model, report })
 }
 
@@ -176,9 +155,6 @@ fn check_meshes(
             notes.add("mesh without triangles skipped");
         }
     }
-    notes.add_many(
-        "mesh skipped: no node shows it",
-        named.iter().filter(|n| !**n).count(),
-    );
+    notes.add_many("mesh skipped: no node shows it", named.iter().filter(|n| !**n).count());
     Ok(shown)
 }

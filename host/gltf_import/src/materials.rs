@@ -22,13 +22,9 @@ pub(crate) fn convert(root: &Root, notes: &mut Notes) -> Result<Materials, Impor
         texture_of_image: vec![None; root.images.len()],
         images: Vec::new(),
     };
-    let materials: Result<_, _> = (0..root.materials.len())
-        .map(|index| converter.material(index))
-        .collect();
-    Ok(Materials {
-        materials: materials?,
-        images: converter.images,
-    })
+    let materials: Result<_, _> =
+        (0..root.materials.len()).map(|index| converter.material(index)).collect();
+    Ok(Materials { materials: materials?, images: converter.images })
 }
 
 struct Converter<'a> {
@@ -55,9 +51,8 @@ impl Converter<'_> {
         let converted = Material {
             name: material.name.as_deref().map(clean_name).unwrap_or_default(),
             base_color: pbr.base_color_factor.0.map(unit),
-            base_color_texture: self.texture(pbr.base_color_texture.as_ref(), || {
-                pbr_here("/baseColorTexture")
-            })?,
+            base_color_texture: self
+                .texture(pbr.base_color_texture.as_ref(), || pbr_here("/baseColorTexture"))?,
             metallic: unit(pbr.metallic_factor.0),
             roughness: unit(pbr.roughness_factor.0),
             metallic_roughness_texture: self
@@ -74,14 +69,8 @@ impl Converter<'_> {
     fn note_left_out(&mut self, material: &json::Material) {
         let maps = [
             (material.normal_texture.is_some(), "normal texture ignored"),
-            (
-                material.occlusion_texture.is_some(),
-                "occlusion texture ignored",
-            ),
-            (
-                material.emissive_texture.is_some(),
-                "emissive texture ignored, and what it lights",
-            ),
+            (material.occlusion_texture.is_some(), "occlusion texture ignored"),
+            (material.emissive_texture.is_some(), "emissive texture ignored, and what it lights"),
         ];
         for (present, note) in maps {
             self.notes.add_many(note, present.into());
@@ -102,14 +91,11 @@ impl Converter<'_> {
         }
         // `gltf::json` says "no source" so.
         if texture.source.value() == u32::MAX as usize {
-            self.notes
-                .add("texture ignored: its image is of an unsupported extension");
+            self.notes.add("texture ignored: its image is of an unsupported extension");
             return Ok(None);
         }
         let image = texture.source.value();
-        item(&self.root.images, image, "image", || {
-            format!("/textures/{index}/source")
-        })?;
+        item(&self.root.images, image, "image", || format!("/textures/{index}/source"))?;
         let wrap = match texture.sampler {
             None => [Wrap::Repeat; 2],
             Some(sampler) => {

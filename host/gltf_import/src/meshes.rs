@@ -45,10 +45,7 @@ impl<'a> Checker<'a> {
     pub(crate) fn check(&mut self, mesh: usize, notes: &mut Notes) -> Result<u64, ImportError> {
         let before = self.triangles;
         for (index, json) in self.root.meshes[mesh].primitives.iter().enumerate() {
-            let place = Place {
-                mesh,
-                primitive: index,
-            };
+            let place = Place { mesh, primitive: index };
             match Primitive::new(self.root, self.buffers, json, place)? {
                 None => notes.add("primitive of points, lines or no positions skipped"),
                 Some(primitive) => {
@@ -70,17 +67,8 @@ impl<'a> Checker<'a> {
         if self.triangles <= limit {
             return Ok(());
         }
-        let what = if limit == backed {
-            "triangles for the bytes there are"
-        } else {
-            "triangles"
-        };
-        Err(Fault::TooMany {
-            what,
-            count: self.triangles,
-            limit,
-        }
-        .at(place.pointer("")))
+        let what = if limit == backed { "triangles for the bytes there are" } else { "triangles" };
+        Err(Fault::TooMany { what, count: self.triangles, limit }.at(place.pointer("")))
     }
 
     fn check_values(&mut self, primitive: &Primitive<'_>, place: Place) -> Result<(), ImportError> {
@@ -106,10 +94,7 @@ impl<'a> Checker<'a> {
             }
         };
         if indices.count > 0 && largest as usize >= vertices {
-            let fault = Fault::Vertex {
-                index: largest,
-                count: vertices,
-            };
+            let fault = Fault::Vertex { index: largest, count: vertices };
             return Err(fault.at(place.pointer("/indices")));
         }
         Ok(())
@@ -140,11 +125,7 @@ impl<'a> Checker<'a> {
             return Ok(());
         }
         let what = "elements for the bytes there are";
-        let fault = Fault::TooMany {
-            what,
-            count: self.visits,
-            limit,
-        };
+        let fault = Fault::TooMany { what, count: self.visits, limit };
         Err(fault.at(format!("/accessors/{}", accessor.index)))
     }
 }
@@ -157,10 +138,7 @@ pub(crate) fn build(
 ) -> Result<(Mesh, WeldReport), ImportError> {
     let mut primitives = Vec::new();
     for (index, json) in root.meshes[mesh].primitives.iter().enumerate() {
-        let place = Place {
-            mesh,
-            primitive: index,
-        };
+        let place = Place { mesh, primitive: index };
         if let Some(primitive) = Primitive::new(root, buffers, json, place)? {
             primitives.push(primitive.read());
         }

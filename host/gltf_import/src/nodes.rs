@@ -23,10 +23,7 @@ pub(crate) fn build(
     refuse_cycles(root, &parents)?;
     let starts = starts(root, &parents)?;
     let nodes = flatten(root, &starts, limits)?;
-    notes.add_many(
-        "node skipped: it is not in the scene shown",
-        root.nodes.len() - nodes.len(),
-    );
+    notes.add_many("node skipped: it is not in the scene shown", root.nodes.len() - nodes.len());
     Ok(nodes)
 }
 
@@ -40,11 +37,7 @@ fn parents(root: &Root) -> Result<Vec<u32>, ImportError> {
             let parent = &mut parents[child.value()];
             if *parent != NONE {
                 let (first, second) = (*parent as usize, index);
-                let fault = Fault::TwoParents {
-                    node: child.value(),
-                    first,
-                    second,
-                };
+                let fault = Fault::TwoParents { node: child.value(), first, second };
                 return Err(fault.at(place()));
             }
             *parent = index as u32;
@@ -115,32 +108,15 @@ fn flatten(
     }
     let mut names = Names::default();
     let mut nodes = Vec::new();
-    let pend = |node, parent, model_from_parent, level| Pending {
-        node,
-        parent,
-        model_from_parent,
-        level,
-    };
-    let mut stack: Vec<Pending> = starts
-        .iter()
-        .rev()
-        .map(|&node| pend(node, None, Mat4::IDENTITY, 1))
-        .collect();
-    while let Some(Pending {
-        node: index,
-        parent,
-        model_from_parent,
-        level,
-    }) = stack.pop()
-    {
+    let pend =
+        |node, parent, model_from_parent, level| Pending { node, parent, model_from_parent, level };
+    let mut stack: Vec<Pending> =
+        starts.iter().rev().map(|&node| pend(node, None, Mat4::IDENTITY, 1)).collect();
+    while let Some(Pending { node: index, parent, model_from_parent, level }) = stack.pop() {
         let node = &root.nodes[index];
         if level > limits.max_depth {
             let (count, limit) = (level.into(), limits.max_depth.into());
-            let fault = Fault::TooMany {
-                what: "levels of nodes",
-                count,
-                limit,
-            };
+            let fault = Fault::TooMany { what: "levels of nodes", count, limit };
             return Err(fault.at(format!("/nodes/{index}")));
         }
         let parent_from_node = matrix(node);
@@ -152,19 +128,12 @@ fn flatten(
         let mesh = match node.mesh {
             None => None,
             Some(mesh) => {
-                item(&root.meshes, mesh.value(), "mesh", || {
-                    format!("/nodes/{index}/mesh")
-                })?;
+                item(&root.meshes, mesh.value(), "mesh", || format!("/nodes/{index}/mesh"))?;
                 Some(mesh.value() as u32)
             }
         };
         let here = nodes.len() as u32;
-        nodes.push(ModelNode {
-            name: names.unique(root, index),
-            parent,
-            parent_from_node,
-            mesh,
-        });
+        nodes.push(ModelNode { name: names.unique(root, index), parent, parent_from_node, mesh });
         let below = children(node).iter().rev();
         stack.extend(below.map(|c| pend(c.value(), Some(here), model_from_node, level + 1)));
     }
@@ -184,11 +153,7 @@ fn matrix(node: &Node) -> Mat4 {
     let rotation = Quat::from_array(node.rotation.unwrap_or_default().0);
     // Exporters write all-zero quaternions for "no rotation".
     let length_squared = rotation.length_squared();
-    let rotation = if length_squared == 0.0 {
-        Quat::IDENTITY
-    } else {
-        rotation.normalize()
-    };
+    let rotation = if length_squared == 0.0 { Quat::IDENTITY } else { rotation.normalize() };
     Mat4::from_scale_rotation_translation(scale, rotation, translation)
 }
 
@@ -223,10 +188,7 @@ impl Names {
 
 /// Ids are paths, and are read by people: no '/' and no control character.
 pub(crate) fn clean_name(name: &str) -> String {
-    let shown = name
-        .trim()
-        .chars()
-        .map(|c| if c == '/' || c.is_control() { '_' } else { c });
+    let shown = name.trim().chars().map(|c| if c == '/' || c.is_control() { '_' } else { c });
     let mut clean: String = shown.collect();
     clean.truncate(clean.floor_char_boundary(MAX_NAME_BYTES));
     clean

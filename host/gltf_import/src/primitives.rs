@@ -51,10 +51,7 @@ impl<'a> Primitive<'a> {
         let Checked::Valid(mode) = primitive.mode else {
             return Err(Fault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
         };
-        if !matches!(
-            mode,
-            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
-        ) {
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(None);
         }
         let material = match primitive.material {
@@ -73,9 +70,7 @@ impl<'a> Primitive<'a> {
         let attribute = |semantic: Semantic, name: &str, rule: Rule| {
             let index = primitive.attributes.get(&Checked::Valid(semantic));
             let field = format!("/attributes/{name}");
-            index
-                .map(|index| accessor(index.value(), &field, rule))
-                .transpose()
+            index.map(|index| accessor(index.value(), &field, rule)).transpose()
         };
         let Some(positions) = attribute(Semantic::Positions, "POSITION", POSITION)? else {
             return Ok(None);
@@ -88,21 +83,12 @@ impl<'a> Primitive<'a> {
             .transpose()?;
         for other in [&normals, &uvs].into_iter().flatten() {
             if other.count != positions.count {
-                let what = format!(
-                    "attributes of {} and {} vertices",
-                    positions.count, other.count
-                );
+                let what =
+                    format!("attributes of {} and {} vertices", positions.count, other.count);
                 return Err(Fault::Invalid(what).at(place.pointer("/attributes")));
             }
         }
-        Ok(Some(Self {
-            positions,
-            normals,
-            uvs,
-            indices,
-            material,
-            mode,
-        }))
+        Ok(Some(Self { positions, normals, uvs, indices, material, mode }))
     }
 
     /// How many triangles there will be.
@@ -117,19 +103,10 @@ impl<'a> Primitive<'a> {
     /// Remarks on what is left out of it.
     pub(crate) fn note(&self, primitive: &json::mesh::Primitive, notes: &mut Notes) {
         let has = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
-        notes.add_many(
-            "set of vertex colours ignored",
-            has(Semantic::Colors(0)).into(),
-        );
-        notes.add_many(
-            "set of morph targets ignored",
-            primitive.targets.is_some().into(),
-        );
+        notes.add_many("set of vertex colours ignored", has(Semantic::Colors(0)).into());
+        notes.add_many("set of morph targets ignored", primitive.targets.is_some().into());
         let odd = self.mode == Mode::Triangles && !self.corner_count().is_multiple_of(3);
-        notes.add_many(
-            "primitive with corners left over after its last triangle",
-            odd.into(),
-        );
+        notes.add_many("primitive with corners left over after its last triangle", odd.into());
     }
 
     /// Reads it. Of more vertices than corners only the named ones are read:
@@ -156,19 +133,13 @@ impl<'a> Primitive<'a> {
         vertices: impl ExactSizeIterator<Item = usize> + Clone,
         triangles: Vec<[u32; 3]>,
     ) -> RawPrimitive {
-        let positions = vertices
-            .clone()
-            .map(|v| Vec3::from_array(self.positions.floats_at(v)));
+        let positions = vertices.clone().map(|v| Vec3::from_array(self.positions.floats_at(v)));
         let normals = self.normals.map(|normals| {
             let normal = |v| unit_normal(Vec3::from_array(normals.floats_at(v)));
             vertices.clone().map(normal).collect()
         });
-        let uvs = self.uvs.map(|uvs| {
-            vertices
-                .clone()
-                .map(|v| Vec2::from(uvs.floats_at(v)))
-                .collect()
-        });
+        let uvs =
+            self.uvs.map(|uvs| vertices.clone().map(|v| Vec2::from(uvs.floats_at(v))).collect());
         RawPrimitive {
             positions: positions.collect(),
             normals: normals.unwrap_or_default(),
@@ -179,9 +150,7 @@ impl<'a> Primitive<'a> {
     }
 
     fn corner_count(&self) -> usize {
-        self.indices
-            .as_ref()
-            .map_or(self.positions.count, |indices| indices.count)
+        self.indices.as_ref().map_or(self.positions.count, |indices| indices.count)
     }
 
     /// Corners as vertex indices (glTF 2.0, section 3.7.2.1).
@@ -195,9 +164,7 @@ impl<'a> Primitive<'a> {
             Mode::TriangleFan => [i + 1, i + 2, 0],
             _ => [3 * i, 3 * i + 1, 3 * i + 2],
         };
-        (0..self.triangle_count())
-            .map(|i| corners(i).map(vertex))
-            .collect()
+        (0..self.triangle_count()).map(|i| corners(i).map(vertex)).collect()
     }
 }
 
@@ -209,26 +176,11 @@ struct Rule {
     component_types: &'static [ComponentType],
 }
 
-const POSITION: Rule = Rule {
-    what: "positions",
-    shape: Type::Vec3,
-    component_types: &[F32, I8, U8, I16, U16],
-};
-const NORMAL: Rule = Rule {
-    what: "normals",
-    shape: Type::Vec3,
-    component_types: &[F32, I8, I16],
-};
-const UV: Rule = Rule {
-    what: "UVs",
-    shape: Type::Vec2,
-    component_types: &[F32, I8, U8, I16, U16],
-};
-const INDEX: Rule = Rule {
-    what: "indices",
-    shape: Type::Scalar,
-    component_types: &[U8, U16, U32],
-};
+const POSITION: Rule =
+    Rule { what: "positions", shape: Type::Vec3, component_types: &[F32, I8, U8, I16, U16] };
+const NORMAL: Rule = Rule { what: "normals", shape: Type::Vec3, component_types: &[F32, I8, I16] };
+const UV: Rule = Rule { what: "UVs", shape: Type::Vec2, component_types: &[F32, I8, U8, I16, U16] };
+const INDEX: Rule = Rule { what: "indices", shape: Type::Scalar, component_types: &[U8, U16, U32] };
 
 impl Rule {
     fn check(

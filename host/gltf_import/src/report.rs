@@ -36,9 +36,6 @@ impl Notes {
     }
 
     pub(crate) fn into_sentences(self) -> Vec<String> {
-        self.counts
-            .into_iter()
-            .map(|(remark, count)| format!("{count} x {remark}"))
-            .collect()
+        self.counts.into_iter().map(|(remark, count)| format!("{count} x {remark}")).collect()
     }
 }

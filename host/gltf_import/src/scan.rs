@@ -30,12 +30,7 @@ const fn section(
     nested_object: usize,
     nested_scalar: usize,
 ) -> Section {
-    Section {
-        name,
-        element,
-        nested_object,
-        nested_scalar,
-    }
+    Section { name, element, nested_object, nested_scalar }
 }
 
 /// A growing vector holds up to twice its elements.
@@ -47,12 +42,7 @@ const fn vec_bytes<T>() -> usize {
 const ATTRIBUTES_BYTES: usize = 400;
 
 const SECTIONS: &[Section] = &[
-    section(
-        "accessors",
-        vec_bytes::<json::Accessor>(),
-        0,
-        vec_bytes::<json::Value>(),
-    ),
+    section("accessors", vec_bytes::<json::Accessor>(), 0, vec_bytes::<json::Value>()),
     section(
         "animations",
         vec_bytes::<json::Animation>(),
@@ -99,9 +89,7 @@ pub(crate) fn scan(json: &[u8], limits: &ImportLimits) -> Result<(), ImportError
         fault: None,
     };
     let mut parser = serde_json::Deserializer::from_slice(json);
-    let result = ValueSeed(&mut scanner)
-        .deserialize(&mut parser)
-        .and_then(|()| parser.end());
+    let result = ValueSeed(&mut scanner).deserialize(&mut parser).and_then(|()| parser.end());
     match (result, scanner.fault.take()) {
         (Ok(()), _) => Ok(()),
         (Err(_), Some(fault)) => Err(fault.at(scanner.pointer())),
@@ -117,11 +105,7 @@ pub(crate) fn json_fault(error: &serde_json::Error) -> Fault {
     if let Some(at) = reason.rfind(" at line ") {
         reason.truncate(at);
     }
-    Fault::Json {
-        line,
-        column,
-        reason,
-    }
+    Fault::Json { line, column, reason }
 }
 
 /// One step of a JSON pointer, escaped (RFC 6901) and shortened.
@@ -165,11 +149,7 @@ impl<'a> Scanner<'a> {
         self.memory += bytes as u64;
         if self.memory > self.memory_limit {
             let (count, limit) = (self.memory, self.memory_limit);
-            return Err(self.refuse(Fault::TooMany {
-                what: "bytes of parsed JSON",
-                count,
-                limit,
-            }));
+            return Err(self.refuse(Fault::TooMany { what: "bytes of parsed JSON", count, limit }));
         }
         Ok(())
     }
@@ -177,10 +157,7 @@ impl<'a> Scanner<'a> {
     /// A number, `true`, `false` or `null`.
     fn scalar<E: Error>(&mut self) -> Result<(), E> {
         let nested = self.path.len() >= 4;
-        let bytes = self
-            .section
-            .filter(|_| nested)
-            .map_or(0, |s| s.nested_scalar);
+        let bytes = self.section.filter(|_| nested).map_or(0, |s| s.nested_scalar);
         self.charge(bytes)
     }
 
@@ -199,10 +176,7 @@ impl<'a> Scanner<'a> {
     fn object<E: Error>(&mut self) -> Result<(), E> {
         self.only_numbers_in_bounds()?;
         let nested = self.path.len() >= 3;
-        let bytes = self
-            .section
-            .filter(|_| nested)
-            .map_or(0, |s| s.nested_object);
+        let bytes = self.section.filter(|_| nested).map_or(0, |s| s.nested_object);
         self.charge(bytes)
     }
 
@@ -230,11 +204,7 @@ impl<'a> Scanner<'a> {
         let count = index as u64 + 1;
         if section.name == "nodes" && count > self.max_nodes {
             let limit = self.max_nodes;
-            return Err(self.refuse(Fault::TooMany {
-                what: "nodes",
-                count,
-                limit,
-            }));
+            return Err(self.refuse(Fault::TooMany { what: "nodes", count, limit }));
         }
         self.charge(section.element)
     }
@@ -289,10 +259,7 @@ impl<'de> Visitor<'de> for ValueSeed<'_, 'de> {
         let mut index = 0;
         loop {
             scanner.path.push(Step::Index(index));
-            if seq
-                .next_element_seed(ElementSeed(&mut *scanner, index))?
-                .is_none()
-            {
+            if seq.next_element_seed(ElementSeed(&mut *scanner, index))?.is_none() {
                 scanner.path.pop();
                 return Ok(());
             }

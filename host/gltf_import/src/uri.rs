@@ -13,12 +13,7 @@ pub(crate) fn decode_data(data: &str) -> Result<Vec<u8>, &'static str> {
 
 fn decode_base64(text: &[u8]) -> Result<Vec<u8>, &'static str> {
     const DAMAGED: &str = "its base64 is damaged";
-    let padding = text
-        .iter()
-        .rev()
-        .take(2)
-        .take_while(|&&c| c == b'=')
-        .count();
+    let padding = text.iter().rev().take(2).take_while(|&&c| c == b'=').count();
     let digits = &text[..text.len() - padding];
     if digits.len() % 4 == 1 {
         return Err(DAMAGED);
@@ -52,11 +47,7 @@ pub(crate) fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
         return Err("it is empty");
     }
     // Checked on the raw text: an escaped colon is part of a name.
-    if uri
-        .split('/')
-        .next()
-        .is_some_and(|first| first.contains(':'))
-    {
+    if uri.split('/').next().is_some_and(|first| first.contains(':')) {
         return Err("it has a scheme or a drive, and only files beside the model are read");
     }
     let decoded = percent_decode(uri)?;
@@ -111,11 +102,7 @@ mod tests {
             ("TWFu", b"Man"),
             ("AP+/", &[0, 255, 191]),
         ] {
-            assert_eq!(
-                decode_data(&format!("x/y;base64,{text}")).unwrap(),
-                expected,
-                "{text}"
-            );
+            assert_eq!(decode_data(&format!("x/y;base64,{text}")).unwrap(), expected, "{text}");
         }
         for bad in ["A", "TW!u", "TWFu=TWFu", "TWFuTW==="] {
             assert!(decode_data(&format!(";base64,{bad}")).is_err(), "{bad}");

@@ -17,17 +17,9 @@ fn each_hostile_file_is_refused_with_what_where_and_remedy() {
         };
         let message = error.to_string();
         for expected in case.expected {
-            assert!(
-                message.contains(expected),
-                "{}: '{expected}' not in: {message}",
-                case.name
-            );
+            assert!(message.contains(expected), "{}: '{expected}' not in: {message}", case.name);
         }
-        assert!(
-            !matches!(error.fault, Fault::Panicked(_)),
-            "{}: {message}",
-            case.name
-        );
+        assert!(!matches!(error.fault, Fault::Panicked(_)), "{}: {message}", case.name);
         assert!(message.contains(error.fault.remedy()) && message.contains(&error.place));
         assert!(message.len() < 600, "{}: too long: {message}", case.name);
         assert!(!message.contains('\n'), "{}: {message}", case.name);
@@ -129,47 +121,12 @@ fn limits_are_kept() {
     };
     let square = Builder::square().bytes();
     let limits = ImportLimits::default;
-    check(
-        &square,
-        ImportLimits {
-            max_file_bytes: 99,
-            ..limits()
-        },
-        "bytes, and the limit is 99",
-    );
-    check(
-        &square,
-        ImportLimits {
-            max_nodes: 0,
-            ..limits()
-        },
-        "1 nodes, and the limit is 0",
-    );
-    check(
-        &square,
-        ImportLimits {
-            max_depth: 0,
-            ..limits()
-        },
-        "1 levels of nodes",
-    );
-    check(
-        &square,
-        ImportLimits {
-            max_triangles: 1,
-            ..limits()
-        },
-        "2 triangles, and the limit",
-    );
+    check(&square, ImportLimits { max_file_bytes: 99, ..limits() }, "bytes, and the limit is 99");
+    check(&square, ImportLimits { max_nodes: 0, ..limits() }, "1 nodes, and the limit is 0");
+    check(&square, ImportLimits { max_depth: 0, ..limits() }, "1 levels of nodes");
+    check(&square, ImportLimits { max_triangles: 1, ..limits() }, "2 triangles, and the limit");
     let image = square_with_image(&common::png_claiming(16, 16)).bytes();
-    check(
-        &image,
-        ImportLimits {
-            max_texture_pixels: 255,
-            ..limits()
-        },
-        "256 texture pixels",
-    );
+    check(&image, ImportLimits { max_texture_pixels: 255, ..limits() }, "256 texture pixels");
 }
 
 #[test]
@@ -179,13 +136,7 @@ fn external_files_count_towards_the_file_limit() {
     let mut document = Builder::square().document();
     document["buffers"][0]["uri"] = json!("data.bin");
     let bytes = document.to_string().into_bytes();
-    let limits = ImportLimits {
-        max_file_bytes: 100_000,
-        ..Default::default()
-    };
+    let limits = ImportLimits { max_file_bytes: 100_000, ..Default::default() };
     let error = import_bytes(&bytes, Some(folder.path()), &limits).unwrap_err();
-    assert!(
-        matches!(error.fault, Fault::TooMany { what: "bytes", .. }),
-        "{error}"
-    );
+    assert!(matches!(error.fault, Fault::TooMany { what: "bytes", .. }), "{error}");
 }

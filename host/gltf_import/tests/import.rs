@@ -15,10 +15,7 @@ use serde_json::json;
 fn triangles(imported: &Imported) -> Vec<[[f32; 3]; 3]> {
     let mesh = &imported.model.meshes[0];
     let point = |position: u32| mesh.positions[position as usize].to_array();
-    mesh.triangles
-        .iter()
-        .map(|&t| mesh.corner_positions(t).map(point))
-        .collect()
+    mesh.triangles.iter().map(|&t| mesh.corner_positions(t).map(point)).collect()
 }
 
 /// Corners of [`SQUARE`] as points.
@@ -45,10 +42,7 @@ fn a_square_of_either_container() {
     let mut document = builder.document();
     let mut bin = floats(&SQUARE);
     bin.extend(shorts(&[0, 1, 2, 0, 2, 3]));
-    document["buffers"][0]
-        .as_object_mut()
-        .unwrap()
-        .remove("uri");
+    document["buffers"][0].as_object_mut().unwrap().remove("uri");
     let binary = import(&glb(document.to_string().as_bytes(), &bin)).unwrap();
     assert_eq!(binary.model.meshes, text.model.meshes);
 }
@@ -58,13 +52,7 @@ fn indices_of_every_width() {
     for (component, bytes) in [
         (5121, vec![0, 1, 2, 0, 2, 3]),
         (5123, shorts(&[0, 1, 2, 0, 2, 3])),
-        (
-            5125,
-            [0_u32, 1, 2, 0, 2, 3]
-                .iter()
-                .flat_map(|i| i.to_le_bytes())
-                .collect(),
-        ),
+        (5125, [0_u32, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect()),
     ] {
         let mut builder = Builder::square();
         let indices = builder.accessor(&bytes, component, "SCALAR", 6);
@@ -98,16 +86,9 @@ fn strips_fans_and_plain_lists() {
 
 #[test]
 fn without_indices_vertices_are_taken_in_order() {
-    for (mode, expected) in [
-        (4, corners([[0, 1, 2]])),
-        (5, corners([[0, 1, 2], [1, 3, 2]])),
-    ] {
+    for (mode, expected) in [(4, corners([[0, 1, 2]])), (5, corners([[0, 1, 2], [1, 3, 2]]))] {
         let mut builder = Builder::square();
-        builder
-            .primitive()
-            .as_object_mut()
-            .unwrap()
-            .remove("indices");
+        builder.primitive().as_object_mut().unwrap().remove("indices");
         builder.primitive()["mode"] = json!(mode);
         assert_eq!(triangles(&builder.import()), expected);
     }
@@ -117,10 +98,7 @@ fn without_indices_vertices_are_taken_in_order() {
 fn interleaved_attributes() {
     let mut builder = Builder::square();
     let mut bytes = Vec::new();
-    for (corner, uv) in SQUARE
-        .chunks(3)
-        .zip([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    {
+    for (corner, uv) in SQUARE.chunks(3).zip([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) {
         bytes.extend(floats(corner));
         bytes.extend([0_i8, 0, 127, 99].map(|b| b as u8));
         bytes.extend(shorts(&uv.map(|v: f32| (v * 65535.0) as u16)));
@@ -158,24 +136,13 @@ fn sparse_accessors_replace_elements_with_or_without_a_base() {
         "values": { "bufferView": raised } });
     builder.json["accessors"][0]["sparse"] = sparse;
     let heights = |imported: &Imported| -> Vec<f32> {
-        imported.model.meshes[0]
-            .positions
-            .iter()
-            .map(|p| p.z)
-            .collect()
+        imported.model.meshes[0].positions.iter().map(|p| p.z).collect()
     };
     assert_eq!(heights(&builder.import()), [0.0, 0.0, 5.0, 6.0]);
 
-    builder.json["accessors"][0]
-        .as_object_mut()
-        .unwrap()
-        .remove("bufferView");
+    builder.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     let imported = builder.import();
-    assert_eq!(
-        heights(&imported),
-        [0.0, 5.0, 6.0],
-        "vertices 0 and 1 are both at the origin"
-    );
+    assert_eq!(heights(&imported), [0.0, 5.0, 6.0], "vertices 0 and 1 are both at the origin");
     assert_eq!(imported.report.meshes[0].coincident_triangles, 1);
 }
 
@@ -220,29 +187,12 @@ fn transforms_and_hierarchy() {
     let imported = builder.import();
     let nodes = &imported.model.nodes;
     let summary: Vec<_> = nodes.iter().map(|n| (n.name.as_str(), n.parent)).collect();
-    assert_eq!(
-        summary,
-        [
-            ("transformer", None),
-            ("lid", Some(0)),
-            ("bushing", Some(0))
-        ]
-    );
-    assert_eq!(
-        nodes[1].parent_from_node,
-        Mat4::from_translation(Vec3::new(7., 8., 9.))
-    );
+    assert_eq!(summary, [("transformer", None), ("lid", Some(0)), ("bushing", Some(0))]);
+    assert_eq!(nodes[1].parent_from_node, Mat4::from_translation(Vec3::new(7., 8., 9.)));
     let placed = nodes[2].parent_from_node.transform_point3(Vec3::X);
     assert!(placed.distance(Vec3::new(1.0, 4.0, 3.0)) < 1e-6, "{placed}");
     let expected = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
-    assert!(
-        nodes[2]
-            .parent_from_node
-            .to_scale_rotation_translation()
-            .1
-            .dot(expected)
-            > 0.9999
-    );
+    assert!(nodes[2].parent_from_node.to_scale_rotation_translation().1.dot(expected) > 0.9999);
     assert!(note(&imported, "1 x node skipped"));
 }
 
@@ -253,13 +203,7 @@ fn without_a_default_scene_all_scenes_and_without_scenes_all_roots() {
     builder.json["scenes"] = json!([{ "nodes": [2, 0] }, { "nodes": [0] }]);
     builder.json.as_object_mut().unwrap().remove("scene");
     let names = |builder: &Builder| -> Vec<String> {
-        builder
-            .import()
-            .model
-            .nodes
-            .into_iter()
-            .map(|n| n.name)
-            .collect()
+        builder.import().model.nodes.into_iter().map(|n| n.name).collect()
     };
     assert_eq!(names(&builder), ["c", "a"]);
     builder.json.as_object_mut().unwrap().remove("scenes");
@@ -275,21 +219,8 @@ fn names_become_unique_parts() {
         named("1U/1V\u{7}"), named("  "), {}, { "mesh": 0 }, named(&"ä".repeat(100)),
     ]);
     builder.json["scenes"][0]["nodes"] = (0..9).collect();
-    let names: Vec<_> = builder
-        .import()
-        .model
-        .nodes
-        .into_iter()
-        .map(|n| n.name)
-        .collect();
-    let expected = [
-        "bushing",
-        "bushing#2",
-        "bushing#2#2",
-        "bushing#3",
-        "1U_1V",
-        "node 5",
-    ];
+    let names: Vec<_> = builder.import().model.nodes.into_iter().map(|n| n.name).collect();
+    let expected = ["bushing", "bushing#2", "bushing#2#2", "bushing#3", "1U_1V", "node 5"];
     assert_eq!(names[..4], expected[..4]);
     assert_eq!(names[4], "1U_1V_");
     assert_eq!(names[5..8], ["node 5", "node 6", "steel"]);
@@ -300,9 +231,7 @@ fn names_become_unique_parts() {
 fn materials_and_their_textures() {
     let mut png = Vec::new();
     let pixels = image::RgbImage::from_raw(2, 1, vec![1, 2, 3, 4, 5, 6]).unwrap();
-    pixels
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .unwrap();
+    pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
     let mut builder = square_with_image(&png);
     builder.json["materials"][0] = json!({
         "name": "porcelain",
@@ -323,10 +252,7 @@ fn materials_and_their_textures() {
         "emissiveFactor": [1, 1, 1], "alphaMode": "BLEND" }),
     );
     let imported = builder.import();
-    let texture = TextureRef {
-        texture: 0,
-        wrap: [Wrap::Clamp, Wrap::Mirror],
-    };
+    let texture = TextureRef { texture: 0, wrap: [Wrap::Clamp, Wrap::Mirror] };
     let porcelain = Material {
         name: "porcelain".into(),
         base_color: [0.5, 0.25, 1.0, 0.5],
@@ -341,11 +267,7 @@ fn materials_and_their_textures() {
     assert_eq!(imported.model.materials[0], porcelain);
     assert_eq!(imported.model.materials[1].emissive, [0.0; 3]);
     assert_eq!(imported.model.materials[1].alpha, AlphaMode::Blend);
-    let expected = Texture {
-        width: 2,
-        height: 1,
-        rgba8: vec![1, 2, 3, 255, 4, 5, 6, 255],
-    };
+    let expected = Texture { width: 2, height: 1, rgba8: vec![1, 2, 3, 255, 4, 5, 6, 255] };
     assert_eq!(imported.model.textures, [expected]);
     assert_eq!(imported.model.meshes[0].sections[0].material, Some(0));
     for expected in ["only TEXCOORD_0", "normal texture", "emissive texture"] {
@@ -358,12 +280,7 @@ fn jpeg_files_beside_the_model() {
     let folder = tempfile::tempdir().unwrap();
     let mut jpeg = Vec::new();
     let pixels = image::RgbImage::from_pixel(16, 8, image::Rgb([200, 100, 50]));
-    pixels
-        .write_to(
-            &mut std::io::Cursor::new(&mut jpeg),
-            image::ImageFormat::Jpeg,
-        )
-        .unwrap();
+    pixels.write_to(&mut std::io::Cursor::new(&mut jpeg), image::ImageFormat::Jpeg).unwrap();
     std::fs::write(folder.path().join("rusty tank.jpg"), jpeg).unwrap();
     let mut builder = square_with_image(b"");
     builder.json["images"] = json!([{ "uri": "rusty%20tank.jpg" }]);
@@ -382,9 +299,7 @@ fn large_pngs_are_read_whole() {
     let (width, height) = (4096, 2304);
     let mut png = Vec::new();
     let pixels = image::GrayImage::from_fn(width, height, |x, y| image::Luma([(x ^ y) as u8]));
-    pixels
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .unwrap();
+    pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
     let imported = square_with_image(&png).import();
     let texture = &imported.model.textures[0];
     assert_eq!((texture.width, texture.height), (width, height));
@@ -398,10 +313,7 @@ fn what_has_no_place_is_skipped_and_said() {
     let mut builder = Builder::square();
     let line = json!({ "attributes": { "POSITION": 0 }, "mode": 1 });
     let cloud = json!({ "attributes": { "POSITION": 0, "COLOR_0": 0 }, "mode": 0 });
-    builder.json["meshes"][0]["primitives"]
-        .as_array_mut()
-        .unwrap()
-        .extend([line, cloud]);
+    builder.json["meshes"][0]["primitives"].as_array_mut().unwrap().extend([line, cloud]);
     builder.primitive()["targets"] = json!([{ "POSITION": 0 }]);
     builder.primitive()["attributes"]["COLOR_0"] = json!(0);
     builder.primitive()["attributes"]["_TEMPERATURE"] = json!(0);
@@ -420,11 +332,7 @@ fn what_has_no_place_is_skipped_and_said() {
         "1 x mesh skipped: no node shows it",
         "extension 'KHR_lights_punctual' ignored",
     ] {
-        assert!(
-            note(&imported, expected),
-            "{expected}: {:?}",
-            imported.report.notes
-        );
+        assert!(note(&imported, expected), "{expected}: {:?}", imported.report.notes);
     }
 }
 
@@ -440,12 +348,7 @@ fn what_is_exported_imports_as_it_was() {
     let third = std::f32::consts::FRAC_1_PI;
     let odd: Vec<f32> = SQUARE.iter().map(|v| v * third + 0.1).collect();
     let odd = builder.accessor(&floats(&odd), 5126, "VEC3", 4);
-    let uvs = builder.accessor(
-        &floats(&[0., third, 1., 0., 1., 1., 0., 1.]),
-        5126,
-        "VEC2",
-        4,
-    );
+    let uvs = builder.accessor(&floats(&[0., third, 1., 0., 1., 1., 0., 1.]), 5126, "VEC2", 4);
     let second = json!({ "attributes": { "POSITION": odd, "TEXCOORD_0": uvs }, "indices": 1, "material": 0 });
     common::push(&mut builder.json["meshes"][0]["primitives"], second);
     builder.json["nodes"] = json!([
@@ -455,24 +358,13 @@ fn what_is_exported_imports_as_it_was() {
     builder.json["materials"] = json!([{ "name": "steel", "emissiveFactor": [0.1, 0.2, 0.3],
         "alphaMode": "MASK", "alphaCutoff": 0.3 }]);
     let mut model = builder.import().model;
-    model.textures = vec![Texture {
-        width: 1,
-        height: 2,
-        rgba8: (0..8).collect(),
-    }];
-    model.materials[0].base_color_texture = Some(TextureRef {
-        texture: 0,
-        wrap: [Wrap::Mirror, Wrap::Repeat],
-    });
+    model.textures = vec![Texture { width: 1, height: 2, rgba8: (0..8).collect() }];
+    model.materials[0].base_color_texture =
+        Some(TextureRef { texture: 0, wrap: [Wrap::Mirror, Wrap::Repeat] });
 
     let file = write_glb(&model).unwrap();
     let again = import(&file).unwrap();
-    let Model {
-        meshes,
-        materials,
-        textures,
-        nodes,
-    } = again.model;
+    let Model { meshes, materials, textures, nodes } = again.model;
     assert_eq!(meshes, model.meshes);
     assert_eq!(materials, model.materials);
     assert_eq!(textures, model.textures);

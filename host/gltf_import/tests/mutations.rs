@@ -32,9 +32,7 @@ impl Random {
 fn seeds() -> Vec<Vec<u8>> {
     let mut png = Vec::new();
     let pixels = image::RgbaImage::from_pixel(2, 2, image::Rgba([1, 2, 3, 4]));
-    pixels
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .unwrap();
+    pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
     let mut rich = square_with_image(&png);
     rich.json["nodes"] = json!([
         { "name": "T1", "children": [1, 2] },
@@ -52,21 +50,13 @@ fn seeds() -> Vec<Vec<u8>> {
     let exported = busbar_gltf_export::write_glb(&Builder::square().import().model).unwrap();
     let mut inner = plain.clone();
     inner["buffers"][0].as_object_mut().unwrap().remove("uri");
-    inner["accessors"][0]
-        .as_object_mut()
-        .unwrap()
-        .remove("sparse");
+    inner["accessors"][0].as_object_mut().unwrap().remove("sparse");
     let mut bin = common::floats(&common::SQUARE);
     bin.extend(common::shorts(&[0, 1, 2, 0, 2, 3]));
     bin.resize(4096, 0);
     let wrapped = glb(inner.to_string().as_bytes(), &bin);
     import(&wrapped).unwrap();
-    vec![
-        rich.bytes(),
-        plain.to_string().into_bytes(),
-        exported,
-        wrapped,
-    ]
+    vec![rich.bytes(), plain.to_string().into_bytes(), exported, wrapped]
 }
 
 fn mutate(file: &mut Vec<u8>, random: &mut Random) {
@@ -121,10 +111,7 @@ fn replace_number(file: &mut Vec<u8>, at: usize, random: &mut Random) {
     let Some(start) = file.iter().skip(at).position(digit).map(|p| p + at) else {
         return;
     };
-    let end = file[start..]
-        .iter()
-        .position(|b| !digit(b))
-        .map_or(file.len(), |p| p + start);
+    let end = file[start..].iter().position(|b| !digit(b)).map_or(file.len(), |p| p + start);
     file.splice(start..end, NUMBERS[random.below(NUMBERS.len())].bytes());
 }
 
@@ -134,11 +121,7 @@ fn assert_sound(imported: &Imported) {
         assert!(node.parent.is_none_or(|p| (p as usize) < index));
         assert!(node.mesh.is_none_or(|m| (m as usize) < model.meshes.len()));
         assert!(node.parent_from_node.is_finite());
-        assert!(
-            model.nodes[..index]
-                .iter()
-                .all(|other| other.name != node.name)
-        );
+        assert!(model.nodes[..index].iter().all(|other| other.name != node.name));
     }
     // Checks every index of meshes, materials and textures.
     busbar_gltf_export::write_glb(model).unwrap();
@@ -167,8 +150,5 @@ fn mutated_files_are_imported_or_refused() {
         }
     }
     println!("{accepted} accepted, {refused} refused");
-    assert!(
-        accepted > 1000 && refused > 1000,
-        "{accepted} accepted, {refused} refused"
-    );
+    assert!(accepted > 1000 && refused > 1000, "{accepted} accepted, {refused} refused");
 }

@@ -64,9 +64,7 @@ impl Adapter {
             return Ok(Err(format!("{name} lacks {missing}")));
         }
         let Some((queue_family, has_timestamps)) = queue_family(instance, device, surface)? else {
-            return Ok(Err(format!(
-                "{name} has no queue that draws into this window"
-            )));
+            return Ok(Err(format!("{name} has no queue that draws into this window")));
         };
         // SAFETY: as above.
         let features = unsafe { instance.raw.get_physical_device_features(device) };
@@ -93,10 +91,9 @@ fn rank(kind: vk::PhysicalDeviceType) -> u32 {
 }
 
 fn device_name(properties: &vk::PhysicalDeviceProperties) -> String {
-    properties.device_name_as_c_str().map_or_else(
-        |_| "unnamed device".to_owned(),
-        |name| name.to_string_lossy().into_owned(),
-    )
+    properties
+        .device_name_as_c_str()
+        .map_or_else(|_| "unnamed device".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// Keeps the devices that the override names, if it is set.
@@ -104,10 +101,7 @@ fn narrow(
     instance: &Instance,
     devices: Vec<vk::PhysicalDevice>,
 ) -> Result<Vec<vk::PhysicalDevice>, GpuError> {
-    let Some(wanted) = std::env::var(OVERRIDE_VARIABLE)
-        .ok()
-        .filter(|name| !name.is_empty())
-    else {
+    let Some(wanted) = std::env::var(OVERRIDE_VARIABLE).ok().filter(|name| !name.is_empty()) else {
         return Ok(devices);
     };
     let name_of = |device: &vk::PhysicalDevice| {
@@ -116,9 +110,7 @@ fn narrow(
     };
     let available = devices.iter().map(name_of).collect::<Vec<_>>().join(", ");
     let matches = |device: &vk::PhysicalDevice| {
-        name_of(device)
-            .to_lowercase()
-            .contains(&wanted.to_lowercase())
+        name_of(device).to_lowercase().contains(&wanted.to_lowercase())
     };
     let named: Vec<_> = devices.into_iter().filter(matches).collect();
     if named.is_empty() {
@@ -139,40 +131,25 @@ fn missing_ability(
     }
     let mut vulkan_12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
-    let mut features = vk::PhysicalDeviceFeatures2::default()
-        .push_next(&mut vulkan_12)
-        .push_next(&mut vulkan_13);
+    let mut features =
+        vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan_12).push_next(&mut vulkan_13);
     // SAFETY: `device` comes from this live instance and knows Vulkan 1.3.
     let depth = unsafe {
-        instance
-            .raw
-            .get_physical_device_features2(device, &mut features);
-        instance
-            .raw
-            .get_physical_device_format_properties(device, vk::Format::D32_SFLOAT)
+        instance.raw.get_physical_device_features2(device, &mut features);
+        instance.raw.get_physical_device_format_properties(device, vk::Format::D32_SFLOAT)
     };
     let robust = features.features.robust_buffer_access == vk::TRUE;
-    let can_depth = depth
-        .optimal_tiling_features
-        .contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT);
+    let can_depth =
+        depth.optimal_tiling_features.contains(vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT);
     let needs = [
-        (
-            vulkan_12.timeline_semaphore == vk::TRUE,
-            "timeline semaphores",
-        ),
+        (vulkan_12.timeline_semaphore == vk::TRUE, "timeline semaphores"),
         (vulkan_13.dynamic_rendering == vk::TRUE, "dynamic rendering"),
         (vulkan_13.synchronization2 == vk::TRUE, "synchronization2"),
         (robust, "robust buffer access"),
         (can_depth, "32-bit depth"),
-        (
-            !presents || has_extension(instance, device, khr::swapchain::NAME)?,
-            "swapchains",
-        ),
+        (!presents || has_extension(instance, device, khr::swapchain::NAME)?, "swapchains"),
     ];
-    Ok(needs
-        .into_iter()
-        .find(|(has, _)| !has)
-        .map(|(_, what)| what))
+    Ok(needs.into_iter().find(|(has, _)| !has).map(|(_, what)| what))
 }
 
 fn has_extension(
@@ -183,9 +160,7 @@ fn has_extension(
     // SAFETY: `device` comes from this live instance.
     let extensions = unsafe { instance.raw.enumerate_device_extension_properties(device) }
         .map_err(at("listing device extensions"))?;
-    Ok(extensions
-        .iter()
-        .any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
+    Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
 }
 
 /// A queue family that draws and, with a surface, presents; and whether it
@@ -196,11 +171,7 @@ fn queue_family(
     surface: Option<&Surface>,
 ) -> Result<Option<(u32, bool)>, GpuError> {
     // SAFETY: `device` comes from this live instance.
-    let families = unsafe {
-        instance
-            .raw
-            .get_physical_device_queue_family_properties(device)
-    };
+    let families = unsafe { instance.raw.get_physical_device_queue_family_properties(device) };
     for (index, family) in families.iter().enumerate() {
         let index = index as u32;
         let presents = match surface {

@@ -71,10 +71,7 @@ impl BindGroupLayout {
     /// When there are too many bindings of a kind, or memory runs out.
     pub fn new(gpu: &Gpu, kinds: &[BindingKind]) -> Result<Self, GpuError> {
         let count = |kind| kinds.iter().filter(|&&k| k == kind).count();
-        if BindingKind::ALL
-            .into_iter()
-            .any(|kind| count(kind) > MAX_BINDINGS_PER_KIND as usize)
-        {
+        if BindingKind::ALL.into_iter().any(|kind| count(kind) > MAX_BINDINGS_PER_KIND as usize) {
             return Err(GpuError::Misuse("a bind group with too many bindings"));
         }
         let bindings: Vec<_> = (0..)
@@ -92,11 +89,7 @@ impl BindGroupLayout {
         // SAFETY: the device lives.
         let raw = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
             .map_err(at("creating a bind group layout"))?;
-        Ok(Self(Arc::new(LayoutInner {
-            device,
-            raw,
-            kinds: kinds.to_vec(),
-        })))
+        Ok(Self(Arc::new(LayoutInner { device, raw, kinds: kinds.to_vec() })))
     }
 
     pub(crate) fn raw(&self) -> vk::DescriptorSetLayout {
@@ -133,16 +126,9 @@ impl BindGroup {
     pub fn new(layout: &BindGroupLayout, bindings: &[Binding<'_>]) -> Result<Self, GpuError> {
         let device = &layout.0.device;
         let fits = layout.0.kinds.len() == bindings.len()
-            && layout
-                .0
-                .kinds
-                .iter()
-                .zip(bindings)
-                .all(|(kind, binding)| binding.is(*kind));
+            && layout.0.kinds.iter().zip(bindings).all(|(kind, binding)| binding.is(*kind));
         if !fits {
-            return Err(GpuError::Misuse(
-                "a bind group that does not fit its layout",
-            ));
+            return Err(GpuError::Misuse("a bind group that does not fit its layout"));
         }
         let (pool, raw) = device
             .pools
@@ -150,12 +136,7 @@ impl BindGroup {
             .unwrap_or_else(PoisonError::into_inner)
             .allocate(&device.raw, layout.raw())?;
         let kept = bindings.iter().map(Binding::keep).collect();
-        let group = Self {
-            layout: layout.clone(),
-            pool,
-            raw,
-            _kept: kept,
-        };
+        let group = Self { layout: layout.clone(), pool, raw, _kept: kept };
         for (index, binding) in (0..).zip(bindings) {
             group.bind(index, layout.0.kinds[index as usize], binding);
         }
@@ -181,13 +162,7 @@ impl BindGroup {
             Binding::Texture(_) | Binding::Sampler(_) => write.image_info(&images),
         };
         // SAFETY: the set is new, so nothing uses it; the kinds were checked.
-        unsafe {
-            self.layout
-                .0
-                .device
-                .raw
-                .update_descriptor_sets(&[write], &[])
-        };
+        unsafe { self.layout.0.device.raw.update_descriptor_sets(&[write], &[]) };
     }
 
     pub(crate) fn raw(&self) -> vk::DescriptorSet {
@@ -201,10 +176,7 @@ impl BindGroup {
 
 impl Drop for BindGroup {
     fn drop(&mut self) {
-        self.layout
-            .0
-            .device
-            .discard(Garbage::DescriptorSet(self.pool, self.raw));
+        self.layout.0.device.discard(Garbage::DescriptorSet(self.pool, self.raw));
     }
 }
 
@@ -212,10 +184,7 @@ impl Binding<'_> {
     fn is(&self, kind: BindingKind) -> bool {
         match (self, kind) {
             (Self::Buffer(buffer), BindingKind::Uniform) => {
-                matches!(
-                    buffer.usage(),
-                    BufferUsage::Uniform | BufferUsage::HostUniform
-                )
+                matches!(buffer.usage(), BufferUsage::Uniform | BufferUsage::HostUniform)
             }
             (Self::Buffer(buffer), BindingKind::Storage) => {
                 buffer.usage() == BufferUsage::HostStorage
@@ -289,9 +258,7 @@ fn allocate_from(
     layout: vk::DescriptorSetLayout,
 ) -> Result<vk::DescriptorSet, vk::Result> {
     let layouts = [layout];
-    let info = vk::DescriptorSetAllocateInfo::default()
-        .descriptor_pool(pool)
-        .set_layouts(&layouts);
+    let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
     // SAFETY: pool and layout belong to the device; the caller holds the pools'
     // lock. One layout gives one set.
     unsafe { device.allocate_descriptor_sets(&info) }.map(|sets| sets[0])

@@ -99,11 +99,7 @@ impl Buffer {
     ) -> Result<Self, GpuError> {
         let limit = usage.limit(&device.adapter.limits);
         if size > limit {
-            return Err(GpuError::TooLarge {
-                what: name,
-                asked: size,
-                limit,
-            });
+            return Err(GpuError::TooLarge { what: name, asked: size, limit });
         }
         let size = size.max(1);
         let info = vk::BufferCreateInfo::default()
@@ -125,27 +121,20 @@ impl Buffer {
     }
 
     fn bind(&self, name: &'static str) -> Result<(), GpuError> {
-        let Inner {
-            device, raw, usage, ..
-        } = &*self.0;
+        let Inner { device, raw, usage, .. } = &*self.0;
         // SAFETY: the buffer was just made from this device.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(*raw) };
         let allocation = device.allocate(name, requirements, usage.location(), true)?;
         // SAFETY: the memory meets the buffer's requirements and is its alone.
         let bound = unsafe {
-            device
-                .raw
-                .bind_buffer_memory(*raw, allocation.memory(), allocation.offset())
+            device.raw.bind_buffer_memory(*raw, allocation.memory(), allocation.offset())
         };
         *self.allocation() = Some(allocation);
         bound.map_err(at(name))
     }
 
     fn allocation(&self) -> std::sync::MutexGuard<'_, Option<Allocation>> {
-        self.0
-            .allocation
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.0.allocation.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes at the start of a buffer that the CPU can see. The GPU must not
@@ -188,11 +177,7 @@ impl Buffer {
 
 impl Drop for Inner {
     fn drop(&mut self) {
-        let allocation = self
-            .allocation
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
+        let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
         self.device.discard(Garbage::Buffer(self.raw, allocation));
     }
 }

@@ -51,10 +51,7 @@ impl Device {
     ) -> Result<Arc<Self>, GpuError> {
         let raw = create(&instance, &adapter, presents)?;
         let made = Parts::of(&instance, &adapter, &raw);
-        let Parts {
-            allocator,
-            timeline,
-        } = match made {
+        let Parts { allocator, timeline } = match made {
             Ok(parts) => parts,
             Err(error) => {
                 // SAFETY: `Parts` leaves nothing behind when it fails.
@@ -62,9 +59,8 @@ impl Device {
                 return Err(error);
             }
         };
-        let names = instance
-            .validates()
-            .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let names =
+            instance.validates().then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         // SAFETY: one queue of this family was asked for.
         let queue = unsafe { raw.get_device_queue(adapter.queue_family, 0) };
         Ok(Arc::new(Self {
@@ -86,9 +82,7 @@ impl Device {
     }
 
     fn allocator(&self) -> MutexGuard<'_, Allocator> {
-        self.allocator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn allocate(
@@ -114,9 +108,8 @@ impl Device {
         let (Some(names), Ok(name)) = (&self.names, CString::new(name)) else {
             return;
         };
-        let info = vk::DebugUtilsObjectNameInfoEXT::default()
-            .object_handle(object)
-            .object_name(&name);
+        let info =
+            vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
         // SAFETY: the object was just made from this device. A name that is
         // lost for want of memory harms nothing.
         let _ = unsafe { names.set_debug_utils_object_name(&info) };
@@ -133,9 +126,7 @@ impl Device {
     pub(crate) fn collect_garbage(&self) -> Result<(), GpuError> {
         let finished = self.finished()?;
         let mut garbage = self.garbage();
-        let done: Vec<_> = garbage
-            .extract_if(.., |(value, _)| *value <= finished)
-            .collect();
+        let done: Vec<_> = garbage.extract_if(.., |(value, _)| *value <= finished).collect();
         drop(garbage);
         self.destroy(done);
         Ok(())
@@ -171,16 +162,11 @@ impl Device {
     /// Waits until a submission is finished.
     pub(crate) fn wait(&self, value: u64, what: &'static str) -> Result<(), GpuError> {
         let (semaphores, values) = ([self.timeline], [value]);
-        let info = vk::SemaphoreWaitInfo::default()
-            .semaphores(&semaphores)
-            .values(&values);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is this device's timeline.
         match unsafe { self.raw.wait_semaphores(&info, MAX_WAIT_MILLIS * 1_000_000) } {
             Ok(()) => Ok(()),
-            Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
-                what,
-                millis: MAX_WAIT_MILLIS,
-            }),
+            Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout { what, millis: MAX_WAIT_MILLIS }),
             Err(code) => Err(at(what)(code)),
         }
     }
@@ -205,14 +191,10 @@ impl Device {
         let value = self.submitted() + 1;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
         let info = |semaphore, stages| {
-            vk::SemaphoreSubmitInfo::default()
-                .semaphore(semaphore)
-                .stage_mask(stages)
+            vk::SemaphoreSubmitInfo::default().semaphore(semaphore).stage_mask(stages)
         };
-        let waits: Vec<_> = wait
-            .into_iter()
-            .map(|s| info(s, vk::PipelineStageFlags2::ALL_TRANSFER))
-            .collect();
+        let waits: Vec<_> =
+            wait.into_iter().map(|s| info(s, vk::PipelineStageFlags2::ALL_TRANSFER)).collect();
         let mut signals =
             vec![info(self.timeline, vk::PipelineStageFlags2::ALL_COMMANDS).value(value)];
         signals.extend(signal.map(|s| info(s, vk::PipelineStageFlags2::ALL_COMMANDS)));
@@ -221,11 +203,8 @@ impl Device {
             .wait_semaphore_infos(&waits)
             .signal_semaphore_infos(&signals);
         // SAFETY: the caller's promise.
-        unsafe {
-            self.raw
-                .queue_submit2(self.queue, &[submit], vk::Fence::null())
-        }
-        .map_err(at("submitting a frame"))?;
+        unsafe { self.raw.queue_submit2(self.queue, &[submit], vk::Fence::null()) }
+            .map_err(at("submitting a frame"))?;
         self.submitted.store(value, Ordering::Release);
         Ok(value)
     }
@@ -246,10 +225,7 @@ impl Drop for Device {
         // SAFETY: everything made from the device held an Arc of it and is
         // gone; the queue is idle or lost; the allocator is not used again.
         unsafe {
-            self.pools
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .destroy(&self.raw);
+            self.pools.lock().unwrap_or_else(PoisonError::into_inner).destroy(&self.raw);
             ManuallyDrop::drop(&mut self.allocator);
             self.raw.destroy_semaphore(self.timeline, None);
             self.raw.destroy_device(None);
@@ -280,10 +256,7 @@ impl Parts {
         // SAFETY: the device was made with timeline semaphores.
         let timeline =
             unsafe { device.create_semaphore(&info, None) }.map_err(at("creating the timeline"))?;
-        Ok(Self {
-            allocator,
-            timeline,
-        })
+        Ok(Self { allocator, timeline })
     }
 }
 
@@ -292,11 +265,7 @@ fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash:
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(adapter.queue_family)
         .queue_priorities(&priorities)];
-    let extensions = if presents {
-        vec![khr::swapchain::NAME.as_ptr()]
-    } else {
-        Vec::new()
-    };
+    let extensions = if presents { vec![khr::swapchain::NAME.as_ptr()] } else { Vec::new() };
     let features = vk::PhysicalDeviceFeatures::default()
         .robust_buffer_access(true)
         .fill_mode_non_solid(adapter.can_draw_lines);

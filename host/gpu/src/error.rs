@@ -95,10 +95,7 @@ pub(crate) fn at(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
         | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY
         | vk::Result::ERROR_OUT_OF_POOL_MEMORY => GpuError::OutOfMemory(what),
         vk::Result::ERROR_DEVICE_LOST => GpuError::DeviceLost(what),
-        code => GpuError::Vulkan {
-            what,
-            code: code.to_string(),
-        },
+        code => GpuError::Vulkan { what, code: code.to_string() },
     }
 }
 
@@ -108,9 +105,6 @@ pub(crate) fn allocating(
 ) -> impl Fn(gpu_allocator::AllocationError) -> GpuError {
     move |error| match error {
         gpu_allocator::AllocationError::OutOfMemory => GpuError::OutOfMemory(what),
-        error => GpuError::Vulkan {
-            what,
-            code: error.to_string(),
-        },
+        error => GpuError::Vulkan { what, code: error.to_string() },
     }
 }

@@ -6,11 +6,7 @@ use gpu_allocator::vulkan::{Allocation, Allocator};
 /// Something to destroy.
 pub(crate) enum Garbage {
     Buffer(vk::Buffer, Option<Allocation>),
-    Image {
-        image: vk::Image,
-        views: Vec<vk::ImageView>,
-        allocation: Option<Allocation>,
-    },
+    Image { image: vk::Image, views: Vec<vk::ImageView>, allocation: Option<Allocation> },
     Sampler(vk::Sampler),
     DescriptorSet(vk::DescriptorPool, vk::DescriptorSet),
     DescriptorSetLayout(vk::DescriptorSetLayout),
@@ -31,11 +27,7 @@ impl Garbage {
                     device.destroy_buffer(buffer, None);
                     allocation
                 }
-                Self::Image {
-                    image,
-                    views,
-                    allocation,
-                } => {
+                Self::Image { image, views, allocation } => {
                     for view in views {
                         device.destroy_image_view(view, None);
                     }

@@ -66,13 +66,7 @@ impl Gpu {
         let slots = (0..=TRANSFER_SLOT)
             .map(|_| CommandSlot::new(Arc::clone(&device)))
             .collect::<Result<_, _>>()?;
-        Ok(Self {
-            presenter,
-            slots,
-            next_frame: 0,
-            frame_millis: None,
-            device,
-        })
+        Ok(Self { presenter, slots, next_frame: 0, frame_millis: None, device })
     }
 
     pub(crate) fn device(&self) -> &Arc<Device> {
@@ -104,9 +98,7 @@ impl Gpu {
 
     /// The format that pictures for the window must have.
     pub fn picture_format(&self) -> Format {
-        self.presenter
-            .as_ref()
-            .map_or(Format::Rgba8Srgb, Presenter::format)
+        self.presenter.as_ref().map_or(Format::Rgba8Srgb, Presenter::format)
     }
 
     /// How long the GPU took for the last frame it finished, if it can tell.
@@ -152,8 +144,7 @@ impl Gpu {
     }
 
     fn begin(&mut self, slot: usize) -> Result<Recorder<'_>, GpuError> {
-        self.device
-            .wait(self.slots[slot].value, "an earlier frame")?;
+        self.device.wait(self.slots[slot].value, "an earlier frame")?;
         self.device.collect_garbage()?;
         if slot != TRANSFER_SLOT
             && let Some(millis) = self.slots[slot].elapsed_millis()?
@@ -195,10 +186,7 @@ mod tests {
         }
         drop(gpu);
         let messages = log.messages();
-        assert!(
-            messages.iter().any(|message| message.contains("maxLod")),
-            "{messages:?}"
-        );
+        assert!(messages.iter().any(|message| message.contains("maxLod")), "{messages:?}");
     }
 
     #[test]
@@ -207,9 +195,8 @@ mod tests {
         let log = gpu.validation_log();
         for abandon in [true, false, true, false] {
             let mut recorder = gpu.begin_transfer().unwrap();
-            let image = recorder
-                .upload_texture("texture", Format::Rgba8Srgb, [4, 2], &[9; 32])
-                .unwrap();
+            let image =
+                recorder.upload_texture("texture", Format::Rgba8Srgb, [4, 2], &[9; 32]).unwrap();
             assert_eq!(image.size(), [4, 2]);
             if !abandon {
                 recorder.submit_and_wait().unwrap();
@@ -231,9 +218,8 @@ mod tests {
         let bytes = vec![7; 40 << 20];
         let mut recorder = gpu.begin_transfer().unwrap();
         for _ in 0..3 {
-            let buffer = recorder
-                .upload_buffer("vertices", crate::BufferUsage::Vertex, &bytes)
-                .unwrap();
+            let buffer =
+                recorder.upload_buffer("vertices", crate::BufferUsage::Vertex, &bytes).unwrap();
             assert_eq!(buffer.size(), 40 << 20);
             assert!(recorder.staged_bytes <= 40 << 20, "flushed in between");
         }

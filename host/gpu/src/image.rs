@@ -154,12 +154,7 @@ impl Image {
         device: &Arc<Device>,
         description: ImageDescription,
     ) -> Result<Self, GpuError> {
-        let ImageDescription {
-            name,
-            kind,
-            format,
-            size: [width, height],
-        } = description;
+        let ImageDescription { name, kind, format, size: [width, height] } = description;
         let limit = device.adapter.limits.max_image_dimension2_d;
         let largest = width.max(height);
         if largest > limit {
@@ -177,9 +172,7 @@ impl Image {
             ImageKind::Target { .. } => 1,
         };
         // A resolved picture gets a second view, for painting without decoding.
-        let undecoded = format
-            .undecoded()
-            .filter(|_| kind == ImageKind::Target { samples: 1 });
+        let undecoded = format.undecoded().filter(|_| kind == ImageKind::Target { samples: 1 });
         let flags = match undecoded {
             Some(_) => vk::ImageCreateFlags::MUTABLE_FORMAT,
             None => vk::ImageCreateFlags::empty(),
@@ -188,11 +181,7 @@ impl Image {
             .flags(flags)
             .image_type(vk::ImageType::TYPE_2D)
             .format(format.vk())
-            .extent(vk::Extent3D {
-                width,
-                height,
-                depth: 1,
-            })
+            .extent(vk::Extent3D { width, height, depth: 1 })
             .mip_levels(levels)
             .array_layers(1)
             .samples(sample_flag(kind.samples()))
@@ -216,9 +205,7 @@ impl Image {
         };
         inner.bind()?;
         inner.view = inner.make_view(format.vk())?;
-        inner.undecoded_view = undecoded
-            .map(|format| inner.make_view(format))
-            .transpose()?;
+        inner.undecoded_view = undecoded.map(|format| inner.make_view(format)).transpose()?;
         Ok(Self(Arc::new(inner)))
     }
 
@@ -267,8 +254,7 @@ impl Inner {
         // SAFETY: the image was just made from this device.
         let requirements = unsafe { self.device.raw.get_image_memory_requirements(self.raw) };
         let allocation =
-            self.device
-                .allocate(name, requirements, MemoryLocation::GpuOnly, false)?;
+            self.device.allocate(name, requirements, MemoryLocation::GpuOnly, false)?;
         let (memory, offset) = {
             // SAFETY: read only to bind, below.
             (unsafe { allocation.memory() }, allocation.offset())
@@ -301,10 +287,6 @@ impl Drop for Inner {
         let mut views: Vec<_> = self.undecoded_view.into_iter().collect();
         views.push(self.view);
         let allocation = self.allocation.take();
-        self.device.discard(Garbage::Image {
-            image: self.raw,
-            views,
-            allocation,
-        });
+        self.device.discard(Garbage::Image { image: self.raw, views, allocation });
     }
 }

@@ -37,12 +37,7 @@ impl Instance {
         let log = ValidationLog::default();
         let extensions = extensions(validation, window)?;
         let raw = create(&entry, &log, validation, &extensions)?;
-        let mut instance = Self {
-            entry,
-            raw,
-            messenger: None,
-            log,
-        };
+        let mut instance = Self { entry, raw, messenger: None, log };
         if validation {
             instance.listen()?;
         }
@@ -82,9 +77,7 @@ fn has_layer(entry: &ash::Entry, wanted: &CStr) -> Result<bool, GpuError> {
     // SAFETY: the loader is loaded.
     let layers =
         unsafe { entry.enumerate_instance_layer_properties() }.map_err(at("listing layers"))?;
-    Ok(layers
-        .iter()
-        .any(|layer| layer.layer_name_as_c_str() == Ok(wanted)))
+    Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(wanted)))
 }
 
 fn extensions(
@@ -125,10 +118,7 @@ fn create(
         .application_info(&application)
         .enabled_extension_names(extensions);
     if validation {
-        info = info
-            .enabled_layer_names(&layers)
-            .push_next(&mut features)
-            .push_next(&mut messenger);
+        info = info.enabled_layer_names(&layers).push_next(&mut features).push_next(&mut messenger);
     }
     // SAFETY: all that `info` points to lives until the call returns, and the
     // log outlives the instance, which owns a clone of it.

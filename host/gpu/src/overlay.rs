@@ -34,18 +34,14 @@ impl Overlay {
     /// When the format is no picture's, or memory runs out.
     pub fn new(gpu: &Gpu, format: Format) -> Result<Self, GpuError> {
         let device = Arc::clone(gpu.device());
-        let color_attachment_format = format
-            .undecoded()
-            .ok_or(GpuError::Misuse("panels over what is no picture"))?;
+        let color_attachment_format =
+            format.undecoded().ok_or(GpuError::Misuse("panels over what is no picture"))?;
         let mode = RenderMode::DynamicRendering(DynamicRendering {
             color_attachment_format,
             depth_attachment_format: None,
             stencil_attachment_format: None,
         });
-        let options = Options {
-            in_flight_frames: MAX_FRAMES_IN_FLIGHT,
-            ..Default::default()
-        };
+        let options = Options { in_flight_frames: MAX_FRAMES_IN_FLIGHT, ..Default::default() };
         let painter = Renderer::with_gpu_allocator(
             device.shared_allocator(),
             device.raw.clone(),
@@ -131,18 +127,12 @@ impl Overlay {
         id: TextureId,
         options: Option<egui::TextureOptions>,
     ) -> Result<(), GpuError> {
-        let Some(image) = self
-            .images
-            .get(&id)
-            .filter(|image| !image.pixels.is_empty())
-        else {
+        let Some(image) = self.images.get(&id).filter(|image| !image.pixels.is_empty()) else {
             return Ok(());
         };
         let whole = ImageDelta::full(Arc::clone(image), options.unwrap_or_default());
         let pool = gpu.slots[MAX_FRAMES_IN_FLIGHT].pool;
-        self.painter
-            .set_texture(self.device.queue, pool, id, &whole)
-            .map_err(refused)
+        self.painter.set_texture(self.device.queue, pool, id, &whole).map_err(refused)
     }
 
     /// Records the painting, inside a pass over the undecoded view.
@@ -154,9 +144,7 @@ impl Overlay {
         primitives: &[egui::ClippedPrimitive],
     ) -> Result<(), GpuError> {
         if !(pixels_per_point.is_finite() && pixels_per_point > 0.0) {
-            return Err(GpuError::Overlay(format!(
-                "{pixels_per_point} pixels per point"
-            )));
+            return Err(GpuError::Overlay(format!("{pixels_per_point} pixels per point")));
         }
         let has_triangles = primitives.iter().any(|primitive| {
             matches!(&primitive.primitive, Primitive::Mesh(mesh) if !mesh.indices.is_empty())
@@ -165,9 +153,7 @@ impl Overlay {
             // The painter would make empty buffers, which Vulkan forbids.
             return Ok(());
         }
-        self.painter
-            .cmd_draw(commands, extent, pixels_per_point, primitives)
-            .map_err(refused)
+        self.painter.cmd_draw(commands, extent, pixels_per_point, primitives).map_err(refused)
     }
 }
 

@@ -85,12 +85,7 @@ impl Recorder<'_> {
         targets: &Targets<'_>,
         viewport: Viewport,
     ) -> Result<Pass<'_>, GpuError> {
-        let Targets {
-            color,
-            resolve,
-            depth,
-            clear,
-        } = targets;
+        let Targets { color, resolve, depth, clear } = targets;
         let fits = color.size() == depth.size()
             && color.samples() == depth.samples()
             && depth.format() == Format::Depth32
@@ -142,13 +137,7 @@ impl Recorder<'_> {
             device.cmd_set_viewport(commands, 0, &viewports);
             device.cmd_set_scissor(commands, 0, &[area]);
         }
-        Ok(Pass {
-            device,
-            commands,
-            format,
-            samples,
-            bound: Bound::default(),
-        })
+        Ok(Pass { device, commands, format, samples, bound: Bound::default() })
     }
 }
 
@@ -163,9 +152,7 @@ impl ClearColor {
     fn vk(self) -> vk::ClearValue {
         let color = match self {
             Self::Linear(float32) => vk::ClearColorValue { float32 },
-            Self::Number(number) => vk::ClearColorValue {
-                uint32: [number, 0, 0, 0],
-            },
+            Self::Number(number) => vk::ClearColorValue { uint32: [number, 0, 0, 0] },
         };
         vk::ClearValue { color }
     }
@@ -201,20 +188,14 @@ impl Pass<'_> {
             return Err(GpuError::Misuse("a pipeline made for other targets"));
         }
         let groups_fit = pipeline.groups.len() == draw.groups.len()
-            && pipeline
-                .groups
-                .iter()
-                .zip(draw.groups)
-                .all(|(l, g)| l.raw() == g.layout());
+            && pipeline.groups.iter().zip(draw.groups).all(|(l, g)| l.raw() == g.layout());
         if !groups_fit {
             return Err(GpuError::Misuse("bind groups made for another pipeline"));
         }
         if draw.vertices.usage() != BufferUsage::Vertex
             || draw.indices.usage() != BufferUsage::Index
         {
-            return Err(GpuError::Misuse(
-                "buffers that hold no vertices or no indices",
-            ));
+            return Err(GpuError::Misuse("buffers that hold no vertices or no indices"));
         }
         if u64::from(draw.index_range.end) * size_of::<u32>() as u64 > draw.indices.size() {
             return Err(GpuError::Misuse("a draw beyond its indices"));
@@ -258,19 +239,11 @@ impl Pass<'_> {
 }
 
 fn cull_mode(cull_back: bool) -> vk::CullModeFlags {
-    if cull_back {
-        vk::CullModeFlags::BACK
-    } else {
-        vk::CullModeFlags::NONE
-    }
+    if cull_back { vk::CullModeFlags::BACK } else { vk::CullModeFlags::NONE }
 }
 
 fn front_face(mirrored: bool) -> vk::FrontFace {
-    if mirrored {
-        vk::FrontFace::CLOCKWISE
-    } else {
-        vk::FrontFace::COUNTER_CLOCKWISE
-    }
+    if mirrored { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE }
 }
 
 impl Drop for Pass<'_> {

@@ -85,11 +85,7 @@ impl Pipeline {
             layout,
             color: description.color,
             samples: description.samples,
-            groups: description
-                .groups
-                .iter()
-                .map(|&group| group.clone())
-                .collect(),
+            groups: description.groups.iter().map(|&group| group.clone()).collect(),
         };
         pipeline.raw = pipeline.compile(description)?;
         pipeline.device.name(pipeline.raw, description.name);
@@ -111,14 +107,10 @@ impl Pipeline {
             .vertex_attribute_descriptions(&attributes);
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
             .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-        let viewport = vk::PipelineViewportStateCreateInfo::default()
-            .viewport_count(1)
-            .scissor_count(1);
-        let polygon_mode = if description.lines {
-            vk::PolygonMode::LINE
-        } else {
-            vk::PolygonMode::FILL
-        };
+        let viewport =
+            vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let polygon_mode =
+            if description.lines { vk::PolygonMode::LINE } else { vk::PolygonMode::FILL };
         let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
             .polygon_mode(polygon_mode)
             .line_width(1.0);
@@ -157,9 +149,7 @@ impl Pipeline {
         // shaders come from naga's validated output. One info gives one
         // pipeline.
         unsafe {
-            self.device
-                .raw
-                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+            self.device.raw.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
         }
         .map(|pipelines| pipelines[0])
         .map_err(|(_, code)| at("compiling a pipeline")(code))
@@ -168,8 +158,7 @@ impl Pipeline {
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        self.device
-            .discard(Garbage::Pipeline(self.raw, self.layout));
+        self.device.discard(Garbage::Pipeline(self.raw, self.layout));
     }
 }
 
@@ -182,12 +171,8 @@ fn attributes(floats: &[u32]) -> Vec<vk::VertexInputAttributeDescription> {
                 2 => vk::Format::R32G32_SFLOAT,
                 _ => vk::Format::R32G32B32_SFLOAT,
             };
-            let attribute = vk::VertexInputAttributeDescription {
-                location,
-                binding: 0,
-                format,
-                offset,
-            };
+            let attribute =
+                vk::VertexInputAttributeDescription { location, binding: 0, format, offset };
             offset += floats * size_of::<f32>() as u32;
             attribute
         })
@@ -227,10 +212,7 @@ impl<'d> Module<'d> {
         stage: vk::ShaderStageFlags,
         entry: &'a CStr,
     ) -> vk::PipelineShaderStageCreateInfo<'a> {
-        vk::PipelineShaderStageCreateInfo::default()
-            .stage(stage)
-            .module(self.raw)
-            .name(entry)
+        vk::PipelineShaderStageCreateInfo::default().stage(stage).module(self.raw).name(entry)
     }
 }
 

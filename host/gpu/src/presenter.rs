@@ -31,9 +31,8 @@ pub(crate) struct Presenter {
 
 impl Presenter {
     pub(crate) fn new(device: Arc<Device>, surface: Surface) -> Result<Self, GpuError> {
-        let formats = surface
-            .formats(device.adapter.raw)
-            .map_err(at("asking for the window's formats"))?;
+        let formats =
+            surface.formats(device.adapter.raw).map_err(at("asking for the window's formats"))?;
         let (surface_format, format) = choose_format(&formats).ok_or_else(|| {
             GpuError::Window("it offers no 8-bit sRGB format; use a display of 24 bits".to_owned())
         })?;
@@ -95,17 +94,10 @@ impl Presenter {
         if extent.width == 0 || extent.height == 0 {
             return Ok(false);
         }
-        if !capabilities
-            .supported_usage_flags
-            .contains(vk::ImageUsageFlags::TRANSFER_DST)
-        {
+        if !capabilities.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_DST) {
             return Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED);
         }
-        let shape = SwapchainShape {
-            format: self.surface_format,
-            extent,
-            capabilities,
-        };
+        let shape = SwapchainShape { format: self.surface_format, extent, capabilities };
         let device = Arc::clone(&self.device);
         let next = Swapchain::new(device, &self.surface, &shape, self.swapchain.as_ref());
         // Retired by the attempt, also by one that failed.

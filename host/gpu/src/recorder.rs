@@ -22,12 +22,7 @@ pub struct Recorder<'g> {
 
 impl<'g> Recorder<'g> {
     pub(crate) fn new(gpu: &'g mut Gpu, slot: usize) -> Self {
-        Self {
-            gpu,
-            slot,
-            touched: Vec::new(),
-            staged_bytes: 0,
-        }
+        Self { gpu, slot, touched: Vec::new(), staged_bytes: 0 }
     }
 
     /// The device, for making resources meanwhile.
@@ -56,13 +51,7 @@ impl<'g> Recorder<'g> {
     /// Makes an image ready for its next use, after its last.
     pub(crate) fn use_image(&mut self, image: &Image, next: ImageUse) {
         let last = std::mem::replace(&mut *image.usage(), next);
-        self.barrier(
-            image.raw(),
-            image.format().aspect(),
-            0..image.levels(),
-            last,
-            next,
-        );
+        self.barrier(image.raw(), image.format().aspect(), 0..image.levels(), last, next);
         self.touched.push(image.clone());
     }
 
@@ -99,16 +88,11 @@ impl<'g> Recorder<'g> {
         images: &[vk::ImageMemoryBarrier2<'_>],
         memory: &[vk::MemoryBarrier2<'_>],
     ) {
-        let info = vk::DependencyInfo::default()
-            .image_memory_barriers(images)
-            .memory_barriers(memory);
+        let info =
+            vk::DependencyInfo::default().image_memory_barriers(images).memory_barriers(memory);
         // SAFETY: the commands are being recorded, outside any pass, and keep
         // the images alive.
-        unsafe {
-            self.device()
-                .raw
-                .cmd_pipeline_barrier2(self.commands(), &info)
-        };
+        unsafe { self.device().raw.cmd_pipeline_barrier2(self.commands(), &info) };
     }
 
     /// Paints panels over a picture of one sample, without decoding it: egui
@@ -168,8 +152,7 @@ impl<'g> Recorder<'g> {
     /// Submits what was recorded, waits for it and goes on recording.
     pub(crate) fn flush(&mut self) -> Result<(), GpuError> {
         self.finish(None, None)?;
-        self.device()
-            .wait(self.command_slot().value, "a transfer")?;
+        self.device().wait(self.command_slot().value, "a transfer")?;
         self.device().collect_garbage()?;
         self.staged_bytes = 0;
         self.command_slot().begin()
@@ -182,11 +165,8 @@ impl<'g> Recorder<'g> {
     /// # Errors
     /// When there is no window, the device is lost or memory runs out.
     pub fn present(mut self, picture: &Image) -> Result<(), GpuError> {
-        let mut presenter = self
-            .gpu
-            .presenter
-            .take()
-            .ok_or(GpuError::Misuse("presenting without a window"))?;
+        let mut presenter =
+            self.gpu.presenter.take().ok_or(GpuError::Misuse("presenting without a window"))?;
         let presented = self.present_to(&mut presenter, picture);
         if presented.is_err() {
             // Its semaphores may be left signalled: make all of it anew.
@@ -271,9 +251,5 @@ fn whole_image(image: &Image) -> vk::BufferImageCopy {
             base_array_layer: 0,
             layer_count: 1,
         })
-        .image_extent(vk::Extent3D {
-            width,
-            height,
-            depth: 1,
-        })
+        .image_extent(vk::Extent3D { width, height, depth: 1 })
 }

@@ -64,8 +64,7 @@ impl CommandSlot {
         unsafe {
             raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
                 .map_err(at("reusing commands"))?;
-            raw.begin_command_buffer(self.commands, &info)
-                .map_err(at("beginning a frame"))?;
+            raw.begin_command_buffer(self.commands, &info).map_err(at("beginning a frame"))?;
             if self.queries != vk::QueryPool::null() {
                 raw.cmd_reset_query_pool(self.commands, self.queries, 0, TIMESTAMPS);
             }
@@ -104,17 +103,12 @@ impl CommandSlot {
         let mut ticks = [0_u64; TIMESTAMPS as usize];
         let flags = vk::QueryResultFlags::TYPE_64;
         // SAFETY: both queries were written by a finished submission.
-        let read = unsafe {
-            self.device
-                .raw
-                .get_query_pool_results(self.queries, 0, &mut ticks, flags)
-        };
+        let read =
+            unsafe { self.device.raw.get_query_pool_results(self.queries, 0, &mut ticks, flags) };
         match read {
             Ok(()) => {
                 let period_nanos = f64::from(self.device.adapter.limits.timestamp_period);
-                Ok(Some(
-                    ticks[1].saturating_sub(ticks[0]) as f64 * period_nanos / 1e6,
-                ))
+                Ok(Some(ticks[1].saturating_sub(ticks[0]) as f64 * period_nanos / 1e6))
             }
             Err(vk::Result::NOT_READY) => Ok(None),
             Err(code) => Err(at("reading timestamps")(code)),

@@ -28,12 +28,7 @@ impl Surface {
         window: Arc<dyn WindowHandles>,
     ) -> Result<Self, GpuError> {
         let functions = khr::surface::Instance::new(&instance.entry, &instance.raw);
-        let mut surface = Self {
-            functions,
-            raw: vk::SurfaceKHR::null(),
-            window,
-            instance,
-        };
+        let mut surface = Self { functions, raw: vk::SurfaceKHR::null(), window, instance };
         surface.create()?;
         Ok(surface)
     }
@@ -76,8 +71,7 @@ impl Surface {
     ) -> Result<bool, GpuError> {
         // SAFETY: device and surface belong to the same live instance.
         unsafe {
-            self.functions
-                .get_physical_device_surface_support(device, queue_family, self.raw)
+            self.functions.get_physical_device_surface_support(device, queue_family, self.raw)
         }
         .map_err(at("asking what the window supports"))
     }
@@ -87,10 +81,7 @@ impl Surface {
         device: vk::PhysicalDevice,
     ) -> Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
         // SAFETY: as in `supports`.
-        unsafe {
-            self.functions
-                .get_physical_device_surface_capabilities(device, self.raw)
-        }
+        unsafe { self.functions.get_physical_device_surface_capabilities(device, self.raw) }
     }
 
     pub(crate) fn formats(
@@ -98,10 +89,7 @@ impl Surface {
         device: vk::PhysicalDevice,
     ) -> Result<Vec<vk::SurfaceFormatKHR>, vk::Result> {
         // SAFETY: as in `supports`.
-        unsafe {
-            self.functions
-                .get_physical_device_surface_formats(device, self.raw)
-        }
+        unsafe { self.functions.get_physical_device_surface_formats(device, self.raw) }
     }
 }
 

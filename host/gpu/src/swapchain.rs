@@ -101,8 +101,7 @@ impl Swapchain {
         // SAFETY: the slot's last frame, which waited for this semaphore, is
         // finished, so it is not signalled and nothing waits for it.
         let next = unsafe {
-            self.functions
-                .acquire_next_image(self.raw, timeout_nanos, acquired, vk::Fence::null())
+            self.functions.acquire_next_image(self.raw, timeout_nanos, acquired, vk::Fence::null())
         };
         match next {
             Ok((index, suboptimal)) => Ok(Some(PresentTarget {
@@ -161,11 +160,7 @@ impl Drop for Swapchain {
 
 fn semaphore(device: &Device) -> Result<vk::Semaphore, vk::Result> {
     // SAFETY: the device lives.
-    unsafe {
-        device
-            .raw
-            .create_semaphore(&vk::SemaphoreCreateInfo::default(), None)
-    }
+    unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
 }
 
 /// One more than the least, so that acquiring seldom waits; zero is no limit.

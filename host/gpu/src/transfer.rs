@@ -69,20 +69,10 @@ impl Recorder<'_> {
     ) -> Result<Image, GpuError> {
         let needed = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
         if pixels.len() as u64 != needed {
-            return Err(GpuError::Misuse(
-                "a texture whose pixels do not fill its size",
-            ));
+            return Err(GpuError::Misuse("a texture whose pixels do not fill its size"));
         }
         let kind = ImageKind::Texture;
-        let image = Image::on(
-            self.device(),
-            ImageDescription {
-                name,
-                kind,
-                format,
-                size,
-            },
-        )?;
+        let image = Image::on(self.device(), ImageDescription { name, kind, format, size })?;
         let staging = self.stage(pixels)?;
         self.use_image(&image, ImageUse::CopyTarget);
         self.copy_to_image(staging.raw(), &image);
@@ -106,21 +96,9 @@ impl Recorder<'_> {
         }
         if last > 0 {
             let shrunk = 0..last;
-            self.barrier(
-                image.raw(),
-                aspect,
-                shrunk,
-                ImageUse::CopySource,
-                ImageUse::Sampled,
-            );
+            self.barrier(image.raw(), aspect, shrunk, ImageUse::CopySource, ImageUse::Sampled);
         }
-        self.barrier(
-            image.raw(),
-            aspect,
-            last..last + 1,
-            ImageUse::CopyTarget,
-            ImageUse::Sampled,
-        );
+        self.barrier(image.raw(), aspect, last..last + 1, ImageUse::CopyTarget, ImageUse::Sampled);
         *image.usage() = ImageUse::Sampled;
     }
 
@@ -173,9 +151,7 @@ impl Recorder<'_> {
     /// When memory runs out.
     pub fn download(&mut self, image: &Image) -> Result<Download, GpuError> {
         if image.kind() != (ImageKind::Target { samples: 1 }) {
-            return Err(GpuError::Misuse(
-                "a read-back of an image that is no resolved target",
-            ));
+            return Err(GpuError::Misuse("a read-back of an image that is no resolved target"));
         }
         let size = image.size();
         let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
@@ -190,10 +166,7 @@ impl Recorder<'_> {
                 .dst_stage_mask(vk::PipelineStageFlags2::HOST)
                 .dst_access_mask(vk::AccessFlags2::HOST_READ)],
         );
-        Ok(Download {
-            buffer,
-            format: image.format(),
-        })
+        Ok(Download { buffer, format: image.format() })
     }
 }
 
@@ -213,9 +186,7 @@ impl Download {
     pub fn pixels(&self) -> Result<Vec<u8>, GpuError> {
         let mut bytes = self.buffer.read()?;
         if self.format == Format::Bgra8Srgb {
-            bytes
-                .chunks_exact_mut(PIXEL_BYTES as usize)
-                .for_each(|pixel| pixel.swap(0, 2));
+            bytes.chunks_exact_mut(PIXEL_BYTES as usize).for_each(|pixel| pixel.swap(0, 2));
         }
         Ok(bytes)
     }

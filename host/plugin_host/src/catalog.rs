@@ -30,19 +30,13 @@ impl Catalog {
     /// Loads the libraries of absolute directories, in order of name. Of two
     /// plugins with one id the first directory's counts.
     pub fn discover(directories: &[PathBuf]) -> Self {
-        let mut catalog = Self {
-            searched: directories.to_vec(),
-            libraries: Vec::new(),
-            refused: Vec::new(),
-        };
+        let mut catalog =
+            Self { searched: directories.to_vec(), libraries: Vec::new(), refused: Vec::new() };
         for directory in directories {
             match libraries_in(directory) {
                 Ok(paths) => paths.iter().for_each(|path| catalog.add(path)),
                 Err(reason) => {
-                    catalog.refused.push(Refused {
-                        path: directory.clone(),
-                        reason,
-                    });
+                    catalog.refused.push(Refused { path: directory.clone(), reason });
                 }
             }
         }
@@ -71,11 +65,7 @@ impl Catalog {
         settings: &serde_json::Value,
     ) -> Result<Arc<Instance>, PluginError> {
         let found = self.libraries.iter().find_map(|library| {
-            library
-                .plugins
-                .iter()
-                .find(|info| info.id == id)
-                .map(|info| (library, info))
+            library.plugins.iter().find(|info| info.id == id).map(|info| (library, info))
         });
         let Some((library, info)) = found else {
             return Err(PluginError::NotFound {
@@ -89,22 +79,13 @@ impl Catalog {
     }
 
     fn add(&mut self, path: &Path) {
-        let mut refuse = |reason| {
-            self.refused.push(Refused {
-                path: path.to_owned(),
-                reason,
-            })
-        };
+        let mut refuse = |reason| self.refused.push(Refused { path: path.to_owned(), reason });
         let library = match PluginLibrary::open(path) {
             Ok(library) => library,
             Err(reason) => return refuse(reason),
         };
-        let known = |id: &str| {
-            self.libraries
-                .iter()
-                .flat_map(|l| &l.plugins)
-                .find(|other| other.id == id)
-        };
+        let known =
+            |id: &str| self.libraries.iter().flat_map(|l| &l.plugins).find(|other| other.id == id);
         for info in &library.plugins {
             if let Some(other) = known(&info.id) {
                 let other = other.path.display();
@@ -122,16 +103,11 @@ fn libraries_in(directory: &Path) -> Result<Vec<PathBuf>, String> {
     let mut paths: Vec<PathBuf> = entries
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
         .filter(|path| {
-            path.extension()
-                .is_some_and(|e| e == std::env::consts::DLL_EXTENSION)
-                && path.is_file()
+            path.extension().is_some_and(|e| e == std::env::consts::DLL_EXTENSION) && path.is_file()
         })
         .collect();
     if paths.len() > MAX_LIBRARIES {
-        return Err(format!(
-            "it holds {} libraries; the limit is {MAX_LIBRARIES}",
-            paths.len()
-        ));
+        return Err(format!("it holds {} libraries; the limit is {MAX_LIBRARIES}", paths.len()));
     }
     paths.sort();
     Ok(paths)
@@ -156,8 +132,5 @@ fn check_settings(info: &PluginInfo, settings: &serde_json::Value) -> Result<(),
     if faults.is_empty() {
         return Ok(());
     }
-    Err(PluginError::Settings {
-        id: info.id.clone(),
-        faults,
-    })
+    Err(PluginError::Settings { id: info.id.clone(), faults })
 }

@@ -87,11 +87,8 @@ impl PluginError {
     /// From a status that is not OK.
     pub(crate) fn from_status(id: &str, status: abi::BusbarStatus, message: String) -> Self {
         let id = id.to_owned();
-        let message = if message.is_empty() {
-            format!("failed with status {status}")
-        } else {
-            message
-        };
+        let message =
+            if message.is_empty() { format!("failed with status {status}") } else { message };
         match status {
             abi::BUSBAR_CANCELLED => Self::Cancelled,
             abi::BUSBAR_INVALID_ARGUMENT => Self::Violation { id, what: message },
@@ -117,10 +114,7 @@ impl PluginError {
             Self::Settings { .. } => {
                 "correct the settings; `busbar plugin list` shows their schema"
             }
-            Self::Failed {
-                settings_at_fault: true,
-                ..
-            } => "correct the settings or addresses",
+            Self::Failed { settings_at_fault: true, .. } => "correct the settings or addresses",
             Self::Failed { .. } => "see the plugin's message; the log has more",
             Self::Cancelled => "start it again",
             Self::Violation { .. } | Self::Sequence { .. } => {
@@ -131,20 +125,10 @@ impl PluginError {
 }
 
 fn searched_list(searched: &[PathBuf]) -> String {
-    let names: Vec<_> = searched
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    if names.is_empty() {
-        "any directory (none is configured)".into()
-    } else {
-        names.join(", ")
-    }
+    let names: Vec<_> = searched.iter().map(|path| path.display().to_string()).collect();
+    if names.is_empty() { "any directory (none is configured)".into() } else { names.join(", ") }
 }
 
 fn refused_list(refused: &[Refused]) -> String {
-    refused
-        .iter()
-        .map(|r| format!("; refused {}: {}", r.path.display(), r.reason))
-        .collect()
+    refused.iter().map(|r| format!("; refused {}: {}", r.path.display(), r.reason)).collect()
 }

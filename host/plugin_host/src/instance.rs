@@ -35,20 +35,10 @@ impl Instance {
         settings: &serde_json::Value,
     ) -> Result<Self, PluginError> {
         let host = HostTable::new(name);
-        let raw = library
-            .create(&info.id, &settings.to_string(), &host)
-            .map_err(|message| PluginError::Failed {
-                id: info.id.clone(),
-                settings_at_fault: true,
-                message,
-            })?;
-        let instance = Self {
-            raw,
-            info,
-            name: name.to_owned(),
-            _host: host,
-            _library: library,
-        };
+        let raw = library.create(&info.id, &settings.to_string(), &host).map_err(|message| {
+            PluginError::Failed { id: info.id.clone(), settings_at_fault: true, message }
+        })?;
+        let instance = Self { raw, info, name: name.to_owned(), _host: host, _library: library };
         // SAFETY: `create` gave it; nothing else uses it yet.
         let size = unsafe { raw.cast::<u32>().read() };
         if (size as usize) < size_of::<abi::BusbarPlugin>() {
@@ -78,9 +68,7 @@ impl Instance {
             has: self.info.capabilities.clone(),
         };
         // SAFETY: a live instance.
-        let get = unsafe { self.raw.as_ref() }
-            .get_capability
-            .ok_or_else(missing)?;
+        let get = unsafe { self.raw.as_ref() }.get_capability.ok_or_else(missing)?;
         // SAFETY: a live instance and a static text.
         let pointer: *const c_void = unsafe { get(self.as_ptr(), abi::BusbarStr::from_static(id)) };
         if pointer.is_null() {
@@ -95,10 +83,7 @@ impl Instance {
 
     /// A broken rule of the ABI.
     pub(crate) fn violation(&self, what: impl Into<String>) -> PluginError {
-        PluginError::Violation {
-            id: self.info.id.clone(),
-            what: what.into(),
-        }
+        PluginError::Violation { id: self.info.id.clone(), what: what.into() }
     }
 
     /// The outcome of a call.
@@ -110,11 +95,7 @@ impl Instance {
         if status == abi::BUSBAR_OK {
             return Ok(());
         }
-        Err(PluginError::from_status(
-            &self.info.id,
-            status,
-            crate::text::message_of(error),
-        ))
+        Err(PluginError::from_status(&self.info.id, status, crate::text::message_of(error)))
     }
 }
 

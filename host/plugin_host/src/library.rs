@@ -61,11 +61,7 @@ impl PluginLibrary {
         let entry = unsafe { check_entry(entry) }?;
         let factory = init(entry)?;
         let plugins = describe(factory, path)?;
-        Ok(Self {
-            entry,
-            factory,
-            plugins,
-        })
+        Ok(Self { entry, factory, plugins })
     }
 
     /// Makes an instance; the plugin's words on failure.
@@ -77,10 +73,8 @@ impl PluginLibrary {
     ) -> Result<NonNull<abi::BusbarPlugin>, String> {
         let create = self.factory.create.ok_or("its factory has no `create`")?;
         let mut error = abi::BusbarError::empty();
-        let (id, settings) = (
-            abi::BusbarStr::from_borrowed(id),
-            abi::BusbarStr::from_borrowed(settings_json),
-        );
+        let (id, settings) =
+            (abi::BusbarStr::from_borrowed(id), abi::BusbarStr::from_borrowed(settings_json));
         // SAFETY: texts and error live for the call, the table as long as the instance.
         let plugin = unsafe { create(id, settings, host.as_ptr(), &mut error) };
         NonNull::new(plugin).ok_or_else(|| match text::message_of(&error) {
@@ -118,9 +112,7 @@ unsafe fn check_entry(
         ));
     }
     if (size as usize) < size_of::<abi::BusbarPluginEntry>() {
-        return Err(format!(
-            "its entry is {size} bytes long, too short for its version"
-        ));
+        return Err(format!("its entry is {size} bytes long, too short for its version"));
     }
     // SAFETY: version and size say that the whole entry is there.
     Ok(unsafe { &*entry })
@@ -151,16 +143,12 @@ fn init(
 }
 
 fn describe(factory: &abi::BusbarPluginFactory, path: &Path) -> Result<Vec<PluginInfo>, String> {
-    let (count, descriptor) = factory
-        .count
-        .zip(factory.descriptor)
-        .ok_or("its factory lacks functions")?;
+    let (count, descriptor) =
+        factory.count.zip(factory.descriptor).ok_or("its factory lacks functions")?;
     // SAFETY: called on the loading thread, as the ABI says.
     let count = unsafe { count() };
     if count > MAX_ITEMS {
-        return Err(format!(
-            "it claims {count} plugins; the limit is {MAX_ITEMS}"
-        ));
+        return Err(format!("it claims {count} plugins; the limit is {MAX_ITEMS}"));
     }
     (0..count)
         .map(|index| {
@@ -185,9 +173,7 @@ unsafe fn read_descriptor(
     }
     if raw.capability_count > MAX_ITEMS || (raw.capability_count > 0 && raw.capabilities.is_null())
     {
-        return Err(format!(
-            "a descriptor lists no or more than {MAX_ITEMS} capabilities"
-        ));
+        return Err(format!("a descriptor lists no or more than {MAX_ITEMS} capabilities"));
     }
     // SAFETY: the caller vouches for texts and the list.
     let read = |text| unsafe { text::read(text) };

@@ -32,15 +32,8 @@ struct Rate {
 impl HostTable {
     /// A table for the instance of this configuration id.
     pub(crate) fn new(instance: &str) -> Box<Self> {
-        let rate = Rate {
-            second: Instant::now(),
-            lines: 0,
-            dropped: 0,
-        };
-        let log = Box::new(Log {
-            instance: instance.to_owned(),
-            rate: Mutex::new(rate),
-        });
+        let rate = Rate { second: Instant::now(), lines: 0, dropped: 0 };
+        let log = Box::new(Log { instance: instance.to_owned(), rate: Mutex::new(rate) });
         let raw = abi::BusbarHost {
             struct_size: size_of::<abi::BusbarHost>() as u32,
             abi_major: abi::BUSBAR_ABI_MAJOR,
@@ -84,10 +77,7 @@ unsafe extern "C" fn write_line(context: *mut c_void, level: u32, message: abi::
 impl Log {
     /// Whether a line may pass; the lines dropped since the last that did.
     fn admit(&self) -> Option<u64> {
-        let mut rate = self
-            .rate
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut rate = self.rate.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if rate.second.elapsed() >= Duration::from_secs(1) {
             (rate.second, rate.lines) = (Instant::now(), 0);
         }

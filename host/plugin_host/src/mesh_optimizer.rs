@@ -47,16 +47,11 @@ impl MeshOptimizer {
         mesh: &Topology,
         mut progress: impl FnMut(f32) -> bool,
     ) -> Result<Optimised, PluginError> {
-        let optimize = self
-            .table
-            .optimize
-            .ok_or_else(|| self.instance.violation("`optimize` is null"))?;
+        let optimize =
+            self.table.optimize.ok_or_else(|| self.instance.violation("`optimize` is null"))?;
         let count = mesh.positions.len();
         let mut collapses = vec![abi::BusbarCollapse::default(); count];
-        let mut stages = [abi::BusbarStage {
-            name: [0; 24],
-            millis: 0.0,
-        }; MAX_STAGES];
+        let mut stages = [abi::BusbarStage { name: [0; 24], millis: 0.0 }; MAX_STAGES];
         let raw_mesh = abi::BusbarMesh {
             struct_size: size_of::<abi::BusbarMesh>() as u32,
             position_count: count as u32,
@@ -86,70 +81,37 @@ impl MeshOptimizer {
         // SAFETY: all structs and buffers live for the call and have the sizes
         // they state; the function may be called from any thread.
         let status = unsafe {
-            optimize(
-                self.instance.as_ptr(),
-                &raw_mesh,
-                &raw_progress,
-                &mut output,
-                &mut error,
-            )
+            optimize(self.instance.as_ptr(), &raw_mesh, &raw_progress, &mut output, &mut error)
         };
         self.instance.outcome(status, &error)?;
 
         let written = output.collapse_count as usize;
         if written > collapses.len() || output.stage_count as usize > MAX_STAGES {
-            return Err(self
-                .instance
-                .violation("it claims more results than it had room for"));
+            return Err(self.instance.violation("it claims more results than it had room for"));
         }
         let entries = collapses[..written]
             .iter()
-            .map(|c| Collapse {
-                removed: c.removed,
-                kept: c.kept,
-                error: c.error,
-            })
+            .map(|c| Collapse { removed: c.removed, kept: c.kept, error: c.error })
             .collect();
         let sequence = CollapseSequence::new(entries, count as u32).map_err(|source| {
-            PluginError::Sequence {
-                id: self.instance.info().id.clone(),
-                source,
-            }
+            PluginError::Sequence { id: self.instance.info().id.clone(), source }
         })?;
-        let stages = stages[..output.stage_count as usize]
-            .iter()
-            .map(read_stage)
-            .collect();
+        let stages = stages[..output.stage_count as usize].iter().map(read_stage).collect();
         Ok(Optimised { sequence, stages })
     }
 }
 
 fn read_stage(stage: &abi::BusbarStage) -> (String, f64) {
-    let len = stage
-        .name
-        .iter()
-        .position(|&byte| byte == 0)
-        .unwrap_or(stage.name.len());
-    let millis = if stage.millis.is_finite() {
-        stage.millis
-    } else {
-        0.0
-    };
-    (
-        String::from_utf8_lossy(&stage.name[..len]).into_owned(),
-        millis,
-    )
+    let len = stage.name.iter().position(|&byte| byte == 0).unwrap_or(stage.name.len());
+    let millis = if stage.millis.is_finite() { stage.millis } else { 0.0 };
+    (String::from_utf8_lossy(&stage.name[..len]).into_owned(), millis)
 }
 
 unsafe extern "C" fn report_progress(context: *mut c_void, fraction: f32) -> u32 {
     // SAFETY: `optimize` passes the address of its `watch`, on its own thread.
     let watch = unsafe { context.cast::<&mut dyn FnMut(f32) -> bool>().as_mut() };
     let Some(watch) = watch else { return 1 };
-    let fraction = if fraction.is_finite() {
-        fraction.clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
     // A panic of the watcher must not cross the border: it stops the work.
     let go_on = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| watch(fraction)));
     u32::from(go_on.unwrap_or(false))

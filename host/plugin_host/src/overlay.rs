@@ -119,14 +119,7 @@ impl Overlay {
         let primitives = vec![NO_PRIMITIVE; bindings.len() * 2 + 16];
         let text = vec![0; bindings.len() * 64 + 1024];
         let bound_nodes = bindings.iter().map(|b| b.node).collect();
-        Ok(Self {
-            instance,
-            table,
-            bindings,
-            bound_nodes,
-            primitives,
-            text,
-        })
+        Ok(Self { instance, table, bindings, bound_nodes, primitives, text })
     }
 
     /// The instance.
@@ -148,11 +141,8 @@ impl Overlay {
         state: impl Fn(TagHandle) -> Option<&'a TagState>,
         now: SystemTime,
     ) -> Result<OverlayPicture, PluginError> {
-        let values: Vec<_> = self
-            .bindings
-            .iter()
-            .map(|binding| value_to_abi(state(binding.tag)))
-            .collect();
+        let values: Vec<_> =
+            self.bindings.iter().map(|binding| value_to_abi(state(binding.tag))).collect();
         let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
         let frame = abi::BusbarOverlayFrame {
             struct_size: size_of::<abi::BusbarOverlayFrame>() as u32,
@@ -163,10 +153,7 @@ impl Overlay {
         loop {
             let mut output = self.empty_output();
             let mut error = abi::BusbarError::empty();
-            let draw = self
-                .table
-                .draw
-                .ok_or_else(|| self.instance.violation("`draw` is null"))?;
+            let draw = self.table.draw.ok_or_else(|| self.instance.violation("`draw` is null"))?;
             // SAFETY: frame, buffers and error live for the call.
             let status = unsafe { draw(self.instance.as_ptr(), &frame, &mut output, &mut error) };
             if status == abi::BUSBAR_BUFFER_TOO_SMALL && self.grow() {
@@ -174,9 +161,7 @@ impl Overlay {
             }
             self.instance.outcome(status, &error)?;
             let (count, len) = (output.primitive_count as usize, output.text_len as usize);
-            return self
-                .read(count, len)
-                .map_err(|what| self.instance.violation(what));
+            return self.read(count, len).map_err(|what| self.instance.violation(what));
         }
     }
 
@@ -205,17 +190,12 @@ impl Overlay {
     }
 
     fn read(&self, count: usize, text_len: usize) -> Result<OverlayPicture, String> {
-        let primitives = self
-            .primitives
-            .get(..count)
-            .ok_or("it claims too many primitives")?;
+        let primitives = self.primitives.get(..count).ok_or("it claims too many primitives")?;
         let text = self.text.get(..text_len).ok_or("it claims too much text")?;
         let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
         let part = |offset: u32, len: u32| {
             let range: Range<usize> = offset as usize..offset as usize + len as usize;
-            text.get(range)
-                .map(str::to_owned)
-                .ok_or("a primitive names text that is not there")
+            text.get(range).map(str::to_owned).ok_or("a primitive names text that is not there")
         };
         let mut picture = OverlayPicture::default();
         for primitive in primitives {
@@ -242,11 +222,7 @@ impl Overlay {
                     text: part(primitive.text_offset, primitive.text_len)?,
                 }),
                 abi::BUSBAR_OVERLAY_TINT => {
-                    picture.tints.push(OverlayTint {
-                        node,
-                        tag,
-                        severity,
-                    });
+                    picture.tints.push(OverlayTint { node, tag, severity });
                 }
                 other => return Err(format!("a primitive has the unknown kind {other}")),
             }
@@ -297,9 +273,7 @@ fn value_to_abi(state: Option<&TagState>) -> abi::BusbarTagValue {
             Quality::Uncertain(_) => abi::BUSBAR_QUALITY_UNCERTAIN,
             Quality::Bad(_) => abi::BUSBAR_QUALITY_BAD,
         },
-        reason: quality
-            .reason()
-            .map_or(abi::BUSBAR_REASON_NONE, reason_to_abi),
+        reason: quality.reason().map_or(abi::BUSBAR_REASON_NONE, reason_to_abi),
         reserved: [0; 5],
         value,
         age_millis: age.as_millis() as u64,

@@ -96,21 +96,10 @@ impl Telemetry {
         let sink = Sink::new(tags, queue);
         let mut error = abi::BusbarError::empty();
         // SAFETY: specs live for the call, the sink until `stop` returned.
-        let status = unsafe {
-            start(
-                instance.as_ptr(),
-                specs.as_ptr(),
-                specs.len(),
-                &sink.raw,
-                &mut error,
-            )
-        };
+        let status =
+            unsafe { start(instance.as_ptr(), specs.as_ptr(), specs.len(), &sink.raw, &mut error) };
         instance.outcome(status, &error)?;
-        Ok(Self {
-            sink,
-            table,
-            instance,
-        })
+        Ok(Self { sink, table, instance })
     }
 
     /// Whether an instance could serve these tags, without connecting.
@@ -137,18 +126,9 @@ impl Telemetry {
     /// What it last said of its link.
     pub fn link(&self) -> LinkReport {
         let context = &self.sink.context;
-        let (state, message) = context
-            .link
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone();
+        let (state, message) = context.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let rejected = context.rejected.load(Ordering::Relaxed);
-        LinkReport {
-            state,
-            message,
-            rejected,
-            dropped: context.queue.dropped(),
-        }
+        LinkReport { state, message, rejected, dropped: context.queue.dropped() }
     }
 }
 
@@ -177,9 +157,7 @@ impl Sink {
         let raw = abi::BusbarSampleSink {
             struct_size: size_of::<abi::BusbarSampleSink>() as u32,
             reserved: 0,
-            context: std::ptr::from_ref::<SinkContext>(&context)
-                .cast_mut()
-                .cast(),
+            context: std::ptr::from_ref::<SinkContext>(&context).cast_mut().cast(),
             publish: Some(publish),
             report_link: Some(report_link),
         };
@@ -204,9 +182,7 @@ unsafe extern "C" fn publish(
     let received = Instant::now();
     let valid = samples.iter().filter_map(|raw| {
         let sample = context.check(raw, received);
-        context
-            .rejected
-            .fetch_add(u64::from(sample.is_none()), Ordering::Relaxed);
+        context.rejected.fetch_add(u64::from(sample.is_none()), Ordering::Relaxed);
         sample
     });
     context.queue.publish(valid)
@@ -255,13 +231,7 @@ impl SinkContext {
             _ => return None,
         };
         let source_time = time_from_abi(raw.source_time_unix_nanos);
-        Some(Sample {
-            tag: TagHandle(raw.tag),
-            value,
-            quality,
-            source_time,
-            received,
-        })
+        Some(Sample { tag: TagHandle(raw.tag), value, quality, source_time, received })
     }
 }
 
@@ -316,9 +286,5 @@ fn time_from_abi(unix_nanos: i64) -> Option<SystemTime> {
         return None;
     }
     let distance = Duration::from_nanos(unix_nanos.unsigned_abs());
-    if unix_nanos < 0 {
-        UNIX_EPOCH.checked_sub(distance)
-    } else {
-        UNIX_EPOCH.checked_add(distance)
-    }
+    if unix_nanos < 0 { UNIX_EPOCH.checked_sub(distance) } else { UNIX_EPOCH.checked_add(distance) }
 }

@@ -15,15 +15,11 @@ pub(crate) unsafe fn read(text: abi::BusbarStr) -> Result<String, String> {
         return Ok(String::new());
     }
     if text.ptr.is_null() || text.len > MAX_TEXT_BYTES {
-        return Err(format!(
-            "a text is null or longer than {MAX_TEXT_BYTES} bytes"
-        ));
+        return Err(format!("a text is null or longer than {MAX_TEXT_BYTES} bytes"));
     }
     // SAFETY: not null, of bounded length; the caller vouches for the rest.
     let bytes = unsafe { std::slice::from_raw_parts(text.ptr, text.len) };
-    std::str::from_utf8(bytes)
-        .map(str::to_owned)
-        .map_err(|_| "a text is not UTF-8".into())
+    std::str::from_utf8(bytes).map(str::to_owned).map_err(|_| "a text is not UTF-8".into())
 }
 
 /// The message that a plugin wrote into an error.

@@ -12,10 +12,7 @@ const SIZE: [u32; 2] = [1280, 720];
 
 fn main() -> Result<()> {
     let folder = PathBuf::from(std::env::args().nth(1).context("usage: picture FOLDER")?);
-    let options = RendererOptions {
-        validation: true,
-        ..Default::default()
-    };
+    let options = RendererOptions { validation: true, ..Default::default() };
     let mut renderer = Renderer::headless(options, SIZE)?;
     let instances = yard::build(&mut renderer)?;
     let views = [
@@ -28,13 +25,7 @@ fn main() -> Result<()> {
         let target = Vec3::new(0.0, 1.9, 0.0);
         let camera = CameraView::look_at(eye, target, Vec3::Y, 0.7, aspect, 0.05);
         let background = [0.68, 0.70, 0.72];
-        let frame = Frame {
-            camera,
-            instances: &instances,
-            wireframe,
-            background,
-            overlay: None,
-        };
+        let frame = Frame { camera, instances: &instances, wireframe, background, overlay: None };
         renderer.draw(&frame)?;
         let picture = renderer.read_picture()?;
         let path = folder.join(name);

@@ -49,18 +49,10 @@ impl View {
             .with_inner_size(PhysicalSize::new(800, 500));
         let window = Arc::new(event_loop.create_window(attributes)?);
         let size = window.inner_size().into();
-        let options = RendererOptions {
-            validation: true,
-            ..Default::default()
-        };
+        let options = RendererOptions { validation: true, ..Default::default() };
         let mut renderer = Renderer::for_window(options, window.clone(), size)?;
         let instances = yard::build(&mut renderer)?;
-        Ok(Self {
-            renderer,
-            instances,
-            window,
-            context: egui::Context::default(),
-        })
+        Ok(Self { renderer, instances, window, context: egui::Context::default() })
     }
 
     /// Draws a frame; false if it was skipped.
@@ -165,11 +157,7 @@ fn main() -> Result<()> {
     let said = app.log.context("no window came")?.messages();
     ensure!(said.is_empty(), "the validation layer says: {said:#?}");
     if app.drawn < FRAMES || app.shown < MIN_SHOWN {
-        bail!(
-            "only {} of {FRAMES} frames were drawn, {} shown",
-            app.drawn,
-            app.shown
-        );
+        bail!("only {} of {FRAMES} frames were drawn, {} shown", app.drawn, app.shown);
     }
     Ok(())
 }

@@ -46,11 +46,7 @@ impl Plan {
                 Some(batch) if (batch.key, batch.mirrored) == (key, mirrored) => {
                     batch.instances.end = index + 1;
                 }
-                _ => plan.batches.push(Batch {
-                    key,
-                    mirrored,
-                    instances: index..index + 1,
-                }),
+                _ => plan.batches.push(Batch { key, mirrored, instances: index..index + 1 }),
             }
         }
         Ok(plan)
@@ -64,20 +60,14 @@ fn key_of(models: &[Option<GpuModel>], draw: &DrawInstance) -> Result<IndexKey, 
         .and_then(Option::as_ref)
         .ok_or(RenderError::UnknownModel(model))?
         .meshes;
-    let mesh = meshes
-        .get(draw.mesh as usize)
-        .ok_or_else(|| RenderError::BadReference {
-            place: format!("an instance of model {model}"),
-            what: "mesh",
-            index: draw.mesh,
-            count: meshes.len(),
-        })?;
+    let mesh = meshes.get(draw.mesh as usize).ok_or_else(|| RenderError::BadReference {
+        place: format!("an instance of model {model}"),
+        what: "mesh",
+        index: draw.mesh,
+        count: meshes.len(),
+    })?;
     let cursor = draw.cursor.min(mesh.stacks.sequence().len());
-    Ok(IndexKey {
-        model,
-        mesh: draw.mesh,
-        cursor,
-    })
+    Ok(IndexKey { model, mesh: draw.mesh, cursor })
 }
 
 fn mirrors(world_from_mesh: &Mat4) -> bool {

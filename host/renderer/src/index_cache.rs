@@ -51,13 +51,7 @@ pub(crate) struct IndexCache {
 
 impl IndexCache {
     pub(crate) fn new(limit_bytes: u64) -> Self {
-        Self {
-            entries: HashMap::new(),
-            bytes: 0,
-            limit_bytes,
-            clock: 0,
-            frame_bytes: 0,
-        }
+        Self { entries: HashMap::new(), bytes: 0, limit_bytes, clock: 0, frame_bytes: 0 }
     }
 
     pub(crate) fn set_limit(&mut self, limit_bytes: u64) {
@@ -172,11 +166,7 @@ fn resolve(
     };
     Ok(ResolvedIndices {
         buffer,
-        sections: resolved
-            .sections
-            .iter()
-            .map(|range| range.start * 3..range.end * 3)
-            .collect(),
+        sections: resolved.sections.iter().map(|range| range.start * 3..range.end * 3).collect(),
         triangles: resolved.triangles.len() as u32,
         bytes: indices.len() as u64 + ENTRY_BYTES,
         made_at: clock,

@@ -38,11 +38,7 @@ impl MaterialKit {
         let mut recorder = gpu.begin_transfer()?;
         let white = recorder.upload_texture("white", Format::Rgba8Linear, [1, 1], &[255; 4])?;
         recorder.submit_and_wait()?;
-        Ok(Self {
-            layout,
-            samplers,
-            white,
-        })
+        Ok(Self { layout, samplers, white })
     }
 
     /// Uploads materials and the textures they use. The last one returned is
@@ -53,10 +49,7 @@ impl MaterialKit {
         materials: &[Material],
         textures: &[Texture],
     ) -> Result<Vec<GpuMaterial>, RenderError> {
-        let mut uploaded = TextureUploads {
-            textures,
-            images: HashMap::new(),
-        };
+        let mut uploaded = TextureUploads { textures, images: HashMap::new() };
         let default = Material::default();
         (0..)
             .zip(materials.iter().chain([&default]))
@@ -120,27 +113,16 @@ impl TextureUploads<'_> {
             return Ok(image.clone());
         }
         let texture =
-            self.textures
-                .get(index as usize)
-                .ok_or_else(|| RenderError::BadReference {
-                    place: format!("material {material}"),
-                    what: "texture",
-                    index,
-                    count: self.textures.len(),
-                })?;
-        let Texture {
-            width,
-            height,
-            rgba8,
-        } = texture;
+            self.textures.get(index as usize).ok_or_else(|| RenderError::BadReference {
+                place: format!("material {material}"),
+                what: "texture",
+                index,
+                count: self.textures.len(),
+            })?;
+        let Texture { width, height, rgba8 } = texture;
         let (width, height, bytes) = (*width, *height, rgba8.len());
         if u64::from(width) * u64::from(height) * 4 != bytes as u64 || bytes == 0 {
-            return Err(RenderError::BadTexture {
-                index,
-                width,
-                height,
-                bytes,
-            });
+            return Err(RenderError::BadTexture { index, width, height, bytes });
         }
         let image = recorder.upload_texture("texture", format, [width, height], rgba8)?;
         self.images.insert((index, format), image.clone());

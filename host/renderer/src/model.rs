@@ -50,10 +50,7 @@ impl GpuModel {
         upload: ModelUpload<'_>,
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
-        let mut model = Self {
-            meshes: Vec::with_capacity(upload.stacks.len()),
-            materials,
-        };
+        let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
             let mesh = model.upload_mesh(recorder, stacks)?;
@@ -81,10 +78,7 @@ impl GpuModel {
             stacks: Arc::clone(stacks),
             vertices,
             center: mesh.bounds().map_or(Vec3::ZERO, |bounds| bounds.center()),
-            blends: mesh
-                .sections
-                .iter()
-                .any(|section| self.material(section.material).blends),
+            blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
         })
     }
 

@@ -21,15 +21,7 @@ impl PickTargets {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let image = |name, format| {
             let kind = ImageKind::Target { samples: 1 };
-            Image::new(
-                gpu,
-                ImageDescription {
-                    name,
-                    kind,
-                    format,
-                    size: [1, 1],
-                },
-            )
+            Image::new(gpu, ImageDescription { name, kind, format, size: [1, 1] })
         };
         Ok(Self {
             id: image("object id", ID_FORMAT)?,
@@ -49,10 +41,7 @@ impl PickTargets {
 
 /// Clip space over the picture, with the pixel at the origin.
 pub(crate) fn around([x, y]: [u32; 2], size: [u32; 2]) -> Viewport {
-    Viewport {
-        origin: [-(x as f32), -(y as f32)],
-        size: size.map(|pixels| pixels as f32),
-    }
+    Viewport { origin: [-(x as f32), -(y as f32)], size: size.map(|pixels| pixels as f32) }
 }
 
 /// The object of a pixel that was read back.

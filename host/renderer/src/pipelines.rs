@@ -68,11 +68,7 @@ impl Pipelines {
             fragment: c"line_fragment",
             ..fill
         };
-        let pick = Recipe {
-            name: "pick",
-            words: PICK,
-            ..scene
-        };
+        let pick = Recipe { name: "pick", words: PICK, ..scene };
         let wire_lines = gpu
             .can_draw_lines()
             .then(|| lines.compile(gpu, color, samples, Blend::Replace, true))
@@ -110,14 +106,8 @@ impl Recipe<'_> {
             gpu,
             &PipelineDescription {
                 name: self.name,
-                vertex: ShaderStage {
-                    words: self.words,
-                    entry: self.vertex,
-                },
-                fragment: ShaderStage {
-                    words: self.words,
-                    entry: self.fragment,
-                },
+                vertex: ShaderStage { words: self.words, entry: self.vertex },
+                fragment: ShaderStage { words: self.words, entry: self.fragment },
                 vertex_bytes: size_of::<Vertex>() as u32,
                 attribute_floats: &VERTEX_FLOATS,
                 groups: self.groups,

@@ -26,10 +26,7 @@ pub struct RendererOptions {
 impl Default for RendererOptions {
     /// Four samples, no validation.
     fn default() -> Self {
-        Self {
-            samples: 4,
-            validation: false,
-        }
+        Self { samples: 4, validation: false }
     }
 }
 
@@ -52,9 +49,7 @@ impl Renderer {
     /// When there is no Vulkan loader, driver, fitting device or, if asked for,
     /// validation layer; each says what to install.
     pub fn headless(options: RendererOptions, size: [u32; 2]) -> Result<Self, RenderError> {
-        let gpu = Gpu::headless(GpuOptions {
-            validation: options.validation,
-        })?;
+        let gpu = Gpu::headless(GpuOptions { validation: options.validation })?;
         Self::on(gpu, options, size, false)
     }
 
@@ -68,9 +63,7 @@ impl Renderer {
         window: Arc<dyn WindowHandles>,
         size: [u32; 2],
     ) -> Result<Self, RenderError> {
-        let gpu_options = GpuOptions {
-            validation: options.validation,
-        };
+        let gpu_options = GpuOptions { validation: options.validation };
         let mut gpu = Gpu::for_window(gpu_options, window)?;
         gpu.resize_window(size);
         Self::on(gpu, options, size, true)
@@ -91,15 +84,7 @@ impl Renderer {
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        Ok(Self {
-            content,
-            targets: None,
-            overlay,
-            samples,
-            size,
-            in_window,
-            gpu,
-        })
+        Ok(Self { content, targets: None, overlay, samples, size, in_window, gpu })
     }
 
     /// Uploads a model: vertices, materials and textures, once.
@@ -110,11 +95,7 @@ impl Renderer {
         let index = self.content.models.len();
         if index >= MAX_MODELS {
             let (asked, limit) = (index as u64 + 1, MAX_MODELS as u64);
-            return Err(RenderError::TooMany {
-                what: "models",
-                asked,
-                limit,
-            });
+            return Err(RenderError::TooMany { what: "models", asked, limit });
         }
         let mut recorder = self.gpu.begin_transfer()?;
         let model = GpuModel::upload(&mut recorder, &self.content.kit, upload)?;
@@ -179,18 +160,8 @@ impl Renderer {
         let mut recorder = self.gpu.begin_frame()?;
         let started = Instant::now();
         let mut stats = self.content.record(&mut recorder, targets, frame)?;
-        if let Some(EguiFrame {
-            primitives,
-            pixels_per_point,
-            ..
-        }) = frame.overlay
-        {
-            recorder.paint(
-                &mut self.overlay,
-                &targets.picture,
-                primitives,
-                pixels_per_point,
-            )?;
+        if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
+            recorder.paint(&mut self.overlay, &targets.picture, primitives, pixels_per_point)?;
         }
         stats.cpu_millis = millis_since(started);
         stats.gpu_millis = recorder.gpu().frame_millis();
@@ -213,11 +184,7 @@ impl Renderer {
         let download = recorder.download(picture)?;
         recorder.submit_and_wait()?;
         let [width, height] = picture.size();
-        Ok(Picture {
-            width,
-            height,
-            rgba8: download.pixels()?,
-        })
+        Ok(Picture { width, height, rgba8: download.pixels()? })
     }
 
     /// The object at a pixel of the frame, drawn at the present size; `None`
@@ -246,8 +213,7 @@ impl Renderer {
         size: [u32; 2],
     ) -> Result<Option<u32>, RenderError> {
         let mut recorder = self.gpu.begin_transfer()?;
-        self.content
-            .record_pick(&mut recorder, frame, pixel, size)?;
+        self.content.record_pick(&mut recorder, frame, pixel, size)?;
         let download = recorder.download(&self.content.pick.id)?;
         recorder.submit_and_wait()?;
         self.content.cache.evict();

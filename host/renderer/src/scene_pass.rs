@@ -60,10 +60,7 @@ impl SceneDrawer<'_> {
                 let instance = &self.plan.instances[index as usize];
                 let world_from_mesh = Mat4::from_cols_array_2d(&instance.world_from_mesh);
                 let center = world_from_mesh.transform_point3(mesh.center);
-                let single = Batch {
-                    instances: index..index + 1,
-                    ..batch.clone()
-                };
+                let single = Batch { instances: index..index + 1, ..batch.clone() };
                 singles.push((center.distance_squared(eye), single));
             }
         }

@@ -36,12 +36,7 @@ impl FrameStream {
         let instances = Buffer::new(gpu, "instances", BufferUsage::HostStorage, instance_bytes)?;
         let bindings = [Binding::Buffer(&uniform), Binding::Buffer(&instances)];
         let group = BindGroup::new(layout, &bindings)?;
-        Ok(Self {
-            uniform,
-            instances,
-            group,
-            capacity,
-        })
+        Ok(Self { uniform, instances, group, capacity })
     }
 
     /// Writes a frame; the last one in this stream must be finished.

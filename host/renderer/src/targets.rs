@@ -22,15 +22,7 @@ impl SceneTargets {
     ) -> Result<Self, GpuError> {
         let image = |name, format, samples| {
             let kind = ImageKind::Target { samples };
-            Image::new(
-                gpu,
-                ImageDescription {
-                    name,
-                    kind,
-                    format,
-                    size,
-                },
-            )
+            Image::new(gpu, ImageDescription { name, kind, format, size })
         };
         let color = match samples {
             1 => None,
@@ -60,8 +52,5 @@ impl SceneTargets {
 
 /// Clip space over exactly the picture.
 pub(crate) fn whole(size: [u32; 2]) -> Viewport {
-    Viewport {
-        origin: [0.0; 2],
-        size: size.map(|pixels| pixels as f32),
-    }
+    Viewport { origin: [0.0; 2], size: size.map(|pixels| pixels as f32) }
 }

@@ -11,28 +11,17 @@ use glam::{Mat4, Vec3};
 fn the_index_cache_stays_under_its_limit() {
     with_renderer(1, |renderer| {
         let model = upload(renderer, grid(16, None), &[], &[]);
-        let at = |cursor| DrawInstance {
-            cursor,
-            ..instance(model, Mat4::IDENTITY, 1)
-        };
+        let at = |cursor| DrawInstance { cursor, ..instance(model, Mat4::IDENTITY, 1) };
         // 512 triangles of 12 bytes: some three of them fit.
         let limit = 20_000;
         renderer.set_index_cache_limit(limit);
         let mut first = None;
         for cursor in 0..200 {
             renderer.draw(&frame(&[at(cursor)])).unwrap();
-            assert!(
-                renderer.index_cache_bytes() <= limit,
-                "{}",
-                renderer.index_cache_bytes()
-            );
+            assert!(renderer.index_cache_bytes() <= limit, "{}", renderer.index_cache_bytes());
             first.get_or_insert_with(|| renderer.read_picture().unwrap());
         }
-        assert_eq!(
-            Some(picture(renderer, &frame(&[at(0)]))),
-            first,
-            "evicted and made again"
-        );
+        assert_eq!(Some(picture(renderer, &frame(&[at(0)]))), first, "evicted and made again");
         // A frame gets what it needs even when that is more than the limit.
         let many: Vec<_> = (0..8).map(at).collect();
         let stats = renderer.draw(&frame(&many)).unwrap();
@@ -63,9 +52,7 @@ fn picking_names_the_object_in_front() {
         assert_eq!(pick(width / 2 - 12, height / 2), Some(7));
         assert_eq!(pick(0, 0), None);
         assert_eq!(pick(width - 1, height - 1), None);
-        let found: Vec<_> = (0..width)
-            .filter(|&x| pick(x, height / 2) == Some(9))
-            .collect();
+        let found: Vec<_> = (0..width).filter(|&x| pick(x, height / 2) == Some(9)).collect();
         assert!(found.len() > 5 && found[0] > width / 2 + 16, "{found:?}");
         let error = renderer.pick(&frame, [width, 0]).unwrap_err();
         assert!(matches!(error, RenderError::OutsidePicture { .. }));
@@ -97,10 +84,7 @@ fn egui_rectangle(
 ) -> (egui::TexturesDelta, Vec<egui::ClippedPrimitive>) {
     let screen =
         egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(SIZE[0] as f32, SIZE[1] as f32));
-    let input = egui::RawInput {
-        screen_rect: Some(screen),
-        ..Default::default()
-    };
+    let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
     let mut output = context.run_ui(input, |ui| {
         ui.painter().rect_filled(rect, 0.0, color);
     });
@@ -122,35 +106,18 @@ fn panels_have_exactly_their_colours() {
                 primitives: &primitives,
                 pixels_per_point: 1.0,
             };
-            let shown = picture(
-                renderer,
-                &Frame {
-                    overlay: Some(overlay),
-                    ..frame(&[])
-                },
-            );
+            let shown = picture(renderer, &Frame { overlay: Some(overlay), ..frame(&[]) });
             // Applied: egui panics on deltas that are dropped unapplied.
             delta.clear();
             assert_eq!(pixel(&shown, 20, 20), [r, g, b, 255]);
-            assert_eq!(
-                pixel(&shown, 60, 20),
-                [0, 0, 255, 255],
-                "the picture beside it"
-            );
+            assert_eq!(pixel(&shown, 60, 20), [0, 0, 255, 255], "the picture beside it");
         }
         // egui blends bytes as they are, as browsers do.
         let half = egui::Color32::from_rgba_unmultiplied(255, 255, 255, 128);
         let (mut delta, primitives) = egui_rectangle(&context, rect, half);
-        let overlay = EguiFrame {
-            textures_delta: &delta,
-            primitives: &primitives,
-            pixels_per_point: 1.0,
-        };
-        let black = Frame {
-            background: [0.0; 3],
-            overlay: Some(overlay),
-            ..frame(&[])
-        };
+        let overlay =
+            EguiFrame { textures_delta: &delta, primitives: &primitives, pixels_per_point: 1.0 };
+        let black = Frame { background: [0.0; 3], overlay: Some(overlay), ..frame(&[]) };
         let shown = picture(renderer, &black);
         delta.clear();
         assert_near(pixel(&shown, 20, 20), [128, 128, 128, 255], 2);
@@ -163,10 +130,7 @@ fn panels_with_changing_text_and_textures_stay_whole() {
         let context = egui::Context::default();
         for step in 0..30 {
             let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(96.0, 64.0));
-            let input = egui::RawInput {
-                screen_rect: Some(screen),
-                ..Default::default()
-            };
+            let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
             let image = egui::ColorImage::filled([4, 4], egui::Color32::from_gray(step * 8));
             // A texture a frame, freed in the next.
             let texture = context.load_texture(format!("step {step}"), image, Default::default());
@@ -181,21 +145,12 @@ fn panels_with_changing_text_and_textures_stay_whole() {
                 primitives: &primitives,
                 pixels_per_point: 1.0,
             };
-            renderer
-                .draw(&Frame {
-                    overlay: Some(overlay),
-                    ..frame(&[])
-                })
-                .unwrap();
+            renderer.draw(&Frame { overlay: Some(overlay), ..frame(&[]) }).unwrap();
             output.textures_delta.clear();
         }
         let shown = renderer.read_picture().unwrap();
         let background: [u8; 4] = [0, 0, 255, 255];
-        let painted = shown
-            .rgba8
-            .chunks_exact(4)
-            .filter(|&p| p != background)
-            .count();
+        let painted = shown.rgba8.chunks_exact(4).filter(|&p| p != background).count();
         assert!(painted > 40, "{painted}");
     });
 }
@@ -205,10 +160,8 @@ struct Random(u64);
 
 impl Random {
     fn below(&mut self, limit: u32) -> u32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 33) % u64::from(limit)) as u32
     }
 }
@@ -229,12 +182,7 @@ fn two_hundred_frames_with_random_sizes() {
                 })
                 .collect();
             let wireframe = step % 7 == 0;
-            renderer
-                .draw(&Frame {
-                    wireframe,
-                    ..frame(&drawn)
-                })
-                .unwrap();
+            renderer.draw(&Frame { wireframe, ..frame(&drawn) }).unwrap();
             if step % 10 == 0 && renderer.read_picture().is_ok() {
                 renderer.pick(&frame(&drawn), [0, 0]).unwrap();
             }
@@ -248,10 +196,7 @@ fn two_hundred_frames_with_random_sizes() {
 #[test]
 fn a_picture_of_no_area_is_skipped_and_comes_back() {
     with_renderer(1, |renderer| {
-        assert!(matches!(
-            renderer.read_picture(),
-            Err(RenderError::NoPicture)
-        ));
+        assert!(matches!(renderer.read_picture(), Err(RenderError::NoPicture)));
         renderer.resize([0, 50]);
         assert_eq!(renderer.draw(&frame(&[])).unwrap(), Default::default());
         renderer.resize([30, 20]);
@@ -284,10 +229,7 @@ fn the_same_frame_gives_the_same_bits() {
 #[test]
 fn impossible_options_are_refused() {
     for samples in [0, 2, 3, 64] {
-        let options = RendererOptions {
-            samples,
-            validation: true,
-        };
+        let options = RendererOptions { samples, validation: true };
         let error = Renderer::headless(options, SIZE).err().unwrap();
         assert!(matches!(error, RenderError::BadSamples(s) if s == samples));
     }

@@ -23,16 +23,9 @@ fn a_red_quad_stands_before_the_background() {
 #[test]
 fn backgrounds_are_encoded_as_srgb() {
     with_renderer(4, |renderer| {
-        let grey = Frame {
-            background: [0.2, 0.5, 0.7],
-            ..frame(&[])
-        };
+        let grey = Frame { background: [0.2, 0.5, 0.7], ..frame(&[]) };
         let shown = picture(renderer, &grey);
-        assert_near(
-            center(&shown),
-            [srgb_byte(0.2), srgb_byte(0.5), srgb_byte(0.7), 255],
-            1,
-        );
+        assert_near(center(&shown), [srgb_byte(0.2), srgb_byte(0.5), srgb_byte(0.7), 255], 1);
     });
 }
 
@@ -42,19 +35,14 @@ fn the_nearer_quad_is_seen_in_either_order() {
         let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
         let green = quad(renderer, glowing([0.0, 0.5, 0.0]));
         let near = Mat4::from_translation(Vec3::Z);
-        for (front, other, expected) in [
-            (red, green, [188, 0, 0, 255]),
-            (green, red, [0, 188, 0, 255]),
-        ] {
+        for (front, other, expected) in
+            [(red, green, [188, 0, 0, 255]), (green, red, [0, 188, 0, 255])]
+        {
             let there = [instance(other, Mat4::IDENTITY, 1), instance(front, near, 2)];
             let back = [there[1], there[0]];
             let shown = picture(renderer, &frame(&there));
             assert_near(center(&shown), expected, 12);
-            assert_eq!(
-                shown,
-                picture(renderer, &frame(&back)),
-                "order of the list is no matter"
-            );
+            assert_eq!(shown, picture(renderer, &frame(&back)), "order of the list is no matter");
         }
     });
 }
@@ -70,21 +58,13 @@ fn a_cursor_changes_triangles_and_picture() {
         let half = renderer.draw(&frame(&[drawn])).unwrap();
         let half_picture = renderer.read_picture().unwrap();
         assert_eq!(full.triangles, 128);
-        assert!(
-            half.triangles > 0 && half.triangles < 128,
-            "{}",
-            half.triangles
-        );
+        assert!(half.triangles > 0 && half.triangles < 128, "{}", half.triangles);
         assert_ne!(full_picture, half_picture);
         drawn.cursor = u32::MAX;
         let none = renderer.draw(&frame(&[drawn])).unwrap();
         assert_eq!((none.triangles, none.draw_calls), (0, 0));
         drawn.cursor = 0;
-        assert_eq!(
-            picture(renderer, &frame(&[drawn])),
-            full_picture,
-            "nothing is lost"
-        );
+        assert_eq!(picture(renderer, &frame(&[drawn])), full_picture, "nothing is lost");
     });
 }
 
@@ -99,9 +79,7 @@ fn instances_at_one_cursor_share_a_draw_call() {
         let drawn: Vec<_> = (0..50).map(|i| at(i as f32, 0)).collect();
         let stats = renderer.draw(&frame(&drawn)).unwrap();
         assert_eq!((stats.triangles, stats.draw_calls), (100, 1));
-        let stats = renderer
-            .draw(&frame(&[at(0.0, 0), at(1.0, 1), at(2.0, 0)]))
-            .unwrap();
+        let stats = renderer.draw(&frame(&[at(0.0, 0), at(1.0, 1), at(2.0, 0)])).unwrap();
         assert_eq!((stats.triangles, stats.draw_calls), (5, 2));
     });
 }
@@ -109,24 +87,13 @@ fn instances_at_one_cursor_share_a_draw_call() {
 #[test]
 fn wireframe_shows_lines_and_gaps() {
     with_renderer(4, |renderer| {
-        assert!(
-            renderer.can_draw_wireframe(),
-            "the software rasteriser draws lines"
-        );
+        assert!(renderer.can_draw_wireframe(), "the software rasteriser draws lines");
         let model = upload(renderer, grid(4, Some(0)), &[Material::default()], &[]);
         let drawn = [instance(model, Mat4::IDENTITY, 1)];
         let shaded = picture(renderer, &frame(&drawn));
-        let wires = picture(
-            renderer,
-            &Frame {
-                wireframe: true,
-                ..frame(&drawn)
-            },
-        );
+        let wires = picture(renderer, &Frame { wireframe: true, ..frame(&drawn) });
         assert_ne!(shaded, wires);
-        let reds: Vec<u8> = (0..SIZE[0])
-            .map(|x| pixel(&wires, x, SIZE[1] / 2 + 3)[0])
-            .collect();
+        let reds: Vec<u8> = (0..SIZE[0]).map(|x| pixel(&wires, x, SIZE[1] / 2 + 3)[0]).collect();
         assert!(reds.iter().any(|&r| r > 200), "fill: {reds:?}");
         let dark = reds.iter().filter(|&&r| r > 0 && r < 150).count();
         assert!(dark >= 4, "lines: {reds:?}");
@@ -141,32 +108,19 @@ fn blended_quads_cover_by_alpha_from_back_to_front() {
         let shift = |z: f32| Mat4::from_translation(Vec3::Z * z);
         let behind = picture(
             renderer,
-            &frame(&[
-                instance(glass, shift(0.5), 1),
-                instance(green, shift(0.0), 2),
-            ]),
+            &frame(&[instance(glass, shift(0.5), 1), instance(green, shift(0.0), 2)]),
         );
-        assert_near(
-            center(&behind),
-            [srgb_byte(0.25), srgb_byte(0.25), 0, 255],
-            12,
-        );
+        assert_near(center(&behind), [srgb_byte(0.25), srgb_byte(0.25), 0, 255], 12);
         let hidden = picture(
             renderer,
-            &frame(&[
-                instance(glass, shift(-0.5), 1),
-                instance(green, shift(0.0), 2),
-            ]),
+            &frame(&[instance(glass, shift(-0.5), 1), instance(green, shift(0.0), 2)]),
         );
         assert_near(center(&hidden), [0, srgb_byte(0.5), 0, 255], 12);
         // Two glasses, the nearer listed first: red must lie over green.
         let green_glass = quad(renderer, blended([0.0, 0.5, 0.0], 0.5));
         let both = picture(
             renderer,
-            &frame(&[
-                instance(glass, shift(0.5), 1),
-                instance(green_glass, shift(0.0), 2),
-            ]),
+            &frame(&[instance(glass, shift(0.5), 1), instance(green_glass, shift(0.0), 2)]),
         );
         let expected = [srgb_byte(0.25), srgb_byte(0.125), srgb_byte(0.25), 255];
         assert_near(center(&both), expected, 12);
@@ -177,13 +131,7 @@ fn blended_quads_cover_by_alpha_from_back_to_front() {
 fn backs_are_culled_unless_double_sided_also_in_mirrors() {
     with_renderer(4, |renderer| {
         let single = quad(renderer, glowing([0.5, 0.0, 0.0]));
-        let double = quad(
-            renderer,
-            Material {
-                double_sided: true,
-                ..glowing([0.5, 0.0, 0.0])
-            },
-        );
+        let double = quad(renderer, Material { double_sided: true, ..glowing([0.5, 0.0, 0.0]) });
         let turned = Mat4::from_quat(Quat::from_rotation_y(std::f32::consts::PI));
         let mirrored = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
         let mut is_seen = |model, transform| {
@@ -192,10 +140,7 @@ fn backs_are_culled_unless_double_sided_also_in_mirrors() {
         assert!(is_seen(single, Mat4::IDENTITY));
         assert!(!is_seen(single, turned));
         assert!(is_seen(double, turned));
-        assert!(
-            is_seen(single, mirrored),
-            "a mirror does not turn a face away"
-        );
+        assert!(is_seen(single, mirrored), "a mirror does not turn a face away");
         assert!(!is_seen(single, turned * mirrored));
         assert!(is_seen(double, turned * mirrored));
     });
@@ -227,27 +172,14 @@ fn a_highlight_tints() {
 
 /// Two by two pixels: red, green / blue, transparent white.
 fn checker() -> Texture {
-    let rgba8 = [
-        [255, 0, 0, 255],
-        [0, 255, 0, 255],
-        [0, 0, 255, 255],
-        [255, 255, 255, 0],
-    ]
-    .concat();
-    Texture {
-        width: 2,
-        height: 2,
-        rgba8,
-    }
+    let rgba8 = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 0]].concat();
+    Texture { width: 2, height: 2, rgba8 }
 }
 
 #[test]
 fn textures_lie_right_way_up_and_masks_cut_out() {
     with_renderer(1, |renderer| {
-        let texture = TextureRef {
-            texture: 0,
-            wrap: [Wrap::Clamp; 2],
-        };
+        let texture = TextureRef { texture: 0, wrap: [Wrap::Clamp; 2] };
         let material = Material {
             base_color: [1.0; 4],
             base_color_texture: Some(texture),
@@ -274,28 +206,18 @@ fn textures_lie_right_way_up_and_masks_cut_out() {
 fn wrap_rules_hold_outside_the_texture() {
     // Linear filtering reads beyond the edge, so that the edge's pixels tell
     // the rules apart: there follows blue when tiled, red else.
-    let red_blue = Texture {
-        width: 2,
-        height: 1,
-        rgba8: [[255, 0, 0, 255], [0, 0, 255, 255]].concat(),
-    };
+    let red_blue =
+        Texture { width: 2, height: 1, rgba8: [[255, 0, 0, 255], [0, 0, 255, 255]].concat() };
     let left_edge = |wrap| {
         let mut seen = [0; 4];
         with_renderer(1, |renderer| {
             let material = Material {
                 base_color: [1.0; 4],
-                base_color_texture: Some(TextureRef {
-                    texture: 0,
-                    wrap: [wrap, Wrap::Clamp],
-                }),
+                base_color_texture: Some(TextureRef { texture: 0, wrap: [wrap, Wrap::Clamp] }),
                 ..Material::default()
             };
-            let model = upload(
-                renderer,
-                grid(1, Some(0)),
-                &[material],
-                std::slice::from_ref(&red_blue),
-            );
+            let model =
+                upload(renderer, grid(1, Some(0)), &[material], std::slice::from_ref(&red_blue));
             let near = Mat4::from_scale(Vec3::splat(1.5));
             let shown = picture(renderer, &frame(&[instance(model, near, 1)]));
             let row = SIZE[1] / 2;
@@ -304,11 +226,8 @@ fn wrap_rules_hold_outside_the_texture() {
         });
         seen
     };
-    let (repeat, clamp, mirror) = (
-        left_edge(Wrap::Repeat),
-        left_edge(Wrap::Clamp),
-        left_edge(Wrap::Mirror),
-    );
+    let (repeat, clamp, mirror) =
+        (left_edge(Wrap::Repeat), left_edge(Wrap::Clamp), left_edge(Wrap::Mirror));
     assert!(repeat[2] > 100, "the other edge bleeds in: {repeat:?}");
     assert!(clamp[2] < 80, "{clamp:?}");
     assert_eq!(clamp, mirror);
@@ -329,16 +248,7 @@ fn nothing_and_degenerate_meshes_draw_nothing() {
             instance(flat, Mat4::from_scale(Vec3::splat(f32::NAN)), 4),
         ];
         assert_eq!(picture(renderer, &frame(&drawn)), nothing);
-        assert_eq!(
-            picture(
-                renderer,
-                &Frame {
-                    wireframe: true,
-                    ..frame(&drawn[..1])
-                }
-            ),
-            nothing
-        );
+        assert_eq!(picture(renderer, &Frame { wireframe: true, ..frame(&drawn[..1]) }), nothing);
     });
 }
 
@@ -348,10 +258,7 @@ fn zero_normals_do_not_blacken() {
         let mut mesh = grid(1, None);
         mesh.wedges.normal.fill(Vec3::ZERO);
         let model = upload(renderer, mesh, &[], &[]);
-        let shown = center(&picture(
-            renderer,
-            &frame(&[instance(model, Mat4::IDENTITY, 1)]),
-        ));
+        let shown = center(&picture(renderer, &frame(&[instance(model, Mat4::IDENTITY, 1)])));
         assert!(shown[..3].iter().all(|&c| c > 60), "{shown:?}");
     });
 }
@@ -362,60 +269,33 @@ fn bad_models_and_frames_are_refused_by_name() {
         let upload_of =
             |renderer: &mut busbar_renderer::Renderer, material: Material, textures: &[Texture]| {
                 let stacks = [stacks(grid(1, Some(0)))];
-                let upload = ModelUpload {
-                    stacks: &stacks,
-                    materials: &[material],
-                    textures,
-                };
+                let upload = ModelUpload { stacks: &stacks, materials: &[material], textures };
                 renderer.upload_model(upload)
             };
         let textured = Material {
-            base_color_texture: Some(TextureRef {
-                texture: 3,
-                wrap: Default::default(),
-            }),
+            base_color_texture: Some(TextureRef { texture: 3, wrap: Default::default() }),
             ..Material::default()
         };
         let error = upload_of(renderer, textured.clone(), &[checker()]).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "material 0 names texture 3, but the model has 1"
-        );
+        assert_eq!(error.to_string(), "material 0 names texture 3, but the model has 1");
         let mut short = checker();
         short.rgba8.pop();
         let material = Material {
-            base_color_texture: Some(TextureRef {
-                texture: 0,
-                wrap: Default::default(),
-            }),
+            base_color_texture: Some(TextureRef { texture: 0, wrap: Default::default() }),
             ..textured
         };
         let error = upload_of(renderer, material, &[short]).unwrap_err();
         assert!(matches!(error, RenderError::BadTexture { bytes: 15, .. }));
         let wrong_section = [stacks(grid(1, Some(7)))];
-        let upload = ModelUpload {
-            stacks: &wrong_section,
-            materials: &[],
-            textures: &[],
-        };
+        let upload = ModelUpload { stacks: &wrong_section, materials: &[], textures: &[] };
         let error = renderer.upload_model(upload).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "mesh 0 names material 7, but the model has 0"
-        );
+        assert_eq!(error.to_string(), "mesh 0 names material 7, but the model has 0");
 
         let model = quad(renderer, Material::default());
         let mut drawn = instance(model, Mat4::IDENTITY, 1);
         drawn.mesh = 5;
         let error = renderer.draw(&frame(&[drawn])).unwrap_err();
-        assert!(matches!(
-            error,
-            RenderError::BadReference {
-                index: 5,
-                count: 1,
-                ..
-            }
-        ));
+        assert!(matches!(error, RenderError::BadReference { index: 5, count: 1, .. }));
         drawn.mesh = 0;
         renderer.draw(&frame(&[drawn])).unwrap();
         renderer.remove_model(model);
@@ -423,13 +303,7 @@ fn bad_models_and_frames_are_refused_by_name() {
         assert!(matches!(error, RenderError::UnknownModel(_)));
         renderer.draw(&frame(&[])).unwrap();
         renderer.resize([1_000_000, 4]);
-        assert!(
-            renderer
-                .draw(&frame(&[]))
-                .unwrap_err()
-                .to_string()
-                .contains("at most")
-        );
+        assert!(renderer.draw(&frame(&[])).unwrap_err().to_string().contains("at most"));
         renderer.resize(SIZE);
         renderer.draw(&frame(&[])).unwrap();
     });

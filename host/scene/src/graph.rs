@@ -90,11 +90,7 @@ pub struct SceneGraph {
 
 impl Default for Transform {
     fn default() -> Self {
-        Self {
-            translation: Vec3::ZERO,
-            rotation_degrees: Vec3::ZERO,
-            scale: Vec3::ONE,
-        }
+        Self { translation: Vec3::ZERO, rotation_degrees: Vec3::ZERO, scale: Vec3::ONE }
     }
 }
 
@@ -168,12 +164,7 @@ impl SceneGraph {
         }
         let world_from_parent = parent.map_or(Mat4::IDENTITY, |p| self.node(p).world_from_node);
         let world_from_node = world_from_parent * parent_from_node;
-        self.nodes.push(SceneNode {
-            id,
-            parent,
-            world_from_node,
-            bounds: None,
-        });
+        self.nodes.push(SceneNode { id, parent, world_from_node, bounds: None });
         Ok(index)
     }
 
@@ -207,9 +198,7 @@ impl SceneGraph {
         for instance in &self.instances {
             let mesh = &models[instance.model.0 as usize].meshes[instance.mesh as usize];
             let world = mesh.bounds().and_then(|b| {
-                let corners = b
-                    .corners()
-                    .map(|c| instance.world_from_mesh.transform_point3(c));
+                let corners = b.corners().map(|c| instance.world_from_mesh.transform_point3(c));
                 Bounds::around(corners)
             });
             grow(&mut self.nodes[instance.node.0 as usize].bounds, world);
@@ -257,16 +246,8 @@ mod tests {
     }
 
     fn placement(id: &str, parent: Option<usize>, x: f32) -> Placement {
-        let transform = Transform {
-            translation: Vec3::X * x,
-            ..Default::default()
-        };
-        Placement {
-            id: id.into(),
-            parent,
-            transform,
-            model: Some(ModelIndex(0)),
-        }
+        let transform = Transform { translation: Vec3::X * x, ..Default::default() };
+        Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)) }
     }
 
     #[test]
@@ -275,10 +256,7 @@ mod tests {
         let graph = SceneGraph::build(&placements, &[model()]).unwrap();
         assert_eq!(graph.instances().len(), 2);
         let bushing = graph.find("T2/bushing").unwrap();
-        let world = graph
-            .node(bushing)
-            .world_from_node
-            .transform_point3(Vec3::ZERO);
+        let world = graph.node(bushing).world_from_node.transform_point3(Vec3::ZERO);
         assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
         let all = graph.bounds().unwrap();
         assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
@@ -293,14 +271,9 @@ mod tests {
 
     #[test]
     fn rotations_apply_about_x_then_y_then_z() {
-        let transform = Transform {
-            rotation_degrees: Vec3::new(90.0, 0.0, 90.0),
-            ..Default::default()
-        };
+        let transform =
+            Transform { rotation_degrees: Vec3::new(90.0, 0.0, 90.0), ..Default::default() };
         let turned = transform.matrix().transform_vector3(Vec3::Y);
-        assert!(
-            (turned - Vec3::Z).length() < 1e-6,
-            "y -> z about x; z stays about z"
-        );
+        assert!((turned - Vec3::Z).length() < 1e-6, "y -> z about x; z stays about z");
     }
 }

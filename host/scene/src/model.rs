@@ -129,9 +129,7 @@ impl Model {
     pub fn model_from_nodes(&self) -> Vec<Mat4> {
         let mut transforms: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            let parent = node
-                .parent
-                .map_or(Mat4::IDENTITY, |p| transforms[p as usize]);
+            let parent = node.parent.map_or(Mat4::IDENTITY, |p| transforms[p as usize]);
             transforms.push(parent * node.parent_from_node);
         }
         transforms

@@ -40,20 +40,11 @@ impl SampleQueue {
 
     /// Takes everything queued.
     pub fn drain(&self) -> VecDeque<Sample> {
-        std::mem::take(
-            &mut self
-                .state
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .samples,
-        )
+        std::mem::take(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner).samples)
     }
 
     /// Samples dropped since the start.
     pub fn dropped(&self) -> u64 {
-        self.state
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .dropped
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).dropped
     }
 }

@@ -87,15 +87,9 @@ impl TagTable {
         };
         let mut by_id = HashMap::with_capacity(specs.len());
         for (index, spec) in specs.iter().enumerate() {
-            by_id
-                .entry(spec.id.clone())
-                .or_insert(TagHandle(index as u32));
+            by_id.entry(spec.id.clone()).or_insert(TagHandle(index as u32));
         }
-        Self {
-            entries: vec![entry; specs.len()],
-            specs,
-            by_id,
-        }
+        Self { entries: vec![entry; specs.len()], specs, by_id }
     }
 
     /// What each tag is, by handle.
@@ -111,19 +105,13 @@ impl TagTable {
     /// Takes samples over, in order. Returns how many named no tag of this
     /// table or were older, at their source, than the value there is.
     pub fn apply(&mut self, samples: impl IntoIterator<Item = Sample>) -> usize {
-        samples
-            .into_iter()
-            .filter(|sample| !self.apply_one(sample))
-            .count()
+        samples.into_iter().filter(|sample| !self.apply_one(sample)).count()
     }
 
     /// All tags as they are at `now`.
     pub fn snapshot(&self, now: Instant) -> Snapshot {
         let state = |(entry, spec): (&Entry, &TagSpec)| entry.state(spec, now);
-        Snapshot {
-            taken: now,
-            states: self.entries.iter().zip(&self.specs).map(state).collect(),
-        }
+        Snapshot { taken: now, states: self.entries.iter().zip(&self.specs).map(state).collect() }
     }
 
     fn apply_one(&mut self, sample: &Sample) -> bool {
@@ -168,9 +156,7 @@ fn judge(value: Option<Value>, spec: &TagSpec) -> Quality {
 
 impl Entry {
     fn state(&self, spec: &TagSpec, now: Instant) -> TagState {
-        let age = self
-            .value_received
-            .map(|received| now.saturating_duration_since(received));
+        let age = self.value_received.map(|received| now.saturating_duration_since(received));
         let fresh = match age {
             None => Quality::Bad(Reason::NotConnected),
             Some(age) if age > spec.freshness => Quality::Bad(Reason::Stale),
@@ -245,28 +231,18 @@ mod tests {
     #[test]
     fn a_tag_without_a_value_is_not_connected() {
         let now = Instant::now();
-        assert_eq!(
-            quality_of(&table(), now),
-            Quality::Bad(Reason::NotConnected)
-        );
+        assert_eq!(quality_of(&table(), now), Quality::Bad(Reason::NotConnected));
     }
 
     #[test]
     fn a_value_past_its_limit_is_stale_whatever_its_source_says() {
         let (mut table, start) = (table(), Instant::now());
         table.apply([sample(60.0, start)]);
-        assert_eq!(
-            quality_of(&table, start + Duration::from_secs(3)),
-            Quality::Good
-        );
+        assert_eq!(quality_of(&table, start + Duration::from_secs(3)), Quality::Good);
         let late = start + Duration::from_millis(3001);
         assert_eq!(quality_of(&table, late), Quality::Bad(Reason::Stale));
         let state = *table.snapshot(late).state(TAG).unwrap();
-        assert_eq!(
-            state.value,
-            Some(Value::F64(60.0)),
-            "the last value stays, marked"
-        );
+        assert_eq!(state.value, Some(Value::F64(60.0)), "the last value stays, marked");
         assert_eq!(state.age, Some(Duration::from_millis(3001)));
     }
 
@@ -276,17 +252,9 @@ mod tests {
         table.apply([sample(60.0, start)]);
         let later = start + Duration::from_secs(2);
         let bad = Quality::Bad(Reason::Communication);
-        table.apply([Sample {
-            value: None,
-            quality: bad,
-            ..sample(0.0, later)
-        }]);
+        table.apply([Sample { value: None, quality: bad, ..sample(0.0, later) }]);
         assert_eq!(quality_of(&table, later), bad);
-        let good = Sample {
-            value: None,
-            quality: Quality::Good,
-            ..sample(0.0, later)
-        };
+        let good = Sample { value: None, quality: Quality::Good, ..sample(0.0, later) };
         table.apply([good]);
         let past = start + Duration::from_secs(4);
         assert_eq!(quality_of(&table, past), Quality::Bad(Reason::Stale));
@@ -297,19 +265,10 @@ mod tests {
         let (mut table, now) = (table(), Instant::now());
         let new = SystemTime::UNIX_EPOCH + Duration::from_secs(100);
         let old = SystemTime::UNIX_EPOCH + Duration::from_secs(99);
-        table.apply([Sample {
-            source_time: Some(new),
-            ..sample(1.0, now)
-        }]);
-        let ignored = table.apply([Sample {
-            source_time: Some(old),
-            ..sample(2.0, now)
-        }]);
+        table.apply([Sample { source_time: Some(new), ..sample(1.0, now) }]);
+        let ignored = table.apply([Sample { source_time: Some(old), ..sample(2.0, now) }]);
         assert_eq!(ignored, 1);
-        assert_eq!(
-            table.snapshot(now).state(TAG).unwrap().value,
-            Some(Value::F64(1.0))
-        );
+        assert_eq!(table.snapshot(now).state(TAG).unwrap().value, Some(Value::F64(1.0)));
     }
 
     #[test]
@@ -317,32 +276,20 @@ mod tests {
         let now = Instant::now();
         let check = |value, expected| {
             let mut table = table();
-            table.apply([Sample {
-                value: Some(value),
-                ..sample(0.0, now)
-            }]);
+            table.apply([Sample { value: Some(value), ..sample(0.0, now) }]);
             assert_eq!(quality_of(&table, now), expected, "{value:?}");
         };
         check(Value::F64(150.0), Quality::Good);
         check(Value::F64(150.1), Quality::Uncertain(Reason::OutOfRange));
         check(Value::F64(f64::NAN), Quality::Bad(Reason::NotFinite));
         check(Value::F64(f64::INFINITY), Quality::Bad(Reason::NotFinite));
-        check(
-            Value::DoublePoint(DoublePoint::On),
-            Quality::Bad(Reason::Configuration),
-        );
+        check(Value::DoublePoint(DoublePoint::On), Quality::Bad(Reason::Configuration));
     }
 
     #[test]
     fn samples_of_unknown_tags_are_counted_and_harmless() {
         let (mut table, now) = (table(), Instant::now());
-        assert_eq!(
-            table.apply([Sample {
-                tag: TagHandle(7),
-                ..sample(1.0, now)
-            }]),
-            1
-        );
+        assert_eq!(table.apply([Sample { tag: TagHandle(7), ..sample(1.0, now) }]), 1);
     }
 
     #[test]

@@ -142,11 +142,7 @@ impl Quality {
             Self::Uncertain(_) => 1,
             Self::Bad(_) => 2,
         };
-        if rank(other) > rank(self) {
-            other
-        } else {
-            self
-        }
+        if rank(other) > rank(self) { other } else { self }
     }
 }
 

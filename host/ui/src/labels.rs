@@ -25,10 +25,8 @@ const MAX_LABELS: usize = 200;
 pub(crate) fn paint(ui: &Ui, labels: &[Label]) {
     let viewport = ui.max_rect();
     let painter = ui.painter().with_clip_rect(viewport);
-    let mut ordered: Vec<&Label> = labels
-        .iter()
-        .filter(|label| viewport.contains(label.anchor))
-        .collect();
+    let mut ordered: Vec<&Label> =
+        labels.iter().filter(|label| viewport.contains(label.anchor)).collect();
     ordered.sort_by(|a, b| {
         let urgency = |label: &Label| label.lines.iter().map(|l| l.mark.urgency()).max();
         b.selected
@@ -69,9 +67,7 @@ fn place(size: Vec2, anchor: Pos2, within: Rect, taken: &[Rect]) -> Option<Rect>
         let rect = Rect::from_center_size(anchor + direction * reach, size);
         let free = within.contains_rect(rect)
             && !rect.expand(3.0).contains(anchor)
-            && taken
-                .iter()
-                .all(|other| !other.expand(3.0).intersects(rect));
+            && taken.iter().all(|other| !other.expand(3.0).intersects(rect));
         free.then_some(rect)
     })
 }
@@ -107,20 +103,11 @@ impl LabelBox {
         let width = (caption + COLUMN_GAP + value + note + 8.0).max(title.size().x);
         let height = TITLE_HEIGHT + rows.len() as f32 * ROW_HEIGHT;
         let size = vec2(width, height) + Vec2::splat(2.0 * PADDING);
-        Self {
-            title,
-            rows,
-            columns,
-            size,
-        }
+        Self { title, rows, columns, size }
     }
 
     fn paint(self, painter: &Painter, label: &Label, rect: Rect) {
-        let color = if label.selected {
-            theme::SELECTION
-        } else {
-            theme::LINE
-        };
+        let color = if label.selected { theme::SELECTION } else { theme::LINE };
         let border = Stroke::new(if label.selected { 2.0 } else { 1.0 }, color);
         painter.rect(rect, 3.0, theme::PAPER, border, StrokeKind::Inside);
         let inner = rect.shrink(PADDING);
@@ -137,17 +124,10 @@ impl LabelBox {
             hatch::ground(painter, ground, &line.mark);
             let middle = ground.center().y;
             let at = |x: f32, galley: &Galley| pos2(x, middle - galley.size().y * 0.5);
-            painter.galley(
-                at(inner.left(), &caption),
-                caption.clone(),
-                theme::FAINT_INK,
-            );
+            painter.galley(at(inner.left(), &caption), caption.clone(), theme::FAINT_INK);
             let value_x = value_left + value_width - value.size().x;
             // On stripes, text needs a ground of its own to stay legible.
-            for (x, galley) in [
-                (value_x, value),
-                (value_left + value_width + COLUMN_GAP, note),
-            ] {
+            for (x, galley) in [(value_x, value), (value_left + value_width + COLUMN_GAP, note)] {
                 let text_rect = Rect::from_min_size(at(x, &galley), galley.size());
                 if matches!(line.mark, Mark::Bad { .. } | Mark::Uncertain { .. })
                     && galley.size().x > 0.0
@@ -163,9 +143,7 @@ impl LabelBox {
 /// What stands behind a value that is not simply good.
 fn note(line: &LabelLine) -> String {
     let symbol = theme::symbol(&line.mark);
-    let age = line
-        .age
-        .map_or_else(String::new, |age| format!(" {}", age_text(age)));
+    let age = line.age.map_or_else(String::new, |age| format!(" {}", age_text(age)));
     match &line.mark {
         Mark::Normal => String::new(),
         Mark::Warning => format!("{symbol} limit"),
@@ -182,16 +160,9 @@ fn leader(painter: &Painter, label: &Label, rect: Rect) {
 
 /// What is left of a label without room: a dot with its most urgent symbol.
 fn anchor_dot(painter: &Painter, label: &Label) {
-    let mark = label
-        .lines
-        .iter()
-        .fold(Mark::Normal, |m, l| m.most_urgent(l.mark.clone()));
+    let mark = label.lines.iter().fold(Mark::Normal, |m, l| m.most_urgent(l.mark.clone()));
     let (fill, ink) = theme::ground_and_ink(&mark);
-    let fill = if fill == Color32::TRANSPARENT {
-        theme::PAPER
-    } else {
-        fill
-    };
+    let fill = if fill == Color32::TRANSPARENT { theme::PAPER } else { fill };
     painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::LINE));
     painter.text(
         label.anchor,
@@ -221,9 +192,6 @@ mod tests {
     #[test]
     fn a_box_larger_than_the_screen_finds_no_place() {
         let within = Rect::from_min_size(Pos2::ZERO, vec2(100.0, 100.0));
-        assert_eq!(
-            place(vec2(200.0, 20.0), pos2(50.0, 50.0), within, &[]),
-            None
-        );
+        assert_eq!(place(vec2(200.0, 20.0), pos2(50.0, 50.0), within, &[]), None);
     }
 }

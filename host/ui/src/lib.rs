@@ -70,9 +70,8 @@ impl Panels {
         let egui = self.context.run_ui(input, |ui| {
             commands.clear();
             if shown {
-                Panel::bottom("status").show(ui, |ui| {
-                    status_bar::show(ui, &model.status, model.selected.as_deref())
-                });
+                Panel::bottom("status")
+                    .show(ui, |ui| status_bar::show(ui, &model.status, model.selected.as_deref()));
                 Panel::left("side")
                     .default_size(SIDE_PANEL_WIDTH)
                     .show(ui, |ui| side_panel(ui, model, &mut commands));
@@ -87,11 +86,7 @@ impl Panels {
             }
         });
         self.shown = shown;
-        PanelsOutput {
-            commands,
-            viewport,
-            egui,
-        }
+        PanelsOutput { commands, viewport, egui }
     }
 }
 

@@ -13,14 +13,9 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         let mut percent = row.theta * 100.0;
         ui.horizontal(|ui| {
             ui.label("theta");
-            let slider = Slider::new(&mut percent, 0.0..=100.0)
-                .suffix(" %")
-                .fixed_decimals(0);
+            let slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
             if ui.add(slider).changed() {
-                commands.push(Command::SetTheta {
-                    model: index,
-                    theta: percent / 100.0,
-                });
+                commands.push(Command::SetTheta { model: index, theta: percent / 100.0 });
             }
         });
         let sizes = format!(

@@ -24,12 +24,7 @@ fn header(ui: &mut Ui) {
     let (rect, _) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::hover());
     for (index, title) in ["Tag", "Value", "Quality", "Age"].into_iter().enumerate() {
-        cell(
-            ui,
-            rect,
-            index,
-            RichText::new(title).color(theme::FAINT_INK),
-        );
+        cell(ui, rect, index, RichText::new(title).color(theme::FAINT_INK));
     }
 }
 
@@ -40,25 +35,12 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
     let ground = column(rect, 1).union(column(rect, 2));
     hatch::ground(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
     let (_, ink) = theme::ground_and_ink(&tag.mark);
-    let value = if tag.unit.is_empty() {
-        tag.value.clone()
-    } else {
-        format!("{} {}", tag.value, tag.unit)
-    };
+    let value =
+        if tag.unit.is_empty() { tag.value.clone() } else { format!("{} {}", tag.value, tag.unit) };
     cell(ui, rect, 0, RichText::new(&tag.name));
     cell(ui, rect, 1, RichText::new(value).color(ink));
-    cell(
-        ui,
-        rect,
-        2,
-        RichText::new(quality_text(&tag.mark)).color(ink),
-    );
-    cell(
-        ui,
-        rect,
-        3,
-        RichText::new(tag.age.map_or_else(String::new, age_text)),
-    );
+    cell(ui, rect, 2, RichText::new(quality_text(&tag.mark)).color(ink));
+    cell(ui, rect, 3, RichText::new(tag.age.map_or_else(String::new, age_text)));
     response.on_hover_text(&tag.id)
 }
 

@@ -64,14 +64,10 @@ pub(crate) fn apply(context: &Context) {
     context.all_styles_mut(|style| {
         style.animation_time = 0.0;
         style.spacing.slider_width = 200.0;
-        for (text_style, size) in [
-            (TextStyle::Body, 13.0),
-            (TextStyle::Button, 13.0),
-            (TextStyle::Heading, 15.0),
-        ] {
-            style
-                .text_styles
-                .insert(text_style, FontId::new(size, FontFamily::Proportional));
+        for (text_style, size) in
+            [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Heading, 15.0)]
+        {
+            style.text_styles.insert(text_style, FontId::new(size, FontFamily::Proportional));
         }
     });
 }

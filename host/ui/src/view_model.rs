@@ -186,11 +186,7 @@ pub enum Command {
 impl Mark {
     /// The more urgent of two: alarm, bad, warning, uncertain, normal.
     pub fn most_urgent(self, other: Self) -> Self {
-        if other.urgency() > self.urgency() {
-            other
-        } else {
-            self
-        }
+        if other.urgency() > self.urgency() { other } else { self }
     }
 
     /// 0 is normal.
@@ -231,9 +227,7 @@ mod tests {
 
     #[test]
     fn the_most_urgent_mark_wins() {
-        let bad = Mark::Bad {
-            reason: "stale".into(),
-        };
+        let bad = Mark::Bad { reason: "stale".into() };
         assert_eq!(Mark::Warning.most_urgent(bad.clone()), bad);
         assert_eq!(Mark::Alarm.most_urgent(bad.clone()), Mark::Alarm);
         assert_eq!(Mark::Normal.most_urgent(Mark::Normal), Mark::Normal);

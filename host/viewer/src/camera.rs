@@ -94,11 +94,7 @@ impl OrbitCamera {
     /// `screen`; both in points.
     pub(crate) fn view(&self, viewport: Rect, screen: Rect) -> CameraView {
         let eye = self.target + self.direction() * self.distance;
-        let viewport = if viewport.is_positive() {
-            viewport
-        } else {
-            screen
-        };
+        let viewport = if viewport.is_positive() { viewport } else { screen };
         let aspect = viewport.width() / viewport.height().max(1.0);
         let near = (self.distance * 0.005).clamp(0.01, 1.0);
         let mut view = CameraView::look_at(eye, self.target, Vec3::Y, self.fov_y, aspect, near);
@@ -125,10 +121,7 @@ fn into_viewport(viewport: Rect, screen: Rect) -> Mat4 {
 
 impl Projection {
     pub(crate) fn new(view: &CameraView, screen: Rect) -> Self {
-        Self {
-            clip_from_world: view.clip_from_world(),
-            screen,
-        }
+        Self { clip_from_world: view.clip_from_world(), screen }
     }
 
     /// Where a world point is on the screen, points; `None` behind the camera.
@@ -139,10 +132,7 @@ impl Projection {
         }
         let half = self.screen.size() * 0.5;
         let center = self.screen.center();
-        Some(pos2(
-            center.x + clip.x / clip.w * half.x,
-            center.y + clip.y / clip.w * half.y,
-        ))
+        Some(pos2(center.x + clip.x / clip.w * half.x, center.y + clip.y / clip.w * half.y))
     }
 }
 
@@ -169,10 +159,7 @@ mod tests {
 
     #[test]
     fn the_target_is_in_the_middle_of_the_viewport() {
-        let bounds = Bounds {
-            min: Vec3::splat(-1.0),
-            max: Vec3::splat(3.0),
-        };
+        let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(3.0) };
         let camera = OrbitCamera::framing(Some(bounds));
         let viewport = Rect::from_min_max(pos2(400.0, 0.0), pos2(800.0, 580.0));
         let projection = Projection::new(&camera.view(viewport, screen()), screen());
@@ -192,10 +179,7 @@ mod tests {
         let before = at(&camera).unwrap();
         camera.pan(egui::vec2(30.0, -20.0), 600.0);
         let moved = at(&camera).unwrap() - before;
-        assert!(
-            (moved - egui::vec2(30.0, -20.0)).length() < 0.5,
-            "{moved:?}"
-        );
+        assert!((moved - egui::vec2(30.0, -20.0)).length() < 0.5, "{moved:?}");
     }
 
     #[test]

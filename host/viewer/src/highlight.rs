@@ -25,19 +25,14 @@ pub(crate) fn of_nodes(
 ) -> Vec<Highlight> {
     let mut severities: HashMap<u32, Severity> = HashMap::new();
     for tint in tints {
-        if snapshot
-            .state(tint.tag)
-            .is_some_and(|state| state.quality.is_good())
-        {
+        if snapshot.state(tint.tag).is_some_and(|state| state.quality.is_good()) {
             let severity = severities.entry(tint.node).or_default();
             *severity = (*severity).max(tint.severity);
         }
     }
     let mut highlights: Vec<Highlight> = Vec::with_capacity(graph.nodes().len());
     for (index, node) in graph.nodes().iter().enumerate() {
-        let above = node
-            .parent
-            .map_or(NONE, |parent| highlights[parent.0 as usize]);
+        let above = node.parent.map_or(NONE, |parent| highlights[parent.0 as usize]);
         let own = match severities.get(&(index as u32)) {
             Some(Severity::Alarm) => ALARM,
             Some(Severity::Warning) => WARNING,

@@ -56,12 +56,8 @@ pub(crate) fn build(
 /// How a value is marked: by its quality first, whatever an overlay says.
 pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
     match (quality, severity) {
-        (Quality::Uncertain(reason), _) => Mark::Uncertain {
-            reason: reason.to_string(),
-        },
-        (Quality::Bad(reason), _) => Mark::Bad {
-            reason: reason.to_string(),
-        },
+        (Quality::Uncertain(reason), _) => Mark::Uncertain { reason: reason.to_string() },
+        (Quality::Bad(reason), _) => Mark::Bad { reason: reason.to_string() },
         (Quality::Good, Severity::Normal) => Mark::Normal,
         (Quality::Good, Severity::Warning) => Mark::Warning,
         (Quality::Good, Severity::Alarm) => Mark::Alarm,
@@ -82,9 +78,7 @@ mod tests {
 
     #[test]
     fn quality_outranks_what_an_overlay_says() {
-        let stale = Mark::Bad {
-            reason: "stale".into(),
-        };
+        let stale = Mark::Bad { reason: "stale".into() };
         for severity in [Severity::Normal, Severity::Warning, Severity::Alarm] {
             assert_eq!(mark(Quality::Bad(Reason::Stale), severity), stale);
         }

@@ -21,6 +21,6 @@ pub use busbar_config::{Diagnostic, Severity, schema};
 pub use busbar_plugin_host::{Catalog, PluginInfo, Refused};
 pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
 pub use error::{LoadError, ViewError};
-pub use load::{LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES};
+pub use load::{LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, plugin_catalog};
 pub use stats::{LoadMillis, Stats, TagStats};
 pub use viewer::{FrameOutput, Viewer};

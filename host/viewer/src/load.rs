@@ -68,8 +68,7 @@ impl Faults<'_> {
         cause: impl Into<String>,
         remedy: impl Into<String>,
     ) {
-        self.found
-            .push(self.config.positions.diagnostic(pointer, cause, remedy));
+        self.found.push(self.config.positions.diagnostic(pointer, cause, remedy));
     }
 }
 
@@ -80,10 +79,7 @@ impl LoadedScene {
     /// # Errors
     /// Every fault of the file, of the files it names, and of the plugins.
     pub fn load(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
-        let faulty = |diagnostics| LoadError {
-            file: path.to_owned(),
-            diagnostics,
-        };
+        let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
         let mut millis = LoadMillis::new();
         let start = Instant::now();
         progress("configuration", 0, 1);
@@ -92,10 +88,7 @@ impl LoadedScene {
         let folder = folder_of(path);
         millis.insert("config".into(), millis_since(start));
 
-        let mut faults = Faults {
-            config: &config,
-            found: config.warnings.clone(),
-        };
+        let mut faults = Faults { config: &config, found: config.warnings.clone() };
         let start = Instant::now();
         progress("plugins", 0, 1);
         let instances = plugins::create(&config, &folder, &mut faults);
@@ -117,14 +110,7 @@ impl LoadedScene {
         let models = if fatal {
             Vec::new()
         } else {
-            models::optimise(
-                &config,
-                imported,
-                &instances,
-                progress,
-                &mut millis,
-                &mut faults,
-            )
+            models::optimise(&config, imported, &instances, progress, &mut millis, &mut faults)
         };
 
         let mut diagnostics = faults.found;
@@ -132,16 +118,8 @@ impl LoadedScene {
         let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
         match graph {
             Some(graph) if !errors => {
-                let mut scene = Self {
-                    config,
-                    instances,
-                    models,
-                    graph,
-                    tags,
-                    bindings,
-                    millis,
-                    notes,
-                };
+                let mut scene =
+                    Self { config, instances, models, graph, tags, bindings, millis, notes };
                 scene.config.warnings = diagnostics;
                 Ok(scene)
             }
@@ -152,11 +130,7 @@ impl LoadedScene {
     /// Warnings, and what the import skipped.
     pub fn remarks(&self, file: &Path) -> Vec<String> {
         let file = file.display().to_string();
-        let warnings = self
-            .config
-            .warnings
-            .iter()
-            .map(|warning| warning.render(&file));
+        let warnings = self.config.warnings.iter().map(|warning| warning.render(&file));
         warnings.chain(self.notes.iter().cloned()).collect()
     }
 
@@ -185,11 +159,8 @@ impl LoadedScene {
 ///
 /// # Errors
 /// When the configuration itself cannot be read.
-pub fn catalog(path: &Path) -> Result<Catalog, LoadError> {
-    let faulty = |diagnostics| LoadError {
-        file: path.to_owned(),
-        diagnostics,
-    };
+pub fn plugin_catalog(path: &Path) -> Result<Catalog, LoadError> {
+    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
     let config = busbar_config::parse(&text).map_err(faulty)?;
     Ok(plugins::catalog(&config, &folder_of(path)))
@@ -197,10 +168,7 @@ pub fn catalog(path: &Path) -> Result<Catalog, LoadError> {
 
 /// The folder that relative paths of a configuration start from, absolute.
 fn folder_of(path: &Path) -> PathBuf {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
 }
 
@@ -214,10 +182,7 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
         remedy: remedy.into(),
     };
     let unreadable = |error: std::io::Error| {
-        fault(
-            format!("cannot read the configuration: {error}"),
-            "check the path and its rights",
-        )
+        fault(format!("cannot read the configuration: {error}"), "check the path and its rights")
     };
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
@@ -225,8 +190,6 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
     }
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(unreadable)?;
-    file.take(MAX_CONFIG_FILE_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
+    file.take(MAX_CONFIG_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     String::from_utf8(bytes).map_err(|_| fault("it is not UTF-8 text".into(), "save it as UTF-8"))
 }

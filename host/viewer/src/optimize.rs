@@ -115,17 +115,11 @@ impl OptimisedModel {
         let import_millis = millis_since(start);
         let imported = std::mem::take(&mut model.meshes);
         let total = imported.len();
-        let built = stacks::build(imported.clone(), Some(&optimizer), &|meshes| {
-            done(meshes, total)
-        })?;
+        let built =
+            stacks::build(imported.clone(), Some(&optimizer), &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;
         build_ms.insert("import".into(), import_millis);
-        Ok(Self {
-            model,
-            stacks: built.stacks,
-            imported,
-            build_ms,
-        })
+        Ok(Self { model, stacks: built.stacks, imported, build_ms })
     }
 
     /// Counts at theta.
@@ -150,16 +144,8 @@ impl OptimisedModel {
             border_edges: live.border_edges,
             non_manifold_edges: live.non_manifold_edges,
             euler: live.euler(),
-            collapses: self
-                .stacks
-                .iter()
-                .map(|s| u64::from(s.sequence().len()))
-                .sum(),
-            cursor: self
-                .stacks
-                .iter()
-                .map(|s| u64::from(s.cursor_at(theta)))
-                .sum(),
+            collapses: self.stacks.iter().map(|s| u64::from(s.sequence().len())).sum(),
+            cursor: self.stacks.iter().map(|s| u64::from(s.cursor_at(theta))).sum(),
             build_ms: self.build_ms.clone(),
             max_depth: self.stacks.iter().map(|s| s.max_depth()).max().unwrap_or(0),
             bytes: self.stacks.iter().map(|s| s.static_bytes()).sum(),
@@ -204,11 +190,7 @@ impl OptimisedModel {
     /// When it is too large for the format.
     pub fn write(&self, theta: f64) -> Result<Vec<u8>, OptimizeError> {
         let mut model = self.model.clone();
-        model.meshes = self
-            .stacks
-            .iter()
-            .map(|stacks| mesh_at(stacks, theta))
-            .collect();
+        model.meshes = self.stacks.iter().map(|stacks| mesh_at(stacks, theta)).collect();
         Ok(write_glb(&model)?)
     }
 }
@@ -223,15 +205,11 @@ impl From<PluginError> for OptimizeError {
 fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
     let resolved = stacks.resolve(stacks.cursor_at(theta));
     let full = stacks.mesh();
-    let sections = full
-        .sections
-        .iter()
-        .zip(&resolved.sections)
-        .map(|(section, range)| Section {
-            material: section.material,
-            first_triangle: range.start,
-            triangle_count: range.end - range.start,
-        });
+    let sections = full.sections.iter().zip(&resolved.sections).map(|(section, range)| Section {
+        material: section.material,
+        first_triangle: range.start,
+        triangle_count: range.end - range.start,
+    });
     Mesh {
         positions: full.positions.clone(),
         wedges: full.wedges.clone(),

@@ -13,24 +13,13 @@ use crate::labels::mark;
 pub(crate) fn tags(scene: &LoadedScene, snapshot: &Snapshot) -> Vec<TagRow> {
     let mut nodes: HashMap<TagHandle, &str> = HashMap::new();
     for binding in &scene.bindings {
-        nodes
-            .entry(binding.tag)
-            .or_insert(&scene.graph.node(binding.node).id);
+        nodes.entry(binding.tag).or_insert(&scene.graph.node(binding.node).id);
     }
     let row = |(index, (spec, state)): (usize, (&busbar_tags::TagSpec, &busbar_tags::TagState))| {
-        let limits = scene
-            .config
-            .tags
-            .get(&spec.id)
-            .map(|tag| tag.limits)
-            .unwrap_or_default();
+        let limits = scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();
         let number = state.value.and_then(Value::as_number);
         let outside = number.is_some_and(|number| !limits.contains(number));
-        let severity = if outside {
-            Severity::Warning
-        } else {
-            Severity::Normal
-        };
+        let severity = if outside { Severity::Warning } else { Severity::Normal };
         TagRow {
             id: spec.id.clone(),
             name: spec.name.clone(),
@@ -38,18 +27,10 @@ pub(crate) fn tags(scene: &LoadedScene, snapshot: &Snapshot) -> Vec<TagRow> {
             unit: spec.unit.clone(),
             mark: mark(state.quality, severity),
             age: state.age,
-            node: nodes
-                .get(&TagHandle(index as u32))
-                .map(|id| (*id).to_owned()),
+            node: nodes.get(&TagHandle(index as u32)).map(|id| (*id).to_owned()),
         }
     };
-    scene
-        .tags
-        .iter()
-        .zip(snapshot.states())
-        .enumerate()
-        .map(row)
-        .collect()
+    scene.tags.iter().zip(snapshot.states()).enumerate().map(row).collect()
 }
 
 /// A plugin with its link, and what went wrong with it last.

@@ -34,10 +34,7 @@ pub(crate) fn build(
             built
         })
         .collect::<Result<_, _>>()?;
-    let mut all = BuiltStacks {
-        stacks: Vec::with_capacity(built.len()),
-        millis: BTreeMap::new(),
-    };
+    let mut all = BuiltStacks { stacks: Vec::with_capacity(built.len()), millis: BTreeMap::new() };
     for (stacks, stages) in built {
         all.stacks.push(Arc::new(stacks));
         for (name, millis) in stages {

@@ -67,21 +67,13 @@ pub struct QualityStats {
 
 impl From<QualityCounts> for QualityStats {
     fn from(counts: QualityCounts) -> Self {
-        Self {
-            good: counts.good,
-            uncertain: counts.uncertain,
-            bad: counts.bad,
-        }
+        Self { good: counts.good, uncertain: counts.uncertain, bad: counts.bad }
     }
 }
 
 /// All tags of a snapshot.
 pub(crate) fn tags(specs: &[TagSpec], snapshot: &Snapshot) -> Vec<TagStats> {
-    specs
-        .iter()
-        .zip(snapshot.states())
-        .map(|(spec, state)| tag(spec, state))
-        .collect()
+    specs.iter().zip(snapshot.states()).map(|(spec, state)| tag(spec, state)).collect()
 }
 
 fn tag(spec: &TagSpec, state: &TagState) -> TagStats {

@@ -90,12 +90,7 @@ impl Viewer {
         window: Arc<dyn WindowHandles>,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(
-            scene,
-            Renderer::for_window(options, window, size)?,
-            size,
-            true,
-        )
+        Self::start(scene, Renderer::for_window(options, window, size)?, size, true)
     }
 
     fn start(
@@ -110,16 +105,10 @@ impl Viewer {
         let tags = TagTable::new(scene.tags.clone());
         let overlays = start_overlays(&scene)?;
         let (telemetry, queues) = start_telemetry(&scene)?;
-        let camera = scene
-            .config
-            .view
-            .camera
-            .as_ref()
-            .and_then(|name| scene.config.cameras.get(name));
-        let camera = camera.map_or_else(
-            || OrbitCamera::framing(scene.graph.bounds()),
-            OrbitCamera::from_config,
-        );
+        let camera =
+            scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
+        let camera = camera
+            .map_or_else(|| OrbitCamera::framing(scene.graph.bounds()), OrbitCamera::from_config);
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
         Ok(Self {
             telemetry,
@@ -198,14 +187,7 @@ impl Viewer {
             steer(&mut camera, commands, viewport, scene);
             let view = camera.view(viewport, screen);
             let projection = Projection::new(&view, screen);
-            labels::build(
-                &lines,
-                &snapshot,
-                &scene.graph,
-                projection,
-                view.eye,
-                selected,
-            )
+            labels::build(&lines, &snapshot, &scene.graph, projection, view.eye, selected)
         });
         self.camera = camera;
         self.viewport = output.viewport;
@@ -213,10 +195,7 @@ impl Viewer {
 
         let mut egui = output.egui;
         let shapes = std::mem::take(&mut egui.shapes);
-        let primitives = self
-            .panels
-            .context()
-            .tessellate(shapes, egui.pixels_per_point);
+        let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let highlights = highlight::of_nodes(&self.scene.graph, &tints, &snapshot, self.selected);
         let instances = self.draw_instances(&highlights);
         let overlay = EguiFrame {
@@ -224,9 +203,7 @@ impl Viewer {
             primitives: &primitives,
             pixels_per_point: egui.pixels_per_point,
         };
-        let drawn = self
-            .renderer
-            .draw(&self.picture_of(&instances, Some(overlay)));
+        let drawn = self.renderer.draw(&self.picture_of(&instances, Some(overlay)));
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
         self.last = drawn?;
@@ -239,19 +216,12 @@ impl Viewer {
             .viewport_output
             .get(&egui::ViewportId::ROOT)
             .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
-        Ok(FrameOutput {
-            platform: egui.platform_output,
-            repaint_after,
-        })
+        Ok(FrameOutput { platform: egui.platform_output, repaint_after })
     }
 
     /// Input for a frame of a view without a window.
     pub fn headless_input(&self, seconds: f64) -> RawInput {
-        RawInput {
-            screen_rect: Some(self.screen),
-            time: Some(seconds),
-            ..RawInput::default()
-        }
+        RawInput { screen_rect: Some(self.screen), time: Some(seconds), ..RawInput::default() }
     }
 
     /// The last frame of a view without a window.
@@ -288,9 +258,7 @@ impl Viewer {
             vertices: self.surviving_vertices(),
             triangles: self.last.triangles,
             triangles_full: self.full_triangles(),
-            theta: names
-                .zip(self.models.iter().map(|m| m.theta))
-                .collect::<BTreeMap<_, _>>(),
+            theta: names.zip(self.models.iter().map(|m| m.theta)).collect::<BTreeMap<_, _>>(),
             frames: self.frames,
             fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
             frame_ms_p99: at(0.99),
@@ -307,10 +275,8 @@ impl Viewer {
         if let Some(screen) = input.screen_rect {
             self.screen = screen;
         }
-        let native = input
-            .viewports
-            .get(&input.viewport_id)
-            .and_then(|v| v.native_pixels_per_point);
+        let native =
+            input.viewports.get(&input.viewport_id).and_then(|v| v.native_pixels_per_point);
         self.pixels_per_point = native.unwrap_or(1.0) * self.panels.context().zoom_factor();
     }
 
@@ -360,10 +326,7 @@ impl Viewer {
     fn plugin_rows(&self) -> Vec<busbar_ui::PluginRow> {
         let row = |(name, instance): (&String, &Arc<busbar_plugin_host::Instance>)| {
             let link = self.telemetry.iter().find(|t| t.instance().name() == name);
-            let overlay = self
-                .overlays
-                .iter()
-                .find(|o| o.overlay.instance().name() == name);
+            let overlay = self.overlays.iter().find(|o| o.overlay.instance().name() == name);
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
             rows::plugin(instance, link.map(Telemetry::link), fault)
         };
@@ -434,14 +397,11 @@ impl Viewer {
     ) -> Result<Option<NodeIndex>, ViewError> {
         let frame = self.picture_of(instances, None);
         let object = self.renderer.pick(&frame, pixel)?;
-        Ok(object
-            .and_then(|object| object.checked_sub(1))
-            .map(NodeIndex))
+        Ok(object.and_then(|object| object.checked_sub(1)).map(NodeIndex))
     }
 
     fn selected_id(&self) -> Option<String> {
-        self.selected
-            .map(|node| self.scene.graph.node(node).id.clone())
+        self.selected.map(|node| self.scene.graph.node(node).id.clone())
     }
 
     fn surviving_vertices(&self) -> u64 {
@@ -474,16 +434,10 @@ impl ShownModel {
     /// Moves the cursors of all meshes to theta.
     fn move_to(&mut self, theta: f64, stacks: &[Arc<busbar_geometry::CollapseStacks>]) {
         self.theta = theta.clamp(0.0, 1.0);
-        self.cursors = stacks
-            .iter()
-            .map(|stacks| stacks.cursor_at(self.theta))
-            .collect();
+        self.cursors = stacks.iter().map(|stacks| stacks.cursor_at(self.theta)).collect();
         let entries: u64 = stacks.iter().map(|s| u64::from(s.sequence().len())).sum();
         let done: u64 = self.cursors.iter().map(|&cursor| u64::from(cursor)).sum();
-        let live = stacks
-            .iter()
-            .zip(&self.cursors)
-            .map(|(s, &cursor)| s.live_triangles(cursor));
+        let live = stacks.iter().zip(&self.cursors).map(|(s, &cursor)| s.live_triangles(cursor));
         self.row.theta = self.theta;
         (self.row.s1, self.row.s2) = (entries - done, done);
         self.row.triangles = live.sum();
@@ -498,22 +452,10 @@ fn upload(scene: &LoadedScene, renderer: &mut Renderer) -> Result<Vec<ShownModel
             materials: &model.materials,
             textures: &model.textures,
         })?;
-        let placed = scene
-            .config
-            .scene
-            .iter()
-            .filter(|n| n.model.as_ref() == Some(&model.name));
-        let row = ModelRow {
-            name: model.name.clone(),
-            instances: placed.count(),
-            ..ModelRow::default()
-        };
-        let mut shown = ShownModel {
-            handle,
-            theta: 0.0,
-            cursors: Vec::new(),
-            row,
-        };
+        let placed = scene.config.scene.iter().filter(|n| n.model.as_ref() == Some(&model.name));
+        let row =
+            ModelRow { name: model.name.clone(), instances: placed.count(), ..ModelRow::default() };
+        let mut shown = ShownModel { handle, theta: 0.0, cursors: Vec::new(), row };
         shown.move_to(scene.models[index].theta, &model.stacks);
         models.push(shown);
     }
@@ -525,10 +467,7 @@ fn start_overlays(scene: &LoadedScene) -> Result<Vec<RunningOverlay>, ViewError>
     for overlay in &scene.config.overlays {
         if let Some(instance) = scene.instances.get(&overlay.plugin) {
             let overlay = Overlay::configure(instance.clone(), scene.overlay_bindings())?;
-            overlays.push(RunningOverlay {
-                overlay,
-                fault: None,
-            });
+            overlays.push(RunningOverlay { overlay, fault: None });
         }
     }
     Ok(overlays)
@@ -575,11 +514,7 @@ fn steer(camera: &mut OrbitCamera, commands: &[Command], viewport: Rect, scene: 
 /// One sRGB byte as linear light (IEC 61966-2-1).
 fn linear_from_srgb(byte: u8) -> f32 {
     let value = f32::from(byte) / 255.0;
-    if value <= 0.04045 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]

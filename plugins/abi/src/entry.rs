@@ -180,28 +180,18 @@ pub struct BusbarPlugin {
 impl BusbarStr {
     /// Text that lives for ever.
     pub const fn from_static(text: &'static str) -> Self {
-        Self {
-            ptr: text.as_ptr(),
-            len: text.len(),
-        }
+        Self { ptr: text.as_ptr(), len: text.len() }
     }
 
     /// A view of text, valid as long as it is.
     pub const fn from_borrowed(text: &str) -> Self {
-        Self {
-            ptr: text.as_ptr(),
-            len: text.len(),
-        }
+        Self { ptr: text.as_ptr(), len: text.len() }
     }
 }
 
 impl BusbarError {
     /// An error with no message yet.
     pub const fn empty() -> Self {
-        Self {
-            struct_size: size_of::<Self>() as u32,
-            message_len: 0,
-            message: [0; 1024],
-        }
+        Self { struct_size: size_of::<Self>() as u32, message_len: 0, message: [0; 1024] }
     }
 }

@@ -31,21 +31,13 @@ fn header_is_up_to_date() {
         std::fs::write(header_path(), &generated).unwrap();
     }
     let committed = std::fs::read_to_string(header_path()).unwrap_or_default();
-    assert!(
-        committed == generated,
-        "run the test with BUSBAR_BLESS=1 and commit the header"
-    );
+    assert!(committed == generated, "run the test with BUSBAR_BLESS=1 and commit the header");
 }
 
 #[test]
 fn header_names_the_ids() {
     let header = std::fs::read_to_string(header_path()).unwrap();
-    for id in [
-        PLUGIN_FACTORY_ID,
-        MESH_OPTIMIZER_ID,
-        TELEMETRY_ID,
-        OVERLAY_ID,
-    ] {
+    for id in [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID] {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }
     assert!(header.contains(ENTRY_SYMBOL.to_str().unwrap()));
@@ -53,24 +45,13 @@ fn header_names_the_ids() {
 
 fn compile(compiler: &str, standard: &str, source: &Path) {
     let output = Command::new(compiler)
-        .args([
-            standard,
-            "-Wall",
-            "-Wextra",
-            "-pedantic",
-            "-Werror",
-            "-fsyntax-only",
-        ])
+        .args([standard, "-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only"])
         .arg("-I")
         .arg(crate_dir().join("include"))
         .arg(source)
         .output()
         .unwrap_or_else(|error| panic!("{compiler}: {error}; install gcc and g++"));
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]
@@ -83,11 +64,8 @@ fn header_alone_compiles_as_c_and_cpp() {
     ] {
         let source = folder.path().join(name);
         // A declaration, since an empty translation unit is not C.
-        std::fs::write(
-            &source,
-            "#include <busbar_plugin.h>\nextern int only_the_header;\n",
-        )
-        .unwrap();
+        std::fs::write(&source, "#include <busbar_plugin.h>\nextern int only_the_header;\n")
+            .unwrap();
         compile(compiler, standard, &source);
     }
 }
@@ -135,10 +113,9 @@ fn layout_is_the_same_in_c_and_cpp() {
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
     let folder = tempfile::tempdir().unwrap();
-    for (compiler, standard, name) in [
-        ("gcc", "-std=c11", "layout.c"),
-        ("g++", "-std=c++17", "layout.cc"),
-    ] {
+    for (compiler, standard, name) in
+        [("gcc", "-std=c11", "layout.c"), ("g++", "-std=c++17", "layout.cc")]
+    {
         let source = folder.path().join(name);
         std::fs::write(&source, &c).unwrap();
         compile(compiler, standard, &source);

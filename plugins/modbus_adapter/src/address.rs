@@ -90,17 +90,9 @@ pub(crate) enum WordOrder {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Decoding {
     /// `raw * scale + offset`, as f64.
-    Number {
-        format: Format,
-        word_order: WordOrder,
-        scale: f64,
-        offset: f64,
-    },
+    Number { format: Format, word_order: WordOrder, scale: f64, offset: f64 },
     /// An integer as it is.
-    Integer {
-        format: Format,
-        word_order: WordOrder,
-    },
+    Integer { format: Format, word_order: WordOrder },
     /// A bit of a register, 0 the least significant.
     RegisterBit(u8),
     /// Two bits of a register: this one says open, the next one closed.
@@ -186,9 +178,7 @@ pub(crate) fn parse(tags: &[TagSpec], config: &Config) -> Result<Vec<Point>, Err
 }
 
 fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
-    let raw: RawAddress = tag
-        .parse_address()
-        .map_err(|error| error.message().to_owned())?;
+    let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
     let fault = |what: String| format!("tag '{}': {what}", tag.id);
     let decoding = decoding(tag.kind, &raw).map_err(fault)?;
     let count = match decoding {
@@ -225,10 +215,7 @@ fn group(name: Option<&str>, config: &Config) -> Result<usize, String> {
     Err(if known.is_empty() {
         format!("poll_group '{name}' does not exist: add it to poll_groups in the settings")
     } else {
-        format!(
-            "poll_group '{name}' does not exist; there are '{}'",
-            known.join("', '")
-        )
+        format!("poll_group '{name}' does not exist; there are '{}'", known.join("', '"))
     })
 }
 
@@ -236,25 +223,17 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
     let table = raw.table;
     match (table.is_bits(), kind) {
         (true, ValueKind::Bool | ValueKind::DoublePoint) => {
-            refuse(
-                raw,
-                &["type", "word_order", "scale", "offset", "bit", "bits"],
-            )?;
-            Ok(if kind == ValueKind::Bool {
-                Decoding::Bit
-            } else {
-                Decoding::BitPair
-            })
+            refuse(raw, &["type", "word_order", "scale", "offset", "bit", "bits"])?;
+            Ok(if kind == ValueKind::Bool { Decoding::Bit } else { Decoding::BitPair })
         }
-        (true, ValueKind::F64 | ValueKind::I64) => Err(format!(
-            "a {table} is a bit, not a number: make the tag bool or double_point"
-        )),
+        (true, ValueKind::F64 | ValueKind::I64) => {
+            Err(format!("a {table} is a bit, not a number: make the tag bool or double_point"))
+        }
         (false, ValueKind::Bool) => {
             refuse(raw, &["word_order", "scale", "offset", "bits"])?;
             one_register(raw)?;
-            let bit = raw
-                .bit
-                .ok_or("a bool from a register needs \"bit\": 0 to 15, 0 the lowest")?;
+            let bit =
+                raw.bit.ok_or("a bool from a register needs \"bit\": 0 to 15, 0 the lowest")?;
             if bit > 15 {
                 return Err(format!(
                     "bit {bit} does not exist: a register has 0 to 15; higher ones are in the \
@@ -297,13 +276,10 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
             let format = format(raw)?;
             if format.is_float() {
                 return Err(
-                    "an i64 tag cannot come from a floating-point type: make the tag f64".into(),
+                    "an i64 tag cannot come from a floating-point type: make the tag f64".into()
                 );
             }
-            Ok(Decoding::Integer {
-                format,
-                word_order: raw.word_order.unwrap_or_default(),
-            })
+            Ok(Decoding::Integer { format, word_order: raw.word_order.unwrap_or_default() })
         }
     }
 }
@@ -339,10 +315,7 @@ fn refuse(raw: &RawAddress, names: &[&str]) -> Result<(), String> {
     if present.is_empty() {
         return Ok(());
     }
-    Err(format!(
-        "{} has no meaning for this table and kind: remove it",
-        present.join(", ")
-    ))
+    Err(format!("{} has no meaning for this table and kind: remove it", present.join(", ")))
 }
 
 #[cfg(test)]

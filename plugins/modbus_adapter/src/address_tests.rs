@@ -9,10 +9,7 @@ fn config() -> Config {
         "host": "h", "unit": 3,
         "poll_groups": {"fast": {"poll_millis": 100}, "slow": {"poll_millis": 60_000}}
     });
-    serde_json::from_value::<Settings>(settings)
-        .unwrap()
-        .parse()
-        .unwrap()
+    serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap()
 }
 
 fn one(kind: ValueKind, address: Value) -> Result<Point, Error> {
@@ -21,16 +18,9 @@ fn one(kind: ValueKind, address: Value) -> Result<Point, Error> {
 
 #[test]
 fn addresses_become_points() {
-    let number = |format, word_order, scale, offset| Decoding::Number {
-        format,
-        word_order,
-        scale,
-        offset,
-    };
-    let integer = |format| Decoding::Integer {
-        format,
-        word_order: WordOrder::Big,
-    };
+    let number =
+        |format, word_order, scale, offset| Decoding::Number { format, word_order, scale, offset };
+    let integer = |format| Decoding::Integer { format, word_order: WordOrder::Big };
     let cases = [
         (
             ValueKind::F64,
@@ -76,16 +66,8 @@ fn addresses_become_points() {
         ),
     ];
     for (kind, address, (table, first, count), decoding) in cases {
-        let expected = Point {
-            tag: 9,
-            id: "T1.x".into(),
-            unit: 3,
-            table,
-            group: 0,
-            first,
-            count,
-            decoding,
-        };
+        let expected =
+            Point { tag: 9, id: "T1.x".into(), unit: 3, table, group: 0, first, count, decoding };
         assert_eq!(one(kind, address.clone()).unwrap(), expected, "{address}");
     }
 }
@@ -102,51 +84,15 @@ fn unit_and_group_can_be_named() {
 #[test]
 fn what_cannot_work_is_refused_with_tag_and_remedy() {
     let cases = [
-        (
-            ValueKind::Bool,
-            json!({"table": "input", "register": 0, "type": "f32"}),
-            "make the tag",
-        ),
-        (
-            ValueKind::Bool,
-            json!({"table": "input", "register": 0}),
-            "needs \"bit\"",
-        ),
-        (
-            ValueKind::Bool,
-            json!({"table": "input", "register": 0, "bit": 16}),
-            "0 to 15",
-        ),
-        (
-            ValueKind::DoublePoint,
-            json!({"table": "input", "register": 0}),
-            "needs \"bits\"",
-        ),
-        (
-            ValueKind::DoublePoint,
-            json!({"table": "input", "register": 0, "bits": 15}),
-            "15 and 16",
-        ),
-        (
-            ValueKind::DoublePoint,
-            json!({"table": "coil", "register": 65535}),
-            "pass 65535",
-        ),
-        (
-            ValueKind::F64,
-            json!({"table": "coil", "register": 0}),
-            "make the tag bool",
-        ),
-        (
-            ValueKind::I64,
-            json!({"table": "discrete", "register": 0}),
-            "make the tag bool",
-        ),
-        (
-            ValueKind::F64,
-            json!({"table": "holding", "register": 0}),
-            "needs \"type\"",
-        ),
+        (ValueKind::Bool, json!({"table": "input", "register": 0, "type": "f32"}), "make the tag"),
+        (ValueKind::Bool, json!({"table": "input", "register": 0}), "needs \"bit\""),
+        (ValueKind::Bool, json!({"table": "input", "register": 0, "bit": 16}), "0 to 15"),
+        (ValueKind::DoublePoint, json!({"table": "input", "register": 0}), "needs \"bits\""),
+        (ValueKind::DoublePoint, json!({"table": "input", "register": 0, "bits": 15}), "15 and 16"),
+        (ValueKind::DoublePoint, json!({"table": "coil", "register": 65535}), "pass 65535"),
+        (ValueKind::F64, json!({"table": "coil", "register": 0}), "make the tag bool"),
+        (ValueKind::I64, json!({"table": "discrete", "register": 0}), "make the tag bool"),
+        (ValueKind::F64, json!({"table": "holding", "register": 0}), "needs \"type\""),
         (
             ValueKind::F64,
             json!({"table": "holding", "register": 0, "type": "u16", "scale": 0}),
@@ -172,41 +118,17 @@ fn what_cannot_work_is_refused_with_tag_and_remedy() {
             json!({"table": "holding", "register": 0, "type": "u16", "scale": 2}),
             "or make the tag f64",
         ),
-        (
-            ValueKind::Bool,
-            json!({"table": "coil", "register": 0, "bit": 0}),
-            "bit has no meaning",
-        ),
+        (ValueKind::Bool, json!({"table": "coil", "register": 0, "bit": 0}), "bit has no meaning"),
         (
             ValueKind::Bool,
             json!({"table": "coil", "register": 0, "poll_group": "quick"}),
             "there are 'fast', 'slow'",
         ),
-        (
-            ValueKind::Bool,
-            json!({"table": "coils", "register": 0}),
-            "unknown variant `coils`",
-        ),
-        (
-            ValueKind::Bool,
-            json!({"table": "coil", "register": 65536}),
-            "65536",
-        ),
-        (
-            ValueKind::Bool,
-            json!({"table": "coil", "register": -1}),
-            "-1",
-        ),
-        (
-            ValueKind::Bool,
-            json!({"table": "coil"}),
-            "missing field `register`",
-        ),
-        (
-            ValueKind::Bool,
-            json!({"table": "coil", "register": 0, "x": 1}),
-            "unknown field `x`",
-        ),
+        (ValueKind::Bool, json!({"table": "coils", "register": 0}), "unknown variant `coils`"),
+        (ValueKind::Bool, json!({"table": "coil", "register": 65536}), "65536"),
+        (ValueKind::Bool, json!({"table": "coil", "register": -1}), "-1"),
+        (ValueKind::Bool, json!({"table": "coil"}), "missing field `register`"),
+        (ValueKind::Bool, json!({"table": "coil", "register": 0, "x": 1}), "unknown field `x`"),
         (ValueKind::Bool, json!("40001"), "tag 'T1.x'"),
     ];
     for (kind, address, part) in cases {

@@ -16,12 +16,7 @@ pub(crate) struct Backoff {
 
 impl Backoff {
     pub(crate) fn new(min: Duration, max: Duration, random: fastrand::Rng) -> Self {
-        Self {
-            min,
-            max,
-            step: min,
-            random,
-        }
+        Self { min, max, step: min, random }
     }
 
     /// The delay before the next try.
@@ -44,22 +39,13 @@ mod tests {
     fn delays(seed: u64, count: usize) -> Vec<u128> {
         let random = fastrand::Rng::with_seed(seed);
         let mut backoff = Backoff::new(Duration::from_millis(100), Duration::from_secs(3), random);
-        (0..count)
-            .map(|_| backoff.next_delay().as_millis())
-            .collect()
+        (0..count).map(|_| backoff.next_delay().as_millis()).collect()
     }
 
     #[test]
     fn delays_double_within_their_bounds() {
         for seed in 0..200 {
-            let bounds = [
-                100..=200,
-                200..=400,
-                400..=800,
-                800..=1600,
-                1500..=3000,
-                1500..=3000,
-            ];
+            let bounds = [100..=200, 200..=400, 400..=800, 800..=1600, 1500..=3000, 1500..=3000];
             for (delay, bounds) in delays(seed, bounds.len()).iter().zip(bounds) {
                 assert!(bounds.contains(delay), "seed {seed}: {delay} in {bounds:?}");
             }

@@ -67,13 +67,8 @@ impl Connection {
             .map_err(|_| LinkFault::ConnectTimeout(limit))?
             .map_err(|error| LinkFault::Connect(in_words(&error)))?;
         // Requests are small and each waits for its answer.
-        stream
-            .set_nodelay(true)
-            .map_err(|error| LinkFault::Connect(in_words(&error)))?;
-        Ok(Self {
-            client: tcp::attach(stream),
-            limit,
-        })
+        stream.set_nodelay(true).map_err(|error| LinkFault::Connect(in_words(&error)))?;
+        Ok(Self { client: tcp::attach(stream), limit })
     }
 
     /// Reads a block. On an error the connection must be dropped.
@@ -87,10 +82,7 @@ impl Connection {
         };
         self.client.set_slave(Slave(block.unit));
         match timeout(self.limit, self.client.call(request)).await {
-            Err(_) => Err(LinkFault::NoAnswer {
-                what: describe(block),
-                limit: self.limit,
-            }),
+            Err(_) => Err(LinkFault::NoAnswer { what: describe(block), limit: self.limit }),
             Ok(Err(error)) => Err(fault(block, &error)),
             Ok(Ok(Err(exception))) => Ok(Reply::Exception(exception)),
             Ok(Ok(Ok(response))) => checked(block, response),
@@ -113,10 +105,7 @@ fn checked(block: &Block, response: Response) -> Result<Reply, LinkFault> {
             (Reply::Registers(registers), length, wanted)
         }
         _ => {
-            return Err(LinkFault::Answer {
-                what: describe(block),
-                why: OTHER_FUNCTION.into(),
-            });
+            return Err(LinkFault::Answer { what: describe(block), why: OTHER_FUNCTION.into() });
         }
     };
     if length == wanted {
@@ -148,10 +137,7 @@ fn fault(block: &Block, error: &ModbusError) -> LinkFault {
             _ => return LinkFault::Lost("the device closed the connection".into()),
         },
     };
-    LinkFault::Answer {
-        what: describe(block),
-        why,
-    }
+    LinkFault::Answer { what: describe(block), why }
 }
 
 /// An I/O error without its number, where the system has words for it.
@@ -171,13 +157,7 @@ fn in_words(error: &io::Error) -> String {
 
 /// The block for messages, such as `holding register 100 to 109 of unit 1`.
 pub(crate) fn describe(block: &Block) -> String {
-    let Block {
-        unit,
-        table,
-        first,
-        count,
-        ..
-    } = block;
+    let Block { unit, table, first, count, .. } = block;
     match count {
         1 => format!("{table} {first} of unit {unit}"),
         _ => format!(

@@ -22,15 +22,7 @@ pub(crate) enum Cells<'a> {
 /// [`Reason::Configuration`] for cells that do not fit the decoding.
 pub(crate) fn decode(decoding: &Decoding, cells: Cells<'_>) -> Result<Value, Reason> {
     match (*decoding, cells) {
-        (
-            Decoding::Number {
-                format,
-                word_order,
-                scale,
-                offset,
-            },
-            Cells::Registers(registers),
-        ) => {
+        (Decoding::Number { format, word_order, scale, offset }, Cells::Registers(registers)) => {
             let raw = number(format, raw_bits(format, word_order, registers)?);
             Ok(Value::F64(raw * scale + offset))
         }
@@ -40,13 +32,13 @@ pub(crate) fn decode(decoding: &Decoding, cells: Cells<'_>) -> Result<Value, Rea
         (Decoding::RegisterBit(bit), Cells::Registers(&[register])) => {
             Ok(Value::Bool(register >> bit & 1 == 1))
         }
-        (Decoding::RegisterBitPair(first), Cells::Registers(&[register])) => Ok(
-            Value::DoublePoint(DoublePoint::from_bits(u64::from(register >> first))),
-        ),
+        (Decoding::RegisterBitPair(first), Cells::Registers(&[register])) => {
+            Ok(Value::DoublePoint(DoublePoint::from_bits(u64::from(register >> first))))
+        }
         (Decoding::Bit, Cells::Bits(&[bit])) => Ok(Value::Bool(bit)),
-        (Decoding::BitPair, Cells::Bits(&[open, closed])) => Ok(Value::DoublePoint(
-            DoublePoint::from_bits(u64::from(open) | u64::from(closed) << 1),
-        )),
+        (Decoding::BitPair, Cells::Bits(&[open, closed])) => {
+            Ok(Value::DoublePoint(DoublePoint::from_bits(u64::from(open) | u64::from(closed) << 1)))
+        }
         _ => Err(Reason::Configuration),
     }
 }
@@ -96,22 +88,15 @@ mod tests {
 
     fn number(format: Format, registers: &[u16], scale: f64, offset: f64) -> [f64; 2] {
         let reversed: Vec<_> = registers.iter().rev().copied().collect();
-        [
-            (WordOrder::Big, registers),
-            (WordOrder::Little, &reversed[..]),
-        ]
-        .map(|(word_order, registers)| {
-            let decoding = Decoding::Number {
-                format,
-                word_order,
-                scale,
-                offset,
-            };
-            match decode(&decoding, Cells::Registers(registers)).unwrap() {
-                Value::F64(value) => value,
-                other => panic!("{other:?}"),
-            }
-        })
+        [(WordOrder::Big, registers), (WordOrder::Little, &reversed[..])].map(
+            |(word_order, registers)| {
+                let decoding = Decoding::Number { format, word_order, scale, offset };
+                match decode(&decoding, Cells::Registers(registers)).unwrap() {
+                    Value::F64(value) => value,
+                    other => panic!("{other:?}"),
+                }
+            },
+        )
     }
 
     #[test]
@@ -129,27 +114,16 @@ mod tests {
             (Format::I64, &[0xFFFF, 0xFFFF, 0xFFFF, 0xFFFB], -5.0),
             (Format::F32, &[0x4366, 0x8000], 230.5),
             (Format::F32, &[0xC366, 0x8000], -230.5),
-            (
-                Format::F64,
-                &[0x4009, 0x21FB, 0x5444, 0x2D18],
-                std::f64::consts::PI,
-            ),
+            (Format::F64, &[0x4009, 0x21FB, 0x5444, 0x2D18], std::f64::consts::PI),
         ];
         for &(format, registers, expected) in cases {
-            assert_eq!(
-                number(format, registers, 1.0, 0.0),
-                [expected; 2],
-                "{format:?}"
-            );
+            assert_eq!(number(format, registers, 1.0, 0.0), [expected; 2], "{format:?}");
         }
     }
 
     #[test]
     fn word_order_matters() {
-        let decoding = Decoding::Integer {
-            format: Format::U32,
-            word_order: WordOrder::Little,
-        };
+        let decoding = Decoding::Integer { format: Format::U32, word_order: WordOrder::Little };
         let value = decode(&decoding, Cells::Registers(&[1, 2])).unwrap();
         assert_eq!(value, Value::I64(131_073));
     }
@@ -163,72 +137,30 @@ mod tests {
     #[test]
     fn numbers_that_are_not_finite_pass() {
         assert!(number(Format::F32, &[0x7FC0, 0], 1.0, 0.0)[0].is_nan());
-        assert_eq!(
-            number(Format::F32, &[0xFF80, 0], 1.0, 0.0)[0],
-            f64::NEG_INFINITY
-        );
+        assert_eq!(number(Format::F32, &[0xFF80, 0], 1.0, 0.0)[0], f64::NEG_INFINITY);
     }
 
     #[test]
     fn integers_and_bits() {
-        let integer = |format| Decoding::Integer {
-            format,
-            word_order: WordOrder::Big,
-        };
+        let integer = |format| Decoding::Integer { format, word_order: WordOrder::Big };
         let cases: &[(Decoding, Cells<'_>, Result<Value, Reason>)] = &[
-            (
-                integer(Format::I16),
-                Cells::Registers(&[0xFFFF]),
-                Ok(Value::I64(-1)),
-            ),
-            (
-                integer(Format::U16),
-                Cells::Registers(&[0xFFFF]),
-                Ok(Value::I64(65535)),
-            ),
-            (
-                integer(Format::I64),
-                Cells::Registers(&[0x8000, 0, 0, 0]),
-                Ok(Value::I64(i64::MIN)),
-            ),
+            (integer(Format::I16), Cells::Registers(&[0xFFFF]), Ok(Value::I64(-1))),
+            (integer(Format::U16), Cells::Registers(&[0xFFFF]), Ok(Value::I64(65535))),
+            (integer(Format::I64), Cells::Registers(&[0x8000, 0, 0, 0]), Ok(Value::I64(i64::MIN))),
             (
                 integer(Format::U64),
                 Cells::Registers(&[0x7FFF, 0xFFFF, 0xFFFF, 0xFFFF]),
                 Ok(Value::I64(i64::MAX)),
             ),
-            (
-                integer(Format::U64),
-                Cells::Registers(&[0x8000, 0, 0, 0]),
-                Err(Reason::OutOfRange),
-            ),
-            (
-                integer(Format::U32),
-                Cells::Registers(&[1]),
-                Err(Reason::Configuration),
-            ),
-            (
-                Decoding::RegisterBit(15),
-                Cells::Registers(&[0x8000]),
-                Ok(Value::Bool(true)),
-            ),
-            (
-                Decoding::RegisterBit(0),
-                Cells::Registers(&[0xFFFE]),
-                Ok(Value::Bool(false)),
-            ),
+            (integer(Format::U64), Cells::Registers(&[0x8000, 0, 0, 0]), Err(Reason::OutOfRange)),
+            (integer(Format::U32), Cells::Registers(&[1]), Err(Reason::Configuration)),
+            (Decoding::RegisterBit(15), Cells::Registers(&[0x8000]), Ok(Value::Bool(true))),
+            (Decoding::RegisterBit(0), Cells::Registers(&[0xFFFE]), Ok(Value::Bool(false))),
             (Decoding::Bit, Cells::Bits(&[true]), Ok(Value::Bool(true))),
-            (
-                Decoding::Bit,
-                Cells::Registers(&[1]),
-                Err(Reason::Configuration),
-            ),
+            (Decoding::Bit, Cells::Registers(&[1]), Err(Reason::Configuration)),
         ];
         for (decoding, cells, expected) in cases {
-            assert_eq!(
-                decode(decoding, *cells),
-                *expected,
-                "{decoding:?} {cells:?}"
-            );
+            assert_eq!(decode(decoding, *cells), *expected, "{decoding:?} {cells:?}");
         }
     }
 
@@ -242,10 +174,7 @@ mod tests {
         ];
         for (open, closed, expected) in table {
             let expected = Ok(Value::DoublePoint(expected));
-            assert_eq!(
-                decode(&Decoding::BitPair, Cells::Bits(&[open, closed])),
-                expected
-            );
+            assert_eq!(decode(&Decoding::BitPair, Cells::Bits(&[open, closed])), expected);
             // Ones all around the pair show that only the pair counts.
             let register = !(0b11 << 6) | u16::from(open) << 6 | u16::from(closed) << 7;
             assert_eq!(

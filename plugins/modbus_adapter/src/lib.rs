@@ -53,11 +53,7 @@ impl Plugin for ModbusAdapter {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self {
-            config: settings.parse()?,
-            host,
-            running: None,
-        })
+        Ok(Self { config: settings.parse()?, host, running: None })
     }
 }
 

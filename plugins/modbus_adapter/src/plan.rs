@@ -32,9 +32,7 @@ pub(crate) struct Block {
 
 /// The requests that read all points of a poll group.
 pub(crate) fn plan(points: &[Point], group: usize) -> Vec<Block> {
-    let mut wanted: Vec<_> = (0..points.len())
-        .filter(|&i| points[i].group == group)
-        .collect();
+    let mut wanted: Vec<_> = (0..points.len()).filter(|&i| points[i].group == group).collect();
     wanted.sort_by_key(|&i| key(&points[i]));
     let mut blocks: Vec<Block> = Vec::new();
     for index in wanted {

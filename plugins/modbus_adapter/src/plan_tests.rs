@@ -4,28 +4,14 @@ use super::*;
 use crate::address::Decoding;
 
 fn point(unit: u8, table: Table, group: usize, first: u16, count: u16) -> Point {
-    Point {
-        tag: 0,
-        id: String::new(),
-        unit,
-        table,
-        group,
-        first,
-        count,
-        decoding: Decoding::Bit,
-    }
+    Point { tag: 0, id: String::new(), unit, table, group, first, count, decoding: Decoding::Bit }
 }
 
 /// Holding registers of one unit: (first, count) of points -> of blocks.
 fn check(points: &[(u16, u16)], blocks: &[(u16, u16)]) {
-    let points: Vec<_> = points
-        .iter()
-        .map(|&(first, count)| point(1, Table::Holding, 0, first, count))
-        .collect();
-    let planned: Vec<_> = plan(&points, 0)
-        .iter()
-        .map(|b| (b.first, b.count))
-        .collect();
+    let points: Vec<_> =
+        points.iter().map(|&(first, count)| point(1, Table::Holding, 0, first, count)).collect();
+    let planned: Vec<_> = plan(&points, 0).iter().map(|b| (b.first, b.count)).collect();
     assert_eq!(planned, blocks);
 }
 
@@ -51,14 +37,9 @@ fn a_value_at_the_limit_is_not_torn() {
 
 #[test]
 fn a_split_prefers_the_widest_gap() {
-    let points: Vec<_> = [0, 1, 2, 9, 10]
-        .map(|first| point(1, Table::Holding, 0, first, 1))
-        .into();
+    let points: Vec<_> = [0, 1, 2, 9, 10].map(|first| point(1, Table::Holding, 0, first, 1)).into();
     let (left, right) = plan(&points, 0)[0].split(&points).unwrap();
-    assert_eq!(
-        (left.first, left.count, right.first, right.count),
-        (0, 3, 9, 2)
-    );
+    assert_eq!((left.first, left.count, right.first, right.count), (0, 3, 9, 2));
 }
 
 #[test]
@@ -88,11 +69,7 @@ fn any_points() -> impl Strategy<Value = Vec<Point>> {
 }
 
 fn assert_valid(points: &[Point], block: &Block) {
-    let max = if block.table.is_bits() {
-        MAX_BITS
-    } else {
-        MAX_REGISTERS
-    };
+    let max = if block.table.is_bits() { MAX_BITS } else { MAX_REGISTERS };
     assert!(block.count >= 1 && block.count <= max, "{block:?}");
     assert!(block.end() <= 1 << 16, "{block:?}");
     let ends: Vec<_> = block.points.iter().map(|&i| points[i].end()).collect();
@@ -100,10 +77,7 @@ fn assert_valid(points: &[Point], block: &Block) {
     for &index in &block.points {
         let point = &points[index];
         assert_eq!((point.unit, point.table), (block.unit, block.table));
-        assert!(
-            block.first <= point.first && point.end() <= block.end(),
-            "torn"
-        );
+        assert!(block.first <= point.first && point.end() <= block.end(), "torn");
     }
 }
 

@@ -59,18 +59,9 @@ enum Verdict {
 
 impl Session {
     pub(crate) fn new(config: Config, points: Vec<Point>, sink: SampleSink, host: Host) -> Self {
-        let backoff = Backoff::new(
-            config.reconnect_min,
-            config.reconnect_max,
-            fastrand::Rng::new(),
-        );
-        Self {
-            config,
-            points,
-            sink,
-            host,
-            backoff,
-        }
+        let backoff =
+            Backoff::new(config.reconnect_min, config.reconnect_max, fastrand::Rng::new());
+        Self { config, points, sink, host, backoff }
     }
 
     /// Serves the tags for ever; drop the future to end it.
@@ -111,13 +102,7 @@ impl Session {
             blocks: plan(&self.points, index),
             refused: VecDeque::new(),
         };
-        let mut groups: Vec<_> = self
-            .config
-            .group_periods
-            .iter()
-            .enumerate()
-            .map(group)
-            .collect();
+        let mut groups: Vec<_> = self.config.group_periods.iter().enumerate().map(group).collect();
         groups.retain(|group| !group.blocks.is_empty());
         groups
     }
@@ -129,16 +114,9 @@ impl Session {
         up: &mut bool,
     ) -> Result<(), LinkFault> {
         // Each with whether it was refused before.
-        let mut queue: VecDeque<_> = std::mem::take(&mut group.blocks)
-            .into_iter()
-            .map(|block| (block, false))
-            .collect();
-        queue.extend(
-            group
-                .take_due(Instant::now())
-                .into_iter()
-                .map(|block| (block, true)),
-        );
+        let mut queue: VecDeque<_> =
+            std::mem::take(&mut group.blocks).into_iter().map(|block| (block, false)).collect();
+        queue.extend(group.take_due(Instant::now()).into_iter().map(|block| (block, true)));
         let mut splits_left = MAX_SPLITS_PER_POLL;
         while let Some((block, is_retry)) = queue.pop_front() {
             let reply = connection.read(&block).await?;
@@ -197,20 +175,14 @@ impl Session {
     }
 
     fn publish_bad(&self, block: &Block, reason: Reason) {
-        let samples: Vec<_> = block
-            .points
-            .iter()
-            .map(|&index| Sample::bad(self.points[index].tag, reason))
-            .collect();
+        let samples: Vec<_> =
+            block.points.iter().map(|&index| Sample::bad(self.points[index].tag, reason)).collect();
         self.sink.publish(&samples);
     }
 
     fn publish_all(&self, reason: Reason) {
-        let samples: Vec<_> = self
-            .points
-            .iter()
-            .map(|point| Sample::bad(point.tag, reason))
-            .collect();
+        let samples: Vec<_> =
+            self.points.iter().map(|point| Sample::bad(point.tag, reason)).collect();
         self.sink.publish(&samples);
     }
 
@@ -233,11 +205,7 @@ impl Session {
             self.config.endpoint(),
             describe(block),
             ids.join(", "),
-            if more > 0 {
-                format!(" and {more} more")
-            } else {
-                String::new()
-            }
+            if more > 0 { format!(" and {more} more") } else { String::new() }
         );
         self.host.log(LogLevel::Warning, &message);
     }
@@ -252,10 +220,7 @@ impl Group {
             .take(MAX_RETRIES_PER_POLL)
             .take_while(|refused| refused.retry_at <= now)
             .count();
-        self.refused
-            .drain(..due)
-            .map(|refused| refused.block)
-            .collect()
+        self.refused.drain(..due).map(|refused| refused.block).collect()
     }
 
     fn refuse(&mut self, block: Block) {

@@ -77,10 +77,7 @@ struct PollGroup {
 
 impl Default for Reconnect {
     fn default() -> Self {
-        Self {
-            min_millis: 500,
-            max_millis: 30_000,
-        }
+        Self { min_millis: 500, max_millis: 30_000 }
     }
 }
 
@@ -139,12 +136,8 @@ impl Settings {
             }
             Duration::from_millis(value)
         };
-        let timeout = check(
-            "timeout_millis",
-            self.timeout_millis,
-            MIN_TIMEOUT_MILLIS,
-            MAX_TIMEOUT_MILLIS,
-        );
+        let timeout =
+            check("timeout_millis", self.timeout_millis, MIN_TIMEOUT_MILLIS, MAX_TIMEOUT_MILLIS);
         let reconnect_min = check(
             "reconnect.min_millis",
             self.reconnect.min_millis,
@@ -179,9 +172,7 @@ impl Settings {
             faults.push("reconnect: min_millis is larger than max_millis".into());
         }
         if self.host.trim().is_empty() || self.host.len() > MAX_HOST_BYTES {
-            faults.push(format!(
-                "host: give a name or an address of 1 to {MAX_HOST_BYTES} bytes"
-            ));
+            faults.push(format!("host: give a name or an address of 1 to {MAX_HOST_BYTES} bytes"));
         }
         if self.port == 0 {
             faults.push("port: 0 is not within 1 to 65535".into());
@@ -207,9 +198,7 @@ mod tests {
     use super::*;
 
     fn parse(json: serde_json::Value) -> Result<Config, Error> {
-        serde_json::from_value::<Settings>(json)
-            .expect("well-formed")
-            .parse()
+        serde_json::from_value::<Settings>(json).expect("well-formed").parse()
     }
 
     #[test]
@@ -248,10 +237,7 @@ mod tests {
     fn the_schema_describes_each_setting() {
         let schema = serde_json::to_value(schemars::schema_for!(Settings)).unwrap();
         for (name, property) in schema["properties"].as_object().unwrap() {
-            assert!(
-                property["description"].is_string(),
-                "{name} has no description"
-            );
+            assert!(property["description"].is_string(), "{name} has no description");
         }
         assert_eq!(schema["properties"]["poll_millis"]["minimum"], 50);
         assert_eq!(schema["additionalProperties"], false);

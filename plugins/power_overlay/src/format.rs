@@ -38,11 +38,7 @@ fn number(value: f64) -> String {
 }
 
 fn with_unit(text: String, unit: &str) -> String {
-    if unit.is_empty() {
-        text
-    } else {
-        format!("{text} {unit}")
-    }
+    if unit.is_empty() { text } else { format!("{text} {unit}") }
 }
 
 #[cfg(test)]

@@ -33,10 +33,7 @@ impl Plugin for PowerOverlay {
     type Settings = Settings;
 
     fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
-        Ok(Self {
-            settings,
-            bindings: Vec::new(),
-        })
+        Ok(Self { settings, bindings: Vec::new() })
     }
 }
 
@@ -48,9 +45,7 @@ impl Overlay for PowerOverlay {
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         for (index, (binding, state)) in self.bindings.iter().zip(frame.values()).enumerate() {
-            let severity = state
-                .value
-                .map_or(Severity::Normal, |value| judge(binding, value));
+            let severity = state.value.map_or(Severity::Normal, |value| judge(binding, value));
             let text = format::value(state.value, &binding.unit);
             canvas.line(index, binding.node, severity, &binding.tag_name, &text)?;
             if self.settings.tint && severity > Severity::Normal {
@@ -115,15 +110,7 @@ mod tests {
         check("alarm", Value::F64(120.0), Severity::Alarm);
         check("alarm", Value::Bool(true), Severity::Alarm);
         check("value", Value::Bool(true), Severity::Normal);
-        check(
-            "value",
-            Value::DoublePoint(DoublePoint::BadState),
-            Severity::Warning,
-        );
-        check(
-            "value",
-            Value::DoublePoint(DoublePoint::Intermediate),
-            Severity::Normal,
-        );
+        check("value", Value::DoublePoint(DoublePoint::BadState), Severity::Warning);
+        check("value", Value::DoublePoint(DoublePoint::Intermediate), Severity::Normal);
     }
 }

@@ -12,47 +12,29 @@ pub struct Error {
 impl Error {
     /// The settings or an address are at fault.
     pub fn settings(message: impl Into<String>) -> Self {
-        Self {
-            status: abi::BUSBAR_INVALID_SETTINGS,
-            message: message.into(),
-        }
+        Self { status: abi::BUSBAR_INVALID_SETTINGS, message: message.into() }
     }
 
     /// Something outside failed.
     pub fn failed(message: impl Into<String>) -> Self {
-        Self {
-            status: abi::BUSBAR_FAILED,
-            message: message.into(),
-        }
+        Self { status: abi::BUSBAR_FAILED, message: message.into() }
     }
 
     /// The host asked to stop.
     pub fn cancelled() -> Self {
-        Self {
-            status: abi::BUSBAR_CANCELLED,
-            message: "cancelled".into(),
-        }
+        Self { status: abi::BUSBAR_CANCELLED, message: "cancelled".into() }
     }
 
     pub(crate) fn argument(message: impl Into<String>) -> Self {
-        Self {
-            status: abi::BUSBAR_INVALID_ARGUMENT,
-            message: message.into(),
-        }
+        Self { status: abi::BUSBAR_INVALID_ARGUMENT, message: message.into() }
     }
 
     pub(crate) fn buffer(message: impl Into<String>) -> Self {
-        Self {
-            status: abi::BUSBAR_BUFFER_TOO_SMALL,
-            message: message.into(),
-        }
+        Self { status: abi::BUSBAR_BUFFER_TOO_SMALL, message: message.into() }
     }
 
     pub(crate) fn internal(message: impl Into<String>) -> Self {
-        Self {
-            status: abi::BUSBAR_INTERNAL,
-            message: message.into(),
-        }
+        Self { status: abi::BUSBAR_INTERNAL, message: message.into() }
     }
 
     /// The sentence.

@@ -78,10 +78,7 @@ unsafe impl Sync for Descriptor {}
 
 /// Builds the descriptor of a plugin type; called once a type.
 pub fn describe<P: Exported>() -> Descriptor {
-    let ids: Vec<_> = P::CAPABILITIES
-        .iter()
-        .map(|c| abi::BusbarStr::from_static(c.id))
-        .collect();
+    let ids: Vec<_> = P::CAPABILITIES.iter().map(|c| abi::BusbarStr::from_static(c.id)).collect();
     let schema = serde_json::to_string(&schemars::schema_for!(P::Settings)).unwrap_or_default();
     let ids: &'static [abi::BusbarStr] = Box::leak(ids.into_boxed_slice());
     Descriptor {
@@ -161,19 +158,14 @@ unsafe extern "C" fn create<P: Exported>(
         let (id, settings, host) =
             unsafe { (text(plugin_id)?, text(settings_json)?, Host::from_raw(host)) };
         if id != P::ID {
-            return Err(Error::argument(format!(
-                "this library has '{}', not '{id}'",
-                P::ID
-            )));
+            return Err(Error::argument(format!("this library has '{}', not '{id}'", P::ID)));
         }
         let mut json = serde_json::Deserializer::from_str(settings);
         let settings = serde_path_to_error::deserialize(&mut json).map_err(|error| {
             Error::settings(format!("settings, {}: {}", error.path(), error.inner()))
         })?;
-        let instance = Instance {
-            plugin: RwLock::new(P::create(settings, host)?),
-            sink: Mutex::new(None),
-        };
+        let instance =
+            Instance { plugin: RwLock::new(P::create(settings, host)?), sink: Mutex::new(None) };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {
             struct_size: size_of::<abi::BusbarPlugin>() as u32,
             reserved: 0,
@@ -195,12 +187,7 @@ unsafe extern "C" fn destroy<P: Exported>(plugin: *mut abi::BusbarPlugin) {
         }
         // SAFETY: `create` made both boxes, and the host gives them back once.
         let instance = unsafe { Box::from_raw(Box::from_raw(plugin).data.cast::<Instance<P>>()) };
-        if let Some(sink) = instance
-            .sink
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
-        {
+        if let Some(sink) = instance.sink.lock().unwrap_or_else(PoisonError::into_inner).take() {
             sink.close();
         }
     }));
@@ -214,9 +201,7 @@ unsafe extern "C" fn get_capability<P: Exported>(
     let Ok(id) = (unsafe { text(id) }) else {
         return std::ptr::null();
     };
-    let found = P::CAPABILITIES
-        .iter()
-        .find(|capability| capability.id == id);
+    let found = P::CAPABILITIES.iter().find(|capability| capability.id == id);
     found.map_or(std::ptr::null(), |capability| capability.table.as_ptr())
 }
 
@@ -290,10 +275,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
                 *open = Some(sink.clone());
                 opened = Some(sink.clone());
                 drop(open);
-                let mut plugin = instance
-                    .plugin
-                    .write()
-                    .unwrap_or_else(PoisonError::into_inner);
+                let mut plugin = instance.plugin.write().unwrap_or_else(PoisonError::into_inner);
                 plugin.start(tags, sink)
             })
         };
@@ -310,22 +292,13 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
                 let instance = instance::<P>(plugin)?;
                 // Closed first: what a straggling thread sends goes nowhere.
                 close(instance);
-                instance
-                    .plugin
-                    .write()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .stop();
+                instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop();
                 Ok(())
             })
         };
     }
     fn close<P>(instance: &Instance<P>) {
-        if let Some(sink) = instance
-            .sink
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take()
-        {
+        if let Some(sink) = instance.sink.lock().unwrap_or_else(PoisonError::into_inner).take() {
             sink.close();
         }
     }
@@ -354,9 +327,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
             guard(error, || {
                 let bindings = crate::overlay::read_bindings(bindings, binding_count)?;
                 let plugin = instance::<P>(plugin)?.plugin.write();
-                plugin
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .configure(bindings)
+                plugin.unwrap_or_else(PoisonError::into_inner).configure(bindings)
             })
         }
     }

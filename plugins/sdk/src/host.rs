@@ -38,14 +38,8 @@ impl Host {
     pub(crate) unsafe fn from_raw(host: *const abi::BusbarHost) -> Self {
         // SAFETY: the caller vouches for the pointer.
         match unsafe { host.as_ref() } {
-            Some(host) => Self {
-                context: host.context,
-                log: host.log,
-            },
-            None => Self {
-                context: std::ptr::null_mut(),
-                log: None,
-            },
+            Some(host) => Self { context: host.context, log: host.log },
+            None => Self { context: std::ptr::null_mut(), log: None },
         }
     }
 

@@ -42,8 +42,7 @@ impl CollapseList {
     pub fn stage<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
-        self.stages
-            .push((name, start.elapsed().as_secs_f64() * 1e3));
+        self.stages.push((name, start.elapsed().as_secs_f64() * 1e3));
         result
     }
 }
@@ -97,23 +96,14 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     };
     let out_of_range = |corner: &u32| *corner >= mesh.position_count;
     if view.triangles.iter().flatten().any(out_of_range) {
-        return Err(Error::argument(
-            "optimize: a triangle names a position that does not exist",
-        ));
+        return Err(Error::argument("optimize: a triangle names a position that does not exist"));
     }
     let list = plugin.optimize(view, &mut Progress { raw })?;
     let room = output.collapse_capacity as usize;
     if list.collapses.len() > room {
-        return Err(Error::buffer(format!(
-            "{} collapses, room for {room}",
-            list.collapses.len()
-        )));
+        return Err(Error::buffer(format!("{} collapses, room for {room}", list.collapses.len())));
     }
-    let stages: Vec<_> = list
-        .stages
-        .iter()
-        .map(|&(name, millis)| stage(name, millis))
-        .collect();
+    let stages: Vec<_> = list.stages.iter().map(|&(name, millis)| stage(name, millis)).collect();
     let stages = &stages[..stages.len().min(output.stage_capacity as usize)];
     // SAFETY: the host gives room for `capacity` elements behind each pointer.
     unsafe {
@@ -126,10 +116,7 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
 }
 
 fn stage(name: &str, millis: f64) -> abi::BusbarStage {
-    let mut stage = abi::BusbarStage {
-        name: [0; 24],
-        millis,
-    };
+    let mut stage = abi::BusbarStage { name: [0; 24], millis };
     let len = name.floor_char_boundary(stage.name.len());
     stage.name[..len].copy_from_slice(&name.as_bytes()[..len]);
     stage

@@ -136,16 +136,11 @@ impl Canvas<'_> {
     fn push(&mut self, primitive: abi::BusbarOverlayPrimitive) -> Result<(), Error> {
         if self.output.primitive_count >= self.output.primitive_capacity {
             let room = self.output.primitive_capacity;
-            return Err(Error::buffer(format!(
-                "more than {room} overlay primitives"
-            )));
+            return Err(Error::buffer(format!("more than {room} overlay primitives")));
         }
         // SAFETY: the host gives room for `primitive_capacity` elements.
         unsafe {
-            let end = self
-                .output
-                .primitives
-                .add(self.output.primitive_count as usize);
+            let end = self.output.primitives.add(self.output.primitive_count as usize);
             end.write(primitive);
         }
         self.output.primitive_count += 1;
@@ -156,9 +151,7 @@ impl Canvas<'_> {
         let offset = self.output.text_len;
         let room = self.output.text_capacity.saturating_sub(offset) as usize;
         if text.len() > room {
-            return Err(Error::buffer(
-                "the overlay's text does not fit the host's buffer",
-            ));
+            return Err(Error::buffer("the overlay's text does not fit the host's buffer"));
         }
         // SAFETY: the host gives `text_capacity` bytes.
         unsafe { crate::export::copy_out(text.as_bytes(), self.output.text.add(offset as usize))? };

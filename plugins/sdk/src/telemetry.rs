@@ -78,28 +78,16 @@ pub struct Sample {
 impl Sample {
     /// A good value without a time of its own.
     pub fn good(tag: u32, value: Value) -> Self {
-        Self {
-            tag,
-            value: Some(value),
-            quality: Quality::Good,
-            source_time: None,
-        }
+        Self { tag, value: Some(value), quality: Quality::Good, source_time: None }
     }
 
     /// No value, and why. The host keeps the last one and marks it.
     pub fn bad(tag: u32, reason: Reason) -> Self {
-        Self {
-            tag,
-            value: None,
-            quality: Quality::Bad(reason),
-            source_time: None,
-        }
+        Self { tag, value: None, quality: Quality::Bad(reason), source_time: None }
     }
 
     fn to_abi(self) -> abi::BusbarSample {
-        let (kind, value) = self
-            .value
-            .map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
+        let (kind, value) = self.value.map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
         let (quality, reason) = self.quality.to_abi();
         let source_time_unix_nanos = self
             .source_time
@@ -185,9 +173,7 @@ impl SampleSink {
     /// # Safety
     /// `raw` stays valid until [`SampleSink::close`] returned.
     pub(crate) unsafe fn open(raw: *const abi::BusbarSampleSink) -> Self {
-        Self {
-            raw: Arc::new(RwLock::new(Some(RawSink(raw)))),
-        }
+        Self { raw: Arc::new(RwLock::new(Some(RawSink(raw)))) }
     }
 
     pub(crate) fn close(&self) {
@@ -206,24 +192,14 @@ pub(crate) unsafe fn read_specs(
     tags.iter()
         .map(|raw| {
             // SAFETY: the host's texts are valid for the call.
-            let (id, address) = unsafe {
-                (
-                    crate::export::text(raw.id)?,
-                    crate::export::text(raw.address_json)?,
-                )
-            };
+            let (id, address) =
+                unsafe { (crate::export::text(raw.id)?, crate::export::text(raw.address_json)?) };
             let kind = ValueKind::from_abi(raw.kind)
                 .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
             let address = serde_json::from_str(address)
                 .map_err(|error| Error::argument(format!("tag '{id}': address: {error}")))?;
             let freshness = Duration::from_millis(raw.freshness_millis);
-            Ok(TagSpec {
-                tag: raw.tag,
-                kind,
-                freshness,
-                id: id.to_owned(),
-                address,
-            })
+            Ok(TagSpec { tag: raw.tag, kind, freshness, id: id.to_owned(), address })
         })
         .collect()
 }

@@ -31,13 +31,7 @@ pub fn host() -> Host {
 
 /// A tag with a freshness limit of five seconds and `id` as its name.
 pub fn tag_spec(tag: u32, id: &str, kind: ValueKind, address: serde_json::Value) -> TagSpec {
-    TagSpec {
-        tag,
-        kind,
-        freshness: Duration::from_secs(5),
-        id: id.to_owned(),
-        address,
-    }
+    TagSpec { tag, kind, freshness: Duration::from_secs(5), id: id.to_owned(), address }
 }
 
 /// What came, in order.
@@ -78,9 +72,7 @@ struct Shared {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Recording> {
-        self.recording
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.recording.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -245,10 +237,7 @@ mod tests {
         recorder.sink().report_link(LinkState::Connecting, "a");
         recorder.sink().report_link(LinkState::Down, "b");
         let links = Vec::from(recorder.recording().links);
-        let expected = [
-            (LinkState::Connecting, "a".to_owned()),
-            (LinkState::Down, "b".to_owned()),
-        ];
+        let expected = [(LinkState::Connecting, "a".to_owned()), (LinkState::Down, "b".to_owned())];
         assert_eq!(links, expected);
     }
 

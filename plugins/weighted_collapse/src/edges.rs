@@ -36,10 +36,7 @@ pub(crate) fn find(mesh: &Mesh<'_>) -> Edges {
     let mut half_edges: Vec<(u64, u32)> = Vec::with_capacity(mesh.triangles.len() * 3);
     for (triangle, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         for (v, w) in [(a, b), (b, c), (c, a)] {
-            half_edges.push((
-                u64::from(v.min(w)) << 32 | u64::from(v.max(w)),
-                triangle as u32,
-            ));
+            half_edges.push((u64::from(v.min(w)) << 32 | u64::from(v.max(w)), triangle as u32));
         }
     }
     half_edges.sort_unstable();
@@ -48,9 +45,7 @@ pub(crate) fn find(mesh: &Mesh<'_>) -> Edges {
         let key = run[0].0;
         edges.ends.push([(key >> 32) as u32, key as u32]);
         edges.starts.push(edges.triangles.len() as u32);
-        edges
-            .triangles
-            .extend(run.iter().map(|half_edge| half_edge.1));
+        edges.triangles.extend(run.iter().map(|half_edge| half_edge.1));
     }
     edges.starts.push(edges.triangles.len() as u32);
     edges
@@ -63,10 +58,7 @@ mod tests {
     #[test]
     fn each_edge_has_its_triangles() {
         let triangles = [[0, 1, 2], [2, 1, 3], [1, 2, 4]];
-        let edges = find(&Mesh {
-            positions: &[[0.0; 3]; 5],
-            triangles: &triangles,
-        });
+        let edges = find(&Mesh { positions: &[[0.0; 3]; 5], triangles: &triangles });
         assert_eq!(edges.len(), 7);
         assert!(edges.ends.is_sorted());
         let shared = edges.ends.iter().position(|&e| e == [1, 2]).unwrap();
@@ -77,13 +69,6 @@ mod tests {
 
     #[test]
     fn an_empty_mesh_has_no_edges() {
-        assert_eq!(
-            find(&Mesh {
-                positions: &[],
-                triangles: &[]
-            })
-            .len(),
-            0
-        );
+        assert_eq!(find(&Mesh { positions: &[], triangles: &[] }).len(), 0);
     }
 }

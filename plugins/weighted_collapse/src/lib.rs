@@ -25,9 +25,7 @@ struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self {
-            border_protection: true,
-        }
+        Self { border_protection: true }
     }
 }
 
@@ -53,9 +51,8 @@ impl MeshOptimizer for WeightedCollapse {
         let mut list = CollapseList::default();
         let edges = list.stage("edges", || edges::find(&mesh));
         progress.report(0.4)?;
-        let weights = list.stage("weights", || {
-            weights::weigh(&mesh, &edges, self.settings.border_protection)
-        });
+        let weights = list
+            .stage("weights", || weights::weigh(&mesh, &edges, self.settings.border_protection));
         progress.report(0.6)?;
         let sorted = list.stage("sort", || order::sort(&weights));
         progress.report(0.8)?;

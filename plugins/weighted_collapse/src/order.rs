@@ -36,11 +36,7 @@ pub(crate) fn collapse(mesh: &Mesh<'_>, edges: &Edges, sorted: &[u32]) -> Vec<Co
             let radius = &mut classes.radius[kept as usize];
             *radius = radius.max(moved);
             error = error.max(moved);
-            collapses.push(Collapse {
-                removed,
-                kept,
-                error,
-            });
+            collapses.push(Collapse { removed, kept, error });
         }
     }
     collapses
@@ -57,11 +53,7 @@ struct Classes {
 impl Classes {
     fn new(count: usize) -> Self {
         let parent = (0..count as u32).collect();
-        Self {
-            parent,
-            size: vec![1; count],
-            radius: vec![0.0; count],
-        }
+        Self { parent, size: vec![1; count], radius: vec![0.0; count] }
     }
 
     fn survivor(&mut self, mut vertex: u32) -> u32 {
@@ -110,11 +102,7 @@ mod tests {
     #[test]
     fn the_smaller_class_joins_the_larger_and_ties_go_by_index() {
         let mut classes = Classes::new(5);
-        assert_eq!(
-            classes.join(3, 1),
-            Some((3, 1)),
-            "equal sizes: the smaller index stays"
-        );
+        assert_eq!(classes.join(3, 1), Some((3, 1)), "equal sizes: the smaller index stays");
         assert_eq!(classes.join(0, 3), Some((0, 1)), "the larger class stays");
         assert_eq!(classes.join(1, 0), None);
         assert_eq!(classes.join(2, 4), Some((4, 2)));
@@ -128,14 +116,10 @@ mod tests {
 
     #[test]
     fn two_components_leave_two_vertices() {
-        let positions: Vec<[f32; 3]> = (0..8)
-            .map(|i| [i as f32, (i % 3) as f32, (i / 4 * 10) as f32])
-            .collect();
+        let positions: Vec<[f32; 3]> =
+            (0..8).map(|i| [i as f32, (i % 3) as f32, (i / 4 * 10) as f32]).collect();
         let triangles = [[0, 1, 2], [1, 2, 3], [4, 5, 6], [5, 6, 7]];
-        let collapses = sequence(&Mesh {
-            positions: &positions,
-            triangles: &triangles,
-        });
+        let collapses = sequence(&Mesh { positions: &positions, triangles: &triangles });
         assert_eq!(collapses.len(), 8 - 2);
         let removed = |v| collapses.iter().any(|c| c.removed == v);
         assert_eq!((0..4).filter(|&v| !removed(v)).count(), 1);

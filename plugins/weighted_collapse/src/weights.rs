@@ -26,9 +26,8 @@ pub(crate) struct Factors {
 /// borders are taken over the mesh. Without `border_protection`, borders have
 /// curvature 0 and no weight of their own (w2 = 0).
 pub(crate) fn weigh(mesh: &Mesh<'_>, edges: &Edges, border_protection: bool) -> Vec<f64> {
-    let factors: Vec<Factors> = (0..edges.len())
-        .map(|edge| measure(mesh, edges, edge, border_protection))
-        .collect();
+    let factors: Vec<Factors> =
+        (0..edges.len()).map(|edge| measure(mesh, edges, edge, border_protection)).collect();
     combine(&factors, border_protection)
 }
 
@@ -47,11 +46,7 @@ fn combine(factors: &[Factors], border_protection: bool) -> Vec<f64> {
     let curvatures: Vec<f64> = factors.iter().map(|f| f.curvature).collect();
 
     let borders = factors.iter().filter(|f| f.border).count();
-    let alpha = if border_protection {
-        borders as f64 / factors.len().max(1) as f64
-    } else {
-        0.0
-    };
+    let alpha = if border_protection { borders as f64 / factors.len().max(1) as f64 } else { 0.0 };
     let (w1, w2) = (standard_deviation(&lengths), alpha);
     let (w3, w4) = (standard_deviation(&areas), standard_deviation(&curvatures));
 
@@ -93,10 +88,7 @@ fn measure(mesh: &Mesh<'_>, edges: &Edges, edge: usize, border_protection: bool)
     let triangles = edges.triangles_at(edge);
     let normal = |&triangle: &u32| {
         let corners = mesh.triangles[triangle as usize];
-        let opposite = corners
-            .into_iter()
-            .find(|&v| v != v1 && v != v2)
-            .unwrap_or(v1);
+        let opposite = corners.into_iter().find(|&v| v != v1 && v != v2).unwrap_or(v1);
         cross(along, sub(point(mesh, opposite), p1))
     };
     let area = triangles.iter().map(|t| 0.5 * norm(normal(t))).sum();
@@ -113,12 +105,7 @@ fn measure(mesh: &Mesh<'_>, edges: &Edges, edge: usize, border_protection: bool)
             .map(|(a, b)| bend(normal(a), normal(b)))
             .fold(0.0, f64::max),
     };
-    Factors {
-        length: norm(along),
-        border,
-        area,
-        curvature,
-    }
+    Factors { length: norm(along), border, area, curvature }
 }
 
 /// Pairs of triangles looked at on a non-manifold edge; bounds the work on an
@@ -147,11 +134,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 fn norm(a: [f64; 3]) -> f64 {

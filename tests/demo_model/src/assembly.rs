@@ -85,9 +85,7 @@ impl Assembly {
         let known = self.finishes.iter().position(|&f| f == finish);
         let index = known.unwrap_or_else(|| {
             self.finishes.push(finish);
-            self.model
-                .materials
-                .push(finish.material(&mut self.model.textures));
+            self.model.materials.push(finish.material(&mut self.model.textures));
             self.finishes.len() - 1
         });
         index as u32

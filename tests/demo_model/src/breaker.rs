@@ -34,38 +34,19 @@ pub fn breaker_pole() -> Result<Model, WeldError> {
     let support = lattice_support(FOUNDATION_TOP, SUPPORT_TOP, 0.86, 0.5);
     assembly.place_part("support", root, &support, place)?;
 
-    let cabinet = assembly.place_part(
-        "mechanism box",
-        root,
-        &mechanism_box(),
-        at(BOX.x, BOX.y, BOX.z),
-    )?;
+    let cabinet =
+        assembly.place_part("mechanism box", root, &mechanism_box(), at(BOX.x, BOX.y, BOX.z))?;
     let front = 0.5 * BOX_SIZE.z;
     let indicator_at = at(-0.14, 0.34, front + 0.036);
-    assembly.place_part(
-        "position indicator",
-        cabinet,
-        &position_indicator(),
-        indicator_at,
-    )?;
+    assembly.place_part("position indicator", cabinet, &position_indicator(), indicator_at)?;
     assembly.place_part("drive rod", root, &drive_rod(), place)?;
 
     let mut level = SUPPORT_TOP + 0.03;
-    assembly.place_part(
-        "bell crank housing",
-        root,
-        &bell_crank_housing(),
-        at(0.0, level, 0.0),
-    )?;
+    assembly.place_part("bell crank housing", root, &bell_crank_housing(), at(0.0, level, 0.0))?;
     let monitor_at = at(0.24, level + 0.12, 0.12) * rotation(Vec3::Y, 90.0);
     assembly.place_part("gas density monitor", root, &dial(0.07, 35.0), monitor_at)?;
     level += HOUSING_HEIGHT;
-    assembly.place_part(
-        "support insulator",
-        root,
-        &support_insulator(),
-        at(0.0, level, 0.0),
-    )?;
+    assembly.place_part("support insulator", root, &support_insulator(), at(0.0, level, 0.0))?;
     level += COLUMN_HEIGHT;
     assembly.place_part("lower chamber", root, &lower_chamber(), at(0.0, level, 0.0))?;
     let terminal_mesh = assembly.mesh(&terminal())?;
@@ -96,10 +77,7 @@ fn mechanism_box() -> Part {
     part.add(Finish::Rubber, handle.moved(0.27, -0.05, front + 0.035));
     for slat in 0..5 {
         let louvre = cuboid(Vec3::new(0.3, 0.012, 0.02));
-        part.add(
-            Finish::DarkPaint,
-            louvre.moved(0.0, -0.46 + slat as f32 * 0.035, front + 0.022),
-        );
+        part.add(Finish::DarkPaint, louvre.moved(0.0, -0.46 + slat as f32 * 0.035, front + 0.022));
     }
     // Brackets that reach back to the lattice.
     for y in [-0.35, 0.35] {
@@ -111,12 +89,7 @@ fn mechanism_box() -> Part {
         part.add(Finish::Galvanised, crossbar.moved(0.0, y, -front - 0.12));
     }
     for x in [-0.2, 0.2] {
-        let conduit = pipe(
-            &[Vec3::new(x, -0.55, 0.0), Vec3::new(x, -1.5, 0.0)],
-            0.04,
-            0.0,
-            10,
-        );
+        let conduit = pipe(&[Vec3::new(x, -0.55, 0.0), Vec3::new(x, -1.5, 0.0)], 0.04, 0.0, 10);
         part.add(Finish::Galvanised, conduit);
     }
     part
@@ -127,14 +100,9 @@ fn position_indicator() -> Part {
     let mut part = Part::new();
     part.add(
         Finish::WhiteEnamel,
-        cylinder(0.082, 0.012, 18)
-            .transformed(along_z())
-            .moved(0.0, 0.0, -0.006),
+        cylinder(0.082, 0.012, 18).transformed(along_z()).moved(0.0, 0.0, -0.006),
     );
-    part.add(
-        Finish::Rubber,
-        block(Vec3::new(0.028, 0.12, 0.012), 0.003).moved(0.0, 0.0, 0.009),
-    );
+    part.add(Finish::Rubber, block(Vec3::new(0.028, 0.12, 0.012), 0.003).moved(0.0, 0.0, 0.009));
     part
 }
 
@@ -142,19 +110,14 @@ fn position_indicator() -> Part {
 fn drive_rod() -> Part {
     let mut part = Part::new();
     let (z, bottom, top) = (BOX.z - 0.15, BOX.y + 0.55, SUPPORT_TOP + 0.19);
-    part.add(
-        Finish::Galvanised,
-        cylinder(0.025, top - bottom, 10).moved(0.0, bottom, z),
-    );
+    part.add(Finish::Galvanised, cylinder(0.025, top - bottom, 10).moved(0.0, bottom, z));
     let guard = lathe(&[(0.06, 0.0), (0.06, 0.12), (0.035, 0.16)], 12);
     part.add(Finish::DarkPaint, guard.moved(0.0, BOX.y + 0.58, z));
     part.add(
         Finish::Galvanised,
         block(Vec3::new(0.05, 0.09, 0.44), 0.01).moved(0.0, top - 0.02, z - 0.19),
     );
-    let pin = cylinder(0.022, 0.12, 10)
-        .moved(0.0, -0.06, 0.0)
-        .transformed(along_x());
+    let pin = cylinder(0.022, 0.12, 10).moved(0.0, -0.06, 0.0).transformed(along_x());
     part.add(Finish::Galvanised, pin.moved(0.0, top - 0.02, z));
     part
 }
@@ -170,16 +133,11 @@ fn bell_crank_housing() -> Part {
             0.0,
         ),
     );
-    let bearing = cylinder(0.09, 0.52, 16)
-        .moved(0.0, -0.26, 0.0)
-        .transformed(along_x());
+    let bearing = cylinder(0.09, 0.52, 16).moved(0.0, -0.26, 0.0).transformed(along_x());
     part.add(metal, bearing.moved(0.0, 0.15, 0.02));
     let gas = [Vec3::new(0.18, 0.12, 0.12), Vec3::new(0.23, 0.12, 0.12)];
     part.add(Finish::Copper, pipe(&gas, 0.012, 0.0, 8));
-    part.add(
-        metal,
-        cylinder(0.2, 0.04, 20).moved(0.0, HOUSING_HEIGHT - 0.06, 0.0),
-    );
+    part.add(metal, cylinder(0.2, 0.04, 20).moved(0.0, HOUSING_HEIGHT - 0.06, 0.0));
     part
 }
 
@@ -206,11 +164,7 @@ fn porcelain_stage(height: f32, core_radii: [f32; 2], sheds: Sheds) -> Part {
 }
 
 fn support_insulator() -> Part {
-    let sheds = Sheds {
-        count: 34,
-        large_overhang: 0.065,
-        small_overhang: 0.045,
-    };
+    let sheds = Sheds { count: 34, large_overhang: 0.065, small_overhang: 0.045 };
     porcelain_stage(COLUMN_HEIGHT, [0.125, 0.115], sheds)
 }
 
@@ -229,24 +183,10 @@ fn lower_chamber() -> Part {
 }
 
 fn interrupter() -> Part {
-    let sheds = Sheds {
-        count: 24,
-        large_overhang: 0.07,
-        small_overhang: 0.05,
-    };
+    let sheds = Sheds { count: 24, large_overhang: 0.07, small_overhang: 0.05 };
     let mut part = porcelain_stage(INTERRUPTER_HEIGHT, [0.18, 0.18], sheds);
-    let head = [
-        (0.19, 0.02),
-        (0.19, 0.2),
-        (0.23, 0.22),
-        (0.23, 0.26),
-        (0.17, 0.34),
-        (0.07, 0.38),
-    ];
-    part.add(
-        Finish::Aluminium,
-        lathe(&head, 16).moved(0.0, INTERRUPTER_HEIGHT, 0.0),
-    );
+    let head = [(0.19, 0.02), (0.19, 0.2), (0.23, 0.22), (0.23, 0.26), (0.17, 0.34), (0.07, 0.38)];
+    part.add(Finish::Aluminium, lathe(&head, 16).moved(0.0, INTERRUPTER_HEIGHT, 0.0));
     part.add(
         Finish::Aluminium,
         cylinder(0.04, 0.05, 10).moved(0.0, INTERRUPTER_HEIGHT + 0.37, 0.0),
@@ -257,10 +197,7 @@ fn interrupter() -> Part {
 /// A palm that stands out along x, its face upwards.
 fn terminal() -> Part {
     let mut part = Part::new();
-    part.add(
-        Finish::Aluminium,
-        block(Vec3::new(0.14, 0.12, 0.16), 0.015).moved(0.05, 0.0, 0.0),
-    );
+    part.add(Finish::Aluminium, block(Vec3::new(0.14, 0.12, 0.16), 0.015).moved(0.05, 0.0, 0.0));
     let outward = at(0.1, 0.0, 0.0) * rotation(Vec3::X, -90.0) * rotation(Vec3::Z, -90.0);
     part.add_part(terminal_palm(Finish::Aluminium, 0.14, 0.26), outward);
     part

@@ -61,10 +61,7 @@ impl Finish {
         };
         let base_color_texture = texture.map(|texture| {
             textures.push(texture);
-            TextureRef {
-                texture: textures.len() as u32 - 1,
-                wrap: [Wrap::Clamp; 2],
-            }
+            TextureRef { texture: textures.len() as u32 - 1, wrap: [Wrap::Clamp; 2] }
         });
         Material {
             name: name.to_owned(),

@@ -11,12 +11,7 @@ const HEXAGON: usize = 6;
 /// A rotation about `axis` (unit length) in degrees.
 pub(crate) fn rotation(axis: Vec3, degrees: f64) -> Mat4 {
     let half = cos_sin(degrees * 0.5);
-    Mat4::from_quat(Quat::from_xyzw(
-        axis.x * half.y,
-        axis.y * half.y,
-        axis.z * half.y,
-        half.x,
-    ))
+    Mat4::from_quat(Quat::from_xyzw(axis.x * half.y, axis.y * half.y, axis.z * half.y, half.x))
 }
 
 /// Turns what stands along y so that it lies along x.
@@ -52,10 +47,7 @@ pub(crate) fn bolt_row(from: Vec3, to: Vec3, count: usize, across: f32, height: 
 pub(crate) fn flange_pair(radius: f32, thickness: f32, bolts: usize, finish: Finish) -> Part {
     let mut part = Part::new();
     let segments = 16;
-    part.add(
-        finish,
-        cylinder(radius, thickness * 0.95, segments).moved(0.0, -thickness, 0.0),
-    );
+    part.add(finish, cylinder(radius, thickness * 0.95, segments).moved(0.0, -thickness, 0.0));
     part.add(
         finish,
         cylinder(radius, thickness * 0.95, segments).moved(0.0, 0.05 * thickness, 0.0),
@@ -96,20 +88,12 @@ pub(crate) fn terminal_palm(finish: Finish, width: f32, height: f32) -> Part {
 pub(crate) fn dial(radius: f32, pointer_degrees: f64) -> Part {
     let mut part = Part::new();
     let disc = |r: f32, depth: f32| cylinder(r, depth, 16).transformed(along_z());
-    part.add(
-        Finish::DarkPaint,
-        disc(radius, radius * 0.7).moved(0.0, 0.0, radius * -0.7),
-    );
+    part.add(Finish::DarkPaint, disc(radius, radius * 0.7).moved(0.0, 0.0, radius * -0.7));
     part.add(Finish::WhiteEnamel, disc(radius * 0.86, 0.01));
     let tip = cos_sin(pointer_degrees) * (radius * 0.7);
     part.add(
         Finish::Rubber,
-        strut(
-            Vec3::new(0.0, 0.0, 0.011),
-            Vec3::new(tip.x, tip.y, 0.011),
-            radius * 0.1,
-            0.006,
-        ),
+        strut(Vec3::new(0.0, 0.0, 0.011), Vec3::new(tip.x, tip.y, 0.011), radius * 0.1, 0.006),
     );
     part
 }
@@ -117,13 +101,8 @@ pub(crate) fn dial(radius: f32, pointer_degrees: f64) -> Part {
 /// A lifting lug: a plate with a bollard, standing out along z.
 pub(crate) fn lifting_lug() -> Part {
     let mut part = Part::new();
-    part.add(
-        Finish::GreyPaint,
-        block(Vec3::new(0.05, 0.4, 0.22), 0.01).moved(0.0, 0.0, 0.1),
-    );
-    let bollard = cylinder(0.07, 0.22, 12)
-        .moved(0.0, -0.11, 0.0)
-        .transformed(along_x());
+    part.add(Finish::GreyPaint, block(Vec3::new(0.05, 0.4, 0.22), 0.01).moved(0.0, 0.0, 0.1));
+    let bollard = cylinder(0.07, 0.22, 12).moved(0.0, -0.11, 0.0).transformed(along_x());
     part.add(Finish::GreyPaint, bollard.moved(0.0, 0.05, 0.15));
     part
 }
@@ -142,9 +121,8 @@ pub(crate) fn ladder(height: f32) -> Part {
     let rungs = (height / RUNG_PITCH) as usize;
     for rung in 1..=rungs {
         let y = rung as f32 * RUNG_PITCH - 0.12;
-        let bar = cylinder(0.013, WIDTH, HEXAGON)
-            .moved(0.0, -0.5 * WIDTH, 0.0)
-            .transformed(along_x());
+        let bar =
+            cylinder(0.013, WIDTH, HEXAGON).moved(0.0, -0.5 * WIDTH, 0.0).transformed(along_x());
         part.add(Finish::Galvanised, bar.moved(0.0, y, 0.0));
     }
     part

@@ -34,11 +34,7 @@ pub fn insulator_profile(
     profile.push((core_radii[0], base));
     for shed in 0..sheds.count {
         let root = base + pitch * (shed as f32 + 0.75);
-        let overhang = if shed % 2 == 0 {
-            sheds.large_overhang
-        } else {
-            sheds.small_overhang
-        };
+        let overhang = if shed % 2 == 0 { sheds.large_overhang } else { sheds.small_overhang };
         let shoulder = root + 0.5 * pitch;
         profile.push((core(root), root));
         profile.push((core(root) + overhang, root - 0.12 * pitch));

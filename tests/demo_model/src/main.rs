@@ -18,10 +18,7 @@ struct Arguments {
 fn main() -> Result<()> {
     let Arguments { out_dir } = Arguments::parse();
     fs::create_dir_all(&out_dir).with_context(|| {
-        format!(
-            "cannot make the folder {}: name one that you may write to",
-            out_dir.display()
-        )
+        format!("cannot make the folder {}: name one that you may write to", out_dir.display())
     })?;
     println!(
         "{:<20} {:>6} {:>6} {:>9} {:>10} {:>9}",
@@ -49,11 +46,6 @@ fn main() -> Result<()> {
 
 /// Welded vertices and triangles as shown, instances counted each time.
 fn shown(model: &Model) -> (usize, usize) {
-    let meshes = model
-        .nodes
-        .iter()
-        .filter_map(|node| model.meshes.get(node.mesh? as usize));
-    meshes.fold((0, 0), |(v, t), mesh| {
-        (v + mesh.positions.len(), t + mesh.triangles.len())
-    })
+    let meshes = model.nodes.iter().filter_map(|node| model.meshes.get(node.mesh? as usize));
+    meshes.fold((0, 0), |(v, t), mesh| (v + mesh.positions.len(), t + mesh.triangles.len()))
 }

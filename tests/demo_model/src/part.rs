@@ -29,17 +29,13 @@ impl Part {
         finish: Finish,
         solids: impl IntoIterator<Item = Solid>,
     ) -> &mut Self {
-        self.solids
-            .extend(solids.into_iter().map(|solid| (finish, solid)));
+        self.solids.extend(solids.into_iter().map(|solid| (finish, solid)));
         self
     }
 
     /// Adds another part, placed by `transform`.
     pub fn add_part(&mut self, part: Part, transform: Mat4) -> &mut Self {
-        let placed = part
-            .solids
-            .into_iter()
-            .map(|(f, solid)| (f, solid.transformed(transform)));
+        let placed = part.solids.into_iter().map(|(f, solid)| (f, solid.transformed(transform)));
         self.solids.extend(placed);
         self
     }
@@ -57,25 +53,13 @@ impl Part {
     ) -> Vec<RawPrimitive> {
         let mut primitives: Vec<(Finish, RawPrimitive)> = Vec::new();
         for (finish, solid) in &self.solids {
-            let slot = primitives
-                .iter()
-                .position(|(f, _)| f == finish)
-                .unwrap_or_else(|| {
-                    let material = Some(material_of(*finish));
-                    primitives.push((
-                        *finish,
-                        RawPrimitive {
-                            material,
-                            ..RawPrimitive::default()
-                        },
-                    ));
-                    primitives.len() - 1
-                });
+            let slot = primitives.iter().position(|(f, _)| f == finish).unwrap_or_else(|| {
+                let material = Some(material_of(*finish));
+                primitives.push((*finish, RawPrimitive { material, ..RawPrimitive::default() }));
+                primitives.len() - 1
+            });
             solid.append_to(&mut primitives[slot].1);
         }
-        primitives
-            .into_iter()
-            .map(|(_, primitive)| primitive)
-            .collect()
+        primitives.into_iter().map(|(_, primitive)| primitive).collect()
     }
 }

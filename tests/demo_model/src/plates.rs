@@ -72,10 +72,7 @@ fn engraved_line(x: f32, y: f32) -> bool {
 /// Strokes of letter-like width; `seed` varies them from line to line.
 fn letters(x: f32, y: f32, pitch: f32, seed: u32) -> bool {
     let cell = (x / pitch).floor() as u32;
-    let mixed = cell
-        .wrapping_mul(2_654_435_761)
-        .wrapping_add(seed.wrapping_mul(40_503))
-        >> 7;
+    let mixed = cell.wrapping_mul(2_654_435_761).wrapping_add(seed.wrapping_mul(40_503)) >> 7;
     let (u, v) = ((x / pitch).fract(), y.rem_euclid(pitch) / pitch);
     let blank = mixed.is_multiple_of(6) || u > 0.72;
     let stem = u < 0.26;
@@ -118,10 +115,7 @@ fn draw(width: u32, height: u32, color: impl Fn(f32, f32) -> Rgb) -> Texture {
             let mut sum = [0.0; 3];
             for sample in 0..SAMPLES * SAMPLES {
                 let inner = |i: u32| (i as f32 + 0.5) / SAMPLES as f32;
-                let at = (
-                    x as f32 + inner(sample % SAMPLES),
-                    y as f32 + inner(sample / SAMPLES),
-                );
+                let at = (x as f32 + inner(sample % SAMPLES), y as f32 + inner(sample / SAMPLES));
                 let rgb = color(at.0, at.1);
                 (0..3).for_each(|channel| sum[channel] += rgb[channel]);
             }
@@ -129,9 +123,5 @@ fn draw(width: u32, height: u32, color: impl Fn(f32, f32) -> Rgb) -> Texture {
             rgba8.extend([mean[0], mean[1], mean[2], 255]);
         }
     }
-    Texture {
-        width,
-        height,
-        rgba8,
-    }
+    Texture { width, height, rgba8 }
 }

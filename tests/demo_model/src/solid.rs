@@ -70,27 +70,18 @@ impl Solid {
     /// Enclosed volume in cubic metres; negative if the shells are inside out.
     pub fn signed_volume(&self) -> f64 {
         let point = |i: u32| self.points[i as usize].as_dvec3();
-        let sum: f64 = self
-            .triangles
-            .iter()
-            .map(|&[a, b, c]| point(a).dot(point(b).cross(point(c))))
-            .sum();
+        let sum: f64 =
+            self.triangles.iter().map(|&[a, b, c]| point(a).dot(point(b).cross(point(c)))).sum();
         sum / 6.0
     }
 
     /// Appends the solid to a primitive, with normals smoothed below the
     /// crease angle and weighted by area, so that large faces stay flat.
     pub(crate) fn append_to(&self, primitive: &mut RawPrimitive) {
-        let faces: Vec<Vec3> = self
-            .triangles
-            .iter()
-            .map(|&t| self.area_vector(t))
-            .collect();
+        let faces: Vec<Vec3> = self.triangles.iter().map(|&t| self.area_vector(t)).collect();
         let mut faces_at = vec![Vec::new(); self.points.len()];
         for (face, corners) in self.triangles.iter().enumerate() {
-            corners
-                .iter()
-                .for_each(|&v| faces_at[v as usize].push(face));
+            corners.iter().for_each(|&v| faces_at[v as usize].push(face));
         }
         let crease = libm::cos(CREASE_DEGREES.to_radians()) as f32;
         for (face, corners) in self.triangles.iter().enumerate() {
@@ -104,12 +95,8 @@ impl Solid {
                     .filter(|other| other.normalize_or_zero().dot(own) >= crease)
                     .sum();
                 primitive.positions.push(point);
-                primitive
-                    .normals
-                    .push(normal.try_normalize().unwrap_or(own));
-                primitive
-                    .uvs
-                    .push(self.uv.map_or(Vec2::ZERO, |uv| uv.at(point)));
+                primitive.normals.push(normal.try_normalize().unwrap_or(own));
+                primitive.uvs.push(self.uv.map_or(Vec2::ZERO, |uv| uv.at(point)));
             }
             primitive.triangles.push([first, first + 1, first + 2]);
         }

@@ -33,22 +33,12 @@ pub(crate) fn lattice_support(bottom: f32, top: f32, foot_width: f32, head_width
     for side in 0..4 {
         part.add(steel, strut(corner(0.0, side), corner(1.0, side), LEG, LEG));
         for panel in 0..PANELS {
-            let (low, high) = (
-                panel as f32 / PANELS as f32,
-                (panel + 1) as f32 / PANELS as f32,
-            );
+            let (low, high) = (panel as f32 / PANELS as f32, (panel + 1) as f32 / PANELS as f32);
             // Each face's diagonals turn the other way at every panel.
-            let (a, b) = if panel % 2 == 0 {
-                (side, side + 1)
-            } else {
-                (side + 1, side)
-            };
+            let (a, b) = if panel % 2 == 0 { (side, side + 1) } else { (side + 1, side) };
             part.add(steel, strut(corner(low, a), corner(high, b), BAR, 0.012));
             if panel > 0 {
-                part.add(
-                    steel,
-                    strut(corner(low, side), corner(low, side + 1), BAR, 0.012),
-                );
+                part.add(steel, strut(corner(low, side), corner(low, side + 1), BAR, 0.012));
             }
         }
         let foot = corner(0.0, side);

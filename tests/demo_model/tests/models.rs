@@ -9,23 +9,15 @@ use glam::{DVec3, Vec3};
 
 fn models() -> [(&'static str, Model); 3] {
     [
-        (
-            "transformer",
-            power_transformer().expect("finite dimensions"),
-        ),
+        ("transformer", power_transformer().expect("finite dimensions")),
         ("breaker", breaker_pole().expect("finite dimensions")),
-        (
-            "disconnector",
-            disconnector_pole().expect("finite dimensions"),
-        ),
+        ("disconnector", disconnector_pole().expect("finite dimensions")),
     ]
 }
 
 fn triangles_shown(model: &Model) -> usize {
     let shown = model.nodes.iter().filter_map(|node| node.mesh);
-    shown
-        .map(|mesh| model.meshes[mesh as usize].triangles.len())
-        .sum()
+    shown.map(|mesh| model.meshes[mesh as usize].triangles.len()).sum()
 }
 
 /// Signed volume of every connected shell of a mesh.
@@ -69,10 +61,7 @@ fn every_welded_edge_has_two_triangles_in_opposite_directions() {
             for (&(a, b), &count) in &uses {
                 let place = mesh.positions[a as usize];
                 assert_eq!(count, 1, "{name}: mesh {index}: doubled edge at {place}");
-                assert!(
-                    uses.contains_key(&(b, a)),
-                    "{name}: mesh {index}: open edge at {place}"
-                );
+                assert!(uses.contains_key(&(b, a)), "{name}: mesh {index}: open edge at {place}");
             }
         }
     }
@@ -98,17 +87,12 @@ fn normals_are_unit_vectors_on_the_outer_side_of_their_triangle() {
     for (name, model) in models() {
         for mesh in &model.meshes {
             for &triangle in &mesh.triangles {
-                let [a, b, c] = mesh
-                    .corner_positions(triangle)
-                    .map(|p| mesh.positions[p as usize]);
+                let [a, b, c] = mesh.corner_positions(triangle).map(|p| mesh.positions[p as usize]);
                 let face = (b - a).cross(c - a).normalize_or_zero();
                 for wedge in triangle {
                     let normal: Vec3 = mesh.wedges.normal[wedge as usize];
                     assert!((normal.length() - 1.0).abs() < 1e-4, "{name}: {normal}");
-                    assert!(
-                        normal.dot(face) > 0.5,
-                        "{name}: {normal} on a face towards {face}"
-                    );
+                    assert!(normal.dot(face) > 0.5, "{name}: {normal} on a face towards {face}");
                 }
             }
         }
@@ -118,15 +102,10 @@ fn normals_are_unit_vectors_on_the_outer_side_of_their_triangle() {
 #[test]
 fn triangle_counts_stay_within_their_budgets() {
     for ((name, model), budget) in
-        models()
-            .into_iter()
-            .zip([60_000..=120_000, 4_000..=10_000, 4_000..=14_000])
+        models().into_iter().zip([60_000..=120_000, 4_000..=10_000, 4_000..=14_000])
     {
         let count = triangles_shown(&model);
-        assert!(
-            budget.contains(&count),
-            "{name}: {count} triangles, expected {budget:?}"
-        );
+        assert!(budget.contains(&count), "{name}: {count} triangles, expected {budget:?}");
     }
 }
 
@@ -134,11 +113,7 @@ fn triangle_counts_stay_within_their_budgets() {
 fn parts_have_names_of_their_own_and_parents_before_them() {
     for (name, model) in models() {
         let names: HashSet<&str> = model.nodes.iter().map(|node| node.name.as_str()).collect();
-        assert_eq!(
-            names.len(),
-            model.nodes.len(),
-            "{name}: a name is used twice"
-        );
+        assert_eq!(names.len(), model.nodes.len(), "{name}: a name is used twice");
         for (index, node) in model.nodes.iter().enumerate() {
             assert_eq!(node.parent.is_none(), index == 0);
             assert!(node.parent.is_none_or(|parent| (parent as usize) < index));
@@ -157,33 +132,19 @@ fn parts_have_names_of_their_own_and_parents_before_them() {
         "buchholz relay",
         "tap changer",
     ] {
-        assert!(
-            transformer.nodes.iter().any(|node| node.name == part),
-            "no part '{part}'"
-        );
+        assert!(transformer.nodes.iter().any(|node| node.name == part), "no part '{part}'");
     }
 }
 
 #[test]
 fn repeated_parts_share_one_mesh() {
     let model = power_transformer().unwrap();
-    for (prefix, count) in [
-        ("radiator ", 22),
-        ("fan ", 18),
-        ("bushing 1", 4),
-        ("bushing 3", 3),
-    ] {
-        let nodes = model
-            .nodes
-            .iter()
-            .filter(|node| node.name.starts_with(prefix));
+    for (prefix, count) in [("radiator ", 22), ("fan ", 18), ("bushing 1", 4), ("bushing 3", 3)] {
+        let nodes = model.nodes.iter().filter(|node| node.name.starts_with(prefix));
         assert_eq!(nodes.count(), count, "{prefix}");
     }
     let meshes_of = |prefix: &str| -> HashSet<u32> {
-        let nodes = model
-            .nodes
-            .iter()
-            .filter(|node| node.name.starts_with(prefix));
+        let nodes = model.nodes.iter().filter(|node| node.name.starts_with(prefix));
         nodes.filter_map(|node| node.mesh).collect()
     };
     assert_eq!(meshes_of("radiator ").len(), 1);
@@ -199,40 +160,25 @@ fn transformer_has_the_size_of_its_rating() {
     for (node, model_from_node) in model.nodes.iter().zip(transforms) {
         let Some(mesh) = node.mesh else { continue };
         let positions = &model.meshes[mesh as usize].positions;
-        points.extend(
-            positions
-                .iter()
-                .map(|&p| model_from_node.transform_point3(p)),
-        );
+        points.extend(positions.iter().map(|&p| model_from_node.transform_point3(p)));
     }
     let bounds = busbar_geometry::Bounds::around(points).unwrap();
     let size = bounds.max - bounds.min;
     assert!((11.0..=14.0).contains(&size.x), "length {}", size.x);
     assert!((6.0..=9.0).contains(&size.z), "width {}", size.z);
-    assert!(
-        (7.5..=9.0).contains(&bounds.max.y),
-        "height {}",
-        bounds.max.y
-    );
+    assert!((7.5..=9.0).contains(&bounds.max.y), "height {}", bounds.max.y);
 }
 
 #[test]
 fn textured_faces_span_their_image() {
     let model = power_transformer().unwrap();
     assert_eq!(model.textures.len(), 2);
-    for (material, _) in model
-        .materials
-        .iter()
-        .enumerate()
-        .filter(|(_, m)| m.base_color_texture.is_some())
+    for (material, _) in
+        model.materials.iter().enumerate().filter(|(_, m)| m.base_color_texture.is_some())
     {
         let mut corners = HashSet::new();
         for mesh in &model.meshes {
-            for section in mesh
-                .sections
-                .iter()
-                .filter(|s| s.material == Some(material as u32))
-            {
+            for section in mesh.sections.iter().filter(|s| s.material == Some(material as u32)) {
                 let first = section.first_triangle as usize;
                 let triangles = &mesh.triangles[first..first + section.triangle_count as usize];
                 for &wedge in triangles.iter().flatten() {
@@ -250,11 +196,7 @@ fn textured_faces_span_their_image() {
 fn the_same_bytes_twice() {
     for ((name, first), (_, second)) in models().into_iter().zip(models()) {
         let bytes = busbar_gltf_export::write_glb(&first).unwrap();
-        assert_eq!(
-            bytes,
-            busbar_gltf_export::write_glb(&second).unwrap(),
-            "{name}"
-        );
+        assert_eq!(bytes, busbar_gltf_export::write_glb(&second).unwrap(), "{name}");
         assert_eq!(&bytes[..4], b"glTF");
     }
 }

@@ -25,15 +25,8 @@ fn check(solid: &Solid, expected: Expected) {
         }
     }
     for (&(a, b), &count) in &uses {
-        assert_eq!(
-            count, 1,
-            "edge {a}-{b} is walked {count} times in one direction"
-        );
-        assert_eq!(
-            uses.get(&(b, a)),
-            Some(&1),
-            "edge {a}-{b} has no neighbour the other way"
-        );
+        assert_eq!(count, 1, "edge {a}-{b} is walked {count} times in one direction");
+        assert_eq!(uses.get(&(b, a)), Some(&1), "edge {a}-{b} has no neighbour the other way");
     }
     assert_eq!(solid.points.len(), expected.points);
     assert_eq!(solid.triangles.len(), expected.triangles);
@@ -41,11 +34,7 @@ fn check(solid: &Solid, expected: Expected) {
     assert_eq!(euler, expected.euler);
     let volume = solid.signed_volume();
     let error = (volume / expected.volume - 1.0).abs();
-    assert!(
-        error <= expected.tolerance,
-        "volume {volume}, expected {}",
-        expected.volume
-    );
+    assert!(error <= expected.tolerance, "volume {volume}, expected {}", expected.volume);
 }
 
 /// Area of a regular polygon over the area of its circle.
@@ -57,16 +46,7 @@ fn polygon_share(n: usize) -> f64 {
 #[test]
 fn cuboid_has_8_points() {
     let solid = cuboid(Vec3::new(2.0, 3.0, 4.0));
-    check(
-        &solid,
-        Expected {
-            points: 8,
-            triangles: 12,
-            euler: 2,
-            volume: 24.0,
-            tolerance: 1e-6,
-        },
-    );
+    check(&solid, Expected { points: 8, triangles: 12, euler: 2, volume: 24.0, tolerance: 1e-6 });
 }
 
 #[test]
@@ -81,13 +61,7 @@ fn block_loses_its_edges() {
     let solid = block(size, bevel);
     check(
         &solid,
-        Expected {
-            points: 24,
-            triangles: 44,
-            euler: 2,
-            volume: expected,
-            tolerance: 1e-5,
-        },
+        Expected { points: 24, triangles: 44, euler: 2, volume: expected, tolerance: 1e-5 },
     );
 }
 
@@ -104,16 +78,7 @@ fn strut_keeps_its_volume_in_any_direction() {
         let from = Vec3::new(0.5, -0.25, 0.125);
         let volume = 0.2 * 0.1 * f64::from(to.length());
         let solid = strut(from, from + to, 0.2, 0.1);
-        check(
-            &solid,
-            Expected {
-                points: 8,
-                triangles: 12,
-                euler: 2,
-                volume,
-                tolerance: 1e-5,
-            },
-        );
+        check(&solid, Expected { points: 8, triangles: 12, euler: 2, volume, tolerance: 1e-5 });
     }
 }
 
@@ -137,11 +102,7 @@ fn lathe_of_r_rings_and_n_segments() {
 
 #[test]
 fn insulator_is_a_lathe_of_four_rings_a_shed() {
-    let sheds = Sheds {
-        count: 24,
-        large_overhang: 0.06,
-        small_overhang: 0.04,
-    };
+    let sheds = Sheds { count: 24, large_overhang: 0.06, small_overhang: 0.04 };
     let profile = insulator_profile(0.3, 1.5, [0.12, 0.1], sheds);
     let rings = 4 * 24 + 2;
     assert_eq!(profile.len(), rings);
@@ -171,13 +132,7 @@ fn torus_and_hollow_ring_have_one_hole() {
     let solid = torus(2.0, 0.3, 64, 32);
     check(
         &solid,
-        Expected {
-            points: 2048,
-            triangles: 4096,
-            euler: 0,
-            volume: exact,
-            tolerance: 1e-4,
-        },
+        Expected { points: 2048, triangles: 4096, euler: 0, volume: exact, tolerance: 1e-4 },
     );
 
     let profile = [(1.0, 0.0), (1.5, 0.0), (1.5, 0.2), (1.0, 0.2)];
@@ -185,45 +140,25 @@ fn torus_and_hollow_ring_have_one_hole() {
     let solid = ring_of_profile(&profile, 20);
     check(
         &solid,
-        Expected {
-            points: 80,
-            triangles: 160,
-            euler: 0,
-            volume: exact,
-            tolerance: 1e-5,
-        },
+        Expected { points: 80, triangles: 160, euler: 0, volume: exact, tolerance: 1e-5 },
     );
 }
 
 #[test]
 fn mitred_sweep_has_the_volume_of_its_centre_line() {
-    let path = [
-        Vec3::ZERO,
-        Vec3::new(0.0, 2.0, 0.0),
-        Vec3::new(3.0, 2.0, 0.0),
-        Vec3::new(3.0, 2.0, 1.5),
-    ];
+    let path =
+        [Vec3::ZERO, Vec3::new(0.0, 2.0, 0.0), Vec3::new(3.0, 2.0, 0.0), Vec3::new(3.0, 2.0, 1.5)];
     let square = [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(|(x, y)| Vec2::new(x, y));
     let solid = sweep(&path, &square, Vec3::X);
     check(
         &solid,
-        Expected {
-            points: 18,
-            triangles: 32,
-            euler: 2,
-            volume: 0.04 * 6.5,
-            tolerance: 1e-4,
-        },
+        Expected { points: 18, triangles: 32, euler: 2, volume: 0.04 * 6.5, tolerance: 1e-4 },
     );
 }
 
 #[test]
 fn pipe_follows_its_rounded_path() {
-    let path = [
-        Vec3::ZERO,
-        Vec3::new(0.0, 2.0, 0.0),
-        Vec3::new(2.0, 2.0, 0.0),
-    ];
+    let path = [Vec3::ZERO, Vec3::new(0.0, 2.0, 0.0), Vec3::new(2.0, 2.0, 0.0)];
     let rounded = rounded_path(&path, 0.5);
     assert_eq!((rounded[0], rounded[rounded.len() - 1]), (path[0], path[2]));
     let length: f32 = rounded.windows(2).map(|leg| leg[0].distance(leg[1])).sum();
@@ -246,25 +181,12 @@ fn pipe_follows_its_rounded_path() {
 fn a_mirrored_solid_still_faces_outward() {
     let mirrored = block(Vec3::ONE, 0.1).transformed(Mat4::from_scale(Vec3::new(-1.0, 2.0, 1.0)));
     let volume = 2.0 * block(Vec3::ONE, 0.1).signed_volume();
-    check(
-        &mirrored,
-        Expected {
-            points: 24,
-            triangles: 44,
-            euler: 2,
-            volume,
-            tolerance: 1e-5,
-        },
-    );
+    check(&mirrored, Expected { points: 24, triangles: 44, euler: 2, volume, tolerance: 1e-5 });
 }
 
 #[test]
 fn shapes_without_extent_are_empty_and_do_not_panic() {
-    assert!(
-        sweep(&[Vec3::ZERO; 3], &[Vec2::ZERO; 4], Vec3::Y)
-            .triangles
-            .is_empty()
-    );
+    assert!(sweep(&[Vec3::ZERO; 3], &[Vec2::ZERO; 4], Vec3::Y).triangles.is_empty());
     assert!(lathe(&[(1.0, 0.0)], 8).triangles.is_empty());
     assert_eq!(cylinder(1.0, 1.0, 0).triangles.len(), 12);
 }

@@ -46,18 +46,8 @@ impl Bank {
             let (first, count) = point.place.cells();
             for cell in (first..=u16::MAX).take(count) {
                 let is_bits = point.place.is_bits();
-                let table = if is_bits {
-                    &mut bank.bits
-                } else {
-                    &mut bank.registers
-                };
-                let taken = table.insert(
-                    cell,
-                    Cell {
-                        value: 0,
-                        point: index,
-                    },
-                );
+                let table = if is_bits { &mut bank.bits } else { &mut bank.registers };
+                let taken = table.insert(cell, Cell { value: 0, point: index });
                 ensure!(
                     taken.is_none() && !(is_bits && cell == RELEASE_BIT),
                     "point '{}': cell {cell} is taken: move one of the points",
@@ -85,29 +75,15 @@ impl Bank {
             let value = match point.source {
                 Source::Model(quantity) => self.bay.read(quantity),
                 Source::Constant(value) => value,
-                Source::Sine {
-                    mean,
-                    amplitude,
-                    period_seconds,
-                } => {
+                Source::Sine { mean, amplitude, period_seconds } => {
                     let turns = self.bay.seconds() / period_seconds;
                     mean + amplitude * (std::f64::consts::TAU * turns).sin()
                 }
             };
-            let table = if point.place.is_bits() {
-                &mut self.bits
-            } else {
-                &mut self.registers
-            };
+            let table = if point.place.is_bits() { &mut self.bits } else { &mut self.registers };
             let (first, _) = point.place.cells();
             for (cell, value) in (first..=u16::MAX).zip(point.place.encode(value)) {
-                table.insert(
-                    cell,
-                    Cell {
-                        value,
-                        point: index,
-                    },
-                );
+                table.insert(cell, Cell { value, point: index });
             }
         }
     }

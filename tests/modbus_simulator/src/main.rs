@@ -46,9 +46,7 @@ fn main() -> Result<()> {
         Some(path) => path.display().to_string(),
         None => "built-in map".into(),
     })?;
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(run(arguments.listen, bank))
 }
 
@@ -56,8 +54,7 @@ fn read_map(path: &Path) -> Result<String> {
     let read = || -> Result<String> {
         let mut text = String::new();
         let file = std::fs::File::open(path)?;
-        file.take(points::MAX_FILE_BYTES + 1)
-            .read_to_string(&mut text)?;
+        file.take(points::MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
         ensure!(
             text.len() as u64 <= points::MAX_FILE_BYTES,
             "larger than {} bytes",

@@ -28,11 +28,7 @@ pub(crate) enum Format {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place {
     /// Registers from `first` on, holding `value / scale`.
-    Registers {
-        first: u16,
-        format: Format,
-        scale: f64,
-    },
+    Registers { first: u16, format: Format, scale: f64 },
     /// One bit.
     Bit(u16),
     /// Two bits: the first says open, the second closed.
@@ -49,11 +45,7 @@ pub(crate) enum Source {
     Constant(f64),
     /// A sine wave.
     #[serde(rename_all = "snake_case")]
-    Sine {
-        mean: f64,
-        amplitude: f64,
-        period_seconds: f64,
-    },
+    Sine { mean: f64, amplitude: f64, period_seconds: f64 },
 }
 
 /// A point that can be served.
@@ -98,47 +90,29 @@ pub(crate) fn parse(json: &str) -> Result<Vec<Point>> {
         .into_iter()
         .map(|raw| {
             let place = place(&raw).with_context(|| format!("point '{}'", raw.name))?;
-            Ok(Point {
-                name: raw.name,
-                place,
-                source: raw.source,
-            })
+            Ok(Point { name: raw.name, place, source: raw.source })
         })
         .collect()
 }
 
 fn place(raw: &RawPoint) -> Result<Place> {
     if let Source::Sine { period_seconds, .. } = raw.source {
-        ensure!(
-            period_seconds > 0.0,
-            "period_seconds must be greater than 0"
-        );
+        ensure!(period_seconds > 0.0, "period_seconds must be greater than 0");
     }
     let place = match (raw.register, raw.bit, raw.bit_pair) {
         (Some(first), None, None) => {
-            let format = raw
-                .format
-                .context("a register needs \"type\": u16, i16, u32, i32, f32 or f64")?;
+            let format =
+                raw.format.context("a register needs \"type\": u16, i16, u32, i32, f32 or f64")?;
             let scale = raw.scale.unwrap_or(1.0);
-            ensure!(
-                scale.is_finite() && scale != 0.0,
-                "scale must be finite and not 0"
-            );
-            Place::Registers {
-                first,
-                format,
-                scale,
-            }
+            ensure!(scale.is_finite() && scale != 0.0, "scale must be finite and not 0");
+            Place::Registers { first, format, scale }
         }
         (None, Some(bit), None) => Place::Bit(bit),
         (None, None, Some(first)) => Place::BitPair(first),
         _ => bail!("give one of \"register\", \"bit\" and \"bit_pair\""),
     };
     let (first, count) = place.cells();
-    ensure!(
-        usize::from(first) + count <= 1 << 16,
-        "its cells pass 65535"
-    );
+    ensure!(usize::from(first) + count <= 1 << 16, "its cells pass 65535");
     Ok(place)
 }
 
@@ -187,10 +161,7 @@ impl Place {
 }
 
 fn words(bits: u64, count: u32) -> Vec<u16> {
-    (0..count)
-        .rev()
-        .map(|i| (bits >> (16 * i)) as u16)
-        .collect()
+    (0..count).rev().map(|i| (bits >> (16 * i)) as u16).collect()
 }
 
 #[cfg(test)]
@@ -198,11 +169,7 @@ mod tests {
     use super::*;
 
     fn registers(format: Format, scale: f64) -> Place {
-        Place::Registers {
-            first: 0,
-            format,
-            scale,
-        }
+        Place::Registers { first: 0, format, scale }
     }
 
     #[test]
@@ -229,28 +196,11 @@ mod tests {
         let source = r#""source": {"constant": 1}"#;
         let cases = [
             (with(source), "give one of"),
-            (
-                with(&format!(r#""bit": 1, "bit_pair": 1, {source}"#)),
-                "give one of",
-            ),
-            (
-                with(&format!(r#""register": 1, {source}"#)),
-                "needs \"type\"",
-            ),
-            (
-                with(&format!(r#""register": 65535, "type": "f32", {source}"#)),
-                "pass 65535",
-            ),
-            (
-                with(&format!(
-                    r#""register": 1, "type": "u16", "scale": 0, {source}"#
-                )),
-                "not 0",
-            ),
-            (
-                with(r#""bit": 1, "source": {"model": "luck"}"#),
-                "unknown variant `luck`",
-            ),
+            (with(&format!(r#""bit": 1, "bit_pair": 1, {source}"#)), "give one of"),
+            (with(&format!(r#""register": 1, {source}"#)), "needs \"type\""),
+            (with(&format!(r#""register": 65535, "type": "f32", {source}"#)), "pass 65535"),
+            (with(&format!(r#""register": 1, "type": "u16", "scale": 0, {source}"#)), "not 0"),
+            (with(r#""bit": 1, "source": {"model": "luck"}"#), "unknown variant `luck`"),
             ("{".into(), "not as it should be"),
         ];
         for (json, part) in cases {
@@ -273,17 +223,11 @@ mod tests {
                 (format!("bit {bit}"), "bool".into())
             } else {
                 let first = point["bit_pair"].as_u64().unwrap();
-                (
-                    format!("bits {first}, {}", first + 1),
-                    "double point".into(),
-                )
+                (format!("bits {first}, {}", first + 1), "double point".into())
             };
             let row = format!("| {cells} | {kind} | {} | {} |", text("name"), text("unit"));
             assert!(readme.contains(&row), "README.md lacks: {row}");
         }
-        assert_eq!(
-            parse(DEMO).unwrap().len(),
-            raw["points"].as_array().unwrap().len()
-        );
+        assert_eq!(parse(DEMO).unwrap().len(), raw["points"].as_array().unwrap().len());
     }
 }

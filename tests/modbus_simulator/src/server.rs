@@ -36,15 +36,15 @@ impl Service for Client {
 fn answer(bank: &mut Bank, request: Request<'_>) -> Result<Response, ExceptionCode> {
     match request {
         Request::ReadCoils(first, count) => bank.read_bits(first, count).map(Response::ReadCoils),
-        Request::ReadDiscreteInputs(first, count) => bank
-            .read_bits(first, count)
-            .map(Response::ReadDiscreteInputs),
-        Request::ReadHoldingRegisters(first, count) => bank
-            .read_registers(first, count)
-            .map(Response::ReadHoldingRegisters),
-        Request::ReadInputRegisters(first, count) => bank
-            .read_registers(first, count)
-            .map(Response::ReadInputRegisters),
+        Request::ReadDiscreteInputs(first, count) => {
+            bank.read_bits(first, count).map(Response::ReadDiscreteInputs)
+        }
+        Request::ReadHoldingRegisters(first, count) => {
+            bank.read_registers(first, count).map(Response::ReadHoldingRegisters)
+        }
+        Request::ReadInputRegisters(first, count) => {
+            bank.read_registers(first, count).map(Response::ReadInputRegisters)
+        }
         Request::WriteSingleCoil(first, bit) => {
             bank.write_bits(first, &[bit])?;
             Ok(Response::WriteSingleCoil(first, bit))
@@ -75,10 +75,7 @@ pub(crate) async fn serve(listener: TcpListener, bank: Arc<Mutex<Bank>>) -> std:
         async move {
             stream.set_nodelay(true)?;
             Ok(permit.ok().map(|permit| {
-                let client = Client {
-                    bank,
-                    _permit: permit,
-                };
+                let client = Client { bank, _permit: permit };
                 (client, stream)
             }))
         }

@@ -24,17 +24,12 @@ impl Simulator {
         let mut stdout = BufReader::new(child.stdout.take().unwrap());
         stdout.read_line(&mut line).unwrap();
         let address = line.trim().strip_prefix("listening on ").unwrap();
-        Self {
-            address: address.parse().unwrap(),
-            child,
-        }
+        Self { address: address.parse().unwrap(), child }
     }
 
     fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(self.address).unwrap();
-        stream
-            .set_read_timeout(Some(Duration::from_secs(5)))
-            .unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
         stream
     }
 }
@@ -75,25 +70,13 @@ fn tables_are_read_and_written() {
         assert_eq!(answer, [function, 1, 0b0_1010], "both switches closed");
     }
     // 6 and 16 pin registers, 5 and 15 bits.
-    assert_eq!(
-        ask(&mut stream, &[6, 0, 100, 0x03, 0xB6]),
-        [6, 0, 100, 0x03, 0xB6]
-    );
-    assert_eq!(
-        ask(&mut stream, &[16, 0, 101, 0, 1, 2, 0x04, 0x00]),
-        [16, 0, 101, 0, 1]
-    );
+    assert_eq!(ask(&mut stream, &[6, 0, 100, 0x03, 0xB6]), [6, 0, 100, 0x03, 0xB6]);
+    assert_eq!(ask(&mut stream, &[16, 0, 101, 0, 1, 2, 0x04, 0x00]), [16, 0, 101, 0, 1]);
     assert_eq!(ask(&mut stream, &[5, 0, 4, 0xFF, 0]), [5, 0, 4, 0xFF, 0]);
-    assert_eq!(
-        ask(&mut stream, &[15, 0, 0, 0, 2, 1, 0b01]),
-        [15, 0, 0, 0, 2]
-    );
+    assert_eq!(ask(&mut stream, &[15, 0, 0, 0, 2, 1, 0b01]), [15, 0, 0, 0, 2]);
     // Longer than a step: they stay, and the load goes.
     std::thread::sleep(Duration::from_millis(500));
-    assert_eq!(
-        ask(&mut stream, &[3, 0, 100, 0, 2]),
-        [3, 4, 0x03, 0xB6, 0x04, 0x00]
-    );
+    assert_eq!(ask(&mut stream, &[3, 0, 100, 0, 2]), [3, 4, 0x03, 0xB6, 0x04, 0x00]);
     assert_eq!(ask(&mut stream, &[1, 0, 0, 0, 5]), [1, 1, 0b1_1001]);
     assert_eq!(ask(&mut stream, &[4, 0, 18, 0, 2]), [4, 4, 0, 0, 0, 0]);
 }
@@ -129,13 +112,7 @@ fn signals_end_it_cleanly() {
         let mut simulator = Simulator::start(&[]);
         let _client = simulator.connect();
         let id = simulator.child.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args([signal, &id])
-                .status()
-                .unwrap()
-                .success()
-        );
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
         assert!(simulator.child.wait().unwrap().success());
     }
 }
@@ -148,10 +125,7 @@ fn a_map_of_ones_own_is_served_and_a_wrong_one_explained() {
         "source": {"constant": 513}}]}"#;
     std::fs::write(&path, map).unwrap();
     let simulator = Simulator::start(&["--points", path.to_str().unwrap()]);
-    assert_eq!(
-        ask(&mut simulator.connect(), &[3, 0, 7, 0, 1]),
-        [3, 2, 2, 1]
-    );
+    assert_eq!(ask(&mut simulator.connect(), &[3, 0, 7, 0, 1]), [3, 2, 2, 1]);
 
     std::fs::write(&path, map.replace("513", "\"x\"")).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_modbus_simulator"))
@@ -161,8 +135,5 @@ fn a_map_of_ones_own_is_served_and_a_wrong_one_explained() {
         .unwrap();
     assert_eq!(output.status.code(), Some(1));
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        message.contains("points.json") && message.contains("line 2"),
-        "{message}"
-    );
+    assert!(message.contains("points.json") && message.contains("line 2"), "{message}");
 }

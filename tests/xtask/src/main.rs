@@ -1,3 +1,73 @@
-//! The project's commands: demo, test, bench, soak
+//! The project's commands, run as `cargo xtask NAME`.
+//!
+//! Invariant: no child process outlives a command.
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "what is done, and how it went, is this program's output"
+)]
 
-fn main() {}
+mod demo;
+mod packages;
+mod pictures;
+mod process;
+mod python;
+mod simulator;
+mod soak;
+mod stage;
+mod steps;
+mod summary;
+mod test;
+mod workspace;
+mod x_server;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::workspace::Workspace;
+
+/// Busbar's project commands.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Install what is missing, build, and show the demo scene.
+    Demo(demo::Arguments),
+    /// Build the plugins and models and put them where the demo scene looks.
+    Stage(stage::Arguments),
+    /// Install what is missing and run all that CI runs.
+    Test(test::Arguments),
+    /// Run the long tests: fuzzing.
+    Soak(soak::Arguments),
+    /// Make the README's pictures.
+    Pictures,
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    process::catch_signals()?;
+    let workspace = Workspace::find()?;
+    match command {
+        Command::Demo(arguments) => demo::run(&workspace, &arguments),
+        Command::Stage(arguments) => stage::run(&workspace, &arguments),
+        Command::Test(arguments) => test::run(&workspace, &arguments),
+        Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Pictures => pictures::run(&workspace),
+    }
+}

@@ -31,11 +31,7 @@ pub fn cases() -> Vec<Case> {
 type Cases = Vec<Case>;
 
 fn add(cases: &mut Cases, name: &'static str, bytes: Vec<u8>, expected: &'static [&'static str]) {
-    cases.push(Case {
-        name,
-        bytes,
-        expected,
-    });
+    cases.push(Case { name, bytes, expected });
 }
 
 /// A square with one value changed, after its data are embedded.
@@ -47,10 +43,5 @@ fn changed(
 ) {
     let mut document = Builder::square().document();
     change(&mut document);
-    add(
-        cases,
-        name,
-        serde_json::to_vec(&document).unwrap(),
-        expected,
-    );
+    add(cases, name, serde_json::to_vec(&document).unwrap(), expected);
 }

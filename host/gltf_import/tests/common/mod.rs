@@ -60,10 +60,7 @@ impl Builder {
             "bufferViews": [],
             "buffers": [{}],
         });
-        Self {
-            json,
-            bytes: Vec::new(),
-        }
+        Self { json, bytes: Vec::new() }
     }
 
     /// A square of two triangles, accessors 0 (positions) and 1 (indices).

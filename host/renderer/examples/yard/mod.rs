@@ -34,25 +34,14 @@ pub(crate) fn build(renderer: &mut Renderer) -> Result<Vec<DrawInstance>> {
     let mut placed = Vec::new();
     let mut place = |mesh: u32, world_from_mesh: Mat4, highlight: [f32; 4]| {
         let object = placed.len() as u32 + 1;
-        placed.push(DrawInstance {
-            model,
-            mesh,
-            cursor: 0,
-            world_from_mesh,
-            object,
-            highlight,
-        });
+        placed.push(DrawInstance { model, mesh, cursor: 0, world_from_mesh, object, highlight });
     };
     let at = |x: f32, y: f32, z: f32| Mat4::from_translation(Vec3::new(x, y, z));
     let plain = [0.0; 4];
     place(3, at(0.0, -0.06, 0.0), plain);
     place(1, at(0.0, 1.1, 0.0), plain);
     for (phase, x) in [-0.9_f32, 0.0, 0.9].into_iter().enumerate() {
-        let alarm = if phase == 2 {
-            [0.85, 0.05, 0.03, 0.75]
-        } else {
-            plain
-        };
+        let alarm = if phase == 2 { [0.85, 0.05, 0.03, 0.75] } else { plain };
         place(0, at(x, 2.2, 0.0), alarm);
         place(2, at(x, 3.5, 0.0), plain);
     }
@@ -74,12 +63,7 @@ const GLASS: u32 = 4;
 fn materials() -> Vec<Material> {
     let of = |color: [f32; 3], metallic, roughness| {
         let [r, g, b] = color;
-        Material {
-            base_color: [r, g, b, 1.0],
-            metallic,
-            roughness,
-            ..Material::default()
-        }
+        Material { base_color: [r, g, b, 1.0], metallic, roughness, ..Material::default() }
     };
     vec![
         of([0.36, 0.13, 0.07], 0.0, 0.25),
@@ -103,11 +87,7 @@ fn fixed(primitive: RawPrimitive) -> Result<Arc<CollapseStacks>> {
 
 /// Radius and height along an insulator, bottom to top.
 fn insulator_profile() -> Vec<Vec2> {
-    let mut profile = vec![
-        Vec2::new(0.0, 0.0),
-        Vec2::new(0.16, 0.0),
-        Vec2::new(0.16, 0.1),
-    ];
+    let mut profile = vec![Vec2::new(0.0, 0.0), Vec2::new(0.16, 0.0), Vec2::new(0.16, 0.1)];
     for shed in 0..SHEDS {
         let foot = 0.14 + shed as f32 * 0.13;
         profile.push(Vec2::new(0.09, foot));
@@ -120,21 +100,13 @@ fn insulator_profile() -> Vec<Vec2> {
 }
 
 fn rod(radius: f32, height: f32) -> Vec<Vec2> {
-    vec![
-        Vec2::ZERO,
-        Vec2::new(radius, 0.0),
-        Vec2::new(radius, height),
-        Vec2::new(0.0, height),
-    ]
+    vec![Vec2::ZERO, Vec2::new(radius, 0.0), Vec2::new(radius, height), Vec2::new(0.0, height)]
 }
 
 /// Turns a profile of radius and height about the y axis; each stretch of the
 /// profile is smooth around and sharp towards the next.
 fn lathe(profile: &[Vec2], material: u32) -> RawPrimitive {
-    let mut lathe = RawPrimitive {
-        material: Some(material),
-        ..Default::default()
-    };
+    let mut lathe = RawPrimitive { material: Some(material), ..Default::default() };
     for stretch in profile.windows(2) {
         let along = stretch[1] - stretch[0];
         let first = lathe.positions.len() as u32;
@@ -142,23 +114,15 @@ fn lathe(profile: &[Vec2], material: u32) -> RawPrimitive {
             let angle = segment as f32 / SEGMENTS as f32 * TAU;
             let (sin, cos) = angle.sin_cos();
             for point in stretch {
-                lathe
-                    .positions
-                    .push(Vec3::new(point.x * cos, point.y, -point.x * sin));
+                lathe.positions.push(Vec3::new(point.x * cos, point.y, -point.x * sin));
                 let outward = Vec2::new(along.y, -along.x).normalize_or_zero();
-                lathe
-                    .normals
-                    .push(Vec3::new(outward.x * cos, outward.y, -outward.x * sin));
-                lathe
-                    .uvs
-                    .push(Vec2::new(segment as f32 / SEGMENTS as f32, point.y));
+                lathe.normals.push(Vec3::new(outward.x * cos, outward.y, -outward.x * sin));
+                lathe.uvs.push(Vec2::new(segment as f32 / SEGMENTS as f32, point.y));
             }
         }
         for segment in 0..SEGMENTS {
             let i = first + segment * 2;
-            lathe
-                .triangles
-                .extend([[i, i + 2, i + 1], [i + 1, i + 2, i + 3]]);
+            lathe.triangles.extend([[i, i + 2, i + 1], [i + 1, i + 2, i + 3]]);
         }
     }
     lathe
@@ -166,10 +130,7 @@ fn lathe(profile: &[Vec2], material: u32) -> RawPrimitive {
 
 /// A box of this size, its middle at the origin.
 fn boxed(size: Vec3, material: u32) -> RawPrimitive {
-    let mut boxed = RawPrimitive {
-        material: Some(material),
-        ..Default::default()
-    };
+    let mut boxed = RawPrimitive { material: Some(material), ..Default::default() };
     for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
         for normal in [axis, -axis] {
             let right = Vec3::new(normal.z, normal.x, normal.y);
@@ -180,9 +141,7 @@ fn boxed(size: Vec3, material: u32) -> RawPrimitive {
                 boxed.normals.push(normal);
                 boxed.uvs.push(Vec2::new(x, y));
             }
-            boxed
-                .triangles
-                .extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| first + i)));
+            boxed.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| first + i)));
         }
     }
     boxed

@@ -21,10 +21,7 @@ pub(crate) const BACKGROUND: [f32; 3] = [0.0, 0.0, 1.0];
 
 /// Runs a test on a renderer and asserts that the layer stayed silent.
 pub(crate) fn with_renderer(samples: u32, test: impl FnOnce(&mut Renderer)) {
-    let options = RendererOptions {
-        samples,
-        validation: true,
-    };
+    let options = RendererOptions { samples, validation: true };
     let mut renderer = Renderer::headless(options, SIZE).unwrap();
     let log = renderer.validation_log();
     test(&mut renderer);
@@ -55,9 +52,7 @@ pub(crate) fn grid(n: u32, material: Option<u32>) -> Mesh {
     let primitive = RawPrimitive {
         positions: points().map(|(x, y)| at(x, y)).collect(),
         normals: vec![Vec3::Z; ((n + 1) * (n + 1)) as usize],
-        uvs: points()
-            .map(|(x, y)| Vec2::new(step(x), 1.0 - step(y)))
-            .collect(),
+        uvs: points().map(|(x, y)| Vec2::new(step(x), 1.0 - step(y))).collect(),
         triangles,
         material,
     };
@@ -69,11 +64,7 @@ pub(crate) fn stacks(mesh: Mesh) -> Arc<CollapseStacks> {
     let count = mesh.positions.len() as u32;
     let entries = (1..count)
         .rev()
-        .map(|removed| Collapse {
-            removed,
-            kept: removed - 1,
-            error: 0.0,
-        })
+        .map(|removed| Collapse { removed, kept: removed - 1, error: 0.0 })
         .collect();
     let sequence = CollapseSequence::new(entries, count).unwrap();
     Arc::new(CollapseStacks::build(mesh, sequence))
@@ -91,24 +82,11 @@ pub(crate) fn upload(
     textures: &[Texture],
 ) -> ModelHandle {
     let stacks = [stacks(mesh)];
-    renderer
-        .upload_model(ModelUpload {
-            stacks: &stacks,
-            materials,
-            textures,
-        })
-        .unwrap()
+    renderer.upload_model(ModelUpload { stacks: &stacks, materials, textures }).unwrap()
 }
 
 pub(crate) fn instance(model: ModelHandle, world_from_mesh: Mat4, object: u32) -> DrawInstance {
-    DrawInstance {
-        model,
-        mesh: 0,
-        cursor: 0,
-        world_from_mesh,
-        object,
-        highlight: [0.0; 4],
-    }
+    DrawInstance { model, mesh: 0, cursor: 0, world_from_mesh, object, highlight: [0.0; 4] }
 }
 
 /// Four units before the origin, looking at it.
@@ -118,13 +96,7 @@ pub(crate) fn camera() -> CameraView {
 }
 
 pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
-    Frame {
-        camera: camera(),
-        instances,
-        wireframe: false,
-        background: BACKGROUND,
-        overlay: None,
-    }
+    Frame { camera: camera(), instances, wireframe: false, background: BACKGROUND, overlay: None }
 }
 
 pub(crate) fn picture(renderer: &mut Renderer, frame: &Frame<'_>) -> Picture {
@@ -143,20 +115,14 @@ pub(crate) fn center(picture: &Picture) -> [u8; 4] {
 
 /// Equal but for rounding and what a matt metal reflects: nothing, if black.
 pub(crate) fn assert_near(actual: [u8; 4], expected: [u8; 4], tolerance: u8) {
-    let near = actual
-        .iter()
-        .zip(expected)
-        .all(|(&a, e)| a.abs_diff(e) <= tolerance);
+    let near = actual.iter().zip(expected).all(|(&a, e)| a.abs_diff(e) <= tolerance);
     assert!(near, "{actual:?} is not {expected:?}");
 }
 
 /// The sRGB byte of a linear value (IEC 61966-2-1).
 pub(crate) fn srgb_byte(linear: f32) -> u8 {
-    let encoded = if linear <= 0.003_130_8 {
-        linear * 12.92
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    };
+    let encoded =
+        if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0).round() as u8
 }
 

@@ -21,11 +21,7 @@ pub(super) fn place(
     faults: &mut Faults<'_>,
 ) -> Option<SceneGraph> {
     let model_index = |name: &String| {
-        config
-            .models
-            .keys()
-            .position(|key| key == name)
-            .map(|i| ModelIndex(i as u32))
+        config.models.keys().position(|key| key == name).map(|i| ModelIndex(i as u32))
     };
     let placements: Vec<_> = config
         .scene
@@ -86,23 +82,15 @@ pub(super) fn resolve(
         return Vec::new();
     };
     // Ids are the keys of a sorted map: their rank is their handle.
-    let handles: HashMap<&str, TagHandle> = config
-        .tags
-        .keys()
-        .zip(0..)
-        .map(|(id, rank)| (id.as_str(), TagHandle(rank)))
-        .collect();
+    let handles: HashMap<&str, TagHandle> =
+        config.tags.keys().zip(0..).map(|(id, rank)| (id.as_str(), TagHandle(rank))).collect();
     let mut resolved = Vec::with_capacity(config.bindings.len());
     for binding in &config.bindings {
         let Some(&tag) = handles.get(binding.tag.as_str()) else {
             continue;
         };
         match graph.find(&binding.node) {
-            Some(node) => resolved.push(Binding {
-                tag,
-                node,
-                role: binding.role.clone(),
-            }),
+            Some(node) => resolved.push(Binding { tag, node, role: binding.role.clone() }),
             None if model_failed(config, imported, &binding.node) => {}
             None => {
                 let cause = format!("no node '{}' in the scene", binding.node);
@@ -118,11 +106,7 @@ pub(super) fn resolve(
 /// is told already.
 fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool {
     let placement = node.split('/').next().unwrap_or(node);
-    let model = config
-        .scene
-        .iter()
-        .find(|n| n.id == placement)
-        .and_then(|n| n.model.as_ref());
+    let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model.as_ref());
     let index = model.and_then(|name| config.models.keys().position(|key| key == name));
     index.is_some_and(|index| !imported.usable[index])
 }
@@ -130,11 +114,7 @@ fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool 
 fn suggest(graph: &SceneGraph, node: &str) -> String {
     let placement = node.split('/').next().unwrap_or(node);
     let prefix = format!("{placement}/");
-    let parts: Vec<_> = graph
-        .nodes()
-        .iter()
-        .filter_map(|n| n.id.strip_prefix(&prefix))
-        .collect();
+    let parts: Vec<_> = graph.nodes().iter().filter_map(|n| n.id.strip_prefix(&prefix)).collect();
     if parts.is_empty() {
         return "name a node of the scene, or `node/part` for a part of its model".into();
     }
@@ -154,12 +134,7 @@ pub(super) fn for_overlays(scene: &LoadedScene) -> Vec<OverlayBinding> {
         .iter()
         .map(|binding| {
             let spec = &scene.tags[binding.tag.0 as usize];
-            let limits = scene
-                .config
-                .tags
-                .get(&spec.id)
-                .map(|tag| tag.limits)
-                .unwrap_or_default();
+            let limits = scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();
             OverlayBinding {
                 tag: binding.tag,
                 node: binding.node.0,

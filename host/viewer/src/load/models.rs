@@ -37,26 +37,17 @@ pub(super) fn import(
         .par_iter()
         .map(|model| {
             let imported = import_file(&folder.join(&model.file), &ImportLimits::default());
-            progress(
-                "models",
-                done.fetch_add(1, Ordering::Relaxed) + 1,
-                models.len(),
-            );
+            progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
             imported
         })
         .collect();
-    let mut all = ImportedModels {
-        models: Vec::new(),
-        usable: Vec::new(),
-        notes: Vec::new(),
-    };
+    let mut all = ImportedModels { models: Vec::new(), usable: Vec::new(), notes: Vec::new() };
     for ((name, model), result) in config.models.iter().zip(results) {
         all.usable.push(result.is_ok());
         match result {
             Ok(imported) => {
                 let notes = imported.report.notes.iter();
-                all.notes
-                    .extend(notes.map(|note| format!("model '{name}': {note}")));
+                all.notes.extend(notes.map(|note| format!("model '{name}': {note}")));
                 all.models.push(imported.model);
             }
             Err(error) => {
@@ -81,10 +72,7 @@ pub(super) fn optimise(
 ) -> Vec<LoadedModel> {
     let mut loaded = Vec::with_capacity(imported.models.len());
     for ((name, configured), model) in config.models.iter().zip(imported.models) {
-        let instance = configured
-            .optimizer
-            .as_ref()
-            .and_then(|name| instances.get(name));
+        let instance = configured.optimizer.as_ref().and_then(|name| instances.get(name));
         let total = model.meshes.len();
         let built = instance
             .map(|instance| MeshOptimizer::of(instance.clone()))

@@ -15,11 +15,8 @@ use super::Faults;
 
 /// The plugins of the configured directories.
 pub(super) fn catalog(config: &Config, folder: &Path) -> Catalog {
-    let directories: Vec<_> = config
-        .plugin_directories
-        .iter()
-        .map(|d| folder.join(&d.path))
-        .collect();
+    let directories: Vec<_> =
+        config.plugin_directories.iter().map(|d| folder.join(&d.path)).collect();
     Catalog::discover(&directories)
 }
 
@@ -52,24 +49,13 @@ fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
         PluginError::Settings { id, faults: wrong } => {
             for fault in wrong {
                 let cause = format!("settings of plugin '{id}': {}", fault.message);
-                faults.add(
-                    &format!("{settings}{}", fault.pointer),
-                    cause,
-                    error.remedy(),
-                );
+                faults.add(&format!("{settings}{}", fault.pointer), cause, error.remedy());
             }
         }
-        PluginError::Failed {
-            settings_at_fault: true,
-            ..
-        } => {
+        PluginError::Failed { settings_at_fault: true, .. } => {
             faults.add(&settings, error.to_string(), error.remedy());
         }
-        _ => faults.add(
-            &join_pointer(pointer, "plugin"),
-            error.to_string(),
-            error.remedy(),
-        ),
+        _ => faults.add(&join_pointer(pointer, "plugin"), error.to_string(), error.remedy()),
     }
 }
 
@@ -85,10 +71,7 @@ pub(super) fn check_capabilities(
         faults.add(&pointer, error.to_string(), error.remedy());
     };
     for model in config.models.values() {
-        let optimizer = model
-            .optimizer
-            .as_ref()
-            .and_then(|name| instances.get(name));
+        let optimizer = model.optimizer.as_ref().and_then(|name| instances.get(name));
         if let Some(Err(error)) = optimizer.map(|i| MeshOptimizer::of(i.clone())) {
             add(join_pointer(&model.pointer, "optimizer"), &error);
         }
@@ -108,10 +91,7 @@ pub(super) fn check_capabilities(
                 PluginError::WrongCapability { .. } => {
                     join_pointer(&first.source.pointer, "plugin")
                 }
-                _ => config
-                    .plugins
-                    .get(name)
-                    .map_or_else(String::new, |p| p.pointer.clone()),
+                _ => config.plugins.get(name).map_or_else(String::new, |p| p.pointer.clone()),
             };
             add(pointer, &error);
         }

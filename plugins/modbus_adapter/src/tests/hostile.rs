@@ -38,10 +38,7 @@ impl Server {
     /// When each connection came, after the first, in milliseconds.
     fn gaps_millis(&self) -> Vec<u128> {
         let times = self.accepted.lock().unwrap();
-        times
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]).as_millis())
-            .collect()
+        times.windows(2).map(|pair| (pair[1] - pair[0]).as_millis()).collect()
     }
 }
 
@@ -79,11 +76,8 @@ fn at_once(bytes: Vec<u8>) -> Option<Vec<(Duration, Vec<u8>)>> {
 fn check(answer: Answer, message: &str) {
     let server = Server::start(answer);
     let started = Instant::now();
-    let running = start(
-        server.port,
-        json!({"timeout_millis": 100}),
-        vec![holding(1, 0), holding(2, 1)],
-    );
+    let running =
+        start(server.port, json!({"timeout_millis": 100}), vec![holding(1, 0), holding(2, 1)]);
     running.wait_for_bad(1, Reason::Communication);
     running.wait_for_bad(2, Reason::Communication);
     assert!(
@@ -103,10 +97,7 @@ fn check(answer: Answer, message: &str) {
     assert!(sum >= 650, "{gaps:?}");
     assert!(!running.has_good_samples());
     let links = running.recorder.recording().links;
-    assert!(
-        links.iter().any(|(_, text)| text.contains(message)),
-        "{links:?}"
-    );
+    assert!(links.iter().any(|(_, text)| text.contains(message)), "{links:?}");
 }
 
 #[test]
@@ -132,10 +123,7 @@ fn answers_garbage_that_claims_more() {
 
 #[test]
 fn answers_an_empty_frame() {
-    check(
-        |r| at_once([&r[..4], &[0, 0, 1, 3]].concat()),
-        "cannot be used",
-    );
+    check(|r| at_once([&r[..4], &[0, 0, 1, 3]].concat()), "cannot be used");
 }
 
 #[test]
@@ -200,10 +188,7 @@ fn claims_more_bytes_than_it_sends() {
 
 #[test]
 fn stops_halfway() {
-    check(
-        |r| at_once(right(r)[..10].to_vec()),
-        "no answer within 100 ms",
-    );
+    check(|r| at_once(right(r)[..10].to_vec()), "no answer within 100 ms");
 }
 
 #[test]
@@ -217,11 +202,7 @@ fn answers_too_late() {
 fn dribbles_one_byte_at_a_time() {
     let slow = |r: &[u8]| {
         let bytes = right(r).into_iter();
-        Some(
-            bytes
-                .map(|b| (Duration::from_millis(30), vec![b]))
-                .collect(),
-        )
+        Some(bytes.map(|b| (Duration::from_millis(30), vec![b])).collect())
     };
     check(slow, "no answer within 100 ms");
 }

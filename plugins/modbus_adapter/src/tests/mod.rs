@@ -40,21 +40,16 @@ fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running 
 
 impl Running {
     fn wait_for(&self, tag: u32, value: Value) {
-        self.wait("value", tag, |sample| {
-            sample.value == Some(value) && sample.quality.is_good()
-        });
+        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
     }
 
     fn wait_for_bad(&self, tag: u32, reason: Reason) {
-        self.wait("quality", tag, |sample| {
-            sample.quality == Quality::Bad(reason)
-        });
+        self.wait("quality", tag, |sample| sample.quality == Quality::Bad(reason));
     }
 
     fn wait(&self, what: &str, tag: u32, wanted: impl Fn(&busbar_plugin_sdk::Sample) -> bool) {
-        let arrived = self.recorder.wait_until(PATIENCE, |seen| {
-            seen.latest(tag).is_some_and(|s| wanted(&s))
-        });
+        let arrived =
+            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
         assert!(
             arrived,
             "{what} of tag {tag}: {:?}; links {:?}",

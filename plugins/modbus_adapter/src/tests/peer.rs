@@ -37,12 +37,7 @@ impl Peer {
             .unwrap();
         let stdin = child.stdin.take().unwrap();
         let stdout = BufReader::new(child.stdout.take().unwrap());
-        let mut peer = Self {
-            child,
-            stdin,
-            stdout,
-            port,
-        };
+        let mut peer = Self { child, stdin, stdout, port };
         let line = peer.line();
         let port = line.strip_prefix("READY ").and_then(|p| p.parse().ok());
         peer.port = port.unwrap_or_else(|| panic!("pymodbus did not start: '{line}'"));
@@ -70,10 +65,8 @@ impl Drop for Peer {
 }
 
 fn python() -> Option<PathBuf> {
-    let path = std::env::var_os("BUSBAR_PYTHON").map_or_else(
-        || Path::new(ROOT).join("target/venv/bin/python"),
-        PathBuf::from,
-    );
+    let path = std::env::var_os("BUSBAR_PYTHON")
+        .map_or_else(|| Path::new(ROOT).join("target/venv/bin/python"), PathBuf::from);
     let works = Command::new(&path)
         .args(["-c", "import pymodbus"])
         .stderr(Stdio::null())
@@ -87,10 +80,7 @@ fn python() -> Option<PathBuf> {
         path.display()
     );
     let required = |name| std::env::var_os(name).is_some();
-    assert!(
-        !required("CI") && !required("BUSBAR_REQUIRE_PEERS"),
-        "{remedy}"
-    );
+    assert!(!required("CI") && !required("BUSBAR_REQUIRE_PEERS"), "{remedy}");
     eprintln!("SKIPPED: {remedy}");
     None
 }

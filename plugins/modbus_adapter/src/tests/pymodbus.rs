@@ -46,21 +46,13 @@ fn every_type_is_read_as_the_server_has_it() {
             json!({"table": "holding", "register": 16, "type": "f32", "word_order": "little"}),
             Value::F64(-1.5),
         ),
-        (
-            ValueKind::Bool,
-            json!({"table": "holding", "register": 18, "bit": 1}),
-            Value::Bool(true),
-        ),
+        (ValueKind::Bool, json!({"table": "holding", "register": 18, "bit": 1}), Value::Bool(true)),
         (
             ValueKind::Bool,
             json!({"table": "holding", "register": 18, "bit": 0}),
             Value::Bool(false),
         ),
-        (
-            ValueKind::DoublePoint,
-            json!({"table": "holding", "register": 18, "bits": 6}),
-            on,
-        ),
+        (ValueKind::DoublePoint, json!({"table": "holding", "register": 18, "bits": 6}), on),
         (
             f64_kind,
             json!({"table": "input", "register": 5, "type": "u16", "scale": 0.5, "offset": -40,
@@ -71,19 +63,13 @@ fn every_type_is_read_as_the_server_has_it() {
         (ValueKind::Bool, bit("coil", 4), Value::Bool(false)),
         (ValueKind::DoublePoint, bit("coil", 4), on),
         (ValueKind::DoublePoint, bit("discrete", 1000), on),
-        (
-            ValueKind::DoublePoint,
-            bit("discrete", 1002),
-            Value::DoublePoint(DoublePoint::BadState),
-        ),
+        (ValueKind::DoublePoint, bit("discrete", 1002), Value::DoublePoint(DoublePoint::BadState)),
     ];
     let tags = (0..).zip(&cases).map(|(tag, (kind, address, _))| {
         tag_spec(tag, &format!("tag{tag}"), *kind, address.clone())
     });
     let not_a_number = 99;
-    let tags = tags
-        .chain([tag_spec(not_a_number, "nan", f64_kind, holding(19, "f32"))])
-        .collect();
+    let tags = tags.chain([tag_spec(not_a_number, "nan", f64_kind, holding(19, "f32"))]).collect();
     let running = start(peer.port, json!({}), tags);
     for (tag, (_, _, expected)) in (0..).zip(cases) {
         running.wait_for(tag, expected);
@@ -97,14 +83,7 @@ fn every_type_is_read_as_the_server_has_it() {
     let links = running.recorder.recording().links;
     let states: Vec<_> = links.iter().map(|(state, _)| *state).collect();
     assert_eq!(states, [LinkState::Connecting, LinkState::Up], "{links:?}");
-    assert!(
-        running
-            .recorder
-            .recording()
-            .samples
-            .iter()
-            .all(|s| s.source_time.is_none())
-    );
+    assert!(running.recorder.recording().samples.iter().all(|s| s.source_time.is_none()));
 }
 
 #[test]
@@ -125,10 +104,7 @@ fn a_change_is_seen_and_groups_keep_their_own_beat() {
     running.wait_for(2, Value::F64(2.0));
     peer.command("set holding 10 77 78");
     running.wait_for(1, Value::F64(77.0));
-    assert_eq!(
-        running.recorder.latest(2).and_then(|s| s.value),
-        Some(Value::F64(2.0))
-    );
+    assert_eq!(running.recorder.latest(2).and_then(|s| s.value), Some(Value::F64(2.0)));
 }
 
 #[test]
@@ -147,9 +123,8 @@ fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
     let refused = |seen: &busbar_plugin_sdk::testing::Recording| {
         seen.links.iter().any(|(state, message)| {
             *state == LinkState::Down
-                && message.starts_with(&format!(
-                    "127.0.0.1:{port}: connection refused; next try in 0."
-                ))
+                && message
+                    .starts_with(&format!("127.0.0.1:{port}: connection refused; next try in 0."))
         })
     };
     assert!(
@@ -162,10 +137,7 @@ fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
     running.wait_for(1, Value::F64(50.0));
     running.wait_for(2, Value::F64(60.0));
     let last = running.recorder.recording().links.back().cloned();
-    assert_eq!(
-        last,
-        Some((LinkState::Up, format!("127.0.0.1:{port}: connected")))
-    );
+    assert_eq!(last, Some((LinkState::Up, format!("127.0.0.1:{port}: connected"))));
 }
 
 #[test]
@@ -213,11 +185,7 @@ fn a_frozen_server_makes_tags_bad_within_the_deadline() {
     let Some(mut peer) = Peer::start(&json!({"holding": {"0": 1}})) else {
         return;
     };
-    let running = start(
-        peer.port,
-        json!({"timeout_millis": 200}),
-        vec![holding(1, 0)],
-    );
+    let running = start(peer.port, json!({"timeout_millis": 200}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(1.0));
     peer.command("freeze");
     let frozen = Instant::now();
@@ -244,11 +212,7 @@ fn stop_is_quick_while_a_request_hangs_and_leaves_no_thread() {
         return;
     };
     let port = peer.port;
-    let mut running = start(
-        port,
-        json!({"timeout_millis": 600_000}),
-        vec![holding(1, 0)],
-    );
+    let mut running = start(port, json!({"timeout_millis": 600_000}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(1.0));
     peer.command("freeze");
     // Longer than a poll period: a request is under way now, and hangs.
@@ -263,9 +227,10 @@ fn stop_is_quick_while_a_request_hangs_and_leaves_no_thread() {
     let recorder = Recorder::new();
     let start = running.adapter.start(vec![holding(1, 0)], recorder.sink());
     start.unwrap();
-    assert!(recorder.wait_until(PATIENCE, |seen| {
-        seen.latest(1).is_some_and(|s| s.quality.is_good())
-    }));
+    assert!(
+        recorder
+            .wait_until(PATIENCE, |seen| { seen.latest(1).is_some_and(|s| s.quality.is_good()) })
+    );
     drop(running);
     assert!(!has_thread(port), "dropping ends the thread too");
 }

@@ -13,19 +13,12 @@ struct Weighed {
 
 impl Weighed {
     fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]], border_protection: bool) -> Self {
-        let mesh = Mesh {
-            positions,
-            triangles,
-        };
+        let mesh = Mesh { positions, triangles };
         let edges = find(&mesh);
         let factors = (0..edges.len()).map(|e| measure(&mesh, &edges, e, border_protection));
         let factors = factors.collect();
         let weights = weigh(&mesh, &edges, border_protection);
-        Self {
-            edges,
-            factors,
-            weights,
-        }
+        Self { edges, factors, weights }
     }
 
     fn edge(&self, ends: [u32; 2]) -> usize {
@@ -43,10 +36,7 @@ impl Weighed {
 
 #[track_caller]
 fn near(actual: f64, expected: f64) {
-    assert!(
-        (actual - expected).abs() < 1e-12,
-        "{actual} is not {expected}"
-    );
+    assert!((actual - expected).abs() < 1e-12, "{actual} is not {expected}");
 }
 
 const SQUARE: [[f32; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
@@ -75,10 +65,7 @@ fn two_triangles() {
 fn two_triangles_without_border_protection() {
     let square = Weighed::of(&SQUARE, &[[0, 1, 2], [0, 2, 3]], false);
     let (sigma_l, sigma_s) = (0.4 * PI * (1.0 - FRAC_1_SQRT_2), 0.4 * FRAC_PI_2);
-    near(
-        square.weight([0, 1]),
-        sigma_l * PI * FRAC_1_SQRT_2 + sigma_s * FRAC_PI_2,
-    );
+    near(square.weight([0, 1]), sigma_l * PI * FRAC_1_SQRT_2 + sigma_s * FRAC_PI_2);
     near(square.weight([0, 2]), sigma_l * PI + sigma_s * PI);
 }
 
@@ -87,9 +74,8 @@ fn two_triangles_without_border_protection() {
 /// the deviation sqrt(2)/3 times the difference; equal areas weigh nothing.
 #[test]
 fn cube() {
-    let positions: Vec<[f32; 3]> = (0..8)
-        .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|b| b as f32))
-        .collect();
+    let positions: Vec<[f32; 3]> =
+        (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|b| b as f32)).collect();
     let triangles = [
         [0, 2, 3],
         [0, 3, 1],
@@ -124,22 +110,15 @@ fn cube() {
 /// 4 diagonals (sqrt 2, 1, 0) as (L, S, C).
 #[test]
 fn open_grid() {
-    let positions: Vec<[f32; 3]> = (0..9)
-        .map(|i| [(i % 3) as f32, (i / 3) as f32, 0.0])
-        .collect();
-    let triangles: Vec<[u32; 3]> = [0, 1, 3, 4]
-        .into_iter()
-        .flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]])
-        .collect();
+    let positions: Vec<[f32; 3]> = (0..9).map(|i| [(i % 3) as f32, (i / 3) as f32, 0.0]).collect();
+    let triangles: Vec<[u32; 3]> =
+        [0, 1, 3, 4].into_iter().flat_map(|i| [[i, i + 1, i + 4], [i, i + 4, i + 3]]).collect();
     let grid = Weighed::of(&positions, &triangles, true);
     assert_eq!(grid.edges.len(), 16);
     let sigma_l = (0.25_f64 * 0.75).sqrt() * PI * (1.0 - FRAC_1_SQRT_2);
     let (sigma_s, sigma_c, alpha) = (0.5 * FRAC_PI_2, 0.5 * PI, 0.5);
     let short = sigma_l * PI * FRAC_1_SQRT_2;
-    near(
-        grid.weight([0, 1]),
-        short + alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI,
-    );
+    near(grid.weight([0, 1]), short + alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI);
     near(grid.weight([1, 4]), short + sigma_s * PI);
     near(grid.weight([0, 4]), sigma_l * PI + sigma_s * PI);
 }
@@ -148,18 +127,8 @@ fn open_grid() {
 /// sqrt 2, so length weighs nothing; faces bend by acos(1/3).
 #[test]
 fn fan_with_a_border() {
-    let positions = [
-        [0., 0., 1.],
-        [1., 0., 0.],
-        [0., 1., 0.],
-        [-1., 0., 0.],
-        [0., -1., 0.],
-    ];
-    let fan = Weighed::of(
-        &positions,
-        &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
-        true,
-    );
+    let positions = [[0., 0., 1.], [1., 0., 0.], [0., 1., 0.], [-1., 0., 0.], [0., -1., 0.]];
+    let fan = Weighed::of(&positions, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]], true);
     let face = 3.0_f64.sqrt() / 2.0;
     near(fan.factors([0, 1]).area, 2.0 * face);
     near(fan.factors([1, 2]).area, face);
@@ -167,23 +136,14 @@ fn fan_with_a_border() {
     near(fan.factors([0, 1]).curvature, curvature);
     let (alpha, sigma_s, sigma_c) = (0.5, 0.5 * FRAC_PI_2, 0.5 * (PI - curvature));
     near(fan.weight([0, 3]), sigma_s * PI + sigma_c * curvature);
-    near(
-        fan.weight([2, 3]),
-        alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI,
-    );
+    near(fan.weight([2, 3]), alpha * PI + sigma_s * FRAC_PI_2 + sigma_c * PI);
 }
 
 /// Three triangles on one edge, two of them in one plane, the third upright:
 /// a border by F, S of all three, C the largest, pi/2.
 #[test]
 fn non_manifold_edge() {
-    let positions = [
-        [0., 0., 0.],
-        [0., 0., 1.],
-        [1., 0., 0.],
-        [-1., 0., 0.],
-        [0., 1., 0.],
-    ];
+    let positions = [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [-1., 0., 0.], [0., 1., 0.]];
     let book = Weighed::of(&positions, &[[0, 1, 2], [0, 3, 1], [0, 1, 4]], true);
     let spine = book.factors([0, 1]);
     assert!(spine.border);

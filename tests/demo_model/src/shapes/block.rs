@@ -16,15 +16,9 @@ pub fn cuboid(size: Vec3) -> Solid {
         let [a, b, c, d] = corners.map(|octant| octant as u32);
         [[a, b, c], [a, c, d]]
     };
-    let triangles = (0..3)
-        .flat_map(|axis| [face(axis, false), face(axis, true)])
-        .flatten()
-        .collect();
-    Solid {
-        points,
-        triangles,
-        uv: None,
-    }
+    let triangles =
+        (0..3).flat_map(|axis| [face(axis, false), face(axis, true)]).flatten().collect();
+    Solid { points, triangles, uv: None }
 }
 
 /// A box about the origin with its edges cut at 45 degrees: 24 points, 44
@@ -46,18 +40,11 @@ pub fn block(size: Vec3, bevel: f32) -> Solid {
             })
         })
         .collect();
-    let mut solid = Solid {
-        points,
-        triangles: Vec::new(),
-        uv: None,
-    };
+    let mut solid = Solid { points, triangles: Vec::new(), uv: None };
     let point = |octant: usize, axis: usize| (octant * 3 + axis) as u32;
     for axis in 0..3 {
         for positive in [false, true] {
-            add_outward(
-                &mut solid,
-                &octants_of_face(axis, positive).map(|o| point(o, axis)),
-            );
+            add_outward(&mut solid, &octants_of_face(axis, positive).map(|o| point(o, axis)));
         }
         // The four edges that run along this axis.
         let (left, right) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -77,11 +64,7 @@ pub fn block(size: Vec3, bevel: f32) -> Solid {
 pub fn strut(from: Vec3, to: Vec3, width: f32, depth: f32) -> Solid {
     let along = (to - from).normalize_or(Vec3::Y);
     // Steep bars keep their width along x, level ones keep it upright.
-    let reference = if along.y.abs() > 0.7 {
-        Vec3::X
-    } else {
-        Vec3::Y
-    };
+    let reference = if along.y.abs() > 0.7 { Vec3::X } else { Vec3::Y };
     let across = (reference - along * reference.dot(along)).normalize_or(Vec3::Z);
     let third = across.cross(along);
     let frame = Mat4::from_cols(
@@ -111,8 +94,6 @@ fn add_outward(solid: &mut Solid, corners: &[u32]) {
     let inward = (p(1) - p(0)).cross(p(2) - p(0)).dot(p(0)) < 0.0;
     for i in 1..corners.len() - 1 {
         let (second, third) = if inward { (i + 1, i) } else { (i, i + 1) };
-        solid
-            .triangles
-            .push([corners[0], corners[second], corners[third]]);
+        solid.triangles.push([corners[0], corners[second], corners[third]]);
     }
 }

@@ -48,9 +48,7 @@ pub fn loft(rings: &[Vec<Vec3>], ends: Ends) -> Solid {
         let end = add_point(&mut solid, centre(&rings[last][..n]));
         for i in 0..n {
             solid.triangles.push([start, point(0, i + 1), point(0, i)]);
-            solid
-                .triangles
-                .push([end, point(last, i), point(last, i + 1)]);
+            solid.triangles.push([end, point(last, i), point(last, i + 1)]);
         }
     }
     solid
@@ -97,9 +95,7 @@ pub fn cylinder(radius: f32, height: f32, segments: usize) -> Solid {
 /// A torus about the y axis: `segments` around, `sides` around the tube.
 pub fn torus(radius: f32, tube_radius: f32, segments: usize, sides: usize) -> Solid {
     let sides = sides.max(MIN_SEGMENTS);
-    let profile: Vec<(f32, f32)> = (0..sides)
-        .map(|i| turn(i, sides) * tube_radius)
-        .map(|p| (radius + p.x, p.y))
-        .collect();
+    let profile: Vec<(f32, f32)> =
+        (0..sides).map(|i| turn(i, sides) * tube_radius).map(|p| (radius + p.x, p.y)).collect();
     ring_of_profile(&profile, segments)
 }

@@ -18,10 +18,8 @@ pub fn sweep(path: &[Vec3], section: &[Vec2], up: Vec3) -> Solid {
     if path.len() < 2 || section.len() < MIN_SEGMENTS {
         return Solid::default();
     }
-    let legs: Vec<Vec3> = path
-        .windows(2)
-        .map(|leg| (leg[1] - leg[0]).normalize_or(Vec3::Y))
-        .collect();
+    let legs: Vec<Vec3> =
+        path.windows(2).map(|leg| (leg[1] - leg[0]).normalize_or(Vec3::Y)).collect();
     let mut y_axis = (up - legs[0] * up.dot(legs[0]))
         .try_normalize()
         .unwrap_or_else(|| legs[0].any_orthonormal_vector());
@@ -45,11 +43,7 @@ pub fn sweep(path: &[Vec3], section: &[Vec2], up: Vec3) -> Solid {
 pub fn pipe(path: &[Vec3], radius: f32, bend_radius: f32, sides: usize) -> Solid {
     let sides = sides.max(MIN_SEGMENTS);
     let section: Vec<Vec2> = (0..sides).map(|i| turn(i, sides) * radius).collect();
-    sweep(
-        &rounded_path(path, bend_radius),
-        &section,
-        Vec3::new(0.3, 1.0, 0.2),
-    )
+    sweep(&rounded_path(path, bend_radius), &section, Vec3::new(0.3, 1.0, 0.2))
 }
 
 /// The path with each corner replaced by an arc of four steps.

@@ -22,11 +22,7 @@ pub(super) const KV_220: BushingKind = BushingKind {
     sleeve: 0.3,
     porcelain: 2.6,
     core_radii: [0.185, 0.145],
-    sheds: Sheds {
-        count: 40,
-        large_overhang: 0.075,
-        small_overhang: 0.05,
-    },
+    sheds: Sheds { count: 40, large_overhang: 0.075, small_overhang: 0.05 },
     cap: 0.38,
     terminal: Finish::Aluminium,
     ring: true,
@@ -38,11 +34,7 @@ pub(super) const KV_110: BushingKind = BushingKind {
     sleeve: 0.22,
     porcelain: 1.3,
     core_radii: [0.13, 0.105],
-    sheds: Sheds {
-        count: 22,
-        large_overhang: 0.062,
-        small_overhang: 0.042,
-    },
+    sheds: Sheds { count: 22, large_overhang: 0.062, small_overhang: 0.042 },
     cap: 0.26,
     terminal: Finish::Aluminium,
     ring: false,
@@ -54,11 +46,7 @@ pub(super) const NEUTRAL: BushingKind = BushingKind {
     sleeve: 0.16,
     porcelain: 0.8,
     core_radii: [0.11, 0.095],
-    sheds: Sheds {
-        count: 14,
-        large_overhang: 0.055,
-        small_overhang: 0.04,
-    },
+    sheds: Sheds { count: 14, large_overhang: 0.055, small_overhang: 0.04 },
     cap: 0.18,
     terminal: Finish::Aluminium,
     ring: false,
@@ -70,11 +58,7 @@ pub(super) const KV_35: BushingKind = BushingKind {
     sleeve: 0.06,
     porcelain: 0.55,
     core_radii: [0.075, 0.065],
-    sheds: Sheds {
-        count: 7,
-        large_overhang: 0.055,
-        small_overhang: 0.055,
-    },
+    sheds: Sheds { count: 7, large_overhang: 0.055, small_overhang: 0.055 },
     cap: 0.07,
     terminal: Finish::Copper,
     ring: false,
@@ -89,10 +73,7 @@ pub(super) fn bushing(kind: &BushingKind) -> Part {
     let flange_radius = foot + 0.16;
     part.add(Finish::Aluminium, cylinder(flange_radius, 0.035, 20));
     let bolts = bolt_circle(bolts_on(flange_radius), flange_radius - 0.045, 0.036, 0.05);
-    part.add_all(
-        Finish::Galvanised,
-        bolts.into_iter().map(|b| b.moved(0.0, 0.04, 0.0)),
-    );
+    part.add_all(Finish::Galvanised, bolts.into_iter().map(|b| b.moved(0.0, 0.04, 0.0)));
     let sleeve_top = 0.03 + kind.sleeve;
     let sleeve = [
         (foot + 0.06, 0.03),
@@ -118,10 +99,7 @@ pub(super) fn bushing(kind: &BushingKind) -> Part {
     if kind.cap > 0.2 {
         // The sight glass of the oil in the head.
         let glass = cuboid(Vec3::new(0.05, kind.cap * 0.45, 0.03));
-        part.add(
-            Finish::Glass,
-            glass.moved(0.0, cap_base + 0.5 * kind.cap, head + 0.02),
-        );
+        part.add(Finish::Glass, glass.moved(0.0, cap_base + 0.5 * kind.cap, head + 0.02));
     }
     if kind.ring {
         part.add(
@@ -130,16 +108,10 @@ pub(super) fn bushing(kind: &BushingKind) -> Part {
         );
         for x in [-1.0, 1.0] {
             let spoke = cuboid(Vec3::new(0.12, 0.012, 0.05));
-            part.add(
-                Finish::Aluminium,
-                spoke.moved(x * (head + 0.075), cap_base + 0.06, 0.0),
-            );
+            part.add(Finish::Aluminium, spoke.moved(x * (head + 0.075), cap_base + 0.06, 0.0));
         }
     }
-    part.add(
-        kind.terminal,
-        cylinder(0.028, 0.12, 12).moved(0.0, cap_top - 0.02, 0.0),
-    );
+    part.add(kind.terminal, cylinder(0.028, 0.12, 12).moved(0.0, cap_top - 0.02, 0.0));
     let palm_width = if kind.ring { 0.13 } else { 0.1 };
     part.add_part(
         terminal_palm(kind.terminal, palm_width, palm_width * 1.4),
@@ -160,10 +132,7 @@ pub(super) fn turret(radius: f32, height: f32, below: f32) -> Part {
     part.add_part(flanges, at(0.0, height - 0.035, 0.0));
     // The terminal box of the current transformers.
     let terminal_box = crate::shapes::block(Vec3::new(0.3, 0.24, 0.16), 0.015);
-    part.add(
-        Finish::GreyPaint,
-        terminal_box.moved(0.0, 0.5 * height + 0.02, radius + 0.06),
-    );
+    part.add(Finish::GreyPaint, terminal_box.moved(0.0, 0.5 * height + 0.02, radius + 0.06));
     part
 }
 

@@ -20,26 +20,17 @@ pub(super) fn cabinet() -> Part {
     let roof = block(Vec3::new(SIZE.x + 0.12, 0.04, SIZE.z + 0.12), 0.012);
     part.add(paint, roof.moved(x + 0.01, 0.5 * SIZE.y + 0.015, 0.0));
     for y in [-0.6, 0.6] {
-        part.add(
-            paint,
-            cuboid(Vec3::new(0.14, 0.08, 1.1)).moved(0.05, y, 0.0),
-        );
+        part.add(paint, cuboid(Vec3::new(0.14, 0.08, 1.1)).moved(0.05, y, 0.0));
     }
     for side in [-1.0, 1.0] {
         let z = side * (DOOR_HALF + 0.004);
         let door = block(Vec3::new(0.03, SIZE.y - 0.12, 2.0 * DOOR_HALF - 0.02), 0.01);
         part.add(paint, door.moved(front + 0.008, 0.0, z));
         let handle = block(Vec3::new(0.035, 0.16, 0.03), 0.008);
-        part.add(
-            Finish::Rubber,
-            handle.moved(front + 0.035, -0.05, side * 0.08),
-        );
+        part.add(Finish::Rubber, handle.moved(front + 0.035, -0.05, side * 0.08));
         for y in [-0.6, 0.0, 0.6] {
             let hinge = cylinder(0.014, 0.1, 8);
-            part.add(
-                Finish::Galvanised,
-                hinge.moved(front + 0.015, y - 0.05, side * 0.585),
-            );
+            part.add(Finish::Galvanised, hinge.moved(front + 0.015, y - 0.05, side * 0.585));
         }
         for slat in 0..5 {
             let louvre = cuboid(Vec3::new(0.02, 0.012, 0.3));
@@ -50,10 +41,7 @@ pub(super) fn cabinet() -> Part {
         }
         // Cable conduits: down to the trench and up to the cover.
         let down = pipe(
-            &[
-                Vec3::new(x, -0.8, side * 0.25),
-                Vec3::new(x, -1.62, side * 0.25),
-            ],
+            &[Vec3::new(x, -0.8, side * 0.25), Vec3::new(x, -1.62, side * 0.25)],
             0.045,
             0.0,
             10,

@@ -23,10 +23,7 @@ pub(super) fn vessel() -> Part {
         (RADIUS * 0.85, half - 0.3 * dish),
         (RADIUS * 0.55, half),
     ];
-    part.add(
-        Finish::GreyPaint,
-        lathe(&profile, 28).transformed(along_z()),
-    );
+    part.add(Finish::GreyPaint, lathe(&profile, 28).transformed(along_z()));
     // The bolted end through which the bag is drawn, and the wall to the
     // tap changer's own compartment.
     for z in [half - dish - 0.08, -half + 1.1] {
@@ -43,10 +40,7 @@ pub(super) fn vessel() -> Part {
     part.add_part(dial(0.17, 60.0), gauge * at(0.0, 0.0, 0.08));
     let drain = cylinder(0.03, 0.2, 8).moved(0.0, -RADIUS - 0.16, 1.6);
     part.add(Finish::GreyPaint, drain);
-    part.add(
-        Finish::Galvanised,
-        plain_flange(0.07, 0.03).moved(0.0, -RADIUS - 0.14, 1.6),
-    );
+    part.add(Finish::Galvanised, plain_flange(0.07, 0.03).moved(0.0, -RADIUS - 0.14, 1.6));
     part
 }
 
@@ -62,31 +56,19 @@ pub(super) fn bracket(wall: f32, foot: f32) -> Part {
             let arm = cuboid(Vec3::new(wall + 0.12, 0.16, 0.12));
             part.add(paint, arm.moved(0.5 * wall, y, z));
         }
-        let brace = strut(
-            Vec3::new(wall, foot + 0.35, z),
-            Vec3::new(0.0, foot + 1.75, z),
-            0.1,
-            0.08,
-        );
+        let brace =
+            strut(Vec3::new(wall, foot + 0.35, z), Vec3::new(0.0, foot + 1.75, z), 0.1, 0.08);
         part.add(paint, brace);
         let saddle = block(Vec3::new(0.75, 0.2, 0.2), 0.02);
         part.add(paint, saddle.moved(0.0, 0.03, z));
         for x in [-0.33, 0.33] {
-            part.add(
-                paint,
-                block(Vec3::new(0.12, 0.18, 0.2), 0.01).moved(x, 0.17, z),
-            );
+            part.add(paint, block(Vec3::new(0.12, 0.18, 0.2), 0.01).moved(x, 0.17, z));
         }
     }
     let beam = block(Vec3::new(0.14, 0.14, 2.0 * POST_Z + 0.3), 0.01);
     part.add(paint, beam.moved(0.0, -0.14, 0.0));
     for (low, high) in [(-POST_Z, POST_Z), (POST_Z, -POST_Z)] {
-        let tie = strut(
-            Vec3::new(0.0, foot + 0.4, low),
-            Vec3::new(0.0, -0.2, high),
-            0.07,
-            0.012,
-        );
+        let tie = strut(Vec3::new(0.0, foot + 0.4, low), Vec3::new(0.0, -0.2, high), 0.07, 0.012);
         part.add(paint, tie.moved(low * 0.01, 0.0, 0.0));
     }
     part
@@ -98,34 +80,17 @@ pub(super) fn buchholz_relay() -> Part {
     part.add(Finish::DarkPaint, block(Vec3::new(0.2, 0.22, 0.2), 0.03));
     part.add(
         Finish::DarkPaint,
-        cylinder(0.075, 0.36, 14)
-            .moved(0.0, -0.18, 0.0)
-            .transformed(along_x()),
+        cylinder(0.075, 0.36, 14).moved(0.0, -0.18, 0.0).transformed(along_x()),
     );
     for x in [-0.17, 0.17] {
-        part.add_part(
-            flange_pair(0.11, 0.018, 6, Finish::DarkPaint),
-            at(x, 0.0, 0.0) * along_x(),
-        );
+        part.add_part(flange_pair(0.11, 0.018, 6, Finish::DarkPaint), at(x, 0.0, 0.0) * along_x());
     }
     for z in [-0.1, 0.1] {
-        part.add(
-            Finish::Glass,
-            cuboid(Vec3::new(0.1, 0.09, 0.02)).moved(0.0, 0.01, z),
-        );
+        part.add(Finish::Glass, cuboid(Vec3::new(0.1, 0.09, 0.02)).moved(0.0, 0.01, z));
     }
-    part.add(
-        Finish::DarkPaint,
-        cylinder(0.07, 0.06, 12).moved(0.0, 0.09, 0.0),
-    );
-    part.add(
-        Finish::Galvanised,
-        cylinder(0.012, 0.07, 6).moved(0.03, 0.14, 0.0),
-    );
-    part.add(
-        Finish::GreyPaint,
-        block(Vec3::new(0.12, 0.1, 0.1), 0.01).moved(-0.02, 0.19, 0.0),
-    );
+    part.add(Finish::DarkPaint, cylinder(0.07, 0.06, 12).moved(0.0, 0.09, 0.0));
+    part.add(Finish::Galvanised, cylinder(0.012, 0.07, 6).moved(0.03, 0.14, 0.0));
+    part.add(Finish::GreyPaint, block(Vec3::new(0.12, 0.1, 0.1), 0.01).moved(-0.02, 0.19, 0.0));
     part
 }
 
@@ -147,26 +112,14 @@ pub(super) fn oil_pipe(path: &[Vec3], radius: f32) -> Part {
 /// origin is the pipe's lower end.
 pub(super) fn breather() -> Part {
     let mut part = Part::new();
+    part.add(Finish::DarkPaint, lathe(&[(0.1, -0.06), (0.1, -0.02), (0.04, 0.02)], 14));
+    part.add(Finish::SilicaGel, cylinder(0.085, 0.32, 14).moved(0.0, -0.37, 0.0));
     part.add(
         Finish::DarkPaint,
-        lathe(&[(0.1, -0.06), (0.1, -0.02), (0.04, 0.02)], 14),
-    );
-    part.add(
-        Finish::SilicaGel,
-        cylinder(0.085, 0.32, 14).moved(0.0, -0.37, 0.0),
-    );
-    part.add(
-        Finish::DarkPaint,
-        lathe(
-            &[(0.06, -0.52), (0.09, -0.48), (0.1, -0.38), (0.1, -0.35)],
-            14,
-        ),
+        lathe(&[(0.06, -0.52), (0.09, -0.48), (0.1, -0.38), (0.1, -0.35)], 14),
     );
     for x in [-0.095, 0.095] {
-        part.add(
-            Finish::Galvanised,
-            cylinder(0.007, 0.33, 6).moved(x, -0.37, 0.0),
-        );
+        part.add(Finish::Galvanised, cylinder(0.007, 0.33, 6).moved(x, -0.37, 0.0));
     }
     part
 }

@@ -60,34 +60,19 @@ pub fn power_transformer() -> Result<Model, WeldError> {
 }
 
 fn place_base(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError> {
-    assembly.place_part(
-        "foundation",
-        root,
-        &plinth(11.6, 6.6, FOUNDATION_TOP),
-        Mat4::IDENTITY,
-    )?;
+    assembly.place_part("foundation", root, &plinth(11.6, 6.6, FOUNDATION_TOP), Mat4::IDENTITY)?;
     let mut rails = Part::new();
     for z in [-0.95, 0.95] {
         let height = RAIL_TOP - FOUNDATION_TOP;
-        for (width, low, high) in [
-            (0.13, -0.02, 0.02),
-            (0.03, 0.0, height - 0.02),
-            (0.075, height - 0.035, height),
-        ] {
+        for (width, low, high) in
+            [(0.13, -0.02, 0.02), (0.03, 0.0, height - 0.02), (0.075, height - 0.035, height)]
+        {
             let bar = cuboid(Vec3::new(10.2, high - low, width));
-            rails.add(
-                Finish::DarkPaint,
-                bar.moved(0.0, FOUNDATION_TOP + 0.5 * (low + high), z),
-            );
+            rails.add(Finish::DarkPaint, bar.moved(0.0, FOUNDATION_TOP + 0.5 * (low + high), z));
         }
     }
     assembly.place_part("rails", root, &rails, Mat4::IDENTITY)?;
-    assembly.place_part(
-        "base skids",
-        root,
-        &tank::skids(RAIL_TOP - 0.005),
-        Mat4::IDENTITY,
-    )?;
+    assembly.place_part("base skids", root, &tank::skids(RAIL_TOP - 0.005), Mat4::IDENTITY)?;
     Ok(())
 }
 
@@ -96,28 +81,15 @@ fn place_cooling(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError>
     let fan_mesh = assembly.mesh(&radiator::fan())?;
     let fan_run = FANS_PER_SIDE as f32 * FAN_PITCH;
     let frame_mesh = assembly.mesh(&radiator::fan_frame(fan_run))?;
-    let sides = [
-        at(0.0, 0.0, TANK_HALF.y),
-        at(0.0, 0.0, -TANK_HALF.y) * rotation(Vec3::Y, 180.0),
-    ];
+    let sides = [at(0.0, 0.0, TANK_HALF.y), at(0.0, 0.0, -TANK_HALF.y) * rotation(Vec3::Y, 180.0)];
     for (side, model_from_wall) in sides.into_iter().enumerate() {
         for i in 0..RADIATORS_PER_SIDE {
             let x = centred(i, RADIATORS_PER_SIDE) * RADIATOR_PITCH;
             let name = format!("radiator {}", side * RADIATORS_PER_SIDE + i + 1);
-            assembly.place(
-                &name,
-                root,
-                radiator_mesh,
-                model_from_wall * at(x, RADIATOR_Y, 0.0),
-            );
+            assembly.place(&name, root, radiator_mesh, model_from_wall * at(x, RADIATOR_Y, 0.0));
         }
         let name = format!("fan frame {}", side + 1);
-        let frame = assembly.place(
-            &name,
-            root,
-            frame_mesh,
-            model_from_wall * at(0.0, FAN_Y, 0.0),
-        );
+        let frame = assembly.place(&name, root, frame_mesh, model_from_wall * at(0.0, FAN_Y, 0.0));
         for i in 0..FANS_PER_SIDE {
             let x = centred(i, FANS_PER_SIDE) * FAN_PITCH;
             let name = format!("fan {}", side * FANS_PER_SIDE + i + 1);
@@ -171,21 +143,12 @@ fn place_bushings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError
         let bushing_mesh = assembly.mesh(&bushing::bushing(set.kind))?;
         for &(marking, x, z) in set.stands {
             // Turned so that the terminal box looks outwards.
-            let outward = if z < 0.0 {
-                rotation(Vec3::Y, 180.0)
-            } else {
-                Mat4::IDENTITY
-            };
+            let outward = if z < 0.0 { rotation(Vec3::Y, 180.0) } else { Mat4::IDENTITY };
             let lean = rotation(Vec3::X, set.lean_degrees);
             let stand = at(x, COVER_TOP, z) * lean * outward;
             let turret = assembly.place(&format!("turret {marking}"), root, turret_mesh, stand);
             let on_flange = at(0.0, set.turret_height, 0.0);
-            assembly.place(
-                &format!("bushing {marking}"),
-                turret,
-                bushing_mesh,
-                on_flange,
-            );
+            assembly.place(&format!("bushing {marking}"), turret, bushing_mesh, on_flange);
         }
     }
     Ok(())
@@ -221,39 +184,21 @@ fn place_conservator(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldEr
         Mat4::IDENTITY,
     )?;
     let relay_part = conservator::buchholz_relay();
-    assembly.place_part(
-        "buchholz relay",
-        root,
-        &relay_part,
-        at(relay.x, relay.y, relay.z),
-    )?;
+    assembly.place_part("buchholz relay", root, &relay_part, at(relay.x, relay.y, relay.z))?;
 
     let breather_z = -1.7;
     let foot = Vec3::new(CONSERVATOR.x, 2.3, breather_z);
     let down = [foot.with_y(underside + 0.04), foot];
     let mut breather = conservator::breather();
-    breather.add(
-        Finish::GreyPaint,
-        crate::shapes::pipe(&down.map(|p| p - foot), 0.025, 0.0, 8),
-    );
+    breather.add(Finish::GreyPaint, crate::shapes::pipe(&down.map(|p| p - foot), 0.025, 0.0, 8));
     for y in [0.25, 1.9] {
         // Clamps on stays that run to the bracket's post.
         breather.add(
             Finish::GreyPaint,
-            strut(
-                Vec3::new(0.0, y, -0.03),
-                Vec3::new(0.0, y, 0.45),
-                0.04,
-                0.02,
-            ),
+            strut(Vec3::new(0.0, y, -0.03), Vec3::new(0.0, y, 0.45), 0.04, 0.02),
         );
     }
-    assembly.place_part(
-        "silica gel breather",
-        root,
-        &breather,
-        at(foot.x, foot.y, foot.z),
-    )?;
+    assembly.place_part("silica gel breather", root, &breather, at(foot.x, foot.y, foot.z))?;
     Ok(())
 }
 
@@ -264,20 +209,11 @@ fn place_tap_changer(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldEr
     assembly.place_part("tap changer", root, &head, head_at)?;
     let drive_y = 1.9;
     let drive = tap_changer::motor_drive(COVER_TOP + tap_changer::SHAFT_HEIGHT - drive_y);
-    assembly.place_part(
-        "tap changer drive",
-        root,
-        &drive,
-        at(RIB_FACE, drive_y, TAP_CHANGER.z),
-    )?;
+    assembly.place_part("tap changer drive", root, &drive, at(RIB_FACE, drive_y, TAP_CHANGER.z))?;
 
     let stub = Vec3::new(TAP_CHANGER.x - 0.24, COVER_TOP + 0.44, TAP_CHANGER.z - 0.16);
     let run_y = COVER_TOP + 0.58;
-    let vessel = Vec3::new(
-        CONSERVATOR.x,
-        CONSERVATOR.y - conservator::RADIUS + 0.03,
-        -0.4,
-    );
+    let vessel = Vec3::new(CONSERVATOR.x, CONSERVATOR.y - conservator::RADIUS + 0.03, -0.4);
     let run = [
         stub,
         stub.with_y(run_y),
@@ -289,10 +225,7 @@ fn place_tap_changer(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldEr
     let mut pipe = conservator::oil_pipe(&run, 0.035);
     for x in [-2.9, -0.9, 1.2, 2.9] {
         let post = cuboid(Vec3::new(0.04, run_y - COVER_TOP + 0.04, 0.04));
-        pipe.add(
-            Finish::GreyPaint,
-            post.moved(x, COVER_TOP + 0.5 * (run_y - COVER_TOP), -0.3),
-        );
+        pipe.add(Finish::GreyPaint, post.moved(x, COVER_TOP + 0.5 * (run_y - COVER_TOP), -0.3));
     }
     assembly.place_part("tap changer oil pipe", root, &pipe, Mat4::IDENTITY)?;
     Ok(())
@@ -305,12 +238,7 @@ fn place_fittings(assembly: &mut Assembly, root: NodeId) -> Result<(), WeldError
         assembly.place(&name, root, relief_mesh, at(x, COVER_TOP, 0.05));
     }
     let cabinet_y = 2.05;
-    assembly.place_part(
-        "cabinet",
-        root,
-        &cabinet::cabinet(),
-        at(RIB_FACE, cabinet_y, 0.75),
-    )?;
+    assembly.place_part("cabinet", root, &cabinet::cabinet(), at(RIB_FACE, cabinet_y, 0.75))?;
     assembly.place_part(
         "rating plate",
         root,

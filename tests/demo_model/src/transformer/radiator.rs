@@ -39,18 +39,10 @@ pub(super) fn radiator() -> Part {
         let header = cylinder(HEADER_RADIUS, REACH + 0.09, 8).moved(0.0, -0.05, 0.0);
         part.add(paint, header.transformed(along_z()).moved(0.0, y, 0.0));
         for z in [0.10, 0.16] {
-            part.add(
-                paint,
-                plain_flange(0.105, 0.03)
-                    .transformed(along_z())
-                    .moved(0.0, y, z),
-            );
+            part.add(paint, plain_flange(0.105, 0.03).transformed(along_z()).moved(0.0, y, z));
         }
         // The spindle of the shut-off valve.
-        part.add(
-            Finish::Galvanised,
-            cylinder(0.014, 0.17, 6).moved(0.0, y, 0.13),
-        );
+        part.add(Finish::Galvanised, cylinder(0.014, 0.17, 6).moved(0.0, y, 0.13));
     }
     for y in [0.75, 1.95] {
         for x in [-0.5 * PANEL_WIDTH, 0.5 * PANEL_WIDTH] {
@@ -72,13 +64,7 @@ fn panel() -> Solid {
         (half_height, 0.12),
     ];
     let ring = |&(y, fullness): &(f32, f32)| -> Vec<Vec3> {
-        let front = [
-            (0.36, 1.0),
-            (0.18, 0.3),
-            (0.0, 1.0),
-            (-0.18, 0.3),
-            (-0.36, 1.0),
-        ];
+        let front = [(0.36, 1.0), (0.18, 0.3), (0.0, 1.0), (-0.18, 0.3), (-0.36, 1.0)];
         let point =
             |x: f32, z: f32| Vec3::new(x * PANEL_WIDTH, y, 0.5 * PANEL_THICKNESS * fullness * z);
         let mut points = vec![point(0.5, 0.0)];
@@ -105,28 +91,18 @@ pub(super) fn fan() -> Part {
     ];
     part.add(Finish::GreyPaint, ring_of_profile(&shroud, 16));
     for radius in [0.14, 0.24, 0.32] {
-        part.add(
-            Finish::Galvanised,
-            torus(radius, 0.006, 16, 3).moved(0.0, -0.115, 0.0),
-        );
+        part.add(Finish::Galvanised, torus(radius, 0.006, 16, 3).moved(0.0, -0.115, 0.0));
     }
     for i in 0..SPOKES {
         let direction = turn(i, SPOKES);
         let (from, to) = (direction * 0.05, direction * (FAN_RADIUS + 0.015));
-        let spoke = strut(
-            Vec3::new(from.x, -0.105, from.y),
-            Vec3::new(to.x, -0.105, to.y),
-            0.012,
-            0.012,
-        );
+        let spoke =
+            strut(Vec3::new(from.x, -0.105, from.y), Vec3::new(to.x, -0.105, to.y), 0.012, 0.012);
         part.add(Finish::Galvanised, spoke);
     }
     let motor = [(0.06, -0.24), (0.085, -0.22), (0.085, -0.06), (0.05, -0.05)];
     part.add(Finish::DarkPaint, lathe(&motor, 10));
-    part.add(
-        Finish::DarkPaint,
-        lathe(&[(0.075, -0.045), (0.075, 0.02), (0.04, 0.045)], 12),
-    );
+    part.add(Finish::DarkPaint, lathe(&[(0.075, -0.045), (0.075, 0.02), (0.04, 0.045)], 12));
     let box_on_motor = cuboid(Vec3::new(0.1, 0.08, 0.08)).moved(0.11, -0.15, 0.0);
     part.add(Finish::DarkPaint, box_on_motor);
     for i in 0..BLADES {
@@ -138,11 +114,7 @@ pub(super) fn fan() -> Part {
 
 /// A twisted blade along x: flatter at the tip than at the root.
 fn blade() -> Solid {
-    let stations = [
-        (0.05, 0.07, 42.0),
-        (0.2, 0.1, 30.0),
-        (FAN_RADIUS - 0.02, 0.12, 20.0),
-    ];
+    let stations = [(0.05, 0.07, 42.0), (0.2, 0.1, 30.0), (FAN_RADIUS - 0.02, 0.12, 20.0)];
     let ring = |&(x, half_chord, degrees): &(f32, f32, f64)| -> Vec<Vec3> {
         let pitch = cos_sin(degrees);
         // Counter-clockwise about +x, seen in (z, y): a flat lozenge.
@@ -161,30 +133,17 @@ pub(super) fn fan_frame(length: f32) -> Part {
     let mut part = Part::new();
     let (inner, outer) = (MIDDLE - FAN_RADIUS - 0.055, MIDDLE + FAN_RADIUS + 0.055);
     for z in [inner, outer] {
-        part.add(
-            steel,
-            cuboid(Vec3::new(length, 0.07, 0.05)).moved(0.0, 0.0, z),
-        );
+        part.add(steel, cuboid(Vec3::new(length, 0.07, 0.05)).moved(0.0, 0.0, z));
     }
     const HANGERS: usize = 5;
     for i in 0..HANGERS {
         let x = (i as f32 / (HANGERS - 1) as f32 - 0.5) * (length - 0.1);
         let arm = Vec3::new(0.05, 0.06, outer + 0.05);
         part.add(steel, cuboid(arm).moved(x, -0.055, 0.5 * outer - 0.025));
-        let brace = strut(
-            Vec3::new(x, 0.95, -0.02),
-            Vec3::new(x, -0.04, outer - 0.1),
-            0.04,
-            0.02,
-        );
+        let brace = strut(Vec3::new(x, 0.95, -0.02), Vec3::new(x, -0.04, outer - 0.1), 0.04, 0.02);
         part.add(steel, brace);
     }
     let conduit = cylinder(0.02, length, 8).moved(0.0, -0.5 * length, 0.0);
-    part.add(
-        steel,
-        conduit
-            .transformed(along_x())
-            .moved(0.0, -0.08, inner - 0.06),
-    );
+    part.add(steel, conduit.transformed(along_x()).moved(0.0, -0.08, inner - 0.06));
     part
 }

@@ -21,73 +21,38 @@ pub(super) fn tank() -> Part {
     let walls_top = COVER_TOP - 2.0 * FLANGE;
     let height = walls_top - TANK_BOTTOM;
     let middle = 0.5 * (walls_top + TANK_BOTTOM);
-    let body = block(
-        Vec3::new(2.0 * TANK_HALF.x, height, 2.0 * TANK_HALF.y),
-        0.06,
-    );
+    let body = block(Vec3::new(2.0 * TANK_HALF.x, height, 2.0 * TANK_HALF.y), 0.06);
     part.add(paint, body.moved(0.0, middle, 0.0));
-    let bottom = block(
-        Vec3::new(2.0 * TANK_HALF.x + 0.2, 0.06, 2.0 * TANK_HALF.y + 0.2),
-        0.01,
-    );
+    let bottom = block(Vec3::new(2.0 * TANK_HALF.x + 0.2, 0.06, 2.0 * TANK_HALF.y + 0.2), 0.01);
     part.add(paint, bottom.moved(0.0, TANK_BOTTOM + 0.01, 0.0));
     let flange = flange_plate();
-    part.add(
-        paint,
-        block(flange, 0.008).moved(0.0, walls_top + 0.5 * FLANGE, 0.0),
-    );
+    part.add(paint, block(flange, 0.008).moved(0.0, walls_top + 0.5 * FLANGE, 0.0));
 
     for side in [-1.0, 1.0] {
         for gap in 0..=RADIATORS_PER_SIDE {
             let x = (gap as f32 - 0.5 * RADIATORS_PER_SIDE as f32) * RADIATOR_PITCH;
             let rib = block(Vec3::new(0.1, height - 0.1, RIB_DEPTH), 0.015);
-            part.add(
-                paint,
-                rib.moved(x, middle, side * (TANK_HALF.y + 0.5 * RIB_DEPTH - 0.02)),
-            );
+            part.add(paint, rib.moved(x, middle, side * (TANK_HALF.y + 0.5 * RIB_DEPTH - 0.02)));
         }
         for z in [-1.3, -0.45, 0.45, 1.3] {
             let rib = block(Vec3::new(RIB_DEPTH, height - 0.1, 0.1), 0.015);
-            part.add(
-                paint,
-                rib.moved(side * (TANK_HALF.x + 0.5 * RIB_DEPTH - 0.02), middle, z),
-            );
+            part.add(paint, rib.moved(side * (TANK_HALF.x + 0.5 * RIB_DEPTH - 0.02), middle, z));
         }
         for end in [-1.0, 1.0] {
-            let turned = if side > 0.0 {
-                at(0.0, 0.0, 0.0)
-            } else {
-                rotation(Vec3::Y, 180.0)
-            };
-            let lug = at(
-                end * (TANK_HALF.x - 0.2),
-                walls_top - 0.35,
-                side * TANK_HALF.y,
-            ) * turned;
+            let turned = if side > 0.0 { at(0.0, 0.0, 0.0) } else { rotation(Vec3::Y, 180.0) };
+            let lug = at(end * (TANK_HALF.x - 0.2), walls_top - 0.35, side * TANK_HALF.y) * turned;
             part.add_part(lifting_lug(), lug);
             let pad = block(Vec3::new(0.36, 0.14, 0.3), 0.015);
             let pad_x = end * (TANK_HALF.x - 0.22);
-            part.add(
-                paint,
-                pad.moved(pad_x, TANK_BOTTOM + 0.35, side * (TANK_HALF.y + 0.13)),
-            );
+            part.add(paint, pad.moved(pad_x, TANK_BOTTOM + 0.35, side * (TANK_HALF.y + 0.13)));
         }
     }
-    part.add_part(
-        valve(),
-        at(-TANK_HALF.x, TANK_BOTTOM + 0.3, 0.0) * rotation(Vec3::Y, 180.0),
-    );
-    part.add_part(
-        valve(),
-        at(-TANK_HALF.x, walls_top - 0.4, 0.85) * rotation(Vec3::Y, 180.0),
-    );
+    part.add_part(valve(), at(-TANK_HALF.x, TANK_BOTTOM + 0.3, 0.0) * rotation(Vec3::Y, 180.0));
+    part.add_part(valve(), at(-TANK_HALF.x, walls_top - 0.4, 0.85) * rotation(Vec3::Y, 180.0));
     // The earthing bolts, copper, at two corners near the ground.
     for (x, z) in [(-3.9, 1.0), (3.9, -1.0)] {
         let boss = cylinder(0.03, 0.06, 10).transformed(along_z());
-        part.add(
-            Finish::Copper,
-            boss.moved(x, TANK_BOTTOM + 0.16, z * (TANK_HALF.y + 0.02)),
-        );
+        part.add(Finish::Copper, boss.moved(x, TANK_BOTTOM + 0.16, z * (TANK_HALF.y + 0.02)));
     }
     part
 }
@@ -97,10 +62,7 @@ pub(super) fn cover() -> Part {
     let paint = Finish::GreyPaint;
     let mut part = Part::new();
     let plate = flange_plate();
-    part.add(
-        paint,
-        block(plate, 0.008).moved(0.0, COVER_TOP - 0.5 * FLANGE + 0.004, 0.0),
-    );
+    part.add(paint, block(plate, 0.008).moved(0.0, COVER_TOP - 0.5 * FLANGE + 0.004, 0.0));
     // A strip of rubber shows between flange and cover.
     let seal = cuboid(Vec3::new(plate.x - 0.03, 0.012, plate.z - 0.03));
     part.add(Finish::Rubber, seal.moved(0.0, COVER_TOP - FLANGE, 0.0));
@@ -110,27 +72,15 @@ pub(super) fn cover() -> Part {
     const BOLT_HEIGHT: f32 = 0.16;
     for side in [-z, z] {
         let (from, to) = (Vec3::new(-x, y, side), Vec3::new(x, y, side));
-        part.add_all(
-            Finish::Galvanised,
-            bolt_row(from, to, 44, BOLT, BOLT_HEIGHT),
-        );
+        part.add_all(Finish::Galvanised, bolt_row(from, to, 44, BOLT, BOLT_HEIGHT));
     }
     for side in [-x, x] {
         let (from, to) = (Vec3::new(side, y, 0.18 - z), Vec3::new(side, y, z - 0.18));
-        part.add_all(
-            Finish::Galvanised,
-            bolt_row(from, to, 15, BOLT, BOLT_HEIGHT),
-        );
+        part.add_all(Finish::Galvanised, bolt_row(from, to, 15, BOLT, BOLT_HEIGHT));
     }
     for manhole_x in [-0.7, 1.75] {
-        part.add(
-            paint,
-            cylinder(0.27, 0.1, 20).moved(manhole_x, COVER_TOP - 0.02, 0.02),
-        );
-        part.add(
-            paint,
-            cylinder(0.33, 0.03, 20).moved(manhole_x, COVER_TOP + 0.075, 0.02),
-        );
+        part.add(paint, cylinder(0.27, 0.1, 20).moved(manhole_x, COVER_TOP - 0.02, 0.02));
+        part.add(paint, cylinder(0.33, 0.03, 20).moved(manhole_x, COVER_TOP + 0.075, 0.02));
         let mut bolts = Part::new();
         bolts.add_all(Finish::Galvanised, bolt_circle(12, 0.3, 0.036, 0.06));
         part.add_part(bolts, at(manhole_x, COVER_TOP + 0.1, 0.02));
@@ -143,23 +93,11 @@ pub(super) fn pressure_relief() -> Part {
     let mut part = Part::new();
     part.add(
         Finish::GreyPaint,
-        lathe(
-            &[(0.17, -0.02), (0.17, 0.06), (0.13, 0.07), (0.13, 0.12)],
-            18,
-        ),
+        lathe(&[(0.17, -0.02), (0.17, 0.06), (0.13, 0.07), (0.13, 0.12)], 18),
     );
-    part.add(
-        Finish::DarkPaint,
-        lathe(&[(0.2, 0.11), (0.2, 0.2), (0.14, 0.26), (0.05, 0.27)], 18),
-    );
-    part.add(
-        Finish::Galvanised,
-        cylinder(0.012, 0.1, 6).moved(0.0, 0.25, 0.0),
-    );
-    part.add(
-        Finish::GreyPaint,
-        block(Vec3::new(0.1, 0.08, 0.08), 0.01).moved(0.2, 0.17, 0.0),
-    );
+    part.add(Finish::DarkPaint, lathe(&[(0.2, 0.11), (0.2, 0.2), (0.14, 0.26), (0.05, 0.27)], 18));
+    part.add(Finish::Galvanised, cylinder(0.012, 0.1, 6).moved(0.0, 0.25, 0.0));
+    part.add(Finish::GreyPaint, block(Vec3::new(0.1, 0.08, 0.08), 0.01).moved(0.2, 0.17, 0.0));
     part
 }
 
@@ -210,42 +148,22 @@ fn valve() -> Part {
     let mut part = Part::new();
     part.add(
         Finish::GreyPaint,
-        cylinder(0.045, 0.3, 12)
-            .moved(0.0, -0.03, 0.0)
-            .transformed(along_x()),
+        cylinder(0.045, 0.3, 12).moved(0.0, -0.03, 0.0).transformed(along_x()),
     );
     for x in [0.11, 0.26] {
         part.add(
             Finish::GreyPaint,
-            plain_flange(0.09, 0.025)
-                .transformed(along_x())
-                .moved(x, 0.0, 0.0),
+            plain_flange(0.09, 0.025).transformed(along_x()).moved(x, 0.0, 0.0),
         );
     }
-    part.add(
-        Finish::GreyPaint,
-        block(Vec3::new(0.1, 0.15, 0.11), 0.02).moved(0.185, 0.02, 0.0),
-    );
-    part.add(
-        Finish::Galvanised,
-        cylinder(0.012, 0.17, 6).moved(0.185, 0.06, 0.0),
-    );
-    part.add(
-        Finish::DarkPaint,
-        torus(0.07, 0.012, 16, 6).moved(0.185, 0.22, 0.0),
-    );
-    part.add(
-        Finish::DarkPaint,
-        cuboid(Vec3::new(0.14, 0.012, 0.02)).moved(0.185, 0.22, 0.0),
-    );
+    part.add(Finish::GreyPaint, block(Vec3::new(0.1, 0.15, 0.11), 0.02).moved(0.185, 0.02, 0.0));
+    part.add(Finish::Galvanised, cylinder(0.012, 0.17, 6).moved(0.185, 0.06, 0.0));
+    part.add(Finish::DarkPaint, torus(0.07, 0.012, 16, 6).moved(0.185, 0.22, 0.0));
+    part.add(Finish::DarkPaint, cuboid(Vec3::new(0.14, 0.012, 0.02)).moved(0.185, 0.22, 0.0));
     part
 }
 
 fn flange_plate() -> Vec3 {
     let width = 2.0 * FLANGE_WIDTH;
-    Vec3::new(
-        2.0 * TANK_HALF.x + width,
-        FLANGE - 0.008,
-        2.0 * TANK_HALF.y + width,
-    )
+    Vec3::new(2.0 * TANK_HALF.x + width, FLANGE - 0.008, 2.0 * TANK_HALF.y + width)
 }

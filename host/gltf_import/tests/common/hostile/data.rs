@@ -34,15 +34,9 @@ pub fn numbers(c: &mut Cases) {
         |d| {
             d["accessors"][0]["sparse"] = sparse(4_000_000_000);
             d["accessors"][0]["count"] = json!(4_000_000_000_u32);
-            d["accessors"][0]
-                .as_object_mut()
-                .unwrap()
-                .remove("bufferView");
+            d["accessors"][0].as_object_mut().unwrap().remove("bufferView");
         },
-        &[
-            "/accessors/0/sparse/indices",
-            "8000000000 bytes, but there are 12",
-        ],
+        &["/accessors/0/sparse/indices", "8000000000 bytes, but there are 12"],
     );
     changed(
         c,
@@ -56,28 +50,16 @@ pub fn numbers(c: &mut Cases) {
         |d| {
             d["accessors"][0]["count"] = json!(4_000_000_000_u32);
             d["accessors"][0]["sparse"] = sparse(1);
-            d["accessors"][0]
-                .as_object_mut()
-                .unwrap()
-                .remove("bufferView");
-            d["meshes"][0]["primitives"][0]
-                .as_object_mut()
-                .unwrap()
-                .remove("indices");
+            d["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+            d["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
         },
-        &[
-            "/meshes/0/primitives/0",
-            "triangles for the bytes there are, and the limit is 60",
-        ],
+        &["/meshes/0/primitives/0", "triangles for the bytes there are, and the limit is 60"],
     );
     changed(
         c,
         "sparse out of order",
         |d| d["accessors"][0]["sparse"] = sparse(4),
-        &[
-            "/accessors/0/sparse/indices",
-            "sparse index 0 is out of order",
-        ],
+        &["/accessors/0/sparse/indices", "sparse index 0 is out of order"],
     );
     changed(
         c,
@@ -145,16 +127,8 @@ pub fn numbers(c: &mut Cases) {
     for (name, pointer, what) in [
         ("no such view", "/accessors/0/bufferView", "buffer view 99"),
         ("no such buffer", "/bufferViews/0/buffer", "buffer 99"),
-        (
-            "no such accessor",
-            "/meshes/0/primitives/0/attributes/POSITION",
-            "accessor 99",
-        ),
-        (
-            "no such indices",
-            "/meshes/0/primitives/0/indices",
-            "accessor 99",
-        ),
+        ("no such accessor", "/meshes/0/primitives/0/attributes/POSITION", "accessor 99"),
+        ("no such indices", "/meshes/0/primitives/0/indices", "accessor 99"),
         ("no such mesh", "/nodes/0/mesh", "mesh 99"),
         ("no such node", "/scenes/0/nodes/0", "node 99"),
         ("no such scene", "/scene", "scene 99"),
@@ -162,20 +136,13 @@ pub fn numbers(c: &mut Cases) {
         let mut document = Builder::square().document();
         *document.pointer_mut(pointer).unwrap() = json!(99);
         let bytes = serde_json::to_vec(&document).unwrap();
-        c.push(super::Case {
-            name,
-            bytes,
-            expected: Vec::leak(vec![pointer, what]),
-        });
+        c.push(super::Case { name, bytes, expected: Vec::leak(vec![pointer, what]) });
     }
     changed(
         c,
         "no such material",
         |d| d["meshes"][0]["primitives"][0]["material"] = json!(0),
-        &[
-            "/meshes/0/primitives/0/material",
-            "material 0 is named, but there are 0",
-        ],
+        &["/meshes/0/primitives/0/material", "material 0 is named, but there are 0"],
     );
     changed(
         c,
@@ -184,10 +151,7 @@ pub fn numbers(c: &mut Cases) {
             d["materials"] =
                 json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 3 } } }])
         },
-        &[
-            "/materials/0/pbrMetallicRoughness/baseColorTexture/index",
-            "texture 3",
-        ],
+        &["/materials/0/pbrMetallicRoughness/baseColorTexture/index", "texture 3"],
     );
 }
 
@@ -199,27 +163,15 @@ pub fn values(c: &mut Cases) {
         c,
         "index out of range",
         square.bytes(),
-        &[
-            "/meshes/0/primitives/0/indices",
-            "vertex 4, but there are 4 vertices",
-        ],
+        &["/meshes/0/primitives/0/indices", "vertex 4, but there are 4 vertices"],
     );
-    for (name, value) in [
-        ("NaN", f32::NAN),
-        ("infinity", f32::INFINITY),
-        ("1e30 m", 1e30),
-    ] {
+    for (name, value) in [("NaN", f32::NAN), ("infinity", f32::INFINITY), ("1e30 m", 1e30)] {
         let mut square = Builder::square();
         let mut points = SQUARE;
         points[7] = value;
         let bad = square.accessor(&floats(&points), 5126, "VEC3", 4);
         square.primitive()["attributes"]["POSITION"] = json!(bad);
-        add(
-            c,
-            name,
-            square.bytes(),
-            &["/accessors/2", "element 2 is not a coordinate"],
-        );
+        add(c, name, square.bytes(), &["/accessors/2", "element 2 is not a coordinate"]);
     }
     changed(
         c,

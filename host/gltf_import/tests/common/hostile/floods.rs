@@ -10,10 +10,7 @@ pub fn images(c: &mut Cases) {
         c,
         "60000 pixels a side",
         square_with_image(&png_claiming(60_000, 60_000)).bytes(),
-        &[
-            "/images/0",
-            "60000 pixels along a side, and the limit is 8192",
-        ],
+        &["/images/0", "60000 pixels along a side, and the limit is 8192"],
     );
     add(
         c,
@@ -27,27 +24,12 @@ pub fn images(c: &mut Cases) {
         square_with_image(&png_claiming(100, 100)).bytes(),
         &["/images/0", "save the image as PNG or JPEG again"],
     );
-    add(
-        c,
-        "no pixels",
-        square_with_image(&png_claiming(0, 10)).bytes(),
-        &["/images/0"],
-    );
-    add(
-        c,
-        "no image",
-        square_with_image(b"GIF89a\x01\0\x01\0\0\0\0").bytes(),
-        &["/images/0"],
-    );
+    add(c, "no pixels", square_with_image(&png_claiming(0, 10)).bytes(), &["/images/0"]);
+    add(c, "no image", square_with_image(b"GIF89a\x01\0\x01\0\0\0\0").bytes(), &["/images/0"]);
     add(c, "nothing", square_with_image(b"").bytes(), &["/images/0"]);
     let mut without = square_with_image(b"");
     without.json["images"] = json!([{}]);
-    add(
-        c,
-        "an image from nowhere",
-        without.bytes(),
-        &["/images/0", "neither a URI nor"],
-    );
+    add(c, "an image from nowhere", without.bytes(), &["/images/0", "neither a URI nor"]);
     let mut text = square_with_image(b"");
     text.json["images"] = json!([{ "uri": data_uri(b"hello") }]);
     add(c, "text for an image", text.bytes(), &["/images/0"]);
@@ -55,16 +37,9 @@ pub fn images(c: &mut Cases) {
     let side = 8192;
     let mut png = Vec::new();
     let pixels = image::GrayImage::new(side, side);
-    pixels
-        .write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png)
-        .unwrap();
+    pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
     png.truncate(png.len() - 64);
-    add(
-        c,
-        "67 million pixels less a few",
-        square_with_image(&png).bytes(),
-        &["/images/0", "PNG"],
-    );
+    add(c, "67 million pixels less a few", square_with_image(&png).bytes(), &["/images/0", "PNG"]);
 }
 
 pub fn floods(c: &mut Cases) {
@@ -75,28 +50,11 @@ pub fn floods(c: &mut Cases) {
     add(
         c,
         "nodes",
-        list(
-            "nodes",
-            r#"{"name":"a bushing of a bank of transformers"}"#,
-            100_001,
-        ),
+        list("nodes", r#"{"name":"a bushing of a bank of transformers"}"#, 100_001),
         &["/nodes/100000", "100001 nodes"],
     );
-    for key in [
-        "buffers",
-        "materials",
-        "textures",
-        "samplers",
-        "meshes",
-        "scenes",
-        "skins",
-    ] {
-        add(
-            c,
-            "a list",
-            list(key, "{}", 2_000_000),
-            &["bytes of parsed JSON"],
-        );
+    for key in ["buffers", "materials", "textures", "samplers", "meshes", "scenes", "skins"] {
+        add(c, "a list", list(key, "{}", 2_000_000), &["bytes of parsed JSON"]);
     }
     add(
         c,
@@ -106,27 +64,12 @@ pub fn floods(c: &mut Cases) {
     );
     let ones = vec!["1"; 2_000_000].join(",");
     let accessor = format!(r#"{{"count":1,"componentType":5126,"type":"VEC3","min":[{ones}]}}"#);
-    add(
-        c,
-        "bounds",
-        list("accessors", &accessor, 1),
-        &["/accessors/0/min/", "parsed JSON"],
-    );
+    add(c, "bounds", list("accessors", &accessor, 1), &["/accessors/0/min/", "parsed JSON"]);
     let accessor = r#"{"count":1,"componentType":5126,"type":"VEC3","max":[{"a":1}]}"#;
-    add(
-        c,
-        "objects as bounds",
-        list("accessors", accessor, 1),
-        &["/accessors/0/max/0"],
-    );
+    add(c, "objects as bounds", list("accessors", accessor, 1), &["/accessors/0/max/0"]);
     let primitives = vec![r#"{"attributes":{"POSITION":0}}"#; 500_000].join(",");
     let mesh = format!(r#"{{"primitives":[{primitives}]}}"#);
-    add(
-        c,
-        "primitives",
-        list("meshes", &mesh, 1),
-        &["/meshes/0/primitives/", "parsed JSON"],
-    );
+    add(c, "primitives", list("meshes", &mesh, 1), &["/meshes/0/primitives/", "parsed JSON"]);
 
     let mut again = Builder::square();
     let primitive = again.primitive().clone();
@@ -135,10 +78,7 @@ pub fn floods(c: &mut Cases) {
         c,
         "one primitive 40000 times",
         again.bytes(),
-        &[
-            "/meshes/0/primitives/30",
-            "62 triangles for the bytes there are",
-        ],
+        &["/meshes/0/primitives/30", "62 triangles for the bytes there are"],
     );
 
     // 800 accessors of 100,000 vertices, over the same bytes.
@@ -153,10 +93,7 @@ pub fn floods(c: &mut Cases) {
         c,
         "accessors over the same bytes",
         aliases.bytes(),
-        &[
-            "/accessors/12",
-            "elements for the bytes there are, and the limit is 1200006",
-        ],
+        &["/accessors/12", "elements for the bytes there are, and the limit is 1200006"],
     );
 
     // As much as the scan lets through, and the fault at the very end.
@@ -187,10 +124,5 @@ pub fn floods(c: &mut Cases) {
     let mut large = Builder::square();
     large.view(&vec![0; 20_000_000]);
     large.json["accessors"][1]["count"] = json!(7);
-    add(
-        c,
-        "20 MB of data, and a fault",
-        large.bytes(),
-        &["/accessors/1", "14 bytes"],
-    );
+    add(c, "20 MB of data, and a fault", large.bytes(), &["/accessors/1", "14 bytes"]);
 }

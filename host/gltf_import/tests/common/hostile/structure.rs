@@ -31,10 +31,7 @@ pub fn structure(c: &mut Cases) {
         c,
         "two parents",
         json!([{ "children": [2] }, { "children": [2] }, {}]),
-        &[
-            "/nodes/1/children/0",
-            "node 2 is a child of both node 0 and node 1",
-        ],
+        &["/nodes/1/children/0", "node 2 is a child of both node 0 and node 1"],
     );
     nodes(
         c,
@@ -52,28 +49,17 @@ pub fn structure(c: &mut Cases) {
     let mut doubled = vec![json!({ "children": [1, 2] })];
     for level in 0..31 {
         let next = 2 * level + 3;
-        let below = if level < 30 {
-            json!({ "children": [next, next + 1] })
-        } else {
-            json!({})
-        };
+        let below = if level < 30 { json!({ "children": [next, next + 1] }) } else { json!({}) };
         doubled.extend([below.clone(), below]);
     }
     nodes(
         c,
         "31 doubled levels",
         json!(doubled),
-        &[
-            "/nodes/2/children/0",
-            "node 3 is a child of both node 1 and node 2",
-        ],
+        &["/nodes/2/children/0", "node 3 is a child of both node 1 and node 2"],
     );
     let chain = |i: u32| {
-        if i < 999 {
-            json!({ "children": [i + 1] })
-        } else {
-            json!({})
-        }
+        if i < 999 { json!({ "children": [i + 1] }) } else { json!({}) }
     };
     nodes(
         c,
@@ -89,33 +75,18 @@ pub fn structure(c: &mut Cases) {
         },
         &["/scenes/0/nodes/0", "node 0 is a child of node 1"],
     );
-    for (name, extension) in [
-        ("Draco", "KHR_draco_mesh_compression"),
-        ("meshopt", "EXT_meshopt_compression"),
-    ] {
+    for (name, extension) in
+        [("Draco", "KHR_draco_mesh_compression"), ("meshopt", "EXT_meshopt_compression")]
+    {
         changed(
             c,
             name,
             |d| d["extensionsRequired"] = json!(["KHR_mesh_quantization", extension]),
-            &[
-                "/extensionsRequired/1",
-                "_compression'",
-                "export the model again without it",
-            ],
+            &["/extensionsRequired/1", "_compression'", "export the model again without it"],
         );
     }
-    changed(
-        c,
-        "glTF 1",
-        |d| d["asset"]["version"] = json!("1.0"),
-        &["/asset/version", "'1.0'"],
-    );
-    changed(
-        c,
-        "glTF 2.1 at least",
-        |d| d["asset"]["minVersion"] = json!("2.1"),
-        &["'2.1'"],
-    );
+    changed(c, "glTF 1", |d| d["asset"]["version"] = json!("1.0"), &["/asset/version", "'1.0'"]);
+    changed(c, "glTF 2.1 at least", |d| d["asset"]["minVersion"] = json!("2.1"), &["'2.1'"]);
     changed(
         c,
         "a buffer from nowhere",
@@ -125,25 +96,10 @@ pub fn structure(c: &mut Cases) {
 }
 
 pub fn text(c: &mut Cases) {
-    add(
-        c,
-        "empty",
-        vec![],
-        &["the top of the JSON", "line 1, column 0"],
-    );
-    add(
-        c,
-        "not JSON",
-        b"solid cube\nfacet".to_vec(),
-        &["line 1, column 1"],
-    );
+    add(c, "empty", vec![], &["the top of the JSON", "line 1, column 0"]);
+    add(c, "not JSON", b"solid cube\nfacet".to_vec(), &["line 1, column 1"]);
     add(c, "binary", vec![0xFF; 4096], &["line 1"]);
-    add(
-        c,
-        "cut",
-        Builder::square().bytes()[..300].to_vec(),
-        &["EOF"],
-    );
+    add(c, "cut", Builder::square().bytes()[..300].to_vec(), &["EOF"]);
     add(c, "an array", b"[]".to_vec(), &["the top of the JSON"]);
     add(c, "no asset", b"{}".to_vec(), &["missing field `asset`"]);
     add(
@@ -152,30 +108,14 @@ pub fn text(c: &mut Cases) {
         br#"{"asset":{"version":"2.0"},"scene":0,"scene":1}"#.to_vec(),
         &["duplicate field `scene`"],
     );
-    add(
-        c,
-        "deep",
-        "[".repeat(1_000_000).into_bytes(),
-        &["more than 64 levels"],
-    );
-    let deep = format!(
-        r#"{{"asset":{{"version":"2.0"}},"extras":{}"#,
-        "[".repeat(1_000_000)
-    );
-    add(
-        c,
-        "deep where it is ignored",
-        deep.into_bytes(),
-        &["/extras", "EOF while parsing a list"],
-    );
+    add(c, "deep", "[".repeat(1_000_000).into_bytes(), &["more than 64 levels"]);
+    let deep = format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}"#, "[".repeat(1_000_000));
+    add(c, "deep where it is ignored", deep.into_bytes(), &["/extras", "EOF while parsing a list"]);
     changed(
         c,
         "damaged base64",
         |d| {
-            let uri = d["buffers"][0]["uri"]
-                .as_str()
-                .unwrap()
-                .replace("base64,A", "base64,!");
+            let uri = d["buffers"][0]["uri"].as_str().unwrap().replace("base64,A", "base64,!");
             d["buffers"][0]["uri"] = json!(uri);
         },
         &["/buffers/0/uri", "base64 is damaged"],
@@ -185,11 +125,7 @@ pub fn text(c: &mut Cases) {
             c,
             name,
             |d| d["buffers"][0]["uri"] = json!(uri),
-            &[
-                "/buffers/0/uri",
-                "is refused",
-                "put the file beside the model",
-            ],
+            &["/buffers/0/uri", "is refused", "put the file beside the model"],
         );
     }
 }
@@ -209,34 +145,9 @@ pub fn containers(c: &mut Cases) {
         file[at..at + 4].copy_from_slice(&with);
         file
     };
-    add(
-        c,
-        "GLB 1",
-        patched(4, [1, 0, 0, 0]),
-        &["container version 1"],
-    );
-    add(
-        c,
-        "a length of nothing",
-        patched(8, [0; 4]),
-        &["its header says 0 bytes"],
-    );
-    add(
-        c,
-        "a length of 4 GiB",
-        patched(8, [0xFF; 4]),
-        &["its header says 4294967295 bytes"],
-    );
-    add(
-        c,
-        "JSON of 4 GiB",
-        patched(12, [0xFF; 4]),
-        &["a chunk says 4294967295 bytes"],
-    );
-    add(
-        c,
-        "data first",
-        patched(16, *b"BIN\0"),
-        &["first chunk is not JSON"],
-    );
+    add(c, "GLB 1", patched(4, [1, 0, 0, 0]), &["container version 1"]);
+    add(c, "a length of nothing", patched(8, [0; 4]), &["its header says 0 bytes"]);
+    add(c, "a length of 4 GiB", patched(8, [0xFF; 4]), &["its header says 4294967295 bytes"]);
+    add(c, "JSON of 4 GiB", patched(12, [0xFF; 4]), &["a chunk says 4294967295 bytes"]);
+    add(c, "data first", patched(16, *b"BIN\0"), &["first chunk is not JSON"]);
 }

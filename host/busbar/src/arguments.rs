@@ -1,0 +1,178 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// 3D viewer of live power equipment.
+///
+/// Exit codes: 0 done, 1 input or environment at fault, 2 wrong use, 3 Busbar at fault.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Show a configuration in a window
+    View(ViewOptions),
+    /// Draw a configuration into a PNG file, without a display
+    Render(RenderOptions),
+    /// Find every fault of a configuration and of what it names
+    Check {
+        /// Configuration file
+        config: PathBuf,
+    },
+    /// Simplify one model by one optimiser plugin
+    Optimize(OptimizeOptions),
+    /// Print the JSON Schema of configurations
+    Schema,
+    /// Look at plugins
+    Plugin {
+        #[command(subcommand)]
+        command: PluginCommand,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum PluginCommand {
+    /// List the plugins that a configuration's directories hold
+    List {
+        /// Configuration file
+        config: PathBuf,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ViewOptions {
+    /// Configuration file
+    pub(crate) config: PathBuf,
+    /// Close the window after this many seconds
+    #[arg(long, value_name = "S")]
+    pub(crate) seconds: Option<f64>,
+    /// Write numbers about the view here when the window closes
+    #[arg(long, value_name = "F.json")]
+    pub(crate) stats: Option<PathBuf>,
+    /// Use the Vulkan validation layer; its messages are a failure
+    #[arg(long)]
+    pub(crate) validation: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderOptions {
+    /// Configuration file
+    pub(crate) config: PathBuf,
+    /// Picture to write
+    #[arg(long, value_name = "F.png")]
+    pub(crate) out: PathBuf,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<Size>,
+    /// Proportion of vertices simplified, for every model, 0 to 1
+    #[arg(long, value_name = "X", value_parser = parse_theta)]
+    pub(crate) theta: Option<f64>,
+    /// Camera of the configuration
+    #[arg(long, value_name = "NAME")]
+    pub(crate) camera: Option<String>,
+    /// Draw edges instead of surfaces
+    #[arg(long)]
+    pub(crate) wireframe: bool,
+    /// Let telemetry run this long first
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    pub(crate) seconds: f64,
+    /// Write numbers about the view here
+    #[arg(long, value_name = "F.json")]
+    pub(crate) stats: Option<PathBuf>,
+    /// Name and highlight the equipment at this pixel
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    pub(crate) pick: Option<Pixel>,
+    /// Use the Vulkan validation layer; its messages are a failure
+    #[arg(long)]
+    pub(crate) validation: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct OptimizeOptions {
+    /// Model file, .glb or .gltf
+    pub(crate) model: PathBuf,
+    /// Id of the optimiser plugin
+    #[arg(long, value_name = "ID")]
+    pub(crate) plugin: String,
+    /// Setting of the plugin; V is JSON, or else text
+    #[arg(long, value_name = "K=V", value_parser = parse_setting)]
+    pub(crate) set: Vec<(String, serde_json::Value)>,
+    /// Proportion of vertices simplified, 0 to 1
+    #[arg(long, value_name = "X", value_parser = parse_theta)]
+    pub(crate) theta: f64,
+    /// Write the simplified model here
+    #[arg(long, value_name = "F.glb")]
+    pub(crate) out: Option<PathBuf>,
+    /// Walk this many random thetas and back, comparing every byte
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) round_trip: u64,
+    /// Write counts and times here
+    #[arg(long, value_name = "F.json")]
+    pub(crate) stats: Option<PathBuf>,
+    /// Directory that holds plugins [default: `plugins` beside this program, or the program's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) plugin_directory: Vec<PathBuf>,
+}
+
+/// Width and height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Size(pub(crate) [u32; 2]);
+
+/// Column and row from the top left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pixel(pub(crate) [u32; 2]);
+
+fn parse_pair(text: &str, separator: char, form: &str) -> Result<[u32; 2], String> {
+    let parsed = text
+        .split_once(separator)
+        .and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    parsed.ok_or_else(|| format!("write it as {form}"))
+}
+
+fn parse_size(text: &str) -> Result<Size, String> {
+    let size = parse_pair(text, 'x', "1280x720")?;
+    if size.iter().any(|side| !(16..=16384).contains(side)) {
+        return Err("each side is 16 to 16384 pixels".into());
+    }
+    Ok(Size(size))
+}
+
+fn parse_pixel(text: &str) -> Result<Pixel, String> {
+    parse_pair(text, ',', "640,360").map(Pixel)
+}
+
+fn parse_theta(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(theta) if (0.0..=1.0).contains(&theta) => Ok(theta),
+        _ => Err("a number from 0 to 1".into()),
+    }
+}
+
+fn parse_setting(text: &str) -> Result<(String, serde_json::Value), String> {
+    let (key, value) = text.split_once('=').ok_or("write it as key=value")?;
+    let value = serde_json::from_str(value).unwrap_or_else(|_| value.into());
+    Ok((key.to_owned(), value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_parsed_and_checked() {
+        assert_eq!(parse_size("320x200"), Ok(Size([320, 200])));
+        assert!(parse_size("320").is_err());
+        assert!(parse_size("1x200").is_err());
+        assert_eq!(parse_pixel("3, 4"), Ok(Pixel([3, 4])));
+        assert!(parse_theta("1.01").is_err());
+        assert!(parse_theta("NaN").is_err());
+        assert_eq!(parse_setting("a=true"), Ok(("a".into(), true.into())));
+        assert_eq!(parse_setting("a=b=c"), Ok(("a".into(), "b=c".into())));
+    }
+}

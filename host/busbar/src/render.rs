@@ -1,0 +1,70 @@
+//! `busbar render`: a picture without a display.
+
+use std::io::Cursor;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use busbar_viewer::{Picture, RendererOptions, Viewer};
+use image::{ImageFormat, RgbaImage};
+
+use crate::arguments::{Pixel, RenderOptions};
+use crate::{EXIT_INTERNAL, check, output};
+
+/// Frames drawn at least, so that panels have their sizes and times a median.
+const MIN_FRAMES: u32 = 3;
+
+pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
+    let scene = check::load(&options.config)?;
+    let size = options.size.map_or(scene.size(), |size| size.0);
+    let renderer = RendererOptions { samples: scene.samples(), validation: options.validation };
+    let mut viewer = Viewer::headless(scene, renderer, size)?;
+    if let Some(camera) = &options.camera {
+        viewer.use_camera(camera)?;
+    }
+    if let Some(theta) = options.theta {
+        viewer.set_theta(theta);
+    }
+    viewer.set_wireframe(options.wireframe);
+
+    draw(&mut viewer, options.seconds)?;
+    if let Some(Pixel(pixel)) = options.pick {
+        let picked = viewer.pick(pixel)?;
+        output::result(picked.as_deref().unwrap_or("nothing"));
+        draw(&mut viewer, 0.0)?;
+    }
+    output::write_file(&options.out, &png(viewer.read_picture()?)?)?;
+    let stats = viewer.stats();
+    if let Some(path) = &options.stats {
+        output::write_json(path, &stats)?;
+    }
+    Ok(verdict(&stats.validation_messages))
+}
+
+fn draw(viewer: &mut Viewer, seconds: f64) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let wanted = Duration::try_from_secs_f64(seconds.max(0.0)).context("--seconds is too large")?;
+    let mut frames = 0;
+    while frames < MIN_FRAMES || start.elapsed() < wanted {
+        let input = viewer.headless_input(start.elapsed().as_secs_f64());
+        viewer.frame(input)?;
+        frames += 1;
+    }
+    Ok(())
+}
+
+/// A silent validation layer is success; any message is a fault of Busbar.
+pub(crate) fn verdict(validation_messages: &[String]) -> ExitCode {
+    for message in validation_messages {
+        output::line(&format!("validation: {message}"));
+    }
+    if validation_messages.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INTERNAL) }
+}
+
+fn png(picture: Picture) -> anyhow::Result<Vec<u8>> {
+    let image = RgbaImage::from_raw(picture.width, picture.height, picture.rgba8)
+        .context("the picture has another size than it says")?;
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png)?;
+    Ok(bytes.into_inner())
+}

@@ -1,0 +1,165 @@
+//! `busbar view`: a window.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::{Window, WindowId};
+
+use crate::arguments::ViewOptions;
+use crate::{check, output, render};
+
+/// Live values are drawn this often without any input.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
+/// With input, frames come no faster than this: a display may not pace them.
+const BUSY_PERIOD: Duration = Duration::from_millis(16);
+
+pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
+    let scene = check::load(&options.config)?;
+    let event_loop = EventLoop::new().context(
+        "no display: set DISPLAY or WAYLAND_DISPLAY, or use `busbar render` for a picture",
+    )?;
+    let mut application = Application {
+        options,
+        scene: Some(scene),
+        window: None,
+        started: Instant::now(),
+        next_frame: Instant::now(),
+        result: Ok(ExitCode::SUCCESS),
+    };
+    event_loop.run_app(&mut application)?;
+    application.result
+}
+
+struct Application<'a> {
+    options: &'a ViewOptions,
+    /// Until the window is there.
+    scene: Option<LoadedScene>,
+    window: Option<OpenWindow>,
+    started: Instant,
+    next_frame: Instant,
+    result: anyhow::Result<ExitCode>,
+}
+
+struct OpenWindow {
+    // The viewer holds the window too, and goes first.
+    viewer: Viewer,
+    egui: egui_winit::State,
+    window: Arc<Window>,
+    announced: bool,
+}
+
+impl ApplicationHandler for Application<'_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some(scene) = self.scene.take() {
+            match OpenWindow::open(event_loop, scene, self.options.validation) {
+                Ok(window) => self.window = Some(window),
+                Err(error) => self.fail(event_loop, error),
+            }
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(open) = &mut self.window else { return };
+        let response = open.egui.on_window_event(&open.window, &event);
+        if response.repaint {
+            self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD);
+        }
+        match event {
+            WindowEvent::CloseRequested => self.close(event_loop),
+            WindowEvent::Resized(size) => {
+                open.viewer.resize([size.width, size.height]);
+                open.window.request_redraw();
+            }
+            WindowEvent::RedrawRequested => {
+                let drawn = open.draw();
+                match drawn {
+                    Ok(repaint_after) => {
+                        let wait = repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD);
+                        self.next_frame = Instant::now() + wait;
+                    }
+                    Err(error) => self.fail(event_loop, error),
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let elapsed = self.started.elapsed().as_secs_f64();
+        if self.options.seconds.is_some_and(|seconds| elapsed >= seconds) {
+            self.close(event_loop);
+        } else if Instant::now() >= self.next_frame {
+            if let Some(open) = &self.window {
+                open.window.request_redraw();
+            }
+        } else {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
+        }
+    }
+}
+
+impl Application<'_> {
+    fn close(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some(open) = self.window.take() {
+            let stats = open.viewer.stats();
+            self.result = match &self.options.stats {
+                Some(path) => output::write_json(path, &stats),
+                None => Ok(()),
+            }
+            .map(|()| render::verdict(&stats.validation_messages));
+        }
+        event_loop.exit();
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: anyhow::Error) {
+        self.window = None;
+        self.result = Err(error);
+        event_loop.exit();
+    }
+}
+
+impl OpenWindow {
+    fn open(
+        event_loop: &ActiveEventLoop,
+        scene: LoadedScene,
+        validation: bool,
+    ) -> anyhow::Result<Self> {
+        let [width, height] = scene.size();
+        let attributes = Window::default_attributes()
+            .with_title("Busbar")
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window =
+            Arc::new(event_loop.create_window(attributes).context("cannot open a window")?);
+        let size = window.inner_size();
+        let options = RendererOptions { samples: scene.samples(), validation };
+        let viewer = Viewer::for_window(scene, options, window.clone(), [size.width, size.height])?;
+        let egui = egui_winit::State::new(
+            viewer.egui_context().clone(),
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            None,
+            None,
+        );
+        Ok(Self { viewer, egui, window, announced: false })
+    }
+
+    /// Draws one frame; returns when the panels want the next.
+    fn draw(&mut self) -> anyhow::Result<Duration> {
+        let input = self.egui.take_egui_input(&self.window);
+        let frame = self.viewer.frame(input)?;
+        self.egui.handle_platform_output(&self.window, frame.platform);
+        if !self.announced {
+            output::result("ready");
+            self.announced = true;
+        }
+        Ok(frame.repaint_after)
+    }
+}

@@ -1,0 +1,75 @@
+//! `pictures`: those that the README shows.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+
+use crate::demo::{PICTURE_OPTIONS, SCENE, busbar};
+use crate::packages::{self, Purpose};
+use crate::process::{self, Process};
+use crate::simulator;
+use crate::stage;
+use crate::workspace::{Profile, Workspace};
+use crate::x_server::XServer;
+
+const FOLDER: &str = "tests/pictures";
+
+/// Rendered pictures: name, and what is added to the options of the demo.
+const RENDERED: &[(&str, &[&str])] =
+    &[("demo", &[]), ("wireframe", &["--wireframe"]), ("theta", &["--theta", "0.85"])];
+
+/// Pictures of windows: name, and what `busbar` is run with.
+const WINDOWS: &[(&str, &[&str])] = &[("window", &["view", SCENE])];
+
+const SCREEN: &str = "1280x800";
+/// From the window's start to its first frame, on a software rasteriser.
+const MAX_FIRST_FRAME: Duration = Duration::from_secs(60);
+/// From the first frame until the values have arrived.
+const LIVE_AFTER: Duration = Duration::from_secs(3);
+
+pub(crate) fn run(workspace: &Workspace) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    stage::build(workspace, Profile::Release)?;
+    stage::stage(workspace, Profile::Release)?;
+    let folder = workspace.path(FOLDER);
+    fs::create_dir_all(&folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let _simulator = simulator::start(workspace, Profile::Release)?;
+    for (name, options) in RENDERED {
+        render(workspace, options, &picture(&folder, name))?;
+    }
+    for (name, arguments) in WINDOWS {
+        photograph(workspace, arguments, &picture(&folder, name))?;
+    }
+    Ok(())
+}
+
+fn picture(folder: &Path, name: &str) -> std::path::PathBuf {
+    folder.join(format!("{name}.png"))
+}
+
+fn render(workspace: &Workspace, options: &[&str], out: &Path) -> Result<()> {
+    let mut command = busbar(workspace);
+    command.args(["render", SCENE]).args(PICTURE_OPTIONS);
+    process::run(command.args(options).arg("--out").arg(out))
+}
+
+/// Opens a window on a display in memory and takes a picture of that display.
+fn photograph(workspace: &Workspace, arguments: &[&str], out: &Path) -> Result<()> {
+    let server = XServer::start(SCREEN)?;
+    let mut command = busbar(workspace);
+    command.args(arguments).env("DISPLAY", &server.display);
+    command.env_remove("WAYLAND_DISPLAY");
+    let mut window = Process::start_listening(&mut command)?;
+    window
+        .wait_for_line(MAX_FIRST_FRAME, |line| line == "ready")
+        .context("the window showed no frame")?;
+    process::sleep(LIVE_AFTER)?;
+    let mut import = Command::new("import");
+    // Without the time of day the same picture is the same file.
+    import.args(["-display", &server.display, "-window", "root", "-strip"]);
+    process::run(import.arg(out))
+}

@@ -1,0 +1,67 @@
+//! The Python environment of the protocol peers that tests talk to.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+
+use crate::process;
+use crate::workspace::Workspace;
+
+const REQUIREMENTS: &str = "tests/peers/requirements.txt";
+
+/// The environment's interpreter, with the peers' requirements installed;
+/// nothing if there are no peers.
+pub(crate) fn ensure_environment(workspace: &Workspace) -> Result<Option<PathBuf>> {
+    let requirements = workspace.path(REQUIREMENTS);
+    let wanted = match fs::read(&requirements) {
+        Ok(wanted) => wanted,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error).with_context(|| format!("cannot read {REQUIREMENTS}")),
+    };
+    let folder = workspace.path("target/venv");
+    let python = folder.join("bin/python");
+    if !is_current(&folder, &wanted) || !process::succeeds(Command::new(&python).arg("--version")) {
+        make(&folder, &python, &requirements).with_context(|| {
+            format!(
+                "cannot make the Python environment {}: is the package index reachable?",
+                folder.display()
+            )
+        })?;
+        fs::write(stamp(&folder), &wanted).context("cannot note what was installed")?;
+    }
+    Ok(Some(python))
+}
+
+/// A copy of the requirements, written once all of them are installed.
+fn stamp(folder: &Path) -> PathBuf {
+    folder.join("installed-requirements.txt")
+}
+
+fn is_current(folder: &Path, wanted: &[u8]) -> bool {
+    fs::read(stamp(folder)).is_ok_and(|installed| installed == wanted)
+}
+
+fn make(folder: &Path, python: &Path, requirements: &Path) -> Result<()> {
+    let mut venv = Command::new("python3");
+    process::run(venv.args(["-m", "venv", "--clear"]).arg(folder))?;
+    let mut pip = Command::new(python);
+    pip.args(["-m", "pip", "install", "--disable-pip-version-check"]);
+    process::run(pip.arg("--requirement").arg(requirements))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_requirements_make_the_environment_stale() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!is_current(folder.path(), b"a==1\n"));
+        fs::write(stamp(folder.path()), "a==1\n").unwrap();
+        assert!(is_current(folder.path(), b"a==1\n"));
+        assert!(!is_current(folder.path(), b"a==2\n"));
+    }
+}

@@ -1,0 +1,119 @@
+//! `soak`: the long tests.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+use crate::packages::{self, Purpose};
+use crate::process;
+use crate::workspace::Workspace;
+
+const FUZZ_FOLDER: &str = "tests/fuzz";
+/// What cargo-fuzz is installed as, where it is missing.
+const FUZZER: &str = "cargo-fuzz@0.13";
+const MAX_MINUTES: u64 = 7 * 24 * 60;
+
+/// Options of `soak`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Minutes for each fuzz target.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=MAX_MINUTES))]
+    minutes: u64,
+}
+
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    let folder = workspace.path(FUZZ_FOLDER);
+    let targets = fuzz_targets(&folder)
+        .with_context(|| format!("cannot list the fuzz targets of {}", folder.display()))?;
+    packages::ensure(Purpose::Tests)?;
+    ensure_fuzzer()?;
+    let mut findings = Vec::new();
+    for target in &targets {
+        findings.extend(fuzz(workspace, target, arguments.minutes)?);
+    }
+    if findings.is_empty() {
+        println!("{} fuzz targets, no finding", targets.len());
+        return Ok(());
+    }
+    let list: Vec<_> = findings.iter().map(|p| p.display().to_string()).collect();
+    bail!("fuzzing found: {}", list.join(", "))
+}
+
+/// The names of the programs in `fuzz_targets`, at least one.
+fn fuzz_targets(fuzz_folder: &Path) -> Result<Vec<String>> {
+    let files = files_in(&fuzz_folder.join("fuzz_targets"))?;
+    let sources = files.iter().filter(|f| f.extension().is_some_and(|e| e == "rs"));
+    let targets: Vec<_> =
+        sources.filter_map(|f| Some(f.file_stem()?.to_string_lossy().into_owned())).collect();
+    if targets.is_empty() {
+        bail!("there is none");
+    }
+    Ok(targets)
+}
+
+fn ensure_fuzzer() -> Result<()> {
+    if process::succeeds(process::cargo().args(["fuzz", "--version"])) {
+        return Ok(());
+    }
+    process::run(process::cargo().args(["install", "--locked", FUZZER]))
+}
+
+/// Runs one target; the inputs that made it fail, if any.
+fn fuzz(workspace: &Workspace, target: &str, minutes: u64) -> Result<Vec<PathBuf>> {
+    let artifacts = workspace.path(FUZZ_FOLDER).join("artifacts").join(target);
+    let known = files_or_none(&artifacts)?;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root);
+    // The sanitizers are an unstable option of the stable compiler.
+    command.env("RUSTC_BOOTSTRAP", "1");
+    command.args(["fuzz", "run", "--fuzz-dir", FUZZ_FOLDER, target, "--"]);
+    command.arg(format!("-max_total_time={}", minutes * 60));
+    let outcome = process::run(&mut command);
+    let found: Vec<_> = files_or_none(&artifacts)?.difference(&known).cloned().collect();
+    // Without a finding the target did not build or run.
+    if found.is_empty() {
+        outcome.with_context(|| format!("fuzz target {target}"))?;
+    }
+    Ok(found)
+}
+
+fn files_or_none(folder: &Path) -> Result<BTreeSet<PathBuf>> {
+    match files_in(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BTreeSet::new()),
+        files => files.with_context(|| format!("cannot list {}", folder.display())),
+    }
+}
+
+fn files_in(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_are_the_sources_in_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let targets = folder.path().join("fuzz_targets");
+        assert!(fuzz_targets(folder.path()).is_err());
+        fs::create_dir(&targets).unwrap();
+        assert!(fuzz_targets(folder.path()).is_err());
+        for name in ["scene_json.rs", "gltf.rs", "notes.md"] {
+            fs::write(targets.join(name), "").unwrap();
+        }
+        assert_eq!(fuzz_targets(folder.path()).unwrap(), ["gltf", "scene_json"]);
+    }
+
+    #[test]
+    fn no_folder_means_no_artifacts() {
+        let folder = tempfile::tempdir().unwrap();
+        let absent = folder.path().join("absent");
+        assert!(files_or_none(&absent).unwrap().is_empty());
+        fs::write(folder.path().join("crash-1"), "").unwrap();
+        assert_eq!(files_or_none(folder.path()).unwrap().len(), 1);
+    }
+}

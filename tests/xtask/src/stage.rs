@@ -1,0 +1,138 @@
+//! Building, and putting plugins and models where the demo scene looks.
+
+use std::collections::HashSet;
+use std::env::consts::DLL_EXTENSION;
+use std::ffi::OsString;
+use std::fs::{self, File, Permissions};
+use std::io;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+use tempfile::NamedTempFile;
+
+use crate::process;
+use crate::workspace::{Profile, Workspace};
+
+/// The programs that the demo runs, beside the plugins.
+const PROGRAMS: [&str; 3] = ["busbar", "demo_model", "modbus_simulator"];
+/// Plugins are not loaded from files that others may write to.
+const LIBRARY_MODE: u32 = 0o755;
+
+/// Options of `stage`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Cargo profile to build with.
+    #[arg(long, value_enum, default_value = "dev")]
+    profile: Profile,
+}
+
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    build(workspace, arguments.profile)?;
+    stage(workspace, arguments.profile)
+}
+
+/// Builds the programs and plugins of the demo.
+pub(crate) fn build(workspace: &Workspace, profile: Profile) -> Result<()> {
+    let mut command = process::cargo();
+    command.args(["build", "--profile", profile.name()]);
+    let plugins = workspace.plugins.iter().map(String::as_str);
+    for package in PROGRAMS.into_iter().chain(plugins) {
+        command.args(["--package", package]);
+    }
+    process::run(command.current_dir(&workspace.root))
+}
+
+/// Fills `config/plugins` and `config/models` from what was built.
+pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
+    let plugins = workspace.plugins.iter();
+    let libraries: Vec<_> = plugins.map(|name| workspace.library(profile, name)).collect();
+    let folder = workspace.path("config/plugins");
+    replace_libraries(&folder, &libraries)?;
+    println!("{} plugins in {}", libraries.len(), folder.display());
+    let mut command = Command::new(workspace.program(profile, "demo_model"));
+    process::run(command.arg(workspace.path("config/models")))
+}
+
+/// Makes `libraries` the only libraries in `folder`. Each appears whole or not
+/// at all: a running viewer may be loading them.
+fn replace_libraries(folder: &Path, libraries: &[PathBuf]) -> Result<()> {
+    fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let mut staged = HashSet::new();
+    for library in libraries {
+        let name = library.file_name().context("a library without a name")?;
+        copy_whole(library, &folder.join(name)).with_context(|| {
+            let (from, to) = (library.display(), folder.display());
+            format!("cannot copy {from} to {to}: was it built, and may you write there?")
+        })?;
+        staged.insert(name.to_owned());
+    }
+    remove_stale(folder, &staged)
+        .with_context(|| format!("cannot remove old plugins from {}", folder.display()))
+}
+
+fn copy_whole(from: &Path, to: &Path) -> io::Result<()> {
+    let folder = to.parent().unwrap_or(Path::new("."));
+    let mut copy = NamedTempFile::new_in(folder)?;
+    io::copy(&mut File::open(from)?, &mut copy)?;
+    fs::set_permissions(copy.path(), Permissions::from_mode(LIBRARY_MODE))?;
+    copy.persist(to)?;
+    Ok(())
+}
+
+fn remove_stale(folder: &Path, staged: &HashSet<OsString>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let is_library = path.extension().is_some_and(|e| e == DLL_EXTENSION);
+        if is_library && !path.file_name().is_some_and(|name| staged.contains(name)) {
+            fs::remove_file(&path)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn library(name: &str) -> String {
+        format!("lib{name}.{DLL_EXTENSION}")
+    }
+
+    #[test]
+    fn the_built_libraries_replace_the_old_ones() {
+        let folder = tempfile::tempdir().unwrap();
+        let (built, plugins) = (folder.path().join("target"), folder.path().join("plugins"));
+        for folder in [&built, &plugins] {
+            fs::create_dir(folder).unwrap();
+        }
+        fs::write(built.join(library("new")), "new").unwrap();
+        fs::write(plugins.join(library("new")), "old and longer").unwrap();
+        fs::write(plugins.join(library("stale")), "stale").unwrap();
+        fs::write(plugins.join("notes.txt"), "kept").unwrap();
+
+        replace_libraries(&plugins, &[built.join(library("new"))]).unwrap();
+
+        let mut names: Vec<_> = fs::read_dir(&plugins)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        assert_eq!(names, [library("new"), "notes.txt".to_owned()]);
+        let new = plugins.join(library("new"));
+        assert_eq!(fs::read_to_string(&new).unwrap(), "new");
+        let mode = fs::metadata(&new).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, LIBRARY_MODE);
+    }
+
+    #[test]
+    fn a_library_that_was_not_built_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join(library("missing"));
+        let error = replace_libraries(folder.path(), &[missing]).unwrap_err();
+        assert!(error.to_string().contains("libmissing"), "{error}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
