@@ -37,11 +37,11 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
     let (_, ink) = theme::ground_and_ink(&tag.mark);
     let value =
         if tag.unit.is_empty() { tag.value.clone() } else { format!("{} {}", tag.value, tag.unit) };
-    cell(ui, rect, 0, RichText::new(&tag.name));
+    cell(ui, rect, 0, RichText::new(&tag.id));
     cell(ui, rect, 1, RichText::new(value).color(ink));
     cell(ui, rect, 2, RichText::new(quality_text(&tag.mark)).color(ink));
     cell(ui, rect, 3, RichText::new(tag.age.map_or_else(String::new, age_text)));
-    response.on_hover_text(&tag.id)
+    response.on_hover_text(&tag.name)
 }
 
 fn column(rect: egui::Rect, index: usize) -> egui::Rect {

@@ -60,10 +60,19 @@ pub(crate) fn apply(context: &Context) {
     visuals.selection.bg_fill = Color32::from_gray(200);
     visuals.selection.stroke = Stroke::new(1.0, INK);
     visuals.widgets.noninteractive.bg_stroke = Stroke::new(1.0, Color32::from_gray(200));
+    visuals.slider_trailing_fill = true;
+    for widget in
+        [&mut visuals.widgets.inactive, &mut visuals.widgets.hovered, &mut visuals.widgets.active]
+    {
+        widget.bg_fill = Color32::from_gray(212);
+        widget.weak_bg_fill = Color32::from_gray(224);
+        widget.bg_stroke = Stroke::new(1.0, LINE);
+    }
     context.set_visuals_of(Theme::Light, visuals);
     context.all_styles_mut(|style| {
         style.animation_time = 0.0;
         style.spacing.slider_width = 200.0;
+        style.spacing.item_spacing.y = 2.0;
         for (text_style, size) in
             [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Heading, 15.0)]
         {

@@ -34,7 +34,7 @@ pub struct ModelRow {
     pub s1: u64,
     /// Entries collapsed, over all meshes.
     pub s2: u64,
-    /// Live triangles of one instance.
+    /// Live triangles, summed over instances.
     pub triangles: u64,
     /// Instances in the scene.
     pub instances: usize,

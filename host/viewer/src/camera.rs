@@ -3,8 +3,11 @@
 use busbar_config::CameraConfig;
 use busbar_geometry::Bounds;
 use busbar_renderer::CameraView;
+use busbar_ui::Command;
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat4, Vec3, Vec4, vec3};
+
+use crate::load::LoadedScene;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
@@ -13,6 +16,9 @@ const MAX_PITCH: f32 = 1.55;
 /// Metres.
 const DISTANCE_RANGE: std::ops::RangeInclusive<f32> = 0.2..=100_000.0;
 const DEFAULT_FOV_DEGREES: f32 = 45.0;
+/// A viewport narrower than this sees as much sideways as this one would, so
+/// that panels do not crop what a configured camera frames.
+const FULL_ASPECT: f32 = 16.0 / 9.0;
 
 /// A camera that looks at a target from a distance and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +68,7 @@ impl OrbitCamera {
     }
 
     /// Moves so that a box is in view, keeping the direction.
-    pub(crate) fn frame(&mut self, bounds: Option<Bounds>) {
+    fn frame(&mut self, bounds: Option<Bounds>) {
         if let Some(bounds) = bounds {
             self.target = bounds.center();
             let distance = bounds.radius().max(0.1) / (self.fov_y * 0.5).sin();
@@ -70,22 +76,22 @@ impl OrbitCamera {
         }
     }
 
-    pub(crate) fn orbit(&mut self, drag: Vec2) {
+    fn orbit(&mut self, drag: Vec2) {
         self.yaw -= drag.x * ORBIT_SPEED;
         self.pitch = (self.pitch + drag.y * ORBIT_SPEED).clamp(-MAX_PITCH, MAX_PITCH);
     }
 
     /// Moves the target with the pointer: what is under it stays under it.
-    pub(crate) fn pan(&mut self, drag: Vec2, viewport_height: f32) {
-        let metres_per_point =
-            2.0 * self.distance * (self.fov_y * 0.5).tan() / viewport_height.max(1.0);
+    fn pan(&mut self, drag: Vec2, viewport: Vec2) {
+        let half_angle = self.fov_y(viewport.x / viewport.y.max(1.0)) * 0.5;
+        let metres_per_point = 2.0 * self.distance * half_angle.tan() / viewport.y.max(1.0);
         let back = self.direction();
         let right = Vec3::Y.cross(back).normalize_or(Vec3::X);
         let up = back.cross(right);
         self.target += (up * drag.y - right * drag.x) * metres_per_point;
     }
 
-    pub(crate) fn zoom(&mut self, factor: f32) {
+    fn zoom(&mut self, factor: f32) {
         let distance = self.distance * factor;
         self.distance = distance.clamp(*DISTANCE_RANGE.start(), *DISTANCE_RANGE.end());
     }
@@ -97,9 +103,16 @@ impl OrbitCamera {
         let viewport = if viewport.is_positive() { viewport } else { screen };
         let aspect = viewport.width() / viewport.height().max(1.0);
         let near = (self.distance * 0.005).clamp(0.01, 1.0);
-        let mut view = CameraView::look_at(eye, self.target, Vec3::Y, self.fov_y, aspect, near);
+        let fov_y = self.fov_y(aspect);
+        let mut view = CameraView::look_at(eye, self.target, Vec3::Y, fov_y, aspect, near);
         view.projection = into_viewport(viewport, screen) * view.projection;
         view
+    }
+
+    /// The vertical angle in a viewport of this aspect, radians.
+    fn fov_y(&self, aspect: f32) -> f32 {
+        let widening = (FULL_ASPECT / aspect.max(0.1)).max(1.0);
+        2.0 * ((self.fov_y * 0.5).tan() * widening).atan()
     }
 
     /// From the target to the eye.
@@ -117,6 +130,30 @@ fn into_viewport(viewport: Rect, screen: Rect) -> Mat4 {
     let mut matrix = Mat4::from_scale(vec3(scale.x, scale.y, 1.0));
     matrix.w_axis = Vec4::new(shift.x, shift.y, 0.0, 1.0);
     matrix
+}
+
+impl OrbitCamera {
+    /// Moves the camera as the commands say.
+    pub(crate) fn steer(&mut self, commands: &[Command], viewport: Rect, scene: &LoadedScene) {
+        for command in commands {
+            match command {
+                Command::Orbit(drag) => self.orbit(*drag),
+                Command::Pan(drag) => self.pan(*drag, viewport.size()),
+                Command::Zoom(factor) => self.zoom(*factor),
+                Command::FitAll => self.frame(scene.graph.bounds()),
+                Command::Focus(id) => {
+                    let node = scene.graph.find(id);
+                    self.frame(node.and_then(|node| scene.graph.node(node).bounds));
+                }
+                Command::UseCamera(name) => {
+                    if let Some(config) = scene.config.cameras.get(name) {
+                        *self = Self::from_config(config);
+                    }
+                }
+                Command::SetTheta { .. } | Command::SetWireframe(_) | Command::Pick(_) => {}
+            }
+        }
+    }
 }
 
 impl Projection {
@@ -177,7 +214,7 @@ mod tests {
             Projection::new(&camera.view(screen(), screen()), screen()).to_screen(Vec3::ZERO)
         };
         let before = at(&camera).unwrap();
-        camera.pan(egui::vec2(30.0, -20.0), 600.0);
+        camera.pan(egui::vec2(30.0, -20.0), screen().size());
         let moved = at(&camera).unwrap() - before;
         assert!((moved - egui::vec2(30.0, -20.0)).length() < 0.5, "{moved:?}");
     }

@@ -13,6 +13,8 @@ mod labels;
 mod load;
 pub mod optimize;
 mod rows;
+mod running;
+mod shown_model;
 mod stacks;
 mod stats;
 mod viewer;

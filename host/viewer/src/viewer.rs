@@ -2,21 +2,22 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
-use busbar_plugin_host::{Overlay, OverlayLine, OverlayPicture, OverlayTint, Telemetry};
+use busbar_plugin_host::Telemetry;
 use busbar_renderer::{
-    DrawInstance, EguiFrame, Frame, FrameStats, ModelHandle, ModelUpload, Picture, Renderer,
-    RendererOptions, WindowHandles,
+    DrawInstance, EguiFrame, Frame, FrameStats, Picture, Renderer, RendererOptions, WindowHandles,
 };
 use busbar_scene::NodeIndex;
 use busbar_tags::{SampleQueue, Snapshot, TagTable};
-use busbar_ui::{Command, ModelRow, Panels, StatusLine, ViewModel};
+use busbar_ui::{Command, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
 use crate::camera::{OrbitCamera, Projection};
 use crate::highlight::{self, Highlight};
 use crate::load::LoadedScene;
+use crate::running::{self, RunningOverlay};
+use crate::shown_model::{self, ShownModel};
 use crate::stacks::millis_since;
 use crate::{Stats, ViewError, labels, rows, stats};
 
@@ -43,20 +44,6 @@ pub struct Viewer {
     last: FrameStats,
     frame_millis: VecDeque<f64>,
     frames: u64,
-}
-
-struct RunningOverlay {
-    overlay: Overlay,
-    fault: Option<String>,
-}
-
-/// A model on the device and where its cursors stand.
-struct ShownModel {
-    handle: ModelHandle,
-    theta: f64,
-    /// One a mesh.
-    cursors: Vec<u32>,
-    row: ModelRow,
 }
 
 /// What the platform must do after a frame.
@@ -100,11 +87,11 @@ impl Viewer {
         with_panels: bool,
     ) -> Result<Self, ViewError> {
         let start = Instant::now();
-        let models = upload(&scene, &mut renderer)?;
+        let models = shown_model::upload(&scene, &mut renderer)?;
         scene.millis.insert("upload".into(), millis_since(start));
         let tags = TagTable::new(scene.tags.clone());
-        let overlays = start_overlays(&scene)?;
-        let (telemetry, queues) = start_telemetry(&scene)?;
+        let overlays = running::start_overlays(&scene)?;
+        let (telemetry, queues) = running::start_telemetry(&scene)?;
         let camera =
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera = camera
@@ -178,16 +165,16 @@ impl Viewer {
             self.tags.apply(queue.drain());
         }
         let snapshot = self.tags.snapshot(started);
-        let (lines, tints) = self.run_overlays(&snapshot);
+        let overlaid = running::run_overlays(&mut self.overlays, &snapshot);
         let model = self.view_model(&snapshot);
 
         let (scene, screen, selected) = (&self.scene, self.screen, self.selected);
         let mut camera = self.camera;
         let output = self.panels.run(input, &model, |viewport, commands| {
-            steer(&mut camera, commands, viewport, scene);
+            camera.steer(commands, viewport, scene);
             let view = camera.view(viewport, screen);
             let projection = Projection::new(&view, screen);
-            labels::build(&lines, &snapshot, &scene.graph, projection, view.eye, selected)
+            labels::build(&overlaid.lines, &snapshot, &scene.graph, projection, view.eye, selected)
         });
         self.camera = camera;
         self.viewport = output.viewport;
@@ -196,7 +183,8 @@ impl Viewer {
         let mut egui = output.egui;
         let shapes = std::mem::take(&mut egui.shapes);
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
-        let highlights = highlight::of_nodes(&self.scene.graph, &tints, &snapshot, self.selected);
+        let highlights =
+            highlight::of_nodes(&self.scene.graph, &overlaid.tints, &snapshot, self.selected);
         let instances = self.draw_instances(&highlights);
         let overlay = EguiFrame {
             textures_delta: &egui.textures_delta,
@@ -280,28 +268,6 @@ impl Viewer {
         self.pixels_per_point = native.unwrap_or(1.0) * self.panels.context().zoom_factor();
     }
 
-    fn run_overlays(&mut self, snapshot: &Snapshot) -> (Vec<OverlayLine>, Vec<OverlayTint>) {
-        let mut all = OverlayPicture::default();
-        let now = SystemTime::now();
-        for running in &mut self.overlays {
-            match running.overlay.draw(|tag| snapshot.state(tag), now) {
-                Ok(picture) => {
-                    all.lines.extend(picture.lines);
-                    all.tints.extend(picture.tints);
-                    running.fault = None;
-                }
-                Err(error) => {
-                    let fault = error.to_string();
-                    if running.fault.as_ref() != Some(&fault) {
-                        tracing::error!(plugin = running.overlay.instance().name(), "{fault}");
-                    }
-                    running.fault = Some(fault);
-                }
-            }
-        }
-        (all.lines, all.tints)
-    }
-
     fn view_model(&self, snapshot: &Snapshot) -> ViewModel {
         let counts = snapshot.counts();
         ViewModel {
@@ -333,7 +299,7 @@ impl Viewer {
         self.scene.instances.iter().map(row).collect()
     }
 
-    /// Does what the panels ask, except for the camera, which `steer` moved;
+    /// Does what the panels ask, except for the camera, which is steered already;
     /// returns where to pick.
     fn obey(&mut self, commands: &[Command]) -> Option<Pos2> {
         let mut pick = None;
@@ -427,87 +393,6 @@ impl Viewer {
             self.frame_millis.pop_front();
         }
         self.frame_millis.push_back(millis_since(started));
-    }
-}
-
-impl ShownModel {
-    /// Moves the cursors of all meshes to theta.
-    fn move_to(&mut self, theta: f64, stacks: &[Arc<busbar_geometry::CollapseStacks>]) {
-        self.theta = theta.clamp(0.0, 1.0);
-        self.cursors = stacks.iter().map(|stacks| stacks.cursor_at(self.theta)).collect();
-        let entries: u64 = stacks.iter().map(|s| u64::from(s.sequence().len())).sum();
-        let done: u64 = self.cursors.iter().map(|&cursor| u64::from(cursor)).sum();
-        let live = stacks.iter().zip(&self.cursors).map(|(s, &cursor)| s.live_triangles(cursor));
-        self.row.theta = self.theta;
-        (self.row.s1, self.row.s2) = (entries - done, done);
-        self.row.triangles = live.sum();
-    }
-}
-
-fn upload(scene: &LoadedScene, renderer: &mut Renderer) -> Result<Vec<ShownModel>, ViewError> {
-    let mut models = Vec::with_capacity(scene.models.len());
-    for (index, model) in scene.models.iter().enumerate() {
-        let handle = renderer.upload_model(ModelUpload {
-            stacks: &model.stacks,
-            materials: &model.materials,
-            textures: &model.textures,
-        })?;
-        let placed = scene.config.scene.iter().filter(|n| n.model.as_ref() == Some(&model.name));
-        let row =
-            ModelRow { name: model.name.clone(), instances: placed.count(), ..ModelRow::default() };
-        let mut shown = ShownModel { handle, theta: 0.0, cursors: Vec::new(), row };
-        shown.move_to(scene.models[index].theta, &model.stacks);
-        models.push(shown);
-    }
-    Ok(models)
-}
-
-fn start_overlays(scene: &LoadedScene) -> Result<Vec<RunningOverlay>, ViewError> {
-    let mut overlays = Vec::new();
-    for overlay in &scene.config.overlays {
-        if let Some(instance) = scene.instances.get(&overlay.plugin) {
-            let overlay = Overlay::configure(instance.clone(), scene.overlay_bindings())?;
-            overlays.push(RunningOverlay { overlay, fault: None });
-        }
-    }
-    Ok(overlays)
-}
-
-type RunningTelemetry = (Vec<Telemetry>, Vec<Arc<SampleQueue>>);
-
-fn start_telemetry(scene: &LoadedScene) -> Result<RunningTelemetry, ViewError> {
-    let (mut running, mut queues) = (Vec::new(), Vec::new());
-    for (name, instance) in &scene.instances {
-        let tags = scene.telemetry_tags(name);
-        if tags.is_empty() {
-            continue;
-        }
-        let queue = Arc::new(SampleQueue::default());
-        running.push(Telemetry::start(instance.clone(), &tags, queue.clone())?);
-        queues.push(queue);
-    }
-    Ok((running, queues))
-}
-
-/// Moves the camera as the commands say.
-fn steer(camera: &mut OrbitCamera, commands: &[Command], viewport: Rect, scene: &LoadedScene) {
-    for command in commands {
-        match command {
-            Command::Orbit(drag) => camera.orbit(*drag),
-            Command::Pan(drag) => camera.pan(*drag, viewport.height()),
-            Command::Zoom(factor) => camera.zoom(*factor),
-            Command::FitAll => camera.frame(scene.graph.bounds()),
-            Command::Focus(id) => {
-                let node = scene.graph.find(id);
-                camera.frame(node.and_then(|node| scene.graph.node(node).bounds));
-            }
-            Command::UseCamera(name) => {
-                if let Some(config) = scene.config.cameras.get(name) {
-                    *camera = OrbitCamera::from_config(config);
-                }
-            }
-            Command::SetTheta { .. } | Command::SetWireframe(_) | Command::Pick(_) => {}
-        }
     }
 }
 

@@ -21,6 +21,8 @@ pub enum Finish {
     Copper,
     /// Concrete.
     Concrete,
+    /// Crushed stone.
+    Gravel,
     /// Black rubber and plastic: seals, handles, cable.
     Rubber,
     /// Gauge glass and sight glasses.
@@ -47,6 +49,7 @@ impl Finish {
             Self::Aluminium => ("aluminium", [0.78, 0.79, 0.80], 1.0, 0.35),
             Self::Copper => ("copper", [0.80, 0.40, 0.25], 1.0, 0.35),
             Self::Concrete => ("concrete", [0.37, 0.36, 0.34], 0.0, 0.95),
+            Self::Gravel => ("gravel", [0.30, 0.295, 0.28], 0.0, 1.0),
             Self::Rubber => ("black rubber", [0.02, 0.02, 0.02], 0.0, 0.7),
             Self::Glass => ("glass", [0.10, 0.14, 0.15], 0.0, 0.08),
             Self::SilicaGel => ("silica gel", [0.75, 0.30, 0.04], 0.0, 0.5),

@@ -19,6 +19,7 @@ pub mod shapes;
 mod solid;
 mod structure;
 mod transformer;
+mod yard;
 
 pub use assembly::{Assembly, MeshId, NodeId, at};
 pub use breaker::breaker_pole;
@@ -28,3 +29,4 @@ pub use insulator::{Sheds, insulator_profile};
 pub use part::Part;
 pub use solid::{PlanarUv, Solid};
 pub use transformer::power_transformer;
+pub use yard::yard;

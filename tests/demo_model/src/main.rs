@@ -28,6 +28,7 @@ fn main() -> Result<()> {
         ("transformer.glb", demo_model::power_transformer()?),
         ("breaker.glb", demo_model::breaker_pole()?),
         ("disconnector.glb", demo_model::disconnector_pole()?),
+        ("yard.glb", demo_model::yard()?),
     ] {
         let bytes = busbar_gltf_export::write_glb(&model)
             .with_context(|| format!("cannot encode {file}"))?;

@@ -4,13 +4,14 @@ use std::collections::{HashMap, HashSet};
 
 use busbar_geometry::{Mesh, components};
 use busbar_scene::Model;
-use demo_model::{breaker_pole, disconnector_pole, power_transformer};
+use demo_model::{breaker_pole, disconnector_pole, power_transformer, yard};
 use glam::{DVec3, Vec3};
 
-fn models() -> [(&'static str, Model); 3] {
+fn models() -> [(&'static str, Model); 4] {
     [
         ("transformer", power_transformer().expect("finite dimensions")),
         ("breaker", breaker_pole().expect("finite dimensions")),
+        ("yard", yard().expect("finite dimensions")),
         ("disconnector", disconnector_pole().expect("finite dimensions")),
     ]
 }
@@ -102,7 +103,7 @@ fn normals_are_unit_vectors_on_the_outer_side_of_their_triangle() {
 #[test]
 fn triangle_counts_stay_within_their_budgets() {
     for ((name, model), budget) in
-        models().into_iter().zip([60_000..=120_000, 4_000..=10_000, 4_000..=14_000])
+        models().into_iter().zip([60_000..=120_000, 4_000..=10_000, 500..=3_000, 4_000..=14_000])
     {
         let count = triangles_shown(&model);
         assert!(budget.contains(&count), "{name}: {count} triangles, expected {budget:?}");
