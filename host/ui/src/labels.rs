@@ -17,7 +17,9 @@ const COLUMN_GAP: f32 = 12.0;
 /// How far a box stands from its anchor, points.
 const STAND_OFF: f32 = 34.0;
 /// Places tried for one box; one that finds none shrinks to a dot.
-const MAX_TRIES: u32 = 28;
+const MAX_TRIES: usize = 4 * DIRECTIONS.len();
+/// Radians from straight up, in the order of preference.
+const DIRECTIONS: [f32; 10] = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57, 2.3, -2.3, 3.14];
 /// Labels laid out in a frame, the most urgent and nearest first.
 const MAX_LABELS: usize = 200;
 
@@ -56,12 +58,12 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label]) {
     }
 }
 
-/// A free place near the anchor: above first, then around on widening rings.
+/// A free place near the anchor: above first, then to the sides and below, on
+/// widening rings.
 fn place(size: Vec2, anchor: Pos2, within: Rect, taken: &[Rect]) -> Option<Rect> {
     (0..MAX_TRIES).find_map(|attempt| {
-        let ring = (attempt / 7 + 1) as f32;
-        // From straight up to both sides, in turn.
-        let side = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57][(attempt % 7) as usize];
+        let ring = (attempt / DIRECTIONS.len() + 1) as f32;
+        let side = DIRECTIONS[attempt % DIRECTIONS.len()];
         let direction = vec2(f32::sin(side), -f32::cos(side));
         let reach = STAND_OFF * ring + size.y * 0.5 + direction.x.abs() * size.x * 0.5;
         let rect = Rect::from_center_size(anchor + direction * reach, size);

@@ -7,13 +7,13 @@ use crate::Mark;
 /// Text of values.
 pub(crate) const INK: Color32 = Color32::from_gray(28);
 /// Text beside values.
-pub(crate) const FAINT_INK: Color32 = Color32::from_gray(92);
+pub(crate) const FAINT_INK: Color32 = Color32::from_gray(78);
 /// Panels and labels.
 pub(crate) const PAPER: Color32 = Color32::from_gray(240);
 /// Lines and borders.
 pub(crate) const LINE: Color32 = Color32::from_gray(150);
 /// The stripes of what is not to be relied on.
-pub(crate) const HATCH: Color32 = Color32::from_gray(168);
+pub(crate) const HATCH: Color32 = Color32::from_gray(140);
 /// What is selected.
 pub(crate) const SELECTION: Color32 = Color32::from_rgb(30, 90, 170);
 
@@ -25,7 +25,7 @@ const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
 pub(crate) fn ground_and_ink(mark: &Mark) -> (Color32, Color32) {
     match mark {
         Mark::Normal | Mark::Uncertain { .. } => (Color32::TRANSPARENT, INK),
-        Mark::Bad { .. } => (Color32::from_gray(212), FAINT_INK),
+        Mark::Bad { .. } => (Color32::from_gray(214), INK),
         Mark::Warning => (WARNING, INK),
         Mark::Alarm => (ALARM, Color32::WHITE),
     }
@@ -47,7 +47,7 @@ pub(crate) fn value_font() -> FontId {
 }
 
 pub(crate) fn small_font() -> FontId {
-    FontId::new(11.0, FontFamily::Proportional)
+    FontId::new(12.0, FontFamily::Proportional)
 }
 
 /// Sets the style of a context.

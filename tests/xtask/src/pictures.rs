@@ -18,8 +18,14 @@ use crate::x_server::XServer;
 const FOLDER: &str = "tests/pictures";
 
 /// Rendered pictures: name, and what is added to the options of the demo.
-const RENDERED: &[(&str, &[&str])] =
-    &[("demo", &[]), ("wireframe", &["--wireframe"]), ("theta", &["--theta", "0.85"])];
+const RENDERED: &[(&str, &[&str])] = &[
+    ("demo", &[]),
+    ("theta70", &["--theta", "0.7"]),
+    ("wireframe", &["--camera", "transformer", "--theta", "0.3", "--wireframe"]),
+];
+
+/// The same without a device: every value is marked.
+const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
 
 /// Pictures of windows: name, and what `busbar` is run with.
 const WINDOWS: &[(&str, &[&str])] = &[("window", &["view", SCENE])];
@@ -37,6 +43,8 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     let folder = workspace.path(FOLDER);
     fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let (name, options) = LINK_DOWN;
+    render(workspace, options, &picture(&folder, name))?;
     let _simulator = simulator::start(workspace, Profile::Release)?;
     for (name, options) in RENDERED {
         render(workspace, options, &picture(&folder, name))?;

@@ -1,0 +1,66 @@
+//! pymodbus, an independent server, in a process of its own.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::{Process, available, workspace_path};
+
+/// A Modbus TCP server, killed when dropped.
+pub struct Peer {
+    /// Its process, to stop or kill.
+    pub process: Process,
+    /// The port that it listens at.
+    pub port: u16,
+    answers: usize,
+}
+
+impl Peer {
+    /// Starts a server with these values, such as `{"holding": {"0": [1, 2]}}`;
+    /// none where there is no pymodbus (see [`available`]).
+    pub fn start(values: &Value) -> Option<Self> {
+        let python = python()?;
+        let script = workspace_path("tests/peers/pymodbus_server.py");
+        let process = Process::start(Command::new(python).arg(script).arg(values.to_string()));
+        let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
+        Some(Self { process, port, answers: 0 })
+    }
+
+    /// Sets registers or bits from an address on.
+    ///
+    /// # Panics
+    /// When the server refuses.
+    pub fn set(&mut self, table: &str, address: u16, values: &[u16]) {
+        let values: Vec<_> = values.iter().map(ToString::to_string).collect();
+        self.process.write_line(&format!("set {table} {address} {}", values.join(" ")));
+        self.answers += 1;
+        let mut left = self.answers;
+        let answer = self.process.wait_for_line(|line| {
+            let is_answer = line == "OK" || line.starts_with("ERROR");
+            left -= usize::from(is_answer && left > 0);
+            (is_answer && left == 0).then(|| line.to_owned())
+        });
+        assert_eq!(answer, "OK");
+    }
+}
+
+/// The two registers of a 32-bit float, high word first.
+pub fn f32_registers(value: f32) -> [u16; 2] {
+    let bits = value.to_bits();
+    [(bits >> 16) as u16, bits as u16]
+}
+
+fn python() -> Option<PathBuf> {
+    let path = std::env::var_os("BUSBAR_PYTHON")
+        .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
+    available(has_pymodbus(&path), "no pymodbus: run `cargo xtask test`, or set BUSBAR_PYTHON to an \
+        interpreter with tests/peers/requirements.txt installed")
+    .then_some(path)
+}
+
+fn has_pymodbus(python: &Path) -> bool {
+    let mut command = Command::new(python);
+    command.args(["-c", "import pymodbus"]).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}

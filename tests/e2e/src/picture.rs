@@ -1,0 +1,112 @@
+//! Pictures compared.
+
+use std::path::Path;
+
+use image::{Rgb, RgbImage};
+
+use crate::workspace_path;
+
+/// Channels that differ by more make a pixel differ visibly.
+const MAX_CHANNEL_DIFFERENCE: u8 = 24;
+/// Share of pixels that may differ visibly from a golden picture.
+const MAX_DIFFERENT_SHARE: f64 = 0.005;
+/// Mean absolute difference of channels from a golden picture, of 255.
+const MAX_MEAN_DIFFERENCE: f64 = 0.5;
+/// Where pictures that failed are left.
+const FAILURES: &str = "target/golden-failures";
+
+/// A rectangle of pixels, its ends inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// Left and top.
+    pub min: [u32; 2],
+    /// Right and bottom.
+    pub max: [u32; 2],
+}
+
+impl Region {
+    /// Grown by a margin.
+    pub fn grow(self, margin: u32) -> Self {
+        Self {
+            min: self.min.map(|side| side.saturating_sub(margin)),
+            max: self.max.map(|side| side + margin),
+        }
+    }
+
+    /// Whether a pixel is inside.
+    pub fn contains(&self, x: u32, y: u32) -> bool {
+        let [left, top] = self.min;
+        let [right, bottom] = self.max;
+        (left..=right).contains(&x) && (top..=bottom).contains(&y)
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> [u32; 2] {
+        [0, 1].map(|axis| self.max[axis] - self.min[axis] + 1)
+    }
+}
+
+/// Reads a picture.
+///
+/// # Panics
+/// When it is not there or no picture.
+pub fn load(path: &Path) -> RgbImage {
+    let opened = image::open(path);
+    opened.unwrap_or_else(|error| panic!("{}: {error}", path.display())).to_rgb8()
+}
+
+/// Where two pictures of one size differ at all.
+///
+/// # Panics
+/// When their sizes differ.
+pub fn difference(a: &RgbImage, b: &RgbImage) -> Option<Region> {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let pixels = a.enumerate_pixels().zip(b.pixels());
+    let different = pixels.filter(|((_, _, a), b)| a != b).map(|((x, y, _), _)| [x, y]);
+    different.map(|at| Region { min: at, max: at }).reduce(|a, b| Region {
+        min: [0, 1].map(|axis| a.min[axis].min(b.min[axis])),
+        max: [0, 1].map(|axis| a.max[axis].max(b.max[axis])),
+    })
+}
+
+/// Pixels of a region that `wanted` counts.
+pub fn count(picture: &RgbImage, region: Region, wanted: impl Fn(Rgb<u8>) -> bool) -> usize {
+    let pixels = picture.enumerate_pixels();
+    pixels.filter(|&(x, y, &pixel)| region.contains(x, y) && wanted(pixel)).count()
+}
+
+/// Compares a picture with `golden/<name>.png`; with `BUSBAR_BLESS` set, makes
+/// it the golden one instead.
+///
+/// # Panics
+/// When they differ, leaving the picture and the difference in
+/// `target/golden-failures`.
+pub fn assert_golden(name: &str, actual_path: &Path) {
+    let golden_path = workspace_path("tests/e2e/golden").join(format!("{name}.png"));
+    if std::env::var_os("BUSBAR_BLESS").is_some() {
+        std::fs::copy(actual_path, &golden_path).expect("the golden folder can be written");
+    }
+    let (actual, golden) = (load(actual_path), load(&golden_path));
+    assert_eq!(actual.dimensions(), golden.dimensions(), "size of {name}");
+    let differences = RgbImage::from_fn(actual.width(), actual.height(), |x, y| {
+        let (a, b) = (actual.get_pixel(x, y), golden.get_pixel(x, y));
+        Rgb(std::array::from_fn(|channel| a[channel].abs_diff(b[channel])))
+    });
+    let pixels = f64::from(actual.width()) * f64::from(actual.height());
+    let visible = |pixel: &&Rgb<u8>| pixel.0.iter().any(|&d| d > MAX_CHANNEL_DIFFERENCE);
+    let share = differences.pixels().filter(visible).count() as f64 / pixels;
+    let mean = differences.iter().map(|&d| f64::from(d)).sum::<f64>() / (3.0 * pixels);
+    if share > MAX_DIFFERENT_SHARE || mean > MAX_MEAN_DIFFERENCE {
+        let folder = workspace_path(FAILURES);
+        std::fs::create_dir_all(&folder).expect("the target folder can be written");
+        for (what, picture) in [("actual", &actual), ("difference", &differences)] {
+            let path = folder.join(format!("{name}-{what}.png"));
+            picture.save(path).expect("the target folder can be written");
+        }
+        panic!(
+            "{name}.png: {:.2} % of pixels differ visibly, channels by {mean:.2} on average; see \
+             {FAILURES}, and bless with BUSBAR_BLESS=1 if the new picture is right",
+            share * 100.0
+        );
+    }
+}

@@ -1,0 +1,90 @@
+//! Configurations in folders of their own.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use crate::{built, built_folder, workspace_path};
+
+/// The plugins that the demo names.
+const PLUGINS: [&str; 3] = ["modbus_adapter", "power_overlay", "weighted_collapse"];
+/// Poll period of the tests: several polls within a second.
+const POLL: Duration = Duration::from_millis(100);
+
+/// A configuration made from `config/demo.json`, in a temporary folder with
+/// its plugins and models.
+pub struct Scene {
+    folder: TempDir,
+    /// The configuration: change it, then [`Scene::write`] it.
+    pub config: Value,
+}
+
+impl Scene {
+    /// The demo, asking a server at this port.
+    ///
+    /// # Panics
+    /// When the plugins or models are not built.
+    pub fn demo(port: u16) -> Self {
+        let text = fs::read(workspace_path("config/demo.json")).expect("the demo is there");
+        let mut config: Value = serde_json::from_slice(&text).expect("the demo is JSON");
+        let settings = &mut config["plugins"]["bay"]["settings"];
+        settings["port"] = port.into();
+        settings["poll_millis"] = (POLL.as_millis() as u64).into();
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        fs::create_dir(folder.path().join("plugins")).expect("it can be written");
+        let scene = Self { folder, config };
+        for plugin in PLUGINS {
+            let library = built(built_folder().join(library_name(plugin)));
+            symlink(library, scene.library(plugin)).expect("it can be written");
+        }
+        let models = built(workspace_path("config/models").join("transformer.glb"));
+        let models = models.parent().expect("it is in a folder");
+        symlink(models, scene.path("models")).expect("it can be written");
+        scene
+    }
+
+    /// The demo's equipment without tags, labels and what serves them.
+    pub fn without_tags() -> Self {
+        let mut scene = Self::demo(1);
+        let config = scene.config.as_object_mut().expect("the demo is an object");
+        for key in ["tags", "bindings", "overlays"] {
+            config.remove(key);
+        }
+        let optimizer = config["plugins"]["optimizer"].take();
+        config.insert("plugins".into(), json!({ "optimizer": optimizer }));
+        scene
+    }
+
+    /// A path in its folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Where its plugin directory has a plugin's library.
+    pub fn library(&self, plugin: &str) -> PathBuf {
+        self.path("plugins").join(library_name(plugin))
+    }
+
+    /// Writes the configuration; its path.
+    pub fn write(&self) -> PathBuf {
+        self.write_text(&serde_json::to_string_pretty(&self.config).expect("values are JSON"))
+    }
+
+    /// Writes this text as the configuration; its path.
+    ///
+    /// # Panics
+    /// When it cannot be written.
+    pub fn write_text(&self, text: &str) -> PathBuf {
+        let path = self.path("scene.json");
+        fs::write(&path, text).expect("the folder can be written");
+        path
+    }
+}
+
+fn library_name(plugin: &str) -> String {
+    format!("lib{plugin}.{}", std::env::consts::DLL_EXTENSION)
+}

@@ -1,0 +1,68 @@
+//! What the program writes with `--stats`.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+/// Numbers about a view.
+pub struct Stats(pub Value);
+
+/// A tag as the statistics have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tag {
+    /// Last value, null if none came.
+    pub value: Value,
+    /// `good`, `uncertain` or `bad`.
+    pub quality: String,
+    /// Why it is not good.
+    pub reason: Option<String>,
+    /// Seconds since the value came.
+    pub age: Option<f64>,
+}
+
+impl Stats {
+    /// Reads a file that the program wrote.
+    ///
+    /// # Panics
+    /// When it is not there or no JSON.
+    pub fn read(path: &Path) -> Self {
+        let text = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        Self(serde_json::from_slice(&text).expect("statistics are JSON"))
+    }
+
+    /// A count.
+    ///
+    /// # Panics
+    /// When there is none of that name.
+    pub fn count(&self, name: &str) -> u64 {
+        self.0[name].as_u64().unwrap_or_else(|| panic!("no count '{name}' in {:#}", self.0))
+    }
+
+    /// A tag.
+    ///
+    /// # Panics
+    /// When there is none of that id.
+    pub fn tag(&self, id: &str) -> Tag {
+        let mut tags = self.tags();
+        let found = tags.find(|(other, _)| other == id);
+        found.unwrap_or_else(|| panic!("no tag '{id}' in {:#}", self.0)).1
+    }
+
+    /// Every tag with its id.
+    ///
+    /// # Panics
+    /// When the statistics have no tags.
+    pub fn tags(&self) -> impl Iterator<Item = (String, Tag)> {
+        let tags = self.0["tags"].as_array().expect("statistics have tags");
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        tags.iter().map(move |tag| {
+            let parsed = Tag {
+                value: tag["value"].clone(),
+                quality: text(&tag["quality"]).unwrap_or_default(),
+                reason: text(&tag["reason"]),
+                age: tag["age"].as_f64(),
+            };
+            (text(&tag["id"]).unwrap_or_default(), parsed)
+        })
+    }
+}
