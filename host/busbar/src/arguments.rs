@@ -1,6 +1,7 @@
 //! The command line.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -38,10 +39,13 @@ pub(crate) enum Command {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum PluginCommand {
-    /// List the plugins that a configuration's directories hold
+    /// List the plugins that can be used
     List {
-        /// Configuration file
-        config: PathBuf,
+        /// Configuration file whose directories are searched [default: as for optimize]
+        config: Option<PathBuf>,
+        /// Print the JSON Schema of each plugin's settings too
+        #[arg(long)]
+        schema: bool,
     },
 }
 
@@ -50,8 +54,8 @@ pub(crate) struct ViewOptions {
     /// Configuration file
     pub(crate) config: PathBuf,
     /// Close the window after this many seconds
-    #[arg(long, value_name = "S")]
-    pub(crate) seconds: Option<f64>,
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<Duration>,
     /// Write numbers about the view here when the window closes
     #[arg(long, value_name = "F.json")]
     pub(crate) stats: Option<PathBuf>,
@@ -80,8 +84,8 @@ pub(crate) struct RenderOptions {
     #[arg(long)]
     pub(crate) wireframe: bool,
     /// Let telemetry run this long first
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
-    pub(crate) seconds: f64,
+    #[arg(long, value_name = "S", value_parser = parse_seconds, default_value = "0")]
+    pub(crate) seconds: Duration,
     /// Write numbers about the view here
     #[arg(long, value_name = "F.json")]
     pub(crate) stats: Option<PathBuf>,
@@ -154,6 +158,11 @@ fn parse_theta(text: &str) -> Result<f64, String> {
     }
 }
 
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().map_err(|_| "a number of seconds")?;
+    Duration::try_from_secs_f64(seconds).map_err(|_| "a number of seconds from 0".into())
+}
+
 fn parse_setting(text: &str) -> Result<(String, serde_json::Value), String> {
     let (key, value) = text.split_once('=').ok_or("write it as key=value")?;
     let value = serde_json::from_str(value).unwrap_or_else(|_| value.into());
@@ -172,6 +181,8 @@ mod tests {
         assert_eq!(parse_pixel("3, 4"), Ok(Pixel([3, 4])));
         assert!(parse_theta("1.01").is_err());
         assert!(parse_theta("NaN").is_err());
+        assert_eq!(parse_seconds("1.5"), Ok(Duration::from_millis(1500)));
+        assert!(["NaN", "inf", "-1"].iter().all(|text| parse_seconds(text).is_err()));
         assert_eq!(parse_setting("a=true"), Ok(("a".into(), true.into())));
         assert_eq!(parse_setting("a=b=c"), Ok(("a".into(), "b=c".into())));
     }

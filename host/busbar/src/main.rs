@@ -45,6 +45,8 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Check { config } => check::run(&config),
         Command::Optimize(options) => optimize::run(&options),
         Command::Schema => output::json(&busbar_viewer::schema()),
-        Command::Plugin { command: PluginCommand::List { config } } => plugin::list(&config),
+        Command::Plugin { command: PluginCommand::List { config, schema } } => {
+            plugin::list(config.as_deref(), schema)
+        }
     }
 }

@@ -1,15 +1,17 @@
 //! `busbar optimize`.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use busbar_viewer::optimize::{OptimisedModel, OptimizeStats};
 
 use crate::arguments::OptimizeOptions;
-use crate::{EXIT_INTERNAL, output};
+use crate::{EXIT_INTERNAL, output, plugin};
 
 pub(crate) fn run(options: &OptimizeOptions) -> anyhow::Result<ExitCode> {
-    let directories = plugin_directories(&options.plugin_directory)?;
+    let directories = match options.plugin_directory.as_slice() {
+        [] => plugin::default_directories()?,
+        asked => asked.iter().map(std::path::absolute).collect::<Result<_, _>>()?,
+    };
     let settings = options.set.iter().cloned().collect::<serde_json::Map<_, _>>().into();
     let bar = output::progress_bar();
     let model = OptimisedModel::build(
@@ -42,17 +44,6 @@ pub(crate) fn run(options: &OptimizeOptions) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::from(EXIT_INTERNAL));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The directories asked for, absolute; by default those of the program.
-fn plugin_directories(asked: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
-    if !asked.is_empty() {
-        return Ok(asked.iter().map(std::path::absolute).collect::<Result<_, _>>()?);
-    }
-    let program = std::env::current_exe()?;
-    let folder = program.parent().map(PathBuf::from).unwrap_or_default();
-    let plugins = folder.join("plugins");
-    Ok(vec![if plugins.is_dir() { plugins } else { folder }])
 }
 
 fn summarise(stats: &OptimizeStats) {

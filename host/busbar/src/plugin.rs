@@ -1,12 +1,17 @@
-//! `busbar plugin`.
+//! `busbar plugin`, and where plugins are without a configuration.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+use busbar_viewer::{Catalog, plugin_catalog};
 
 use crate::output;
 
-pub(crate) fn list(config: &Path) -> anyhow::Result<ExitCode> {
-    let catalog = busbar_viewer::plugin_catalog(config)?;
+pub(crate) fn list(config: Option<&Path>, with_schema: bool) -> anyhow::Result<ExitCode> {
+    let catalog = match config {
+        Some(config) => plugin_catalog(config)?,
+        None => Catalog::discover(&default_directories()?),
+    };
     for plugin in catalog.plugins() {
         output::result(&format!(
             "{} {}  [{}]  {}\n    {}",
@@ -16,9 +21,20 @@ pub(crate) fn list(config: &Path) -> anyhow::Result<ExitCode> {
             plugin.path.display(),
             plugin.description,
         ));
+        if let (true, Some(schema)) = (with_schema, &plugin.settings_schema) {
+            output::result(&serde_json::to_string_pretty(schema)?);
+        }
     }
     for refused in catalog.refused() {
         output::result(&format!("refused {}: {}", refused.path.display(), refused.reason));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// `plugins` beside this program, or else the program's own directory.
+pub(crate) fn default_directories() -> anyhow::Result<Vec<PathBuf>> {
+    let program = std::env::current_exe()?;
+    let folder = program.parent().map(PathBuf::from).unwrap_or_default();
+    let plugins = folder.join("plugins");
+    Ok(vec![if plugins.is_dir() { plugins } else { folder }])
 }

@@ -31,19 +31,18 @@ pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     if let Some(Pixel(pixel)) = options.pick {
         let picked = viewer.pick(pixel)?;
         output::result(picked.as_deref().unwrap_or("nothing"));
-        draw(&mut viewer, 0.0)?;
+        draw(&mut viewer, Duration::ZERO)?;
     }
-    output::write_file(&options.out, &png(viewer.read_picture()?)?)?;
     let stats = viewer.stats();
+    output::write_file(&options.out, &png(viewer.read_picture()?)?)?;
     if let Some(path) = &options.stats {
         output::write_json(path, &stats)?;
     }
     Ok(verdict(&stats.validation_messages))
 }
 
-fn draw(viewer: &mut Viewer, seconds: f64) -> anyhow::Result<()> {
+fn draw(viewer: &mut Viewer, wanted: Duration) -> anyhow::Result<()> {
     let start = Instant::now();
-    let wanted = Duration::try_from_secs_f64(seconds.max(0.0)).context("--seconds is too large")?;
     let mut frames = 0;
     while frames < MIN_FRAMES || start.elapsed() < wanted {
         let input = viewer.headless_input(start.elapsed().as_secs_f64());

@@ -92,7 +92,7 @@ impl ApplicationHandler for Application<'_> {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        let elapsed = self.started.elapsed().as_secs_f64();
+        let elapsed = self.started.elapsed();
         if self.options.seconds.is_some_and(|seconds| elapsed >= seconds) {
             self.close(event_loop);
         } else if Instant::now() >= self.next_frame {

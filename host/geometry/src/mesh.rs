@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 /// topology is decided on positions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Welded positions in the mesh's own space, metres.
+    /// Welded positions in the mesh's own space, metres; each has a wedge.
     pub positions: Vec<Vec3>,
     /// Per-wedge data, parallel arrays.
     pub wedges: Wedges,
@@ -25,7 +25,7 @@ pub struct Mesh {
 pub struct Wedges {
     /// The position each wedge stands on, index into [`Mesh::positions`].
     pub position: Vec<u32>,
-    /// Unit normals.
+    /// Normals as imported; not always of unit length.
     pub normal: Vec<Vec3>,
     /// Texture coordinates; zero where the file gives none.
     pub uv: Vec<Vec2>,

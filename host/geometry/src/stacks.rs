@@ -60,9 +60,9 @@ impl CollapseStacks {
             mesh.positions.len(),
             "sequence of this mesh"
         );
-        let forest = Forest::of(&sequence);
+        let (forest, meetings) = (Forest::of(&sequence), Meetings::of(&sequence));
         let death_index =
-            mesh.triangles.iter().map(|&t| forest.death(mesh.corner_positions(t))).collect();
+            mesh.triangles.iter().map(|&t| meetings.death(mesh.corner_positions(t))).collect();
         let parent = parent_wedges(&mesh, &forest);
         let collapse_index =
             mesh.wedges.position.iter().map(|&p| forest.index[p as usize]).collect();
@@ -186,7 +186,7 @@ fn gather<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
     order.iter().map(|&i| values[i as usize]).collect()
 }
 
-/// Parents and collapse indices over positions.
+/// Which entry removes each position, and what stands for it then.
 struct Forest {
     parent: Vec<u32>,
     index: Vec<u32>,
@@ -203,33 +203,6 @@ impl Forest {
         forest
     }
 
-    /// The smallest cursor at which two of the corners share a position.
-    fn death(&self, [a, b, c]: [u32; 3]) -> u32 {
-        self.meeting(a, b).min(self.meeting(b, c)).min(self.meeting(c, a))
-    }
-
-    /// The smallest cursor at which two positions are one. Collapse indices
-    /// grow towards the root, so the lower one is always the next to move.
-    fn meeting(&self, mut a: u32, mut b: u32) -> u32 {
-        let mut cursor = 0;
-        while a != b {
-            let (index_a, index_b) = (self.index[a as usize], self.index[b as usize]);
-            match index_a.cmp(&index_b) {
-                Ordering::Less => {
-                    cursor = index_a + 1;
-                    a = self.parent[a as usize];
-                }
-                Ordering::Greater => {
-                    cursor = index_b + 1;
-                    b = self.parent[b as usize];
-                }
-                // Only two roots can be equal: an entry removes one position.
-                Ordering::Equal => return NEVER,
-            }
-        }
-        cursor
-    }
-
     fn max_depth(&self, sequence: &CollapseSequence) -> u32 {
         let mut depth = vec![0_u32; self.parent.len()];
         // Backwards: a parent's depth is final before its children ask for it.
@@ -237,6 +210,61 @@ impl Forest {
             depth[entry.removed as usize] = depth[entry.kept as usize] + 1;
         }
         depth.into_iter().max().unwrap_or(0)
+    }
+}
+
+/// When positions become one. The classes of a sequence are joined anew by
+/// size, so that paths stay at most log2 V long whatever chains an optimiser
+/// makes; each link bears the entry that joined its two classes.
+struct Meetings {
+    parent: Vec<u32>,
+    joined_by: Vec<u32>,
+}
+
+impl Meetings {
+    fn of(sequence: &CollapseSequence) -> Self {
+        let count = sequence.position_count();
+        let mut meetings =
+            Self { parent: (0..count).collect(), joined_by: vec![NEVER; count as usize] };
+        let mut size = vec![1_u32; count as usize];
+        // The root, in this forest, of the class that a survivor stands for.
+        let mut root: Vec<u32> = (0..count).collect();
+        for (index, entry) in sequence.entries().iter().enumerate() {
+            let (a, b) = (root[entry.removed as usize], root[entry.kept as usize]);
+            let (low, high) = if size[a as usize] < size[b as usize] { (a, b) } else { (b, a) };
+            meetings.parent[low as usize] = high;
+            meetings.joined_by[low as usize] = index as u32;
+            size[high as usize] += size[low as usize];
+            root[entry.kept as usize] = high;
+        }
+        meetings
+    }
+
+    /// The smallest cursor at which two of the corners share a position.
+    fn death(&self, [a, b, c]: [u32; 3]) -> u32 {
+        self.meeting(a, b).min(self.meeting(b, c)).min(self.meeting(c, a))
+    }
+
+    /// The smallest cursor at which two positions are one. Links get younger
+    /// towards the root, so the older one is always the next to follow.
+    fn meeting(&self, mut a: u32, mut b: u32) -> u32 {
+        let mut cursor = 0;
+        while a != b {
+            let (by_a, by_b) = (self.joined_by[a as usize], self.joined_by[b as usize]);
+            match by_a.cmp(&by_b) {
+                Ordering::Less => {
+                    cursor = by_a + 1;
+                    a = self.parent[a as usize];
+                }
+                Ordering::Greater => {
+                    cursor = by_b + 1;
+                    b = self.parent[b as usize];
+                }
+                // Only two roots can be equal: an entry makes one link.
+                Ordering::Equal => return NEVER,
+            }
+        }
+        cursor
     }
 }
 

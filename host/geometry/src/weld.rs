@@ -4,9 +4,8 @@
 //! from its indices are nearly all false borders. Positions are welded when
 //! they are bit-equal (with -0 read as 0), within one mesh.
 
-use std::collections::HashMap;
-
 use glam::{Vec2, Vec3};
+use hashbrown::HashMap;
 use thiserror::Error;
 
 use crate::{Mesh, Section};
@@ -83,8 +82,9 @@ type WedgeKey = (u32, [u32; 3], [u32; 2], u32);
 
 /// Welds the primitives of one mesh.
 ///
-/// Only vertices that a triangle references are kept; positions are numbered
-/// in order of first use, so the result depends on the input alone.
+/// Only vertices that a kept triangle references are kept, so that every
+/// position has a wedge; positions are numbered in order of first use, so the
+/// result depends on the input alone.
 ///
 /// # Errors
 /// [`WeldError`] names the primitive at fault; nothing is repaired silently.
@@ -151,14 +151,11 @@ impl Welder {
                 *seen = true;
             }
             let points = corners.map(|v| clean(primitive.positions[v as usize]));
-            let positions = points.map(|p| self.position(p));
-            if positions[0] == positions[1]
-                || positions[1] == positions[2]
-                || positions[2] == positions[0]
-            {
+            if points[0] == points[1] || points[1] == points[2] || points[2] == points[0] {
                 self.report.coincident_triangles += 1;
                 continue;
             }
+            let positions = points.map(|p| self.position(p));
             let flat = face_normal(points);
             let wedges = std::array::from_fn(|i| {
                 let vertex = corners[i] as usize;

@@ -92,7 +92,7 @@ impl Catalog {
                 return refuse(format!("'{}' is already in {other}", info.id));
             }
         }
-        self.libraries.push(Arc::new(library));
+        self.libraries.push(library);
     }
 }
 

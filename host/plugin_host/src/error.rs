@@ -112,7 +112,7 @@ impl PluginError {
             }
             Self::WrongCapability { .. } => "name a plugin that has this capability here",
             Self::Settings { .. } => {
-                "correct the settings; `busbar plugin list` shows their schema"
+                "correct the settings; `busbar plugin list --schema` shows their schema"
             }
             Self::Failed { settings_at_fault: true, .. } => "correct the settings or addresses",
             Self::Failed { .. } => "see the plugin's message; the log has more",

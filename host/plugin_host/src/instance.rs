@@ -2,12 +2,12 @@
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use busbar_plugin_abi as abi;
 
 use crate::PluginError;
-use crate::library::{PluginInfo, PluginLibrary, table};
+use crate::library::{PluginInfo, PluginLibrary, checked};
 use crate::log::HostTable;
 
 /// An instance of a plugin with its settings. Capabilities keep it alive.
@@ -15,14 +15,17 @@ pub struct Instance {
     raw: NonNull<abi::BusbarPlugin>,
     info: PluginInfo,
     name: String,
+    /// Held during `[main-thread]` calls, which must not meet.
+    serial: Mutex<()>,
     // The instance may use the table until it is destroyed.
-    _host: Box<HostTable>,
+    _host: HostTable,
     // Last: the library's `deinit` follows the last instance.
     _library: Arc<PluginLibrary>,
 }
 
-// SAFETY: the ABI says from which threads each function may be called; the
-// capabilities' wrappers give `[main-thread]` functions `&mut self` only.
+// SAFETY: the ABI lets `[any-thread]` functions be called from anywhere, and
+// `[main-thread]` ones one at a time, which `serial` sees to; `destroy` runs
+// when nobody else holds the instance.
 unsafe impl Send for Instance {}
 // SAFETY: as above.
 unsafe impl Sync for Instance {}
@@ -35,19 +38,23 @@ impl Instance {
         settings: &serde_json::Value,
     ) -> Result<Self, PluginError> {
         let host = HostTable::new(name);
-        let raw = library.create(&info.id, &settings.to_string(), &host).map_err(|message| {
-            PluginError::Failed { id: info.id.clone(), settings_at_fault: true, message }
-        })?;
-        let instance = Self { raw, info, name: name.to_owned(), _host: host, _library: library };
-        // SAFETY: `create` gave it; nothing else uses it yet.
-        let size = unsafe { raw.cast::<u32>().read() };
-        if (size as usize) < size_of::<abi::BusbarPlugin>() {
-            let violation = instance.violation("its instance is too short for its version");
-            // Too short to hold a `destroy` that could be trusted.
-            std::mem::forget(instance);
-            return Err(violation);
+        let raw = library
+            .create(&info.id, &settings.to_string(), &host)
+            .map_err(|(status, message)| PluginError::from_status(&info.id, status, message))?;
+        if checked(raw.as_ptr().cast_const()).is_none() {
+            // Too short to hold a `destroy` that could be trusted: it is left,
+            // and so is the table that it may use.
+            std::mem::forget(host);
+            let what = "its instance is misaligned or too short for its version".into();
+            return Err(PluginError::Violation { id: info.id, what });
         }
-        Ok(instance)
+        let (name, serial) = (name.to_owned(), Mutex::new(()));
+        Ok(Self { raw, info, name, serial, _host: host, _library: library })
+    }
+
+    /// Keeps other `[main-thread]` calls out until the guard goes.
+    pub(crate) fn serialise(&self) -> MutexGuard<'_, ()> {
+        self.serial.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What the plugin says of itself.
@@ -69,12 +76,14 @@ impl Instance {
         };
         // SAFETY: a live instance.
         let get = unsafe { self.raw.as_ref() }.get_capability.ok_or_else(missing)?;
+        let _serial = self.serialise();
         // SAFETY: a live instance and a static text.
         let pointer: *const c_void = unsafe { get(self.as_ptr(), abi::BusbarStr::from_static(id)) };
         if pointer.is_null() {
             return Err(missing());
         }
-        table(pointer).ok_or_else(|| self.violation(format!("the table of {id} is too short")))
+        checked(pointer.cast())
+            .ok_or_else(|| self.violation(format!("the table of {id} is misaligned or too short")))
     }
 
     pub(crate) fn as_ptr(&self) -> *const abi::BusbarPlugin {

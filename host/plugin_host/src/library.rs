@@ -1,8 +1,9 @@
 //! One plugin library: entry, version check, factory, descriptors.
 
-use std::ffi::c_void;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::ptr::NonNull;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use busbar_plugin_abi as abi;
 
@@ -34,75 +35,99 @@ pub struct PluginInfo {
 /// A library that passed the checks. It stays mapped for ever: unloading is
 /// never safe once a library used a thread-local or a thread.
 pub(crate) struct PluginLibrary {
-    entry: &'static abi::BusbarPluginEntry,
     factory: &'static abi::BusbarPluginFactory,
     pub(crate) plugins: Vec<PluginInfo>,
+    // Last: `deinit` follows everything else.
+    _initialised: Initialised,
 }
 
 impl PluginLibrary {
-    /// Opens a library and checks that it speaks this ABI.
-    pub(crate) fn open(path: &Path) -> Result<Self, String> {
-        // SAFETY: running the library's initialisers is what loading a plugin
-        // from a configured directory means.
-        let library = unsafe { libloading::Library::new(path) }
-            .map_err(|e| format!("cannot load it: {e}"))?;
-        // SAFETY: the ABI gives this symbol this type; its version is checked
-        // before more than the version is read.
-        let entry = unsafe {
-            library.get::<*const abi::BusbarPluginEntry>(abi::ENTRY_SYMBOL.to_bytes_with_nul())
-        };
-        let entry = entry.map(|symbol| *symbol).map_err(|_| {
-            let symbol = abi::ENTRY_SYMBOL.to_string_lossy();
-            format!("it is no Busbar plugin: it has no symbol '{symbol}'")
-        })?;
-        // Leaked on purpose: see the type.
-        std::mem::forget(library);
-        // SAFETY: the symbol leads to an entry, in a library that stays mapped.
-        let entry = unsafe { check_entry(entry) }?;
-        let factory = init(entry)?;
+    /// Opens a library and checks that it speaks this ABI. One that is open
+    /// already, under whatever path, is shared: it is not initialised twice.
+    pub(crate) fn open(path: &Path) -> Result<Arc<Self>, String> {
+        static OPEN: Mutex<BTreeMap<usize, Weak<PluginLibrary>>> = Mutex::new(BTreeMap::new());
+        let entry = load(path)?;
+        let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+        let address = std::ptr::from_ref(entry).addr();
+        if let Some(library) = open.get(&address).and_then(Weak::upgrade) {
+            return Ok(library);
+        }
+        let initialised = Initialised::new(entry)?;
+        let factory = factory_of(entry)?;
         let plugins = describe(factory, path)?;
-        Ok(Self { entry, factory, plugins })
+        let library = Arc::new(Self { factory, plugins, _initialised: initialised });
+        open.insert(address, Arc::downgrade(&library));
+        Ok(library)
     }
 
-    /// Makes an instance; the plugin's words on failure.
+    /// Makes an instance; on failure the status and the plugin's words.
     pub(crate) fn create(
         &self,
         id: &str,
         settings_json: &str,
         host: &HostTable,
-    ) -> Result<NonNull<abi::BusbarPlugin>, String> {
-        let create = self.factory.create.ok_or("its factory has no `create`")?;
+    ) -> Result<NonNull<abi::BusbarPlugin>, (abi::BusbarStatus, String)> {
+        let internal = |what: &str| (abi::BUSBAR_INTERNAL, what.to_owned());
+        let create = self.factory.create.ok_or_else(|| internal("its factory has no `create`"))?;
         let mut error = abi::BusbarError::empty();
         let (id, settings) =
             (abi::BusbarStr::from_borrowed(id), abi::BusbarStr::from_borrowed(settings_json));
         // SAFETY: texts and error live for the call, the table as long as the instance.
         let plugin = unsafe { create(id, settings, host.as_ptr(), &mut error) };
         NonNull::new(plugin).ok_or_else(|| match text::message_of(&error) {
-            message if message.is_empty() => "it gave no instance and no reason".into(),
-            message => message,
+            message if message.is_empty() => internal("it gave no instance and no reason"),
+            message => (error.status, message),
         })
     }
 }
 
-impl Drop for PluginLibrary {
+/// A library between `init` and `deinit`.
+struct Initialised(&'static abi::BusbarPluginEntry);
+
+impl Initialised {
+    fn new(entry: &'static abi::BusbarPluginEntry) -> Result<Self, String> {
+        if let Some(init) = entry.init {
+            let mut error = abi::BusbarError::empty();
+            // SAFETY: called before anything else, with an error that lives.
+            if unsafe { init(&mut error) } != abi::BUSBAR_OK {
+                return Err(format!("it failed to start: {}", text::message_of(&error)));
+            }
+        }
+        Ok(Self(entry))
+    }
+}
+
+impl Drop for Initialised {
     fn drop(&mut self) {
-        if let Some(deinit) = self.entry.deinit {
+        if let Some(deinit) = self.0.deinit {
             // SAFETY: every instance holds its library, so none is left.
             unsafe { deinit() }
         }
     }
 }
 
-/// # Safety
-/// `entry` leads to the start of an entry of some version that lives for ever.
-unsafe fn check_entry(
-    entry: *const abi::BusbarPluginEntry,
-) -> Result<&'static abi::BusbarPluginEntry, String> {
+/// Maps a library and checks its entry.
+fn load(path: &Path) -> Result<&'static abi::BusbarPluginEntry, String> {
+    // SAFETY: running the library's initialisers is what loading a plugin
+    // from a configured directory means.
+    let library =
+        unsafe { libloading::Library::new(path) }.map_err(|e| format!("cannot load it: {e}"))?;
+    // SAFETY: the ABI gives this symbol this type; its version is checked
+    // before more than the version is read.
+    let entry = unsafe {
+        library.get::<*const abi::BusbarPluginEntry>(abi::ENTRY_SYMBOL.to_bytes_with_nul())
+    };
+    let entry = entry.map(|symbol| *symbol).map_err(|_| {
+        let symbol = abi::ENTRY_SYMBOL.to_string_lossy();
+        format!("it is no Busbar plugin: it has no symbol '{symbol}'")
+    })?;
+    // Leaked on purpose: see `PluginLibrary`.
+    std::mem::forget(library);
     if entry.is_null() || !entry.is_aligned() {
         return Err("its entry is null or misaligned".into());
     }
     // SAFETY: the first three words are in every version of the entry.
-    let [size, major, minor] = unsafe { entry.cast::<[u32; 3]>().read() };
+    let [_, major, minor] = unsafe { entry.cast::<[u32; 3]>().read() };
     if major != abi::BUSBAR_ABI_MAJOR || minor > abi::BUSBAR_ABI_MINOR {
         return Err(format!(
             "it speaks plugin ABI {major}.{minor}, this host {}.{}: rebuild it with the SDK of \
@@ -111,35 +136,18 @@ unsafe fn check_entry(
             abi::BUSBAR_ABI_MINOR,
         ));
     }
-    if (size as usize) < size_of::<abi::BusbarPluginEntry>() {
-        return Err(format!("its entry is {size} bytes long, too short for its version"));
-    }
-    // SAFETY: version and size say that the whole entry is there.
-    Ok(unsafe { &*entry })
+    checked(entry).ok_or_else(|| "its entry is too short for its version".into())
 }
 
-fn init(
+fn factory_of(
     entry: &'static abi::BusbarPluginEntry,
 ) -> Result<&'static abi::BusbarPluginFactory, String> {
-    if let Some(init) = entry.init {
-        let mut error = abi::BusbarError::empty();
-        // SAFETY: called once, before anything else, with an error that lives.
-        if unsafe { init(&mut error) } != abi::BUSBAR_OK {
-            return Err(format!("it failed to start: {}", text::message_of(&error)));
-        }
-    }
     let get_factory = entry.get_factory.ok_or("its entry has no `get_factory`")?;
-    // SAFETY: a static text; the ABI makes the result a static factory or null.
-    let factory = unsafe {
-        get_factory(abi::BusbarStr::from_static(abi::PLUGIN_FACTORY_ID))
-            .cast::<abi::BusbarPluginFactory>()
-            .as_ref()
-    };
-    let factory = factory.ok_or_else(|| format!("it has no '{}'", abi::PLUGIN_FACTORY_ID))?;
-    if (factory.struct_size as usize) < size_of::<abi::BusbarPluginFactory>() {
-        return Err("its factory is too short for its version".into());
-    }
-    Ok(factory)
+    // SAFETY: a static text; the library is initialised.
+    let factory = unsafe { get_factory(abi::BusbarStr::from_static(abi::PLUGIN_FACTORY_ID)) };
+    checked(factory.cast()).ok_or_else(|| {
+        format!("it has no '{}', or one too short for its version", abi::PLUGIN_FACTORY_ID)
+    })
 }
 
 fn describe(factory: &abi::BusbarPluginFactory, path: &Path) -> Result<Vec<PluginInfo>, String> {
@@ -152,10 +160,11 @@ fn describe(factory: &abi::BusbarPluginFactory, path: &Path) -> Result<Vec<Plugi
     }
     (0..count)
         .map(|index| {
-            // SAFETY: the ABI makes the result static or null.
-            let descriptor = unsafe { descriptor(index).as_ref() };
-            let descriptor =
-                descriptor.ok_or_else(|| format!("plugin {index} has no descriptor"))?;
+            // SAFETY: called on the loading thread, with an index below the count.
+            let descriptor = checked(unsafe { descriptor(index) });
+            let descriptor = descriptor.ok_or_else(|| {
+                format!("plugin {index} has no descriptor, or one too short for its version")
+            })?;
             // SAFETY: as the ABI says, the descriptor and its texts are static.
             unsafe { read_descriptor(descriptor, path) }
         })
@@ -168,11 +177,8 @@ unsafe fn read_descriptor(
     raw: &abi::BusbarPluginDescriptor,
     path: &Path,
 ) -> Result<PluginInfo, String> {
-    if (raw.struct_size as usize) < size_of::<abi::BusbarPluginDescriptor>() {
-        return Err("a descriptor is too short for its version".into());
-    }
-    if raw.capability_count > MAX_ITEMS || (raw.capability_count > 0 && raw.capabilities.is_null())
-    {
+    let list_missing = raw.capabilities.is_null() || !raw.capabilities.is_aligned();
+    if raw.capability_count > MAX_ITEMS || (raw.capability_count > 0 && list_missing) {
         return Err(format!("a descriptor lists no or more than {MAX_ITEMS} capabilities"));
     }
     // SAFETY: the caller vouches for texts and the list.
@@ -204,14 +210,15 @@ unsafe fn read_descriptor(
     })
 }
 
-/// A capability table of an instance, its size checked.
-pub(crate) fn table<T>(pointer: *const c_void) -> Option<&'static T> {
-    // SAFETY: the ABI makes it a table that lives as long as the instance,
-    // which whoever asks for it keeps; its first word is its size.
-    let size = unsafe { pointer.cast::<u32>().as_ref() }?;
-    if (*size as usize) < size_of::<T>() || !pointer.cast::<T>().is_aligned() {
+/// A struct of the ABI that a library gave: not null, aligned, and as long as
+/// this version needs, which its first word says.
+pub(crate) fn checked<T>(pointer: *const T) -> Option<&'static T> {
+    if pointer.is_null() || !pointer.is_aligned() {
         return None;
     }
+    // SAFETY: the ABI makes it a struct that lives as long as the library or
+    // the instance, which whoever asks for it keeps; its size comes first.
+    let size = unsafe { pointer.cast::<u32>().read() };
     // SAFETY: as above, and long enough.
-    unsafe { pointer.cast::<T>().as_ref() }
+    (size as usize >= size_of::<T>()).then(|| unsafe { &*pointer })
 }

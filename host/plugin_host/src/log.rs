@@ -1,6 +1,7 @@
 //! The host table of one instance, and its log.
 
 use std::ffi::c_void;
+use std::ptr::NonNull;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -13,9 +14,8 @@ const MAX_LINE_BYTES: usize = 2048;
 
 /// What an instance gets from the host, and the memory behind it.
 pub(crate) struct HostTable {
-    raw: abi::BusbarHost,
-    // Boxed, since the plugin keeps its address.
-    _log: Box<Log>,
+    raw: Box<abi::BusbarHost>,
+    log: NonNull<Log>,
 }
 
 struct Log {
@@ -31,37 +31,39 @@ struct Rate {
 
 impl HostTable {
     /// A table for the instance of this configuration id.
-    pub(crate) fn new(instance: &str) -> Box<Self> {
+    pub(crate) fn new(instance: &str) -> Self {
         let rate = Rate { second: Instant::now(), lines: 0, dropped: 0 };
         let log = Box::new(Log { instance: instance.to_owned(), rate: Mutex::new(rate) });
-        let raw = abi::BusbarHost {
+        let log = NonNull::from(Box::leak(log));
+        let raw = Box::new(abi::BusbarHost {
             struct_size: size_of::<abi::BusbarHost>() as u32,
             abi_major: abi::BUSBAR_ABI_MAJOR,
             abi_minor: abi::BUSBAR_ABI_MINOR,
             reserved: 0,
-            context: std::ptr::from_ref::<Log>(&log).cast_mut().cast(),
+            context: log.as_ptr().cast(),
             log: Some(write_line),
-        };
-        Box::new(Self { raw, _log: log })
+        });
+        Self { raw, log }
     }
 
     pub(crate) fn as_ptr(&self) -> *const abi::BusbarHost {
-        &self.raw
+        &raw const *self.raw
+    }
+}
+
+impl Drop for HostTable {
+    fn drop(&mut self) {
+        // SAFETY: `new` leaked it; the instance that used it is destroyed.
+        drop(unsafe { Box::from_raw(self.log.as_ptr()) });
     }
 }
 
 unsafe extern "C" fn write_line(context: *mut c_void, level: u32, message: abi::BusbarStr) {
     // SAFETY: `context` is the `Log` of a live `HostTable`; only shared access.
-    let Some(log) = (unsafe { context.cast::<Log>().as_ref() }) else {
-        return;
-    };
-    // SAFETY: the plugin gives a readable text.
-    let message = match unsafe { crate::text::read(message) } {
-        Ok(message) => message,
-        Err(what) => format!("(unreadable log line: {what})"),
-    };
+    let Some(log) = (unsafe { context.cast::<Log>().as_ref() }) else { return };
     let Some(dropped) = log.admit() else { return };
-    let line = &message[..message.floor_char_boundary(MAX_LINE_BYTES)];
+    // SAFETY: the plugin gives a readable text.
+    let line = unsafe { crate::text::read_short(message, MAX_LINE_BYTES) };
     let plugin = &log.instance;
     if dropped > 0 {
         tracing::warn!(%plugin, "{dropped} log lines dropped: too many a second");

@@ -11,10 +11,12 @@ use busbar_tags::{Quality, Reason, TagHandle, TagState, Value, ValueKind};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
 use crate::{Instance, PluginError};
 
-/// Primitives that one overlay may draw in a frame.
-const MAX_PRIMITIVES: usize = 1 << 18;
-/// Bytes of text that one overlay may draw in a frame.
-const MAX_TEXT_BYTES: usize = 1 << 24;
+/// Primitives that one overlay may draw in a frame, a binding.
+const MAX_PRIMITIVES_A_BINDING: usize = 8;
+/// Bytes of text that one overlay may draw in a frame, a primitive.
+const MAX_TEXT_A_PRIMITIVE: usize = 256;
+/// Bytes of one caption or value.
+const MAX_PART_BYTES: usize = 256;
 
 /// A tag bound to a node.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,11 +115,13 @@ impl Overlay {
         };
         let raw: Vec<_> = bindings.iter().map(binding_to_abi).collect();
         let mut error = abi::BusbarError::empty();
+        let serial = instance.serialise();
         // SAFETY: bindings, their texts and the error live for the call.
         let status = unsafe { configure(instance.as_ptr(), raw.as_ptr(), raw.len(), &mut error) };
+        drop(serial);
         instance.outcome(status, &error)?;
-        let primitives = vec![NO_PRIMITIVE; bindings.len() * 2 + 16];
-        let text = vec![0; bindings.len() * 64 + 1024];
+        let primitives = vec![NO_PRIMITIVE; bindings.len() * 2 + 1];
+        let text = vec![0; primitives.len() * 32];
         let bound_nodes = bindings.iter().map(|b| b.node).collect();
         Ok(Self { instance, table, bindings, bound_nodes, primitives, text })
     }
@@ -154,8 +158,10 @@ impl Overlay {
             let mut output = self.empty_output();
             let mut error = abi::BusbarError::empty();
             let draw = self.table.draw.ok_or_else(|| self.instance.violation("`draw` is null"))?;
+            let serial = self.instance.serialise();
             // SAFETY: frame, buffers and error live for the call.
             let status = unsafe { draw(self.instance.as_ptr(), &frame, &mut output, &mut error) };
+            drop(serial);
             if status == abi::BUSBAR_BUFFER_TOO_SMALL && self.grow() {
                 continue;
             }
@@ -178,15 +184,13 @@ impl Overlay {
         }
     }
 
-    /// Doubles the buffers; false at their limits.
+    /// Doubles the buffers up to their limits; false if both are there.
     fn grow(&mut self) -> bool {
-        let (primitives, text) = (self.primitives.len() * 2, self.text.len() * 2);
-        if primitives > MAX_PRIMITIVES || text > MAX_TEXT_BYTES {
-            return false;
-        }
-        self.primitives.resize(primitives, NO_PRIMITIVE);
-        self.text.resize(text, 0);
-        true
+        let before = (self.primitives.len(), self.text.len());
+        let most = (self.bindings.len() + 1) * MAX_PRIMITIVES_A_BINDING;
+        self.primitives.resize((before.0 * 2).min(most), NO_PRIMITIVE);
+        self.text.resize((before.1 * 2).min(most * MAX_TEXT_A_PRIMITIVE), 0);
+        before != (self.primitives.len(), self.text.len())
     }
 
     fn read(&self, count: usize, text_len: usize) -> Result<OverlayPicture, String> {
@@ -194,6 +198,9 @@ impl Overlay {
         let text = self.text.get(..text_len).ok_or("it claims too much text")?;
         let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
         let part = |offset: u32, len: u32| {
+            if len as usize > MAX_PART_BYTES {
+                return Err("a caption or value is longer than 256 bytes");
+            }
             let range: Range<usize> = offset as usize..offset as usize + len as usize;
             text.get(range).map(str::to_owned).ok_or("a primitive names text that is not there")
         };

@@ -1,6 +1,7 @@
 //! Capability `busbar.telemetry/1`.
 
 use std::ffi::c_void;
+use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -9,6 +10,13 @@ use busbar_plugin_abi as abi;
 use busbar_tags::{DoublePoint, Quality, Reason, Sample, SampleQueue, TagHandle, Value, ValueKind};
 
 use crate::{Instance, PluginError, text};
+
+/// Samples in one batch.
+const MAX_BATCH: usize = 1 << 20;
+/// Bytes of what a plugin says of its link.
+const MAX_LINK_MESSAGE_BYTES: usize = 512;
+/// How far a source's clock may be ahead of the host's.
+const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
 
 /// A tag that a telemetry plugin is to serve.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,13 +47,15 @@ pub enum LinkState {
     Down,
 }
 
-/// What a plugin last said of its link.
+/// What a plugin last said of its link, and what came through it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LinkReport {
     /// State.
     pub state: LinkState,
     /// A sentence for operators.
     pub message: String,
+    /// Time since the last sample; `None` before the first.
+    pub silent_for: Option<Duration>,
     /// Samples that named no tag of this plugin or made no sense.
     pub rejected: u64,
     /// Samples lost because the queue was full.
@@ -54,18 +64,21 @@ pub struct LinkReport {
 
 /// A running telemetry plugin; dropping it stops it.
 pub struct Telemetry {
-    // Dropped after `stop` was called in `drop`.
-    sink: Box<Sink>,
+    // Freed after `stop` was called in `drop`.
+    _sink: Sink,
+    context: Arc<SinkContext>,
     table: &'static abi::BusbarTelemetry,
     instance: Arc<Instance>,
 }
 
+/// What the plugin's sink pointers lead to; never moved.
 struct Sink {
-    raw: abi::BusbarSampleSink,
-    context: Box<SinkContext>,
+    raw: NonNull<abi::BusbarSampleSink>,
+    context: *const SinkContext,
 }
 
-// SAFETY: the raw pointer leads to `context`, which is shared and `Sync`.
+// SAFETY: the pointers lead to memory that only `drop` frees; what is behind
+// them is shared and `Sync`.
 unsafe impl Send for Sink {}
 // SAFETY: as above.
 unsafe impl Sync for Sink {}
@@ -75,6 +88,7 @@ struct SinkContext {
     /// By tag handle: whether the tag is this plugin's.
     owned: Vec<bool>,
     link: Mutex<(LinkState, String)>,
+    last_sample: Mutex<Option<Instant>>,
     rejected: AtomicU64,
 }
 
@@ -93,13 +107,17 @@ impl Telemetry {
             return Err(instance.violation("`start` or `stop` is null"));
         };
         let specs: Vec<_> = tags.iter().map(to_abi).collect();
-        let sink = Sink::new(tags, queue);
+        let context = Arc::new(SinkContext::new(tags, queue));
+        let sink = Sink::new(context.clone());
         let mut error = abi::BusbarError::empty();
+        let serial = instance.serialise();
         // SAFETY: specs live for the call, the sink until `stop` returned.
-        let status =
-            unsafe { start(instance.as_ptr(), specs.as_ptr(), specs.len(), &sink.raw, &mut error) };
+        let status = unsafe {
+            start(instance.as_ptr(), specs.as_ptr(), specs.len(), sink.raw.as_ptr(), &mut error)
+        };
+        drop(serial);
         instance.outcome(status, &error)?;
-        Ok(Self { sink, table, instance })
+        Ok(Self { _sink: sink, context, table, instance })
     }
 
     /// Whether an instance could serve these tags, without connecting.
@@ -108,11 +126,10 @@ impl Telemetry {
     /// As [`Telemetry::start`].
     pub fn check(instance: &Instance, tags: &[TelemetryTag]) -> Result<(), PluginError> {
         let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
-        let Some(check) = table.check else {
-            return Ok(());
-        };
+        let Some(check) = table.check else { return Ok(()) };
         let specs: Vec<_> = tags.iter().map(to_abi).collect();
         let mut error = abi::BusbarError::empty();
+        let _serial = instance.serialise();
         // SAFETY: specs and error live for the call.
         let status = unsafe { check(instance.as_ptr(), specs.as_ptr(), specs.len(), &mut error) };
         instance.outcome(status, &error)
@@ -125,16 +142,23 @@ impl Telemetry {
 
     /// What it last said of its link.
     pub fn link(&self) -> LinkReport {
-        let context = &self.sink.context;
+        let context = &self.context;
         let (state, message) = context.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let rejected = context.rejected.load(Ordering::Relaxed);
-        LinkReport { state, message, rejected, dropped: context.queue.dropped() }
+        let last = *context.last_sample.lock().unwrap_or_else(PoisonError::into_inner);
+        LinkReport {
+            state,
+            message,
+            silent_for: last.map(|last| last.elapsed()),
+            rejected: context.rejected.load(Ordering::Relaxed),
+            dropped: context.queue.dropped(),
+        }
     }
 }
 
 impl Drop for Telemetry {
     fn drop(&mut self) {
         if let Some(stop) = self.table.stop {
+            let _serial = self.instance.serialise();
             // SAFETY: it was started; the sink lives until after this call.
             unsafe { stop(self.instance.as_ptr()) }
         }
@@ -142,26 +166,44 @@ impl Drop for Telemetry {
 }
 
 impl Sink {
-    fn new(tags: &[TelemetryTag], queue: Arc<SampleQueue>) -> Box<Self> {
+    fn new(context: Arc<SinkContext>) -> Self {
+        let context = Arc::into_raw(context);
+        let raw = Box::new(abi::BusbarSampleSink {
+            struct_size: size_of::<abi::BusbarSampleSink>() as u32,
+            reserved: 0,
+            context: context.cast_mut().cast(),
+            publish: Some(publish),
+            report_link: Some(report_link),
+        });
+        Self { raw: NonNull::from(Box::leak(raw)), context }
+    }
+}
+
+impl Drop for Sink {
+    fn drop(&mut self) {
+        // SAFETY: `new` leaked both; after `stop`, or a failed `start`, the
+        // plugin uses them no more.
+        unsafe {
+            drop(Box::from_raw(self.raw.as_ptr()));
+            drop(Arc::from_raw(self.context));
+        }
+    }
+}
+
+impl SinkContext {
+    fn new(tags: &[TelemetryTag], queue: Arc<SampleQueue>) -> Self {
         let size = tags.iter().map(|t| t.tag.0 as usize + 1).max().unwrap_or(0);
         let mut owned = vec![false; size];
         for tag in tags {
             owned[tag.tag.0 as usize] = true;
         }
-        let context = Box::new(SinkContext {
+        Self {
             queue,
             owned,
             link: Mutex::default(),
+            last_sample: Mutex::default(),
             rejected: AtomicU64::new(0),
-        });
-        let raw = abi::BusbarSampleSink {
-            struct_size: size_of::<abi::BusbarSampleSink>() as u32,
-            reserved: 0,
-            context: std::ptr::from_ref::<SinkContext>(&context).cast_mut().cast(),
-            publish: Some(publish),
-            report_link: Some(report_link),
-        };
-        Box::new(Self { raw, context })
+        }
     }
 }
 
@@ -174,17 +216,20 @@ unsafe extern "C" fn publish(
     let Some(context) = (unsafe { context.cast::<SinkContext>().as_ref() }) else {
         return 0;
     };
-    if count == 0 || samples.is_null() || !samples.is_aligned() {
+    if count == 0 || count > MAX_BATCH || samples.is_null() || !samples.is_aligned() {
+        context.rejected.fetch_add(count as u64, Ordering::Relaxed);
         return 0;
     }
     // SAFETY: the plugin gives `count` samples.
     let samples = unsafe { std::slice::from_raw_parts(samples, count) };
-    let received = Instant::now();
-    let valid = samples.iter().filter_map(|raw| {
-        let sample = context.check(raw, received);
-        context.rejected.fetch_add(u64::from(sample.is_none()), Ordering::Relaxed);
-        sample
-    });
+    let (received, wall_clock) = (Instant::now(), SystemTime::now());
+    // Checked before the queue is locked: the frame waits for that lock.
+    let valid: Vec<_> =
+        samples.iter().filter_map(|raw| context.check(raw, received, wall_clock)).collect();
+    context.rejected.fetch_add((count - valid.len()) as u64, Ordering::Relaxed);
+    if !valid.is_empty() {
+        *context.last_sample.lock().unwrap_or_else(PoisonError::into_inner) = Some(received);
+    }
     context.queue.publish(valid)
 }
 
@@ -200,12 +245,17 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
         _ => LinkState::Idle,
     };
     // SAFETY: the plugin gives a readable text.
-    let message = unsafe { text::read(message) }.unwrap_or_else(|what| format!("({what})"));
+    let message = unsafe { text::read_short(message, MAX_LINK_MESSAGE_BYTES) };
     *context.link.lock().unwrap_or_else(PoisonError::into_inner) = (state, message);
 }
 
 impl SinkContext {
-    fn check(&self, raw: &abi::BusbarSample, received: Instant) -> Option<Sample> {
+    fn check(
+        &self,
+        raw: &abi::BusbarSample,
+        received: Instant,
+        wall_clock: SystemTime,
+    ) -> Option<Sample> {
         if !self.owned.get(raw.tag as usize).copied().unwrap_or(false) {
             return None;
         }
@@ -230,8 +280,12 @@ impl SinkContext {
             abi::BUSBAR_QUALITY_BAD => Quality::Bad(reason),
             _ => return None,
         };
-        let source_time = time_from_abi(raw.source_time_unix_nanos);
-        Some(Sample { tag: TagHandle(raw.tag), value, quality, source_time, received })
+        // A time in the future orders nothing: it would shut out all that follows.
+        let source_time = time_from_abi(raw.source_time_unix_nanos)
+            .filter(|&time| time <= wall_clock + MAX_CLOCK_AHEAD);
+        let lag = source_time.and_then(|time| wall_clock.duration_since(time).ok());
+        let lag = lag.unwrap_or_default();
+        Some(Sample { tag: TagHandle(raw.tag), value, quality, source_time, lag, received })
     }
 }
 

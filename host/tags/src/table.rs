@@ -1,10 +1,9 @@
 //! The tag table: the last value of every tag, and what it is worth.
 
-use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::{Quality, Reason, Sample, Value, ValueKind};
+use crate::{DoublePoint, Quality, Reason, Sample, Value, ValueKind};
 
 /// Names a tag within one table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,17 +33,13 @@ pub struct TagState {
     pub value: Option<Value>,
     /// Quality, freshness included.
     pub quality: Quality,
-    /// Time since the value came.
+    /// Age of the value: time since it came, and its lag before that.
     pub age: Option<Duration>,
-    /// Time at the source of the value.
-    pub source_time: Option<SystemTime>,
 }
 
 /// All tags at one instant, by handle.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// The instant.
-    pub taken: Instant,
     states: Vec<TagState>,
 }
 
@@ -64,42 +59,31 @@ pub struct QualityCounts {
 pub struct TagTable {
     specs: Vec<TagSpec>,
     entries: Vec<Entry>,
-    by_id: HashMap<String, TagHandle>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     value: Option<Value>,
-    value_received: Option<Instant>,
+    /// When the value was true: when it came, less its lag.
+    value_from: Option<Instant>,
     source_time: Option<SystemTime>,
-    quality: Quality,
+    /// What the source says of the tag.
+    source_quality: Quality,
+    /// What the host says of the value.
+    verdict: Quality,
 }
 
 impl TagTable {
-    /// A table of tags without values. Ids must differ; of two alike, the
-    /// first is found by [`TagTable::find`].
+    /// A table of tags without values. A tag's handle is its place in `specs`.
     pub fn new(specs: Vec<TagSpec>) -> Self {
         let entry = Entry {
             value: None,
-            value_received: None,
+            value_from: None,
             source_time: None,
-            quality: Quality::Bad(Reason::NotConnected),
+            source_quality: Quality::Bad(Reason::NotConnected),
+            verdict: Quality::Good,
         };
-        let mut by_id = HashMap::with_capacity(specs.len());
-        for (index, spec) in specs.iter().enumerate() {
-            by_id.entry(spec.id.clone()).or_insert(TagHandle(index as u32));
-        }
-        Self { entries: vec![entry; specs.len()], specs, by_id }
-    }
-
-    /// What each tag is, by handle.
-    pub fn specs(&self) -> &[TagSpec] {
-        &self.specs
-    }
-
-    /// The handle of a tag id.
-    pub fn find(&self, id: &str) -> Option<TagHandle> {
-        self.by_id.get(id).copied()
+        Self { entries: vec![entry; specs.len()], specs }
     }
 
     /// Takes samples over, in order. Returns how many named no tag of this
@@ -111,7 +95,7 @@ impl TagTable {
     /// All tags as they are at `now`.
     pub fn snapshot(&self, now: Instant) -> Snapshot {
         let state = |(entry, spec): (&Entry, &TagSpec)| entry.state(spec, now);
-        Snapshot { taken: now, states: self.entries.iter().zip(&self.specs).map(state).collect() }
+        Snapshot { states: self.entries.iter().zip(&self.specs).map(state).collect() }
     }
 
     fn apply_one(&mut self, sample: &Sample) -> bool {
@@ -119,31 +103,33 @@ impl TagTable {
         let (Some(entry), Some(spec)) = (self.entries.get_mut(index), self.specs.get(index)) else {
             return false;
         };
+        let Some(value) = sample.value else {
+            entry.source_quality = sample.quality;
+            return true;
+        };
         // An older source time never overwrites a newer one.
         if let (Some(new), Some(old)) = (sample.source_time, entry.source_time)
             && new < old
         {
             return false;
         }
-        entry.quality = sample.quality.worst(judge(sample.value, spec));
-        if let Some(value) = sample.value {
-            entry.value = Some(value);
-            entry.value_received = Some(sample.received);
-        }
-        if sample.source_time.is_some() {
-            entry.source_time = sample.source_time;
-        }
+        entry.source_quality = sample.quality;
+        entry.value = Some(value);
+        entry.verdict = judge(value, spec);
+        // A value that was old when it came is as old as its source says.
+        entry.value_from = sample.received.checked_sub(sample.lag).or(Some(sample.received));
+        entry.source_time = sample.source_time;
         true
     }
 }
 
 /// What the host itself says of a value.
-fn judge(value: Option<Value>, spec: &TagSpec) -> Quality {
-    let Some(value) = value else {
-        return Quality::Good;
-    };
+fn judge(value: Value, spec: &TagSpec) -> Quality {
     if value.kind() != spec.kind {
         return Quality::Bad(Reason::Configuration);
+    }
+    if value == Value::DoublePoint(DoublePoint::BadState) {
+        return Quality::Uncertain(Reason::Sensor);
     }
     match (value.as_number(), &spec.range) {
         (Some(number), _) if !number.is_finite() => Quality::Bad(Reason::NotFinite),
@@ -156,7 +142,7 @@ fn judge(value: Option<Value>, spec: &TagSpec) -> Quality {
 
 impl Entry {
     fn state(&self, spec: &TagSpec, now: Instant) -> TagState {
-        let age = self.value_received.map(|received| now.saturating_duration_since(received));
+        let age = self.value_from.map(|from| now.saturating_duration_since(from));
         let fresh = match age {
             None => Quality::Bad(Reason::NotConnected),
             Some(age) if age > spec.freshness => Quality::Bad(Reason::Stale),
@@ -164,9 +150,8 @@ impl Entry {
         };
         TagState {
             value: self.value,
-            quality: self.quality.worst(fresh),
+            quality: self.source_quality.worst(self.verdict).worst(fresh),
             age,
-            source_time: self.source_time,
         }
     }
 }
@@ -199,7 +184,7 @@ impl Snapshot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DoublePoint, MAX_QUEUED_SAMPLES, SampleQueue};
+    use crate::{MAX_QUEUED_SAMPLES, SampleQueue};
 
     const TAG: TagHandle = TagHandle(0);
 
@@ -220,6 +205,7 @@ mod tests {
             value: Some(Value::F64(value)),
             quality: Quality::Good,
             source_time: None,
+            lag: Duration::ZERO,
             received,
         }
     }
@@ -261,6 +247,37 @@ mod tests {
     }
 
     #[test]
+    fn a_good_quality_without_a_value_does_not_launder_a_bad_value() {
+        let now = Instant::now();
+        for value in [Value::F64(f64::NAN), Value::F64(151.0), Value::Bool(true)] {
+            let mut table = table();
+            table.apply([Sample { value: Some(value), ..sample(0.0, now) }]);
+            let before = quality_of(&table, now);
+            assert!(!before.is_good());
+            table.apply([Sample { value: None, quality: Quality::Good, ..sample(0.0, now) }]);
+            assert_eq!(quality_of(&table, now), before, "{value:?}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_was_old_when_it_came_is_stale_at_once() {
+        let (mut table, now) = (table(), Instant::now());
+        table.apply([Sample { lag: Duration::from_secs(4), ..sample(60.0, now) }]);
+        assert_eq!(quality_of(&table, now), Quality::Bad(Reason::Stale));
+    }
+
+    #[test]
+    fn a_bad_quality_is_taken_whatever_its_source_time() {
+        let (mut table, now) = (table(), Instant::now());
+        let new = SystemTime::UNIX_EPOCH + Duration::from_secs(100);
+        table.apply([Sample { source_time: Some(new), ..sample(1.0, now) }]);
+        let bad = Quality::Bad(Reason::Communication);
+        let old = Some(SystemTime::UNIX_EPOCH);
+        table.apply([Sample { value: None, quality: bad, source_time: old, ..sample(0.0, now) }]);
+        assert_eq!(quality_of(&table, now), bad);
+    }
+
+    #[test]
     fn an_older_source_time_never_overwrites_a_newer_one() {
         let (mut table, now) = (table(), Instant::now());
         let new = SystemTime::UNIX_EPOCH + Duration::from_secs(100);
@@ -284,6 +301,14 @@ mod tests {
         check(Value::F64(f64::NAN), Quality::Bad(Reason::NotFinite));
         check(Value::F64(f64::INFINITY), Quality::Bad(Reason::NotFinite));
         check(Value::DoublePoint(DoublePoint::On), Quality::Bad(Reason::Configuration));
+        let mut table = TagTable::new(vec![TagSpec {
+            kind: ValueKind::DoublePoint,
+            range: None,
+            ..table().specs[0].clone()
+        }]);
+        let faulty = Some(Value::DoublePoint(DoublePoint::BadState));
+        table.apply([Sample { value: faulty, ..sample(0.0, now) }]);
+        assert_eq!(quality_of(&table, now), Quality::Uncertain(Reason::Sensor));
     }
 
     #[test]

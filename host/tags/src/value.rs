@@ -1,7 +1,7 @@
 //! Values, qualities and samples.
 
 use std::fmt;
-use std::time::{Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use crate::TagHandle;
 
@@ -85,8 +85,10 @@ pub struct Sample {
     pub value: Option<Value>,
     /// Quality at the source.
     pub quality: Quality,
-    /// Time at the source, if it gave one.
+    /// Time at the source, if it gave one. Orders the values of a tag.
     pub source_time: Option<SystemTime>,
+    /// How old it was already when the host got it.
+    pub lag: Duration,
     /// When the host got it, on the monotonic clock.
     pub received: Instant,
 }

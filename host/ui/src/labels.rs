@@ -19,9 +19,11 @@ const STAND_OFF: f32 = 34.0;
 /// Places tried for one box; one that finds none shrinks to a dot.
 const MAX_TRIES: usize = 4 * DIRECTIONS.len();
 /// Radians from straight up, in the order of preference.
-const DIRECTIONS: [f32; 10] = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57, 2.3, -2.3, 3.14];
-/// Labels laid out in a frame, the most urgent and nearest first.
-const MAX_LABELS: usize = 200;
+const DIRECTIONS: [f32; 10] = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57, 2.3, -2.3, 3.0];
+/// Boxes in a frame, the most urgent and nearest first; the rest are dots.
+const MAX_BOXES: usize = 200;
+/// Lines of a box, the most urgent first.
+const MAX_LINES: usize = 12;
 
 /// Paints labels over the scene, clipped to the viewport.
 pub(crate) fn paint(ui: &Ui, labels: &[Label]) {
@@ -39,7 +41,11 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label]) {
     });
     let mut taken: Vec<Rect> = Vec::new();
     let mut boxes = Vec::new();
-    for label in ordered.into_iter().take(MAX_LABELS) {
+    for label in ordered {
+        if boxes.len() == MAX_BOXES {
+            anchor_dot(&painter, label);
+            continue;
+        }
         let laid_out = LabelBox::lay_out(&painter, label);
         match place(laid_out.size, label.anchor, viewport.shrink(4.0), &taken) {
             Some(rect) => {
@@ -77,7 +83,7 @@ fn place(size: Vec2, anchor: Pos2, within: Rect, taken: &[Rect]) -> Option<Rect>
 /// The texts of a label, measured.
 struct LabelBox {
     title: Arc<Galley>,
-    rows: Vec<[Arc<Galley>; 3]>,
+    rows: Vec<(Mark, [Arc<Galley>; 3])>,
     columns: [f32; 3],
     size: Vec2,
 }
@@ -85,21 +91,26 @@ struct LabelBox {
 impl LabelBox {
     fn lay_out(painter: &Painter, label: &Label) -> Self {
         let text = |text: String, font, color: Color32| painter.layout_no_wrap(text, font, color);
-        let title = text(label.title.clone(), theme::small_font(), theme::FAINT_INK);
-        let rows: Vec<[Arc<Galley>; 3]> = label
-            .lines
-            .iter()
+        let lines = most_urgent_lines(label);
+        let hidden = label.lines.len() - lines.len();
+        let more = if hidden > 0 { format!("   +{hidden} more") } else { String::new() };
+        let title = format!("{}{more}", label.title);
+        let title = text(title, theme::small_font(), theme::FAINT_INK);
+        let rows: Vec<(Mark, [Arc<Galley>; 3])> = lines
+            .into_iter()
             .map(|line| {
                 let (_, ink) = theme::ground_and_ink(&line.mark);
-                [
+                let galleys = [
                     text(line.caption.clone(), theme::value_font(), theme::FAINT_INK),
                     text(line.text.clone(), theme::value_font(), ink),
                     text(note(line), theme::small_font(), ink),
-                ]
+                ];
+                (line.mark.clone(), galleys)
             })
             .collect();
-        let columns =
-            std::array::from_fn(|i| rows.iter().map(|row| row[i].size().x).fold(0.0, f32::max));
+        let columns = std::array::from_fn(|i| {
+            rows.iter().map(|(_, row)| row[i].size().x).fold(0.0, f32::max)
+        });
         let [caption, value, note] = columns;
         let note = if note > 0.0 { note + COLUMN_GAP } else { 0.0 };
         let width = (caption + COLUMN_GAP + value + note + 8.0).max(title.size().x);
@@ -115,15 +126,14 @@ impl LabelBox {
         let inner = rect.shrink(PADDING);
         painter.galley(inner.min, self.title, theme::FAINT_INK);
         let [caption_width, value_width, _] = self.columns;
-        for (index, (line, [caption, value, note])) in label.lines.iter().zip(self.rows).enumerate()
-        {
+        for (index, (mark, [caption, value, note])) in self.rows.into_iter().enumerate() {
             let top = inner.top() + TITLE_HEIGHT + index as f32 * ROW_HEIGHT;
             let value_left = inner.left() + caption_width + COLUMN_GAP;
             let ground = Rect::from_min_max(
                 pos2(value_left - 4.0, top),
                 pos2(inner.right(), top + ROW_HEIGHT - 1.0),
             );
-            hatch::ground(painter, ground, &line.mark);
+            hatch::ground(painter, ground, &mark);
             let middle = ground.center().y;
             let at = |x: f32, galley: &Galley| pos2(x, middle - galley.size().y * 0.5);
             painter.galley(at(inner.left(), &caption), caption.clone(), theme::FAINT_INK);
@@ -131,7 +141,7 @@ impl LabelBox {
             // On stripes, text needs a ground of its own to stay legible.
             for (x, galley) in [(value_x, value), (value_left + value_width + COLUMN_GAP, note)] {
                 let text_rect = Rect::from_min_size(at(x, &galley), galley.size());
-                if matches!(line.mark, Mark::Bad { .. } | Mark::Uncertain { .. })
+                if matches!(mark, Mark::Bad { .. } | Mark::Uncertain { .. })
                     && galley.size().x > 0.0
                 {
                     painter.rect_filled(text_rect.expand2(vec2(2.0, -1.0)), 2.0, theme::PAPER);
@@ -140,6 +150,15 @@ impl LabelBox {
             }
         }
     }
+}
+
+/// The lines that a box has room for, in their own order.
+fn most_urgent_lines(label: &Label) -> Vec<&LabelLine> {
+    let mut ranked: Vec<(usize, &LabelLine)> = label.lines.iter().enumerate().collect();
+    ranked.sort_by_key(|(_, line)| std::cmp::Reverse(line.mark.urgency()));
+    ranked.truncate(MAX_LINES);
+    ranked.sort_by_key(|(index, _)| *index);
+    ranked.into_iter().map(|(_, line)| line).collect()
 }
 
 /// What stands behind a value that is not simply good.

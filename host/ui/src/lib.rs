@@ -14,7 +14,8 @@ mod view_model;
 mod viewport;
 
 pub use view_model::{
-    Command, Label, LabelLine, LinkLamp, Mark, ModelRow, PluginRow, StatusLine, TagRow, ViewModel,
+    Command, Label, LabelLine, LinkLamp, Mark, ModelRow, PluginRow, StatusLine, TagRow, TagRows,
+    ViewModel,
 };
 
 use std::num::NonZeroUsize;
@@ -23,6 +24,8 @@ use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect,
 
 /// Width of the side panel, points.
 const SIDE_PANEL_WIDTH: f32 = 400.0;
+/// Share of the side panel that models, or plugins, may take before they scroll.
+const MAX_PART_OF_PANEL: f32 = 0.35;
 
 /// The panels and their egui context.
 pub struct Panels {
@@ -62,6 +65,7 @@ impl Panels {
         &mut self,
         input: RawInput,
         model: &ViewModel,
+        tags: &dyn TagRows,
         mut labels: impl FnMut(Rect, &[Command]) -> Vec<Label>,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
@@ -74,7 +78,7 @@ impl Panels {
                     .show(ui, |ui| status_bar::show(ui, &model.status, model.selected.as_deref()));
                 Panel::left("side")
                     .default_size(SIDE_PANEL_WIDTH)
-                    .show(ui, |ui| side_panel(ui, model, &mut commands));
+                    .show(ui, |ui| side_panel(ui, model, tags, &mut commands));
             }
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
                 viewport = ui.max_rect();
@@ -90,15 +94,31 @@ impl Panels {
     }
 }
 
-fn side_panel(ui: &mut egui::Ui, model: &ViewModel, commands: &mut Vec<Command>) {
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+/// Models above, plugins below, and the tags in what is left.
+fn side_panel(
+    ui: &mut egui::Ui,
+    model: &ViewModel,
+    tags: &dyn TagRows,
+    commands: &mut Vec<Command>,
+) {
+    let part = ui.available_height() * MAX_PART_OF_PANEL;
+    Panel::top("models").show_separator_line(false).frame(Frame::NONE).show(ui, |ui| {
         ui.heading("Models");
-        model_panel::show(ui, model, commands);
-        ui.add_space(8.0);
-        ui.heading("Tags");
-        tag_panel::show(ui, &model.tags, commands);
-        ui.add_space(8.0);
+        ScrollArea::vertical().id_salt("models").max_height(part).show(ui, |ui| {
+            model_panel::show(ui, model, commands);
+        });
+        model_panel::show_view_controls(ui, model, commands);
+    });
+    Panel::bottom("plugins").show_separator_line(false).frame(Frame::NONE).show(ui, |ui| {
+        ui.add_space(6.0);
         ui.heading("Plugins");
-        plugin_panel::show(ui, &model.plugins);
+        ScrollArea::vertical().id_salt("plugins").max_height(part).show(ui, |ui| {
+            plugin_panel::show(ui, &model.plugins);
+        });
+    });
+    CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+        ui.add_space(6.0);
+        ui.heading(format!("Tags ({})", tags.len()));
+        tag_panel::show(ui, tags, commands);
     });
 }

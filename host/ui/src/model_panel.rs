@@ -2,7 +2,7 @@
 
 use egui::{RichText, Slider, Ui};
 
-use crate::{Command, ViewModel, theme};
+use crate::{Command, ModelRow, ViewModel, theme};
 
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     for (index, row) in model.models.iter().enumerate() {
@@ -10,14 +10,9 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
             ui.label(RichText::new(&row.name).strong());
             ui.label(RichText::new(format!("× {}", row.instances)).color(theme::FAINT_INK));
         });
-        let mut percent = row.theta * 100.0;
-        ui.horizontal(|ui| {
-            ui.label("theta");
-            let slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
-            if ui.add(slider).changed() {
-                commands.push(Command::SetTheta { model: index, theta: percent / 100.0 });
-            }
-        });
+        if row.s1 + row.s2 > 0 {
+            theta_slider(ui, index, row, commands);
+        }
         let sizes = format!(
             "S1 {}   S2 {}   triangles {}",
             thousands(row.s1),
@@ -27,7 +22,22 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         ui.label(RichText::new(sizes).color(theme::FAINT_INK));
         ui.add_space(4.0);
     }
+}
+
+fn theta_slider(ui: &mut Ui, model: usize, row: &ModelRow, commands: &mut Vec<Command>) {
+    let mut percent = row.theta * 100.0;
     ui.horizontal(|ui| {
+        ui.label("theta");
+        let slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
+        if ui.add(slider).changed() {
+            commands.push(Command::SetTheta { model, theta: percent / 100.0 });
+        }
+    });
+}
+
+/// What concerns the whole view: wireframe and cameras.
+pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
+    ui.horizontal_wrapped(|ui| {
         let mut wireframe = model.wireframe;
         if ui.checkbox(&mut wireframe, "Wireframe").changed() {
             commands.push(Command::SetWireframe(wireframe));

@@ -6,7 +6,7 @@ use crate::{LinkLamp, PluginRow, theme};
 
 pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow]) {
     for plugin in plugins {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(&plugin.name).strong());
             ui.label(RichText::new(&plugin.plugin).color(theme::FAINT_INK));
             let state = match plugin.lamp {
@@ -16,9 +16,7 @@ pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow]) {
                 LinkLamp::Down => "× down",
             };
             ui.label(state);
+            ui.label(RichText::new(&plugin.message).color(theme::FAINT_INK));
         });
-        if !plugin.message.is_empty() {
-            ui.add(egui::Label::new(RichText::new(&plugin.message).color(theme::FAINT_INK)).wrap());
-        }
     }
 }

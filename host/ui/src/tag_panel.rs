@@ -1,23 +1,27 @@
 //! The tag table: value, unit, quality, age.
 
-use egui::{Align, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
+use egui::{Align, Layout, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 
 use crate::view_model::age_text;
-use crate::{Command, Mark, TagRow, hatch, theme};
+use crate::{Command, Mark, TagRow, TagRows, hatch, theme};
 
 /// Height of a row, points.
-const ROW_HEIGHT: f32 = 20.0;
+const ROW_HEIGHT: f32 = 18.0;
 /// Shares of the width: name, value, quality, age.
 const COLUMNS: [f32; 4] = [0.36, 0.24, 0.26, 0.14];
 
-pub(crate) fn show(ui: &mut Ui, tags: &[TagRow], commands: &mut Vec<Command>) {
+pub(crate) fn show(ui: &mut Ui, tags: &dyn TagRows, commands: &mut Vec<Command>) {
     header(ui);
-    for tag in tags {
-        let response = row(ui, tag);
-        if let (true, Some(node)) = (response.clicked(), &tag.node) {
-            commands.push(Command::Focus(node.clone()));
+    let area = ScrollArea::vertical().id_salt("tags").auto_shrink(false);
+    area.show_rows(ui, ROW_HEIGHT, tags.len(), |ui, shown| {
+        for index in shown {
+            let tag = tags.row(index);
+            let response = row(ui, &tag);
+            if let (true, Some(node)) = (response.clicked(), tag.node) {
+                commands.push(Command::Focus(node));
+            }
         }
-    }
+    });
 }
 
 fn header(ui: &mut Ui) {

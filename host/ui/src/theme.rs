@@ -73,6 +73,8 @@ pub(crate) fn apply(context: &Context) {
         style.animation_time = 0.0;
         style.spacing.slider_width = 200.0;
         style.spacing.item_spacing.y = 2.0;
+        // A faded row could pass for a doubtful value.
+        style.spacing.scroll.fade.strength = 0.0;
         for (text_style, size) in
             [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Heading, 15.0)]
         {

@@ -9,8 +9,6 @@ use egui::{Pos2, Vec2};
 pub struct ViewModel {
     /// Models with their collapse stacks.
     pub models: Vec<ModelRow>,
-    /// Tags.
-    pub tags: Vec<TagRow>,
     /// Plugins.
     pub plugins: Vec<PluginRow>,
     /// Names of cameras.
@@ -60,6 +58,20 @@ pub enum Mark {
         /// Why.
         reason: String,
     },
+}
+
+/// The tags, as many as there may be: only rows in view are asked for.
+pub trait TagRows {
+    /// Number of tags.
+    fn len(&self) -> usize;
+
+    /// Whether there is none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One tag.
+    fn row(&self, index: usize) -> TagRow;
 }
 
 /// A tag.
@@ -143,7 +155,7 @@ pub struct StatusLine {
     pub triangles: u64,
     /// Triangles at full detail.
     pub triangles_full: u64,
-    /// Frame time, median of the last ones, milliseconds.
+    /// Time of the last frame, milliseconds.
     pub frame_millis: f64,
     /// Graphics device.
     pub device: String,

@@ -13,33 +13,124 @@ const NONE: Highlight = [0.0; 4];
 const SELECTION: Highlight = [0.02, 0.16, 0.55, 0.45];
 const WARNING: Highlight = [0.96, 0.46, 0.02, 0.6];
 const ALARM: Highlight = [0.6, 0.005, 0.008, 0.7];
+/// Something abnormal was shown here, and is not known any more.
+const UNKNOWN: Highlight = [0.05, 0.05, 0.06, 0.55];
 
-/// The highlight of every node: its own, or that of the nearest node above it.
-/// A tint that rests on a value that is not good is left out: what is not
-/// known must not look certain; the label says so in hatching.
+/// What a node is marked as, the least urgent first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+enum Condition {
+    #[default]
+    Normal,
+    Unknown,
+    Warning,
+    Alarm,
+}
+
+/// The highlight of every node: of its own condition or that of the nodes above
+/// it, whichever is more urgent; selection shows only where nothing is wrong.
+///
+/// A tint that rests on a value that is not good is drawn as unknown: what is
+/// not known must look neither certain nor healthy.
 pub(crate) fn of_nodes(
     graph: &SceneGraph,
     tints: &[OverlayTint],
     snapshot: &Snapshot,
     selected: Option<NodeIndex>,
 ) -> Vec<Highlight> {
-    let mut severities: HashMap<u32, Severity> = HashMap::new();
+    let mut own: HashMap<u32, Condition> = HashMap::new();
     for tint in tints {
-        if snapshot.state(tint.tag).is_some_and(|state| state.quality.is_good()) {
-            let severity = severities.entry(tint.node).or_default();
-            *severity = (*severity).max(tint.severity);
-        }
-    }
-    let mut highlights: Vec<Highlight> = Vec::with_capacity(graph.nodes().len());
-    for (index, node) in graph.nodes().iter().enumerate() {
-        let above = node.parent.map_or(NONE, |parent| highlights[parent.0 as usize]);
-        let own = match severities.get(&(index as u32)) {
-            Some(Severity::Alarm) => ALARM,
-            Some(Severity::Warning) => WARNING,
-            Some(Severity::Normal) | None => above,
+        let good = snapshot.state(tint.tag).is_some_and(|state| state.quality.is_good());
+        let condition = match tint.severity {
+            Severity::Normal => Condition::Normal,
+            _ if !good => Condition::Unknown,
+            Severity::Warning => Condition::Warning,
+            Severity::Alarm => Condition::Alarm,
         };
-        let selected = selected == Some(NodeIndex(index as u32));
-        highlights.push(if selected { SELECTION } else { own });
+        let known = own.entry(tint.node).or_default();
+        *known = (*known).max(condition);
     }
-    highlights
+    let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.nodes().len());
+    for (node, index) in graph.nodes().iter().zip(0..) {
+        let above = node.parent.map_or_else(Default::default, |p| inherited[p.0 as usize]);
+        let condition = own.get(&index).copied().unwrap_or_default().max(above.0);
+        inherited.push((condition, above.1 || selected == Some(NodeIndex(index))));
+    }
+    inherited.into_iter().map(|(condition, selected)| color(condition, selected)).collect()
+}
+
+fn color(condition: Condition, selected: bool) -> Highlight {
+    match condition {
+        Condition::Alarm => ALARM,
+        Condition::Warning => WARNING,
+        Condition::Unknown => UNKNOWN,
+        Condition::Normal if selected => SELECTION,
+        Condition::Normal => NONE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use busbar_scene::{Placement, Transform};
+    use busbar_tags::{Quality, Sample, TagHandle, TagSpec, TagTable, Value, ValueKind};
+
+    use super::*;
+
+    const TAG: TagHandle = TagHandle(0);
+
+    fn graph() -> SceneGraph {
+        let placement = |id: &str, parent| Placement {
+            id: id.into(),
+            parent,
+            transform: Transform::default(),
+            model: None,
+        };
+        let placements = [placement("bay", None), placement("breaker", Some(0))];
+        SceneGraph::build(&placements, &[]).unwrap()
+    }
+
+    fn snapshot_after(age: Duration) -> Snapshot {
+        let mut table = TagTable::new(vec![TagSpec {
+            id: "a".into(),
+            name: "a".into(),
+            kind: ValueKind::F64,
+            unit: String::new(),
+            range: None,
+            freshness: Duration::from_secs(1),
+        }]);
+        let received = Instant::now();
+        table.apply([Sample {
+            tag: TAG,
+            value: Some(Value::F64(1.0)),
+            quality: Quality::Good,
+            source_time: None,
+            lag: Duration::ZERO,
+            received,
+        }]);
+        table.snapshot(received + age)
+    }
+
+    fn tint(node: u32, severity: Severity) -> OverlayTint {
+        OverlayTint { node, tag: TAG, severity }
+    }
+
+    #[test]
+    fn an_alarm_gone_stale_looks_neither_alarmed_nor_healthy() {
+        let tints = [tint(1, Severity::Alarm)];
+        let fresh = of_nodes(&graph(), &tints, &snapshot_after(Duration::ZERO), None);
+        assert_eq!(fresh, [NONE, ALARM]);
+        let stale = of_nodes(&graph(), &tints, &snapshot_after(Duration::from_secs(2)), None);
+        assert_eq!(stale, [NONE, UNKNOWN]);
+    }
+
+    #[test]
+    fn the_more_urgent_of_own_and_inherited_shows_and_selection_hides_neither() {
+        let snapshot = snapshot_after(Duration::ZERO);
+        let tints = [tint(0, Severity::Alarm), tint(1, Severity::Warning)];
+        let shown = of_nodes(&graph(), &tints, &snapshot, Some(NodeIndex(1)));
+        assert_eq!(shown, [ALARM, ALARM]);
+        let shown = of_nodes(&graph(), &[], &snapshot, Some(NodeIndex(0)));
+        assert_eq!(shown, [SELECTION, SELECTION]);
+    }
 }

@@ -4,7 +4,7 @@ mod bindings;
 mod models;
 mod plugins;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -34,6 +34,8 @@ pub struct LoadedScene {
     pub(crate) graph: SceneGraph,
     pub(crate) tags: Vec<TagSpec>,
     pub(crate) bindings: Vec<Binding>,
+    /// The first node that each tag is bound to.
+    nodes_of_tags: HashMap<TagHandle, NodeIndex>,
     pub(crate) millis: LoadMillis,
     notes: Vec<String>,
 }
@@ -118,10 +120,23 @@ impl LoadedScene {
         let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
         match graph {
             Some(graph) if !errors => {
-                let mut scene =
-                    Self { config, instances, models, graph, tags, bindings, millis, notes };
-                scene.config.warnings = diagnostics;
-                Ok(scene)
+                let mut nodes_of_tags = HashMap::new();
+                for binding in &bindings {
+                    nodes_of_tags.entry(binding.tag).or_insert(binding.node);
+                }
+                let mut config = config;
+                config.warnings = diagnostics;
+                Ok(Self {
+                    config,
+                    instances,
+                    models,
+                    graph,
+                    tags,
+                    bindings,
+                    nodes_of_tags,
+                    millis,
+                    notes,
+                })
             }
             _ => Err(faulty(diagnostics)),
         }
@@ -142,6 +157,11 @@ impl LoadedScene {
     /// Samples a pixel that the configuration asks for.
     pub fn samples(&self) -> u32 {
         self.config.view.samples
+    }
+
+    /// The equipment that a tag is bound to first.
+    pub(crate) fn node_of(&self, tag: TagHandle) -> Option<&str> {
+        self.nodes_of_tags.get(&tag).map(|&node| self.graph.node(node).id.as_str())
     }
 
     /// The tags that a telemetry plugin serves.
@@ -191,5 +211,9 @@ fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(unreadable)?;
     file.take(MAX_CONFIG_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_CONFIG_FILE_BYTES {
+        let cause = format!("it is larger than {MAX_CONFIG_FILE_BYTES} bytes");
+        return Err(fault(cause, "name a configuration file, or split it"));
+    }
     String::from_utf8(bytes).map_err(|_| fault("it is not UTF-8 text".into(), "save it as UTF-8"))
 }

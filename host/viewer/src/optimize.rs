@@ -162,20 +162,26 @@ impl OptimisedModel {
         }
     }
 
-    /// Walks `count` random thetas and, from each, back to 0; whether every
-    /// return gave the imported mesh, byte for byte: positions, normals and
-    /// texture coordinates of every corner, and sections, in order.
+    /// Walks `count` random thetas and, from each, back to 0. Whether every
+    /// return gave the imported mesh, byte for byte (positions, normals and
+    /// texture coordinates of every corner, and the ranges of sections), and
+    /// every mesh on the way was the one that replaying the collapses gives.
     pub fn round_trip(&self, count: u64, done: &dyn Fn(u64)) -> bool {
         let imported: Vec<Vec<u8>> = self.imported.iter().map(full_bytes).collect();
         let mut random = SplitMix(0x0b05_ba12);
         for trip in 0..count {
             let theta = random.unit();
             for (stacks, imported) in self.stacks.iter().zip(&imported) {
-                let there = stacks.resolve(stacks.cursor_at(theta));
+                let cursor = stacks.cursor_at(theta);
+                if !stacks.resolve(cursor).position_triangles().eq(replay(stacks, cursor)) {
+                    return false;
+                }
                 let back = stacks.resolve(0);
-                if there.triangles.len() > back.triangles.len()
-                    || corner_bytes(stacks.mesh(), &back.triangles) != *imported
-                {
+                let whole =
+                    stacks.mesh().sections.iter().zip(&back.sections).all(|(full, back)| {
+                        *back == (full.first_triangle..full.first_triangle + full.triangle_count)
+                    });
+                if !whole || corner_bytes(stacks.mesh(), &back.triangles) != *imported {
                     return false;
                 }
             }
@@ -216,6 +222,21 @@ fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
         sections: sections.collect(),
         triangles: resolved.triangles,
     }
+}
+
+/// The live triangles after `cursor` collapses, without parents or death
+/// indices: each corner follows the entries done, and what degenerates goes.
+fn replay(stacks: &CollapseStacks, cursor: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
+    let mesh = stacks.mesh();
+    let mut stands_for: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    // Backwards, so that where a kept position went itself is known already.
+    for entry in stacks.sequence().entries()[..cursor as usize].iter().rev() {
+        stands_for[entry.removed as usize] = stands_for[entry.kept as usize];
+    }
+    mesh.triangles
+        .iter()
+        .map(move |&t| mesh.corner_positions(t).map(|p| stands_for[p as usize]))
+        .filter(|[a, b, c]| a != b && b != c && c != a)
 }
 
 fn full_bytes(mesh: &Mesh) -> Vec<u8> {

@@ -1,25 +1,54 @@
 //! The state of the view as the panels show it.
 
 use std::collections::HashMap;
+use std::time::Duration;
 
-use busbar_plugin_host::{Instance, LinkReport, LinkState, Severity};
+use busbar_plugin_host::{Instance, LinkReport, LinkState, OverlayLine, Severity};
 use busbar_tags::{Snapshot, TagHandle, Value};
-use busbar_ui::{LinkLamp, PluginRow, TagRow};
+use busbar_ui::{LinkLamp, PluginRow, TagRow, TagRows};
 
 use crate::LoadedScene;
 use crate::labels::mark;
 
-/// Tags in the order of their ids.
-pub(crate) fn tags(scene: &LoadedScene, snapshot: &Snapshot) -> Vec<TagRow> {
-    let mut nodes: HashMap<TagHandle, &str> = HashMap::new();
-    for binding in &scene.bindings {
-        nodes.entry(binding.tag).or_insert(&scene.graph.node(binding.node).id);
+/// Tags as rows, made one by one as they are looked at.
+pub(crate) struct Rows<'a> {
+    scene: &'a LoadedScene,
+    snapshot: &'a Snapshot,
+    /// The greatest severity that overlays give to each tag.
+    severities: HashMap<TagHandle, Severity>,
+}
+
+impl<'a> Rows<'a> {
+    pub(crate) fn new(
+        scene: &'a LoadedScene,
+        snapshot: &'a Snapshot,
+        lines: &[OverlayLine],
+    ) -> Self {
+        let mut severities: HashMap<TagHandle, Severity> = HashMap::new();
+        for line in lines {
+            let severity = severities.entry(line.tag).or_default();
+            *severity = (*severity).max(line.severity);
+        }
+        Self { scene, snapshot, severities }
     }
-    let row = |(index, (spec, state)): (usize, (&busbar_tags::TagSpec, &busbar_tags::TagState))| {
-        let limits = scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();
+}
+
+impl TagRows for Rows<'_> {
+    fn len(&self) -> usize {
+        self.scene.tags.len()
+    }
+
+    fn row(&self, index: usize) -> TagRow {
+        let tag = TagHandle(index as u32);
+        let (Some(spec), Some(state)) = (self.scene.tags.get(index), self.snapshot.state(tag))
+        else {
+            return TagRow::default();
+        };
+        let limits = self.scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();
         let number = state.value.and_then(Value::as_number);
         let outside = number.is_some_and(|number| !limits.contains(number));
         let severity = if outside { Severity::Warning } else { Severity::Normal };
+        let severity = self.severities.get(&tag).copied().unwrap_or_default().max(severity);
         TagRow {
             id: spec.id.clone(),
             name: spec.name.clone(),
@@ -27,42 +56,47 @@ pub(crate) fn tags(scene: &LoadedScene, snapshot: &Snapshot) -> Vec<TagRow> {
             unit: spec.unit.clone(),
             mark: mark(state.quality, severity),
             age: state.age,
-            node: nodes.get(&TagHandle(index as u32)).map(|id| (*id).to_owned()),
+            node: self.scene.node_of(tag).map(str::to_owned),
         }
-    };
-    scene.tags.iter().zip(snapshot.states()).enumerate().map(row).collect()
+    }
 }
 
 /// A plugin with its link, and what went wrong with it last.
 pub(crate) fn plugin(
     instance: &Instance,
-    link: Option<LinkReport>,
+    link: Option<(LinkReport, Duration)>,
     fault: Option<&str>,
 ) -> PluginRow {
     let info = instance.info();
-    let (mut lamp, mut message) = link.map_or((LinkLamp::None, String::new()), |link| {
-        let lamp = match link.state {
-            LinkState::Idle => LinkLamp::None,
-            LinkState::Connecting => LinkLamp::Waiting,
-            LinkState::Up => LinkLamp::Up,
-            LinkState::Down => LinkLamp::Down,
-        };
-        let mut message = link.message;
-        for (count, what) in [(link.dropped, "dropped"), (link.rejected, "rejected")] {
-            if count > 0 {
-                message += &format!(" ({count} samples {what})");
-            }
-        }
-        (lamp, message)
-    });
-    if let Some(fault) = fault {
-        (lamp, message) = (LinkLamp::Down, fault.to_owned());
-    }
+    let (lamp, message) = match (fault, link) {
+        (Some(fault), _) => (LinkLamp::Down, fault.to_owned()),
+        (None, Some((link, limit))) => link_state(link, limit),
+        (None, None) => (LinkLamp::None, String::new()),
+    };
     PluginRow {
         name: instance.name().to_owned(),
         plugin: format!("{} {}", info.id, info.version),
         lamp,
         message,
+    }
+}
+
+/// A link that says it is up but brought nothing for longer than any of its
+/// tags stays fresh is down.
+fn link_state(link: LinkReport, limit: Duration) -> (LinkLamp, String) {
+    let mut message = link.message;
+    for (count, what) in [(link.dropped, "dropped"), (link.rejected, "rejected")] {
+        if count > 0 {
+            message += &format!(" ({count} samples {what})");
+        }
+    }
+    match (link.state, link.silent_for) {
+        (LinkState::Up, Some(silence)) if silence > limit => {
+            (LinkLamp::Down, format!("no data for {} s; {message}", silence.as_secs()))
+        }
+        (LinkState::Up, _) => (LinkLamp::Up, message),
+        (LinkState::Idle | LinkState::Connecting, _) => (LinkLamp::Waiting, message),
+        (LinkState::Down, _) => (LinkLamp::Down, message),
     }
 }
 
@@ -74,5 +108,21 @@ fn value_text(value: Value) -> String {
         Value::I64(value) => value.to_string(),
         Value::Bool(value) => (if value { "on" } else { "off" }).into(),
         Value::DoublePoint(value) => value.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_that_is_up_but_silent_is_shown_down() {
+        let limit = Duration::from_secs(3);
+        let report =
+            |silent_for| LinkReport { state: LinkState::Up, silent_for, ..LinkReport::default() };
+        assert_eq!(link_state(report(Some(limit)), limit).0, LinkLamp::Up);
+        let (lamp, message) = link_state(report(Some(limit * 4)), limit);
+        assert_eq!(lamp, LinkLamp::Down);
+        assert!(message.starts_with("no data for 12 s"), "{message}");
     }
 }

@@ -31,6 +31,8 @@ pub struct Viewer {
     queues: Vec<Arc<SampleQueue>>,
     overlays: Vec<RunningOverlay>,
     tags: TagTable,
+    /// Of the last frame.
+    snapshot: Snapshot,
     scene: LoadedScene,
     renderer: Renderer,
     models: Vec<ShownModel>,
@@ -98,6 +100,7 @@ impl Viewer {
             .map_or_else(|| OrbitCamera::framing(scene.graph.bounds()), OrbitCamera::from_config);
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
         Ok(Self {
+            snapshot: tags.snapshot(start),
             telemetry,
             queues,
             overlays,
@@ -169,8 +172,9 @@ impl Viewer {
         let model = self.view_model(&snapshot);
 
         let (scene, screen, selected) = (&self.scene, self.screen, self.selected);
+        let rows = rows::Rows::new(scene, &snapshot, &overlaid.lines);
         let mut camera = self.camera;
-        let output = self.panels.run(input, &model, |viewport, commands| {
+        let output = self.panels.run(input, &model, &rows, |viewport, commands| {
             camera.steer(commands, viewport, scene);
             let view = camera.view(viewport, screen);
             let projection = Projection::new(&view, screen);
@@ -199,6 +203,7 @@ impl Viewer {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
             self.selected = self.pick_node(&instances, pixel)?;
         }
+        self.snapshot = snapshot;
         self.count_frame(started);
         let repaint_after = egui
             .viewport_output
@@ -231,9 +236,8 @@ impl Viewer {
         Ok(self.selected_id())
     }
 
-    /// Numbers about the view.
+    /// Numbers about the view as its last frame showed it.
     pub fn stats(&self) -> Stats {
-        let snapshot = self.tags.snapshot(Instant::now());
         let mut millis: Vec<f64> = self.frame_millis.iter().copied().collect();
         millis.sort_by(f64::total_cmp);
         let at = |share: f64| {
@@ -252,8 +256,8 @@ impl Viewer {
             frame_ms_p99: at(0.99),
             gpu: self.renderer.device_name().to_owned(),
             load_ms: self.scene.millis.clone(),
-            tags: stats::tags(&self.scene.tags, &snapshot),
-            quality: snapshot.counts().into(),
+            tags: stats::tags(&self.scene.tags, &self.snapshot),
+            quality: self.snapshot.counts().into(),
             picked: self.selected_id(),
             validation_messages: self.renderer.validation_messages(),
         }
@@ -272,14 +276,13 @@ impl Viewer {
         let counts = snapshot.counts();
         ViewModel {
             models: self.models.iter().map(|model| model.row.clone()).collect(),
-            tags: rows::tags(&self.scene, snapshot),
             plugins: self.plugin_rows(),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
             wireframe: self.wireframe,
             status: StatusLine {
                 triangles: self.last.triangles,
                 triangles_full: self.full_triangles(),
-                frame_millis: self.frame_millis.back().copied().unwrap_or(0.0),
+                frame_millis: self.last_frame_millis(),
                 device: self.renderer.device_name().to_owned(),
                 good: counts.good,
                 uncertain: counts.uncertain,
@@ -294,9 +297,15 @@ impl Viewer {
             let link = self.telemetry.iter().find(|t| t.instance().name() == name);
             let overlay = self.overlays.iter().find(|o| o.overlay.instance().name() == name);
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
-            rows::plugin(instance, link.map(Telemetry::link), fault)
+            let link = link.map(|link| (link.link(), self.longest_freshness(name)));
+            rows::plugin(instance, link, fault)
         };
         self.scene.instances.iter().map(row).collect()
+    }
+
+    fn longest_freshness(&self, plugin: &str) -> Duration {
+        let tags = self.scene.config.tags.values().filter(|tag| tag.source.plugin == plugin);
+        Duration::from_millis(tags.map(|tag| tag.freshness_millis).max().unwrap_or(0))
     }
 
     /// Does what the panels ask, except for the camera, which is steered already;
@@ -385,6 +394,10 @@ impl Viewer {
             stacks[instance.mesh as usize].mesh().triangles.len() as u64
         };
         self.scene.graph.instances().iter().map(triangles).sum()
+    }
+
+    fn last_frame_millis(&self) -> f64 {
+        self.frame_millis.back().copied().unwrap_or(0.0)
     }
 
     fn count_frame(&mut self, started: Instant) {

@@ -132,6 +132,8 @@ typedef struct BusbarError {
   uint32_t struct_size;
   // Bytes used of `message`, at most its size.
   uint32_t message_len;
+  // The code that goes with it, for calls that return no status.
+  BusbarStatus status;
   // UTF-8: fault, place and remedy in one or two sentences.
   uint8_t message[1024];
 } BusbarError;
@@ -155,10 +157,11 @@ typedef struct BusbarPluginEntry {
   uint32_t abi_minor;
   // Zero.
   uint32_t reserved;
-  // `[main-thread]` Called once, before anything else. May be null.
+  // `[main-thread]` Called before anything else. May be null.
   BusbarStatus (*init)(struct BusbarError *error);
-  // `[main-thread]` Called once, after every plugin is destroyed. The
-  // library stays mapped afterwards. May be null.
+  // `[main-thread]` Called once for every `init`, after every plugin is
+  // destroyed. The library stays mapped, and `init` may follow again. May be
+  // null.
   void (*deinit)(void);
   // `[main-thread]` A factory by id, static, or null if there is none.
   // `busbar.plugin-factory/1` gives a [`BusbarPluginFactory`].
@@ -368,8 +371,8 @@ typedef struct BusbarSampleSink {
   // Passed back in every call.
   void *context;
   // `[any-thread & active]` Takes a batch, copying it, without blocking.
-  // Returns how many samples were taken; a full queue takes none of the
-  // rest, counts them as dropped, and makes their tags stale in time.
+  // Returns how many samples were taken. When the queue is full, the
+  // oldest in it are dropped and counted.
   size_t (*publish)(void *context, const struct BusbarSample *samples, size_t count);
   // `[any-thread & active]` Tells operators how the link is:
   // `BUSBAR_LINK_*` and a sentence.
@@ -393,7 +396,8 @@ typedef struct BusbarTelemetry {
   // own and returns at once; a device that does not answer is no failure
   // but Bad quality. The specs are valid during the call, `sink` until
   // `stop` returns. Fails with `BUSBAR_INVALID_SETTINGS` when an address is
-  // wrong, naming every tag at fault that the message has room for.
+  // wrong, naming every tag at fault that the message has room for; the
+  // plugin is then idle, and no call to the sink may follow.
   BusbarStatus (*start)(const struct BusbarPlugin *plugin,
                         const struct BusbarTagSpec *tags,
                         size_t tag_count,

@@ -51,6 +51,8 @@ pub struct BusbarError {
     pub struct_size: u32,
     /// Bytes used of `message`, at most its size.
     pub message_len: u32,
+    /// The code that goes with it, for calls that return no status.
+    pub status: BusbarStatus,
     /// UTF-8: fault, place and remedy in one or two sentences.
     pub message: [u8; 1024],
 }
@@ -96,10 +98,11 @@ pub struct BusbarPluginEntry {
     pub abi_minor: u32,
     /// Zero.
     pub reserved: u32,
-    /// `[main-thread]` Called once, before anything else. May be null.
+    /// `[main-thread]` Called before anything else. May be null.
     pub init: Option<unsafe extern "C" fn(error: *mut BusbarError) -> BusbarStatus>,
-    /// `[main-thread]` Called once, after every plugin is destroyed. The
-    /// library stays mapped afterwards. May be null.
+    /// `[main-thread]` Called once for every `init`, after every plugin is
+    /// destroyed. The library stays mapped, and `init` may follow again. May be
+    /// null.
     pub deinit: Option<unsafe extern "C" fn()>,
     /// `[main-thread]` A factory by id, static, or null if there is none.
     /// `busbar.plugin-factory/1` gives a [`BusbarPluginFactory`].
@@ -192,6 +195,11 @@ impl BusbarStr {
 impl BusbarError {
     /// An error with no message yet.
     pub const fn empty() -> Self {
-        Self { struct_size: size_of::<Self>() as u32, message_len: 0, message: [0; 1024] }
+        Self {
+            struct_size: size_of::<Self>() as u32,
+            message_len: 0,
+            status: BUSBAR_OK,
+            message: [0; 1024],
+        }
     }
 }

@@ -20,9 +20,10 @@
 //!   [`BUSBAR_OK`], writes the reason into the caller's [`BusbarError`];
 //! - no panic or exception may leave a function;
 //! - the tags in brackets say from which thread and in which state a function
-//!   may be called: `[main-thread]` one thread at a time, always the same one;
-//!   `[any-thread]` any thread, also several at once; `[idle]` before `start`
-//!   or after `stop`; `[active]` between them.
+//!   may be called: `[main-thread]` never two such calls at once on one
+//!   instance (for calls without an instance: on one library), though not always
+//!   on the same thread; `[any-thread]` any thread, also several at once;
+//!   `[idle]` before `start` or after `stop`; `[active]` between them.
 
 #![no_std]
 

@@ -105,8 +105,8 @@ pub struct BusbarSampleSink {
     /// Passed back in every call.
     pub context: *mut c_void,
     /// `[any-thread & active]` Takes a batch, copying it, without blocking.
-    /// Returns how many samples were taken; a full queue takes none of the
-    /// rest, counts them as dropped, and makes their tags stale in time.
+    /// Returns how many samples were taken. When the queue is full, the
+    /// oldest in it are dropped and counted.
     pub publish: Option<
         unsafe extern "C" fn(
             context: *mut c_void,
@@ -143,7 +143,8 @@ pub struct BusbarTelemetry {
     /// own and returns at once; a device that does not answer is no failure
     /// but Bad quality. The specs are valid during the call, `sink` until
     /// `stop` returns. Fails with `BUSBAR_INVALID_SETTINGS` when an address is
-    /// wrong, naming every tag at fault that the message has room for.
+    /// wrong, naming every tag at fault that the message has room for; the
+    /// plugin is then idle, and no call to the sink may follow.
     pub start: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,

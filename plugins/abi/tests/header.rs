@@ -84,7 +84,7 @@ fn layout_is_the_same_in_c_and_cpp() {
     }
     same! {
         BusbarStr { ptr, len }
-        BusbarError { struct_size, message_len, message }
+        BusbarError { struct_size, message_len, status, message }
         BusbarHost { struct_size, abi_major, abi_minor, context, log }
         BusbarPluginEntry { struct_size, abi_major, abi_minor, init, deinit, get_factory }
         BusbarPluginFactory { struct_size, count, descriptor, create }

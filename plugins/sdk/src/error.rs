@@ -54,6 +54,7 @@ impl Error {
             let len = self.message.floor_char_boundary(into.message.len());
             into.message[..len].copy_from_slice(&self.message.as_bytes()[..len]);
             into.message_len = len as u32;
+            into.status = self.status;
         }
         self.status
     }

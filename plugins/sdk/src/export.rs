@@ -123,8 +123,17 @@ impl<P: Exported> Statics<P> {
 /// What `BusbarPlugin::data` leads to.
 struct Instance<P> {
     plugin: RwLock<P>,
+    host: Host,
     /// Open while telemetry runs.
     sink: Mutex<Option<SampleSink>>,
+}
+
+impl<P> Instance<P> {
+    fn close_sink(&self) {
+        if let Some(sink) = self.sink.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            sink.close();
+        }
+    }
 }
 
 unsafe extern "C" fn get_factory<P: Exported>(id: abi::BusbarStr) -> *const c_void {
@@ -153,10 +162,12 @@ unsafe extern "C" fn create<P: Exported>(
     error: *mut abi::BusbarError,
 ) -> *mut abi::BusbarPlugin {
     let mut made = std::ptr::null_mut();
+    // SAFETY: the host keeps its table until `destroy` returned, which closes
+    // this; after a failure it is closed below.
+    let host = unsafe { Host::from_raw(host) };
     let work = || {
-        // SAFETY: the host's texts and its `BusbarHost` are valid as the ABI says.
-        let (id, settings, host) =
-            unsafe { (text(plugin_id)?, text(settings_json)?, Host::from_raw(host)) };
+        // SAFETY: the host's texts are valid for the call.
+        let (id, settings) = unsafe { (text(plugin_id)?, text(settings_json)?) };
         if id != P::ID {
             return Err(Error::argument(format!("this library has '{}', not '{id}'", P::ID)));
         }
@@ -164,8 +175,11 @@ unsafe extern "C" fn create<P: Exported>(
         let settings = serde_path_to_error::deserialize(&mut json).map_err(|error| {
             Error::settings(format!("settings, {}: {}", error.path(), error.inner()))
         })?;
-        let instance =
-            Instance { plugin: RwLock::new(P::create(settings, host)?), sink: Mutex::new(None) };
+        let instance = Instance {
+            plugin: RwLock::new(P::create(settings, host.clone())?),
+            host: host.clone(),
+            sink: Mutex::new(None),
+        };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {
             struct_size: size_of::<abi::BusbarPlugin>() as u32,
             reserved: 0,
@@ -176,7 +190,9 @@ unsafe extern "C" fn create<P: Exported>(
         Ok(())
     };
     // SAFETY: the host's `error` is null or valid.
-    unsafe { guard(error, work) };
+    if unsafe { guard(error, work) } != abi::BUSBAR_OK {
+        host.close();
+    }
     made
 }
 
@@ -187,9 +203,11 @@ unsafe extern "C" fn destroy<P: Exported>(plugin: *mut abi::BusbarPlugin) {
         }
         // SAFETY: `create` made both boxes, and the host gives them back once.
         let instance = unsafe { Box::from_raw(Box::from_raw(plugin).data.cast::<Instance<P>>()) };
-        if let Some(sink) = instance.sink.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            sink.close();
-        }
+        instance.close_sink();
+        let host = instance.host.clone();
+        // A panic in the plugin's drop must not leave the log open.
+        let _ = catch_unwind(AssertUnwindSafe(|| drop(instance)));
+        host.close();
     }));
 }
 
@@ -273,15 +291,14 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
                     return Err(Error::argument("start: already started"));
                 }
                 *open = Some(sink.clone());
-                opened = Some(sink.clone());
+                opened = Some(instance);
                 drop(open);
                 let mut plugin = instance.plugin.write().unwrap_or_else(PoisonError::into_inner);
                 plugin.start(tags, sink)
             })
         };
-        // After a failure, a panic too, the host may free its sink at once.
-        if let (Some(sink), true) = (opened, status != abi::BUSBAR_OK) {
-            sink.close();
+        if let (Some(instance), true) = (opened, status != abi::BUSBAR_OK) {
+            end(instance);
         }
         status
     }
@@ -289,18 +306,18 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         // SAFETY: the host passes what `create` made.
         unsafe {
             guard(std::ptr::null_mut(), || {
-                let instance = instance::<P>(plugin)?;
-                // Closed first: what a straggling thread sends goes nowhere.
-                close(instance);
-                instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop();
+                end(instance::<P>(plugin)?);
                 Ok(())
             })
         };
     }
-    fn close<P>(instance: &Instance<P>) {
-        if let Some(sink) = instance.sink.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            sink.close();
-        }
+    /// Closes the sink first, so that what a straggling thread sends goes
+    /// nowhere: after a failed `start`, a panic too, the host frees it at once.
+    fn end<P: Telemetry>(instance: &Instance<P>) {
+        instance.close_sink();
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop();
+        }));
     }
     Capability {
         id: abi::TELEMETRY_ID,

@@ -1,6 +1,7 @@
 //! What the host offers to a plugin instance.
 
 use std::ffi::c_void;
+use std::sync::{Arc, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
@@ -17,30 +18,38 @@ pub enum LogLevel {
     Debug,
 }
 
-/// A handle to the host: a log. Clones share it; any thread may use it while
-/// the plugin lives.
+/// A handle to the host: a log. Clones share it; any thread may use it. Once
+/// the plugin is gone it does nothing, so that a straggling thread does no harm.
 #[derive(Clone, Debug)]
 pub struct Host {
+    raw: Arc<RwLock<Option<RawHost>>>,
+}
+
+#[derive(Debug)]
+struct RawHost {
     context: *mut c_void,
-    log: Option<unsafe extern "C" fn(*mut c_void, u32, abi::BusbarStr)>,
+    log: unsafe extern "C" fn(*mut c_void, u32, abi::BusbarStr),
 }
 
 // SAFETY: the ABI lets `log` be called from any thread, also at once, and the
 // context is only ever passed back to it.
-unsafe impl Send for Host {}
+unsafe impl Send for RawHost {}
 // SAFETY: as above.
-unsafe impl Sync for Host {}
+unsafe impl Sync for RawHost {}
 
 impl Host {
     /// # Safety
-    /// `host` is null or points to a `BusbarHost` that stays valid as long as
-    /// the plugin lives.
+    /// `host` is null or points to a `BusbarHost` that stays valid until
+    /// [`Host::close`] returned.
     pub(crate) unsafe fn from_raw(host: *const abi::BusbarHost) -> Self {
         // SAFETY: the caller vouches for the pointer.
-        match unsafe { host.as_ref() } {
-            Some(host) => Self { context: host.context, log: host.log },
-            None => Self { context: std::ptr::null_mut(), log: None },
-        }
+        let raw = unsafe { host.as_ref() }
+            .and_then(|host| Some(RawHost { context: host.context, log: host.log? }));
+        Self { raw: Arc::new(RwLock::new(raw)) }
+    }
+
+    pub(crate) fn close(&self) {
+        *self.raw.write().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     /// Writes one line to the host's log.
@@ -51,9 +60,10 @@ impl Host {
             LogLevel::Info => abi::BUSBAR_LOG_INFO,
             LogLevel::Debug => abi::BUSBAR_LOG_DEBUG,
         };
-        if let Some(log) = self.log {
-            // SAFETY: context and function belong together; the text outlives the call.
-            unsafe { log(self.context, level, abi::BusbarStr::from_borrowed(message)) }
+        if let Some(raw) = &*self.raw.read().unwrap_or_else(PoisonError::into_inner) {
+            // SAFETY: context and function belong together, and `close`, which
+            // waits for this guard, runs before they go; the text outlives the call.
+            unsafe { (raw.log)(raw.context, level, abi::BusbarStr::from_borrowed(message)) }
         }
     }
 }

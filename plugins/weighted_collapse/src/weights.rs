@@ -77,7 +77,8 @@ fn standard_deviation(values: &[f64]) -> f64 {
 /// - C is pi minus the angle of Eq. 4 as printed: the printed normals point
 ///   apart on a flat pair, so the printed angle is pi there. With this reading
 ///   C is 0 for a flat pair and pi for one folded onto itself, whatever the
-///   winding. Of three and more triangles, the largest C of any two counts. A
+///   winding. Of three and more triangles, the largest C of any two counts (of
+///   the first [`MAX_PAIRS`] pairs). A
 ///   triangle without area contributes C = 0.
 /// - On a border Eq. 4 has no second normal: C is pi, the strongest
 ///   protection, or 0 without border protection.
