@@ -5,6 +5,17 @@ use std::process::Command;
 
 use crate::{Output, Process, available, finish};
 
+/// The button that picks and turns.
+pub const LEFT_BUTTON: u32 = 1;
+/// The button that moves.
+pub const RIGHT_BUTTON: u32 = 3;
+/// The wheel away from the hand, as X has it.
+pub const WHEEL_UP: u32 = 4;
+
+/// Steps of a drag, and the time of each step: a hand is not faster either.
+const DRAG_STEPS: i32 = 10;
+const STEP_SECONDS: f64 = 0.03;
+
 /// A running Xvfb, ended when dropped.
 pub struct Display {
     _server: Process,
@@ -15,7 +26,7 @@ pub struct Display {
 impl Display {
     /// Starts a server with one screen on a free display; none where Xvfb or
     /// xdotool is missing (see [`available`]).
-    pub fn start(width: u32, height: u32) -> Option<Self> {
+    pub fn start([width, height]: [u32; 2]) -> Option<Self> {
         let present = in_path("Xvfb") && in_path("xdotool");
         if !available(present, "no Xvfb or xdotool: install the packages xvfb and xdotool") {
             return None;
@@ -23,7 +34,8 @@ impl Display {
         let mut command = Command::new("Xvfb");
         // It writes the display's number to standard output when it is ready.
         command.args(["-displayfd", "1", "-nolisten", "tcp", "-noreset"]);
-        let server = Process::start(command.args(["-screen", "0", &format!("{width}x{height}x24")]));
+        let server =
+            Process::start(command.args(["-screen", "0", &format!("{width}x{height}x24")]));
         let number: u32 = server.wait_for_line(|line| line.parse().ok());
         Some(Self { _server: server, name: format!(":{number}") })
     }
@@ -38,14 +50,21 @@ impl Display {
         finish(&mut command).expect_code(0)
     }
 
-    /// Drags with the left button along points in screen pixels.
-    pub fn drag(&self, points: &[[i32; 2]]) {
-        let Some(([x, y], rest)) = points.split_first() else { return };
-        self.xdotool(&format!("mousemove --sync {x} {y} mousedown 1"));
-        for [x, y] in rest {
-            self.xdotool(&format!("mousemove --sync {x} {y}"));
+    /// Clicks with a button, or turns the wheel, at a point in screen pixels.
+    pub fn click_button(&self, button: u32, [x, y]: [i32; 2]) {
+        self.xdotool(&format!("mousemove {x} {y} click {button} sleep {STEP_SECONDS}"));
+    }
+
+    /// Drags with a button from one point to another, in small steps.
+    pub fn drag(&self, button: u32, from: [i32; 2], to: [i32; 2]) {
+        let [x, y] = from;
+        self.xdotool(&format!("mousemove {x} {y} mousedown {button}"));
+        for step in 1..=DRAG_STEPS {
+            let [x, y] =
+                [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * step / DRAG_STEPS);
+            self.xdotool(&format!("mousemove {x} {y} sleep {STEP_SECONDS}"));
         }
-        self.xdotool("mouseup 1");
+        self.xdotool(&format!("mouseup {button}"));
     }
 }
 

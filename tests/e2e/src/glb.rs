@@ -19,9 +19,8 @@ pub struct WeldedMesh {
 /// # Panics
 /// When the file has another form.
 pub fn read(bytes: &[u8]) -> Vec<WeldedMesh> {
-    let word = |at: usize| {
-        u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize
-    };
+    let word =
+        |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize;
     assert_eq!((&bytes[..4], word(4), word(8)), (b"glTF".as_slice(), 2, bytes.len()));
     let json_end = 20 + word(12);
     let document: Value = serde_json::from_slice(&bytes[20..json_end]).expect("the JSON chunk");
@@ -47,14 +46,13 @@ fn read_mesh(document: &Value, buffer: &[u8], mesh: &Value) -> WeldedMesh {
                 })
             })
             .collect();
-        let width = match document["accessors"][number(&primitive["indices"])]["componentType"]
-            .as_u64()
-        {
-            Some(5121) => 1,
-            Some(5123) => 2,
-            Some(5125) => 4,
-            other => panic!("component type {other:?} of indices"),
-        };
+        let width =
+            match document["accessors"][number(&primitive["indices"])]["componentType"].as_u64() {
+                Some(5121) => 1,
+                Some(5123) => 2,
+                Some(5125) => 4,
+                other => panic!("component type {other:?} of indices"),
+            };
         let corners: Vec<usize> = elements(document, buffer, &primitive["indices"], width)
             .into_iter()
             .map(|bytes| bytes.iter().rev().fold(0, |n, &byte| (n << 8) | usize::from(byte)))

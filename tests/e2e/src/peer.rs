@@ -54,8 +54,11 @@ pub fn f32_registers(value: f32) -> [u16; 2] {
 fn python() -> Option<PathBuf> {
     let path = std::env::var_os("BUSBAR_PYTHON")
         .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
-    available(has_pymodbus(&path), "no pymodbus: run `cargo xtask test`, or set BUSBAR_PYTHON to an \
-        interpreter with tests/peers/requirements.txt installed")
+    available(
+        has_pymodbus(&path),
+        "no pymodbus: run `cargo xtask test`, or set BUSBAR_PYTHON to an \
+        interpreter with tests/peers/requirements.txt installed",
+    )
     .then_some(path)
 }
 

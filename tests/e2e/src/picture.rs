@@ -33,11 +33,18 @@ impl Region {
         }
     }
 
-    /// Whether a pixel is inside.
-    pub fn contains(&self, x: u32, y: u32) -> bool {
+    /// Whether another is inside.
+    pub fn contains(&self, other: Self) -> bool {
+        [0, 1]
+            .iter()
+            .all(|&axis| self.min[axis] <= other.min[axis] && other.max[axis] <= self.max[axis])
+    }
+
+    /// Its pixels, row by row.
+    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
         let [left, top] = self.min;
         let [right, bottom] = self.max;
-        (left..=right).contains(&x) && (top..=bottom).contains(&y)
+        (top..=bottom).flat_map(move |y| (left..=right).map(move |x| [x, y]))
     }
 
     /// Width and height.
@@ -67,12 +74,6 @@ pub fn difference(a: &RgbImage, b: &RgbImage) -> Option<Region> {
         min: [0, 1].map(|axis| a.min[axis].min(b.min[axis])),
         max: [0, 1].map(|axis| a.max[axis].max(b.max[axis])),
     })
-}
-
-/// Pixels of a region that `wanted` counts.
-pub fn count(picture: &RgbImage, region: Region, wanted: impl Fn(Rgb<u8>) -> bool) -> usize {
-    let pixels = picture.enumerate_pixels();
-    pixels.filter(|&(x, y, &pixel)| region.contains(x, y) && wanted(pixel)).count()
 }
 
 /// Compares a picture with `golden/<name>.png`; with `BUSBAR_BLESS` set, makes

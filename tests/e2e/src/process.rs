@@ -103,13 +103,15 @@ impl Process {
     pub fn wait_for_line<T>(&self, mut wanted: impl FnMut(&str) -> Option<T>) -> T {
         let mut seen = 0;
         wait_for("a line of output", MAX_START, || {
+            // Asked first: what it said before its end is then complete.
+            let is_over = self.is_over();
             let text = self.streams[0].so_far();
             let lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
             let new: Vec<_> = lines.skip(seen).collect();
             seen += new.len();
             let found = new.into_iter().find_map(|line| wanted(line.trim_end()));
             let said = self.streams[1].so_far();
-            assert!(found.is_some() || !self.is_over(), "it ended early:\n{text}{said}");
+            assert!(found.is_some() || !is_over, "it ended early:\n{text}{said}");
             found
         })
     }

@@ -27,14 +27,18 @@ const RENDERED: &[(&str, &[&str])] = &[
 /// The same without a device: every value is marked.
 const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
 
-/// Pictures of windows: name, and what `busbar` is run with.
-const WINDOWS: &[(&str, &[&str])] = &[("window", &["view", SCENE])];
+/// Pictures of windows: name, and what the mouse does first: places on the
+/// screen that it is dragged along.
+const WINDOWS: &[(&str, &[[u32; 2]])] =
+    &[("window", &[]), ("window_theta", &[[52, 172], [90, 172], [140, 172], [184, 172]])];
 
-const SCREEN: &str = "1280x800";
+const SCREEN: &str = "1280x720";
 /// From the window's start to its first frame, on a software rasteriser.
 const MAX_FIRST_FRAME: Duration = Duration::from_secs(60);
 /// From the first frame until the values have arrived.
 const LIVE_AFTER: Duration = Duration::from_secs(3);
+/// Enough for a frame on a software rasteriser.
+const A_FRAME: Duration = Duration::from_millis(500);
 
 pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     packages::ensure(Purpose::Tests)?;
@@ -49,8 +53,8 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     for (name, options) in RENDERED {
         render(workspace, options, &picture(&folder, name))?;
     }
-    for (name, arguments) in WINDOWS {
-        photograph(workspace, arguments, &picture(&folder, name))?;
+    for (name, drag) in WINDOWS {
+        photograph(workspace, drag, &picture(&folder, name))?;
     }
     Ok(())
 }
@@ -66,18 +70,34 @@ fn render(workspace: &Workspace, options: &[&str], out: &Path) -> Result<()> {
 }
 
 /// Opens a window on a display in memory and takes a picture of that display.
-fn photograph(workspace: &Workspace, arguments: &[&str], out: &Path) -> Result<()> {
+fn photograph(workspace: &Workspace, drag: &[[u32; 2]], out: &Path) -> Result<()> {
     let server = XServer::start(SCREEN)?;
     let mut command = busbar(workspace);
-    command.args(arguments).env("DISPLAY", &server.display);
+    command.args(["view", SCENE]).env("DISPLAY", &server.display);
     command.env_remove("WAYLAND_DISPLAY");
     let mut window = Process::start_listening(&mut command)?;
     window
         .wait_for_line(MAX_FIRST_FRAME, |line| line == "ready")
         .context("the window showed no frame")?;
     process::sleep(LIVE_AFTER)?;
+    drag_mouse(&server.display, drag)?;
     let mut import = Command::new("import");
     // Without the time of day the same picture is the same file.
     import.args(["-display", &server.display, "-window", "root", "-strip"]);
     process::run(import.arg(out))
+}
+
+/// Drags the mouse along places, slowly enough that every one gets a frame.
+fn drag_mouse(display: &str, places: &[[u32; 2]]) -> Result<()> {
+    let xdotool = |arguments: &[&str]| {
+        process::run(Command::new("xdotool").args(arguments).env("DISPLAY", display))?;
+        process::sleep(A_FRAME)
+    };
+    for (index, [x, y]) in places.iter().enumerate() {
+        xdotool(&["mousemove", &x.to_string(), &y.to_string()])?;
+        if index == 0 {
+            xdotool(&["mousedown", "1"])?;
+        }
+    }
+    if places.is_empty() { Ok(()) } else { xdotool(&["mouseup", "1"]) }
 }
