@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -22,9 +22,11 @@ const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
 pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
     let scene = check::load(&options.config)?;
-    let event_loop = EventLoop::new().context(
-        "no display: set DISPLAY or WAYLAND_DISPLAY, or use `busbar render` for a picture",
-    )?;
+    let event_loop = EventLoop::new().map_err(|error| {
+        // Its own text names source files of the build machine.
+        tracing::debug!("{error}");
+        anyhow!("no display: set DISPLAY or WAYLAND_DISPLAY, or use `busbar render` for a picture")
+    })?;
     let mut application = Application {
         options,
         scene: Some(scene),

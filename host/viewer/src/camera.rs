@@ -19,6 +19,8 @@ const DEFAULT_FOV_DEGREES: f32 = 45.0;
 /// A viewport narrower than this sees as much sideways as this one would, so
 /// that panels do not crop what a configured camera frames.
 const FULL_ASPECT: f32 = 16.0 / 9.0;
+/// Room left around what is framed.
+const FRAME_MARGIN: f32 = 1.12;
 
 /// A camera that looks at a target from a distance and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +73,16 @@ impl OrbitCamera {
     fn frame(&mut self, bounds: Option<Bounds>) {
         if let Some(bounds) = bounds {
             self.target = bounds.center();
-            let distance = bounds.radius().max(0.1) / (self.fov_y * 0.5).sin();
+            let (back, right, up) = self.axes();
+            let tan_y = (self.fov_y * 0.5).tan();
+            let tan_x = tan_y * FULL_ASPECT;
+            // As far as the corner that is outermost from here.
+            let needed = bounds.corners().map(|corner| {
+                let offset = corner - self.target;
+                let sideways = (offset.dot(right).abs() / tan_x).max(offset.dot(up).abs() / tan_y);
+                sideways * FRAME_MARGIN + offset.dot(back)
+            });
+            let distance = needed.into_iter().fold(0.0, f32::max);
             self.distance = distance.clamp(*DISTANCE_RANGE.start(), *DISTANCE_RANGE.end());
         }
     }
@@ -85,9 +96,7 @@ impl OrbitCamera {
     fn pan(&mut self, drag: Vec2, viewport: Vec2) {
         let half_angle = self.fov_y(viewport.x / viewport.y.max(1.0)) * 0.5;
         let metres_per_point = 2.0 * self.distance * half_angle.tan() / viewport.y.max(1.0);
-        let back = self.direction();
-        let right = Vec3::Y.cross(back).normalize_or(Vec3::X);
-        let up = back.cross(right);
+        let (_, right, up) = self.axes();
         self.target += (up * drag.y - right * drag.x) * metres_per_point;
     }
 
@@ -113,6 +122,13 @@ impl OrbitCamera {
     fn fov_y(&self, aspect: f32) -> f32 {
         let widening = (FULL_ASPECT / aspect.max(0.1)).max(1.0);
         2.0 * ((self.fov_y * 0.5).tan() * widening).atan()
+    }
+
+    /// Towards the eye, to the right, and up, as the camera sees them.
+    fn axes(&self) -> (Vec3, Vec3, Vec3) {
+        let back = self.direction();
+        let right = Vec3::Y.cross(back).normalize_or(Vec3::X);
+        (back, right, back.cross(right))
     }
 
     /// From the target to the eye.

@@ -84,17 +84,38 @@ pub(super) fn check_capabilities(
         }
     }
     for (name, instance) in instances {
-        let first = config.tags.values().find(|tag| &tag.source.plugin == name);
-        let Some(first) = first else { continue };
-        if let Err(error) = Telemetry::check(instance, &telemetry_tags(config, tags, name)) {
-            let pointer = match error {
-                PluginError::WrongCapability { .. } => {
-                    join_pointer(&first.source.pointer, "plugin")
-                }
-                _ => config.plugins.get(name).map_or_else(String::new, |p| p.pointer.clone()),
-            };
-            add(pointer, &error);
+        check_addresses(config, name, instance, tags, &mut add);
+    }
+}
+
+/// Whether a telemetry plugin can serve its tags; each fault at its address.
+fn check_addresses(
+    config: &Config,
+    name: &str,
+    instance: &Instance,
+    tags: &[TagSpec],
+    add: &mut impl FnMut(String, &PluginError),
+) {
+    let served = telemetry_tags(config, tags, name);
+    let source = |tag: &TelemetryTag| config.tags.get(&tag.id).map(|tag| &tag.source.pointer);
+    let Some(first) = served.first() else { return };
+    let Err(error) = Telemetry::check(instance, &served) else { return };
+    if let PluginError::WrongCapability { .. } = error {
+        let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "plugin"));
+        return add(pointer, &error);
+    }
+    let mut alone = 0;
+    for tag in &served {
+        if let (Err(error), Some(source)) =
+            (Telemetry::check(instance, std::slice::from_ref(tag)), source(tag))
+        {
+            add(join_pointer(source, "address"), &error);
+            alone += 1;
         }
+    }
+    // What only goes wrong together has no place of its own.
+    if alone == 0 {
+        add(config.plugins.get(name).map_or_else(String::new, |p| p.pointer.clone()), &error);
     }
 }
 
