@@ -156,6 +156,7 @@ impl OpenWindow {
     /// Draws one frame; returns when the panels want the next.
     fn draw(&mut self) -> anyhow::Result<Duration> {
         let input = self.egui.take_egui_input(&self.window);
+        self.window.pre_present_notify();
         let frame = self.viewer.frame(input)?;
         self.egui.handle_platform_output(&self.window, frame.platform);
         if !self.announced {

@@ -3,7 +3,7 @@
 
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::{ext, khr, vk};
@@ -38,6 +38,8 @@ pub(crate) struct Device {
     pub(crate) pools: Mutex<DescriptorPools>,
     timeline: vk::Semaphore,
     submitted: AtomicU64,
+    /// A wait ran out of time.
+    hung: AtomicBool,
     garbage: Mutex<Vec<(u64, Garbage)>>,
     names: Option<ext::debug_utils::Device>,
     pub(crate) instance: Arc<Instance>,
@@ -71,6 +73,7 @@ impl Device {
             pools: Mutex::default(),
             timeline,
             submitted: AtomicU64::new(0),
+            hung: AtomicBool::new(false),
             garbage: Mutex::default(),
             names,
             instance,
@@ -161,12 +164,20 @@ impl Device {
 
     /// Waits until a submission is finished.
     pub(crate) fn wait(&self, value: u64, what: &'static str) -> Result<(), GpuError> {
+        let timeout = || GpuError::Timeout { what, millis: MAX_WAIT_MILLIS };
+        // One wait of that length is enough to find out.
+        if self.hung.load(Ordering::Acquire) {
+            return Err(timeout());
+        }
         let (semaphores, values) = ([self.timeline], [value]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is this device's timeline.
         match unsafe { self.raw.wait_semaphores(&info, MAX_WAIT_MILLIS * 1_000_000) } {
             Ok(()) => Ok(()),
-            Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout { what, millis: MAX_WAIT_MILLIS }),
+            Err(vk::Result::TIMEOUT) => {
+                self.hung.store(true, Ordering::Release);
+                Err(timeout())
+            }
             Err(code) => Err(at(what)(code)),
         }
     }
@@ -266,8 +277,12 @@ fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash:
         .queue_family_index(adapter.queue_family)
         .queue_priorities(&priorities)];
     let extensions = if presents { vec![khr::swapchain::NAME.as_ptr()] } else { Vec::new() };
+    // SAFETY: the adapter belongs to this instance.
+    let offered = unsafe { instance.raw.get_physical_device_features(adapter.raw) };
     let features = vk::PhysicalDeviceFeatures::default()
         .robust_buffer_access(true)
+        // Without it, a mesh may have no more than 2^24 - 1 vertices.
+        .full_draw_index_uint32(offered.full_draw_index_uint32 == vk::TRUE)
         .fill_mode_non_solid(adapter.can_draw_lines);
     let mut vulkan_12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default()

@@ -97,7 +97,9 @@ impl Presenter {
         if !capabilities.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_DST) {
             return Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED);
         }
-        let shape = SwapchainShape { format: self.surface_format, extent, capabilities };
+        let present_mode = self.surface.present_mode(self.device.adapter.raw)?;
+        let format = self.surface_format;
+        let shape = SwapchainShape { format, extent, capabilities, present_mode };
         let device = Arc::clone(&self.device);
         let next = Swapchain::new(device, &self.surface, &shape, self.swapchain.as_ref());
         // Retired by the attempt, also by one that failed.

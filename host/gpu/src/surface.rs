@@ -34,6 +34,7 @@ impl Surface {
     }
 
     /// Makes the surface anew, after it was lost. No swapchain may be on it.
+    /// After a failure it counts as lost, so that the next frame tries again.
     pub(crate) fn recreate(&mut self) -> Result<(), GpuError> {
         self.destroy();
         self.create()
@@ -80,8 +81,25 @@ impl Surface {
         &self,
         device: vk::PhysicalDevice,
     ) -> Result<vk::SurfaceCapabilitiesKHR, vk::Result> {
+        if self.raw == vk::SurfaceKHR::null() {
+            return Err(vk::Result::ERROR_SURFACE_LOST_KHR);
+        }
         // SAFETY: as in `supports`.
         unsafe { self.functions.get_physical_device_surface_capabilities(device, self.raw) }
+    }
+
+    /// How images are handed to the window system. Frames are paced by whoever
+    /// asks for them, so a mode that never blocks is best: with FIFO, a hidden
+    /// window can hold up the thread that also handles events.
+    pub(crate) fn present_mode(
+        &self,
+        device: vk::PhysicalDevice,
+    ) -> Result<vk::PresentModeKHR, vk::Result> {
+        // SAFETY: as in `supports`.
+        let modes =
+            unsafe { self.functions.get_physical_device_surface_present_modes(device, self.raw) }?;
+        let mailbox = modes.contains(&vk::PresentModeKHR::MAILBOX);
+        Ok(if mailbox { vk::PresentModeKHR::MAILBOX } else { vk::PresentModeKHR::FIFO })
     }
 
     pub(crate) fn formats(

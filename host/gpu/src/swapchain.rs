@@ -19,6 +19,7 @@ pub(crate) struct SwapchainShape {
     pub(crate) format: vk::SurfaceFormatKHR,
     pub(crate) extent: vk::Extent2D,
     pub(crate) capabilities: vk::SurfaceCapabilitiesKHR,
+    pub(crate) present_mode: vk::PresentModeKHR,
 }
 
 pub(crate) struct Swapchain {
@@ -64,7 +65,7 @@ impl Swapchain {
             .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
             .pre_transform(capabilities.current_transform)
             .composite_alpha(composite_alpha(capabilities))
-            .present_mode(vk::PresentModeKHR::FIFO)
+            .present_mode(shape.present_mode)
             .clipped(true)
             .old_swapchain(old.map_or(vk::SwapchainKHR::null(), |old| old.raw));
         // SAFETY: the surface lives and the shape is within its capabilities;

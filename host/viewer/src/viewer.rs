@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_host::Telemetry;
 use busbar_renderer::{
-    DrawInstance, EguiFrame, Frame, FrameStats, Picture, Renderer, RendererOptions, WindowHandles,
+    DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer, RendererOptions,
+    WindowHandles,
 };
 use busbar_scene::NodeIndex;
 use busbar_tags::{SampleQueue, Snapshot, TagTable};
@@ -201,7 +202,11 @@ impl Viewer {
         self.last = drawn?;
         if let Some(position) = picked_at {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
-            self.selected = self.pick_node(&instances, pixel)?;
+            self.selected = match self.pick_node(&instances, pixel) {
+                // The window shrank since the click.
+                Err(ViewError::Render(RenderError::OutsidePicture { .. })) => None,
+                picked => picked?,
+            };
         }
         self.snapshot = snapshot;
         self.count_frame(started);

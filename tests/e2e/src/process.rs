@@ -18,6 +18,8 @@ pub const MAX_RUN: Duration = Duration::from_secs(60);
 pub const MAX_START: Duration = Duration::from_secs(20);
 /// Output kept of each stream; more is a failure.
 const MAX_OUTPUT_BYTES: u64 = 4 << 20;
+/// Output read at once.
+const CHUNK_BYTES: usize = 4096;
 
 /// What a program did.
 #[derive(Debug)]
@@ -152,6 +154,9 @@ impl Process {
         };
         self.has_ended = true;
         let [stdout, stderr] = self.streams.each_mut().map(Stream::whole);
+        // A chunk that does not fit is dropped, so what is near the limit may be cut.
+        let fits = |text: &String| text.len() + CHUNK_BYTES < MAX_OUTPUT_BYTES as usize;
+        assert!(fits(&stdout) && fits(&stderr), "it said more than {MAX_OUTPUT_BYTES} bytes");
         Output { code: status.code(), stdout, stderr, elapsed, peak_bytes }
     }
 }
@@ -170,7 +175,7 @@ impl Stream {
         let text = Arc::new(Mutex::new(Vec::new()));
         let gathered = text.clone();
         let reader = thread::spawn(move || {
-            let mut buffer = [0; 4096];
+            let mut buffer = [0; CHUNK_BYTES];
             while let Ok(count @ 1..) = stream.read(&mut buffer) {
                 let mut gathered = gathered.lock().unwrap_or_else(PoisonError::into_inner);
                 if (gathered.len() + count) as u64 <= MAX_OUTPUT_BYTES {

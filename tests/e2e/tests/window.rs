@@ -131,7 +131,7 @@ fn two_hundred_frames_with_resizes_are_silent() {
         [1000, 200],
         [800, 500],
     ];
-    let stats = view(&scene, 12, |display, process| {
+    let stats = view(&scene, 20, |display, process| {
         let window = display.xdotool("search --name Busbar").stdout;
         let window = window.trim();
         for [width, height] in sizes {

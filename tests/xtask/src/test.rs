@@ -73,12 +73,13 @@ fn run_steps(
 fn run_tests(filter: Option<&str>, python: Option<&Path>, results: &mut Vec<String>) -> Result<()> {
     let mut command = process::cargo();
     if process::succeeds(process::cargo().args(["nextest", "--version"])) {
-        command.args(["nextest", "run", "--workspace"]);
+        command.args(["nextest", "run", "--workspace"]).args(filter);
     } else {
         println!("cargo-nextest is not installed: running the tests with cargo test.");
-        command.args(["test", "--workspace", "--all-targets", "--no-fail-fast"]);
+        command.args(["test", "--workspace", "--all-targets", "--no-fail-fast"]).args(filter);
+        // Without nextest's groups, windows and peers would get in each other's way.
+        command.args(["--", "--test-threads=1"]);
     }
-    command.args(filter);
     set_environment(&mut command, python);
     let (status, lines) = process::run_and_keep(&mut command, MAX_RESULT_LINES, is_result)?;
     results.extend(lines);
