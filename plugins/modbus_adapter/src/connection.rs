@@ -1,11 +1,12 @@
 //! One TCP connection: one request at a time, each with a deadline.
 
 use std::io;
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use thiserror::Error;
-use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::net::{TcpStream, lookup_host};
+use tokio::time::{Instant, timeout, timeout_at};
 use tokio_modbus::client::{Client, Context, tcp};
 use tokio_modbus::prelude::{Request, Response, Slave, SlaveContext};
 use tokio_modbus::{Error as ModbusError, ExceptionCode, ProtocolError};
@@ -15,6 +16,9 @@ use crate::decode::Cells;
 use crate::plan::Block;
 use crate::settings::Config;
 
+/// Addresses of one name that are tried, so that each has a useful share of
+/// the deadline.
+const MAX_ADDRESSES: usize = 8;
 const OTHER_FUNCTION: &str = "it is of another function";
 
 /// Why a link went down. After any of these the connection is dropped, so that
@@ -25,6 +29,14 @@ pub(crate) enum LinkFault {
     Connect(String),
     #[error("no connection within {} ms; is the address right, and the device on?", .0.as_millis())]
     ConnectTimeout(Duration),
+    #[error("the name was not found within {} ms; is the name service up?", .0.as_millis())]
+    LookupTimeout(Duration),
+    #[error("the name has no address")]
+    NoAddress,
+    /// By address.
+    #[error("{}", .0.iter().map(|(address, fault)| format!("{address}: {fault}"))
+        .collect::<Vec<_>>().join("; "))]
+    NoneConnects(Vec<(SocketAddr, LinkFault)>),
     #[error("no answer within {} ms to a read of {what}", .limit.as_millis())]
     NoAnswer { what: String, limit: Duration },
     #[error("{what}: the answer cannot be used: {why}")]
@@ -62,10 +74,12 @@ impl Connection {
     /// Connects within the deadline.
     pub(crate) async fn open(config: &Config) -> Result<Self, LinkFault> {
         let limit = config.timeout;
-        let stream = timeout(limit, TcpStream::connect((&*config.host, config.port)))
+        let deadline = Instant::now() + limit;
+        let addresses = timeout_at(deadline, lookup_host((&*config.host, config.port)))
             .await
-            .map_err(|_| LinkFault::ConnectTimeout(limit))?
+            .map_err(|_| LinkFault::LookupTimeout(limit))?
             .map_err(|error| LinkFault::Connect(in_words(&error)))?;
+        let stream = connect_any(addresses.take(MAX_ADDRESSES).collect(), deadline).await?;
         // Requests are small and each waits for its answer.
         stream.set_nodelay(true).map_err(|error| LinkFault::Connect(in_words(&error)))?;
         Ok(Self { client: tcp::attach(stream), limit })
@@ -88,6 +102,35 @@ impl Connection {
             Ok(Ok(Ok(response))) => checked(block, response),
         }
     }
+}
+
+/// Connects to the first address that lets us. Each has an equal share of the
+/// time that is left, so that one that stays silent does not hide the others.
+async fn connect_any(
+    addresses: Vec<SocketAddr>,
+    deadline: Instant,
+) -> Result<TcpStream, LinkFault> {
+    let mut faults = Vec::new();
+    for (address, to_try) in addresses.iter().zip((1..=addresses.len() as u32).rev()) {
+        let share = deadline.saturating_duration_since(Instant::now()) / to_try;
+        match connect(*address, share).await {
+            Ok(stream) => return Ok(stream),
+            Err(fault) => faults.push((*address, fault)),
+        }
+    }
+    Err(if faults.len() > 1 {
+        LinkFault::NoneConnects(faults)
+    } else {
+        // The only address is the endpoint, which the report names anyway.
+        faults.pop().map_or(LinkFault::NoAddress, |(_, fault)| fault)
+    })
+}
+
+async fn connect(address: SocketAddr, limit: Duration) -> Result<TcpStream, LinkFault> {
+    timeout(limit, TcpStream::connect(address))
+        .await
+        .map_err(|_| LinkFault::ConnectTimeout(limit))?
+        .map_err(|error| LinkFault::Connect(in_words(&error)))
 }
 
 /// `Client::call` has matched transaction, unit and function; the length is
@@ -166,3 +209,7 @@ pub(crate) fn describe(block: &Block) -> String {
         ),
     }
 }
+
+#[cfg(test)]
+#[path = "connection_tests.rs"]
+mod tests;

@@ -32,7 +32,11 @@ pub(crate) struct Block {
 
 /// The requests that read all points of a poll group.
 pub(crate) fn plan(points: &[Point], group: usize) -> Vec<Block> {
-    let mut wanted: Vec<_> = (0..points.len()).filter(|&i| points[i].group == group).collect();
+    plan_of(points, (0..points.len()).filter(|&i| points[i].group == group).collect())
+}
+
+/// The requests that read some points, of one poll group.
+pub(crate) fn plan_of(points: &[Point], mut wanted: Vec<usize>) -> Vec<Block> {
     wanted.sort_by_key(|&i| key(&points[i]));
     let mut blocks: Vec<Block> = Vec::new();
     for index in wanted {
@@ -107,6 +111,13 @@ impl Block {
             }
         }
         best.map(|(_, at)| at)
+    }
+
+    /// What this block reads of the points of another.
+    pub(crate) fn within(&self, other: &Self, points: &[Point]) -> Option<Self> {
+        let has = |index: &usize| other.points.contains(index);
+        let members: Vec<_> = self.points.iter().copied().filter(has).collect();
+        Self::join(points, &members)
     }
 
     fn join(points: &[Point], members: &[usize]) -> Option<Self> {

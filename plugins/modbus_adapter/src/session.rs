@@ -11,7 +11,7 @@ use crate::address::Point;
 use crate::backoff::Backoff;
 use crate::connection::{Connection, LinkFault, Reply, describe};
 use crate::decode::decode;
-use crate::plan::{Block, plan};
+use crate::plan::{Block, plan, plan_of};
 use crate::settings::Config;
 
 /// Splits of refused blocks in one poll of a group; the rest waits for the
@@ -21,6 +21,9 @@ const MAX_SPLITS_PER_POLL: usize = 32;
 const REFUSED_RETRY: Duration = Duration::from_secs(30);
 /// Refused blocks that are asked for again in one poll of a group.
 const MAX_RETRIES_PER_POLL: usize = 4;
+/// Longest time after which a group with split blocks is planned anew; it
+/// doubles from [`REFUSED_RETRY`] as long as that is of no use.
+const MAX_REPLAN_PAUSE: Duration = Duration::from_secs(600);
 /// Tags that one log line names.
 const MAX_TAGS_IN_MESSAGE: usize = 5;
 
@@ -36,14 +39,40 @@ pub(crate) struct Session {
 struct Group {
     period: Duration,
     due: Instant,
+    /// Whether this connection has served a whole poll.
+    is_polled: bool,
+    /// Together with those refused they hold all points of the group.
     blocks: Vec<Block>,
     /// In order of `retry_at`.
     refused: VecDeque<Refused>,
+    /// When to join again what was split, for the device may have changed its
+    /// mind.
+    replan_at: Option<Instant>,
+    replan_pause: Duration,
 }
 
 struct Refused {
     block: Block,
     retry_at: Instant,
+}
+
+/// One poll of a group under way.
+struct Poll {
+    queue: VecDeque<(Block, Origin)>,
+    /// The blocks before the group was planned anew; else empty.
+    former: Vec<Block>,
+    splits_left: usize,
+    /// Whether a block that was refused has answered.
+    has_recovered: bool,
+}
+
+/// Why a block is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    Known,
+    Replanned,
+    /// It was refused before.
+    Retry,
 }
 
 /// What an exception says of the tags of a block.
@@ -91,20 +120,20 @@ impl Session {
             sleep_until(group.due).await;
             self.poll(&mut connection, group, &mut up).await?;
             group.due = next_due(group.due, group.period, Instant::now());
+            group.is_polled = true;
+            // Not before: a peer that answers once and closes is no success.
+            if groups.iter().all(|group| group.is_polled) {
+                self.backoff.reset();
+            }
         }
     }
 
     fn groups(&self) -> Vec<Group> {
-        let due = Instant::now();
-        let group = |(index, &period): (usize, &Duration)| Group {
-            period,
-            due,
-            blocks: plan(&self.points, index),
-            refused: VecDeque::new(),
-        };
-        let mut groups: Vec<_> = self.config.group_periods.iter().enumerate().map(group).collect();
-        groups.retain(|group| !group.blocks.is_empty());
-        groups
+        let periods = self.config.group_periods.iter().enumerate();
+        periods
+            .map(|(index, &period)| Group::new(period, plan(&self.points, index)))
+            .filter(|group| !group.blocks.is_empty())
+            .collect()
     }
 
     async fn poll(
@@ -113,48 +142,61 @@ impl Session {
         group: &mut Group,
         up: &mut bool,
     ) -> Result<(), LinkFault> {
-        // Each with whether it was refused before.
-        let mut queue: VecDeque<_> =
-            std::mem::take(&mut group.blocks).into_iter().map(|block| (block, false)).collect();
-        queue.extend(group.take_due(Instant::now()).into_iter().map(|block| (block, true)));
-        let mut splits_left = MAX_SPLITS_PER_POLL;
-        while let Some((block, is_retry)) = queue.pop_front() {
+        let mut poll = group.begin_poll(&self.points, Instant::now());
+        while let Some((block, origin)) = poll.queue.pop_front() {
             let reply = connection.read(&block).await?;
             if !std::mem::replace(up, true) {
-                self.backoff.reset();
                 self.report(LinkState::Up, "connected");
             }
-            let Reply::Exception(exception) = reply else {
+            if let Reply::Exception(exception) = reply {
+                self.heed(exception, block, origin, group, &mut poll);
+            } else {
                 self.publish_values(&block, &reply);
+                poll.has_recovered |= origin == Origin::Retry;
                 group.blocks.push(block);
-                continue;
-            };
-            match verdict(exception) {
-                Verdict::Unavailable(reason) => {
-                    self.publish_bad(&block, reason);
-                    group.blocks.push(block);
-                }
-                Verdict::SomeRefused if let Some((left, right)) = block.split(&self.points) => {
-                    if splits_left > 0 {
-                        splits_left -= 1;
-                        queue.push_front((right, is_retry));
-                        queue.push_front((left, is_retry));
-                    } else {
-                        group.blocks.extend([left, right]);
-                    }
-                }
-                Verdict::SomeRefused | Verdict::AllRefused => {
-                    if !is_retry {
-                        self.log_refusal(&block, exception);
-                    }
-                    group.refuse(block);
-                }
             }
         }
         for refused in &group.refused {
             self.publish_bad(&refused.block, Reason::Configuration);
         }
+        group.end_poll(&poll, Instant::now());
         Ok(())
+    }
+
+    /// Does with a block what the device's exception asks for.
+    fn heed(
+        &self,
+        exception: ExceptionCode,
+        block: Block,
+        origin: Origin,
+        group: &mut Group,
+        poll: &mut Poll,
+    ) {
+        match verdict(exception) {
+            Verdict::Unavailable(reason) => {
+                self.publish_bad(&block, reason);
+                group.blocks.push(block);
+            }
+            Verdict::SomeRefused if let Some((left, right)) = block.split(&self.points) => {
+                if poll.splits_left > 0 {
+                    poll.splits_left -= 1;
+                    poll.queue.push_front((right, origin));
+                    poll.queue.push_front((left, origin));
+                } else if origin == Origin::Replanned {
+                    poll.fall_back(&block, &self.points);
+                } else {
+                    // Nobody asks for the halves before the next poll.
+                    self.publish_bad(&block, Reason::Configuration);
+                    group.blocks.extend([left, right]);
+                }
+            }
+            Verdict::SomeRefused | Verdict::AllRefused => {
+                if origin != Origin::Retry {
+                    self.log_refusal(&block, exception);
+                }
+                group.refuse(block);
+            }
+        }
     }
 
     fn publish_values(&self, block: &Block, reply: &Reply) {
@@ -212,6 +254,51 @@ impl Session {
 }
 
 impl Group {
+    fn new(period: Duration, blocks: Vec<Block>) -> Self {
+        Self {
+            period,
+            due: Instant::now(),
+            is_polled: false,
+            blocks,
+            refused: VecDeque::new(),
+            replan_at: None,
+            replan_pause: REFUSED_RETRY,
+        }
+    }
+
+    /// Takes what is to be asked for now.
+    fn begin_poll(&mut self, points: &[Point], now: Instant) -> Poll {
+        let mut blocks = std::mem::take(&mut self.blocks);
+        let mut former = Vec::new();
+        let mut origin = Origin::Known;
+        if self.replan_at.take_if(|at| *at <= now).is_some() {
+            let wanted = blocks.iter().flat_map(|block| &block.points).copied().collect();
+            former = std::mem::replace(&mut blocks, plan_of(points, wanted));
+            origin = Origin::Replanned;
+        }
+        let mut queue: VecDeque<_> = blocks.into_iter().map(|block| (block, origin)).collect();
+        queue.extend(self.take_due(now).into_iter().map(|block| (block, Origin::Retry)));
+        Poll { queue, former, splits_left: MAX_SPLITS_PER_POLL, has_recovered: false }
+    }
+
+    /// Settles when to plan anew.
+    fn end_poll(&mut self, poll: &Poll, now: Instant) {
+        if poll.splits_left < MAX_SPLITS_PER_POLL {
+            if self.replan_at.is_none() {
+                self.replan_at = Some(now + self.replan_pause);
+                self.replan_pause = self.replan_pause.saturating_mul(2).min(MAX_REPLAN_PAUSE);
+            }
+        } else if !poll.former.is_empty() {
+            self.replan_pause = REFUSED_RETRY;
+        }
+        if poll.has_recovered {
+            // Once for all that recover together, as far as that can wait.
+            let has_due = self.refused.front().is_some_and(|refused| refused.retry_at <= now);
+            let at = if has_due { now + REFUSED_RETRY } else { now };
+            self.replan_at = Some(self.replan_at.map_or(at, |planned| planned.min(at)));
+        }
+    }
+
     /// Takes refused blocks whose time has come.
     fn take_due(&mut self, now: Instant) -> Vec<Block> {
         let due = self
@@ -226,6 +313,18 @@ impl Group {
     fn refuse(&mut self, block: Block) {
         let retry_at = Instant::now() + REFUSED_RETRY;
         self.refused.push_back(Refused { block, retry_at });
+    }
+}
+
+impl Poll {
+    /// Asks for the points of a block as before they were planned anew: that
+    /// the device has answered, so no tag turns bad for a try to save requests.
+    fn fall_back(&mut self, block: &Block, points: &[Point]) {
+        for former in &self.former {
+            if let Some(piece) = former.within(block, points) {
+                self.queue.push_front((piece, Origin::Known));
+            }
+        }
     }
 }
 
@@ -254,34 +353,5 @@ fn next_due(due: Instant, period: Duration, now: Instant) -> Instant {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn polls_keep_their_beat() {
-        let start = Instant::now();
-        let at = |millis| start + Duration::from_millis(millis);
-        let period = Duration::from_millis(100);
-        assert_eq!(next_due(start, period, at(0)), at(100));
-        assert_eq!(next_due(start, period, at(99)), at(100));
-        assert_eq!(next_due(start, period, at(100)), at(200));
-        assert_eq!(next_due(start, period, at(350)), at(400));
-    }
-
-    #[test]
-    fn exceptions_say_who_is_at_fault() {
-        let cases = [
-            (1, Verdict::AllRefused),
-            (2, Verdict::SomeRefused),
-            (3, Verdict::SomeRefused),
-            (4, Verdict::Unavailable(Reason::Unknown)),
-            (6, Verdict::Unavailable(Reason::Communication)),
-            (10, Verdict::Unavailable(Reason::Communication)),
-            (11, Verdict::Unavailable(Reason::Communication)),
-            (99, Verdict::Unavailable(Reason::Unknown)),
-        ];
-        for (code, expected) in cases {
-            assert_eq!(verdict(ExceptionCode::new(code)), expected, "{code}");
-        }
-    }
-}
+#[path = "session_tests.rs"]
+mod tests;

@@ -1,79 +1,15 @@
 //! Against servers that break the protocol in every way we know.
 
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use busbar_plugin_sdk::LinkState;
+
+use super::server::{Pieces, Server, at_once, right};
 use super::*;
 
-/// What the server does with the bytes of each request: the answer's pieces,
-/// with pauses between them, or `None` to close.
-type Answer = fn(&[u8]) -> Option<Vec<(Duration, Vec<u8>)>>;
-
-/// Longest life of a connection that the peer left open.
-const MAX_CONNECTION_LIFE: Duration = Duration::from_secs(20);
-
-struct Server {
-    port: u16,
-    accepted: Arc<Mutex<Vec<Instant>>>,
-}
-
-impl Server {
-    /// Serves until the test's process ends.
-    fn start(answer: Answer) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let port = listener.local_addr().unwrap().port();
-        let accepted = Arc::new(Mutex::new(Vec::new()));
-        let times = Arc::clone(&accepted);
-        std::thread::spawn(move || {
-            for stream in listener.incoming().flatten() {
-                times.lock().unwrap().push(Instant::now());
-                std::thread::spawn(move || serve(stream, answer));
-            }
-        });
-        Self { port, accepted }
-    }
-
-    /// When each connection came, after the first, in milliseconds.
-    fn gaps_millis(&self) -> Vec<u128> {
-        let times = self.accepted.lock().unwrap();
-        times.windows(2).map(|pair| (pair[1] - pair[0]).as_millis()).collect()
-    }
-}
-
-fn serve(mut stream: TcpStream, answer: Answer) {
-    stream.set_read_timeout(Some(MAX_CONNECTION_LIFE)).unwrap();
-    let mut request = [0; 12];
-    while stream.read_exact(&mut request).is_ok() {
-        let Some(pieces) = answer(&request) else {
-            return;
-        };
-        for (pause, bytes) in pieces {
-            std::thread::sleep(pause);
-            if stream.write_all(&bytes).is_err() {
-                return;
-            }
-        }
-    }
-}
-
-/// The right answer: every register is 0xDEAD.
-fn right(request: &[u8]) -> Vec<u8> {
-    let count = usize::from(request[11]);
-    let mut answer = request[..4].to_vec();
-    answer.extend(((3 + 2 * count) as u16).to_be_bytes());
-    answer.extend([request[6], request[7], (2 * count) as u8]);
-    answer.extend([0xDE, 0xAD].repeat(count));
-    answer
-}
-
-fn at_once(bytes: Vec<u8>) -> Option<Vec<(Duration, Vec<u8>)>> {
-    Some(vec![(Duration::ZERO, bytes)])
-}
-
 /// No value may come of it, tags are bad in time, and tries thin out.
-fn check(answer: Answer, message: &str) {
+fn check(answer: fn(&[u8]) -> Option<Pieces>, message: &str) {
     let server = Server::start(answer);
     let started = Instant::now();
     let running =
@@ -213,4 +149,46 @@ fn a_proper_answer_is_taken() {
     let server = Server::start(|r| at_once(right(r)));
     let running = start(server.port, json!({}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(f64::from(0xDEAD)));
+}
+
+/// What the adapter says of its delays, in seconds, once it failed `count`
+/// times.
+fn delays(running: &Running, count: usize) -> Vec<f64> {
+    let delays = |seen: &busbar_plugin_sdk::testing::Recording| -> Vec<f64> {
+        let delay =
+            |text: &str| text.rsplit_once("next try in ")?.1.strip_suffix(" s")?.parse().ok();
+        seen.links.iter().filter_map(|(_, text)| delay(text)).collect()
+    };
+    let has_failed = |seen: &_| delays(seen).len() >= count;
+    assert!(running.recorder.wait_until(PATIENCE, has_failed));
+    delays(&running.recorder.recording())
+}
+
+const LONG_BACKOFF: &str = r#"{"reconnect": {"min_millis": 100, "max_millis": 3000}}"#;
+
+#[test]
+fn tries_thin_out_when_it_answers_once_and_closes() {
+    // The second request is for register 500.
+    let server = Server::start(|r| if r[8..10] == [0, 0] { at_once(right(r)) } else { None });
+    let settings = serde_json::from_str(LONG_BACKOFF).unwrap();
+    let running = start(server.port, settings, vec![holding(1, 0), holding(2, 500)]);
+    let delays = delays(&running, 4);
+    // At least 100, 200, 400 and 800 ms.
+    assert!(delays[2] >= 0.4 && delays[3] >= 0.8, "{delays:?}");
+    let links = running.recorder.recording().links;
+    assert!(links.iter().any(|(state, _)| *state == LinkState::Up), "{links:?}");
+}
+
+#[test]
+fn tries_start_over_after_a_whole_cycle() {
+    let requests = AtomicUsize::new(0);
+    let third_closes = move |r: &[u8]| {
+        let is_third = requests.fetch_add(1, Ordering::SeqCst) % 3 == 2;
+        if is_third { None } else { at_once(right(r)) }
+    };
+    let server = Server::start(third_closes);
+    let settings = serde_json::from_str(LONG_BACKOFF).unwrap();
+    let running = start(server.port, settings, vec![holding(1, 0), holding(2, 500)]);
+    let delays = delays(&running, 4);
+    assert!(delays.iter().all(|delay| *delay <= 0.2), "{delays:?}");
 }

@@ -3,6 +3,7 @@
 mod hostile;
 mod peer;
 mod pymodbus;
+pub(crate) mod server;
 
 use std::time::Duration;
 
@@ -64,7 +65,7 @@ impl Running {
     }
 }
 
-fn holding(tag: u32, register: u16) -> TagSpec {
+pub(crate) fn holding(tag: u32, register: u16) -> TagSpec {
     let address = json!({"table": "holding", "register": register, "type": "u16"});
     tag_spec(tag, &format!("tag{tag}"), ValueKind::F64, address)
 }
