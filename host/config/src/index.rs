@@ -4,15 +4,17 @@
 use std::borrow::Cow;
 
 use crate::positions::{Place, decode_string};
-use crate::{Diagnostic, MAX_NESTING_DEPTH, Positions, Severity, join_pointer};
+use crate::{Diagnostic, MAX_DIAGNOSTICS, MAX_NESTING_DEPTH, Positions, Severity, join_pointer};
 
 /// What the pass finds.
 #[derive(Default)]
 pub(crate) struct Index {
     /// Values in the order of the text, parents before children.
     pub(crate) places: Vec<Place>,
-    /// Keys that an object has twice.
+    /// Keys that an object has twice; at most [`MAX_DIAGNOSTICS`].
     pub(crate) duplicates: Vec<DuplicateKey>,
+    /// How many more there are.
+    pub(crate) more_duplicates: usize,
     /// Offset and pointer of the first value below [`MAX_NESTING_DEPTH`].
     pub(crate) too_deep: Option<(u32, String)>,
 }
@@ -115,7 +117,12 @@ impl<'t> Scan<'t> {
             let [(first, first_offset), (key, offset)] = pair else {
                 continue;
             };
-            if first == key {
+            if first != key {
+                continue;
+            }
+            if self.found.duplicates.len() >= MAX_DIAGNOSTICS {
+                self.found.more_duplicates += 1;
+            } else {
                 self.found.duplicates.push(DuplicateKey {
                     offset: *offset,
                     first_offset: *first_offset,

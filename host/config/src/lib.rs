@@ -23,6 +23,7 @@ mod schema;
 mod structure;
 mod suggest;
 mod syntax;
+mod world;
 
 pub use config::{
     Band, BindingConfig, CameraConfig, Config, DirectoryConfig, ModelConfig, NodeConfig,
@@ -48,6 +49,7 @@ pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
     let document = syntax::read(text)?;
     let mut report = Report::new(&document.positions);
     report.extend(document.duplicate_keys);
+    report.count_more(document.more_duplicate_keys);
     structure::check(&document.value, &mut report);
     rules::check(&document.value, &mut report);
     if report.has_errors() {

@@ -30,6 +30,13 @@ impl<'a> Report<'a> {
         }
     }
 
+    /// Counts errors for which there is no room: the report must be full.
+    pub(crate) fn count_more(&mut self, errors: usize) {
+        debug_assert!(errors == 0 || self.diagnostics.len() >= MAX_DIAGNOSTICS);
+        self.errors += errors;
+        self.more += errors;
+    }
+
     /// An error at a value.
     pub(crate) fn error(
         &mut self,

@@ -1,5 +1,6 @@
 //! The meaning of the scene: ids used once, models that exist, scales that
-//! are not zero, instances only of nodes without children.
+//! are not zero, places within bounds, instances only of nodes without
+//! children.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -8,6 +9,7 @@ use serde_json::Value;
 
 use crate::report::Report;
 use crate::rules::{check_reference, name_fault};
+use crate::world::World;
 use crate::{MAX_NODES, MIN_SCALE, join_pointer, suggest};
 
 /// Equipment ids, and the pointer of the node that has each.
@@ -16,7 +18,7 @@ pub(crate) type Equipment<'d> = BTreeMap<&'d str, String>;
 /// Reports the faults of the scene and gives the ids in it.
 pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipment<'d> {
     let mut walk = Walk { document, equipment: BTreeMap::new(), nodes: 0, report };
-    walk.check_nodes(&document["scene"], "/scene");
+    walk.check_nodes(&document["scene"], "/scene", Some(World::ROOT));
     if walk.nodes > MAX_NODES {
         walk.report.error(
             "/scene",
@@ -36,19 +38,20 @@ struct Walk<'d, 'r, 'p> {
 
 impl<'d> Walk<'d, '_, '_> {
     /// Checks nodes and all under them. The recursion is as deep as the text
-    /// nests, which reading it has bounded.
-    fn check_nodes(&mut self, nodes: &'d Value, pointer: &str) {
+    /// nests, which reading it has bounded. `parent` is `None` where nobody
+    /// knows, for a fault above.
+    fn check_nodes(&mut self, nodes: &'d Value, pointer: &str, parent: Option<World>) {
         for (index, node) in nodes.as_array().into_iter().flatten().enumerate() {
             let pointer = join_pointer(pointer, index);
-            self.check_placement(node, &pointer);
+            let world = self.check_placement(node, &pointer, parent);
             let models = self.document["models"].as_object();
             check_reference(&node["model"], models, &pointer, "model", "model", self.report);
-            self.check_instances(node, &pointer);
-            self.check_nodes(&node["children"], &join_pointer(&pointer, "children"));
+            self.check_instances(node, &pointer, parent);
+            self.check_nodes(&node["children"], &join_pointer(&pointer, "children"), world);
         }
     }
 
-    fn check_instances(&mut self, node: &'d Value, node_pointer: &str) {
+    fn check_instances(&mut self, node: &'d Value, node_pointer: &str, parent: Option<World>) {
         let pointer = join_pointer(node_pointer, "instances");
         let instances = node["instances"].as_array().map(Vec::as_slice).unwrap_or_default();
         let has_children = node["children"].as_array().is_some_and(|c| !c.is_empty());
@@ -60,17 +63,31 @@ impl<'d> Walk<'d, '_, '_> {
             );
         }
         for (index, instance) in instances.iter().enumerate() {
-            self.check_placement(instance, &join_pointer(&pointer, index));
+            self.check_placement(instance, &join_pointer(&pointer, index), parent);
         }
     }
 
-    /// Checks what nodes and instances share: id and transform.
-    fn check_placement(&mut self, placement: &'d Value, pointer: &str) {
+    /// Checks what nodes and instances share: id and transform. Gives where it
+    /// stands, unless that is at fault.
+    fn check_placement(
+        &mut self,
+        placement: &'d Value,
+        pointer: &str,
+        parent: Option<World>,
+    ) -> Option<World> {
         self.nodes += 1;
         if let Some(id) = placement["id"].as_str() {
             self.check_id(id, pointer);
         }
-        self.check_scale(&placement["transform"]["scale"], pointer);
+        let transform = &placement["transform"];
+        self.check_scale(&transform["scale"], pointer);
+        let world = parent?.place(transform)?;
+        let Some(fault) = world.fault() else {
+            return Some(world);
+        };
+        // The first on its branch: all below it would be at fault with it.
+        self.report.error_with(&join_pointer(pointer, "transform"), || fault.texts());
+        None
     }
 
     fn check_id(&mut self, id: &'d str, placement_pointer: &str) {
@@ -87,15 +104,15 @@ impl<'d> Walk<'d, '_, '_> {
                 entry.insert(pointer);
             }
             Entry::Occupied(first) => {
-                let (line, column) = self.report.positions().locate(first.get());
-                self.report.error(
-                    &pointer,
-                    format!(
+                let positions = self.report.positions();
+                self.report.error_with(&pointer, || {
+                    let (line, column) = positions.locate(first.get());
+                    let cause = format!(
                         "the equipment id '{}' is used twice, first at line {line}, column {column}",
                         suggest::shown(id)
-                    ),
-                    "give one of the two another id",
-                );
+                    );
+                    (cause, "give one of the two another id".to_owned())
+                });
             }
         }
     }

@@ -13,8 +13,10 @@ pub(crate) struct Document {
     pub(crate) value: Value,
     /// Where its parts stand.
     pub(crate) positions: Positions,
-    /// Keys given twice.
+    /// Keys given twice; at most [`crate::MAX_DIAGNOSTICS`].
     pub(crate) duplicate_keys: Vec<Diagnostic>,
+    /// How many more there are.
+    pub(crate) more_duplicate_keys: usize,
 }
 
 /// Reads a text as strict JSON (RFC 8259): no comments, no trailing commas.
@@ -29,7 +31,8 @@ pub(crate) fn read(text: &str) -> Result<Document, Vec<Diagnostic>> {
         return Err(vec![positions.at_offset(Severity::Error, offset, pointer, cause, remedy)]);
     }
     let duplicate_keys = index.duplicates.into_iter().map(|d| d.diagnostic(&positions)).collect();
-    Ok(Document { value, positions, duplicate_keys })
+    let more_duplicate_keys = index.more_duplicates;
+    Ok(Document { value, positions, duplicate_keys, more_duplicate_keys })
 }
 
 /// The diagnostic of a text that is no JSON. The parser of JSON with comments

@@ -119,6 +119,76 @@ fn ids_are_measured_in_bytes() {
     );
 }
 
+/// A scene of nodes in one another, with these transforms.
+fn nested(transforms: &[&str]) -> String {
+    let node = |(level, transform): (usize, &&str)| {
+        format!(r#"{{ "id": "{level}", "transform": {transform}, "children": ["#)
+    };
+    let nodes: String = transforms.iter().enumerate().map(node).collect();
+    format!(r#"{{ "version": 1, "scene": [{nodes}{}] }}"#, "] }".repeat(transforms.len()))
+}
+
+const CHILD: &str = "/scene/0/children/0/transform";
+
+#[test]
+fn transforms_are_checked_together_with_those_above_them() {
+    let [large, small] = [r#"{ "scale": 1e6 }"#, r#"{ "scale": [1, -1e-6, 1] }"#];
+    let mut eight = [large; 8];
+    eight[1] = r#"«{ "scale": 1e6 }"#;
+    check(&nested(&eight), &[(CHILD, "the node is scaled by 1e12 in all", "from 1e-6 to 1e6")]);
+    check(&nested(&[large, r#"{ "scale": 1e-6 }"#, large]), &[]);
+    check(
+        &nested(&[small, r#"«{ "scale": [1, 0.01, 1] }"#]),
+        &[(CHILD, "the node is scaled by 1e-8 in all", "from 1e-6 to 1e6")],
+    );
+    let deep = "/scene/0/children/0/children/0/transform";
+    check(
+        &nested(&[large, "{}", r#"«{ "translation": [1, 2, -11] }"#, large]),
+        &[(deep, "the node stands at -1.1e7 m on the z axis", "within 1e7 m")],
+    );
+}
+
+#[test]
+fn rotations_turn_what_is_below_them() {
+    let child = r#"«{ "translation": [2e6, 0, 0] }"#;
+    for (degrees, outside) in [
+        ("[0, 0, 0]", true),
+        ("[0, 180, 0]", false),
+        ("[0, 90, 0]", false),
+        ("[0, 90, 90]", false),
+        ("[90, 90, 0]", false),
+        ("[90, 0, 0]", true),
+        ("[0, 180, -180]", true),
+    ] {
+        let parent = format!(r#"{{ "translation": [9e6, 0, 0], "rotation_degrees": {degrees} }}"#);
+        let text = nested(&[&parent, child]);
+        if outside {
+            check(&text, &[(CHILD, "stands at 1.1e7 m on the x axis", "within")]);
+        } else {
+            check(&text.replace('«', ""), &[]);
+        }
+    }
+    let parent = r#"{ "translation": [9e6, 0, 0], "rotation_degrees": [90, 90, 0] }"#;
+    let child = r#"«{ "translation": [0, 2e6, 0] }"#;
+    check(&nested(&[parent, child]), &[(CHILD, "stands at 1.1e7 m on the x axis", "within")]);
+    // What is at the limits stays there, whatever it is turned by.
+    let limit = r#"{ "rotation_degrees": [11, 22, 33], "scale": [1e6, -1e6, 1e-6] }"#;
+    check(&nested(&[limit, "{}"]), &[]);
+}
+
+#[test]
+fn a_transform_at_fault_says_nothing_of_those_below() {
+    let below = r#"{ "scale": 1e6 }"#;
+    for (above, pointer, cause) in [
+        (r#"{ "scale": «1e7 }"#, "/scene/0/transform/scale", "greater"),
+        (r#"{ "scale": «0 }"#, "/scene/0/transform/scale", "vanish"),
+        (r#"{ "translation": [1, 2, «1e8] }"#, "/scene/0/transform/translation/2", "greater"),
+        (r#"{ "rotation_degrees": «"up" }"#, "/scene/0/transform/rotation_degrees", "a text"),
+    ] {
+        check(&nested(&[above, below, below]), &[(pointer, cause, "")]);
+    }
+}
+
 #[test]
 fn names_that_are_keys() {
     let camera = r#"{ "eye": [1, 0, 0], "target": [0, 0, 0] }"#;

@@ -62,6 +62,50 @@ fn time_grows_with_the_text_even_if_every_tag_is_wrong() {
     assert!(large < small * 50 + Duration::from_millis(100), "{small:?} -> {large:?}");
 }
 
+/// Four times the text, all faults on one line: not much more than four times
+/// the time, however many faults nobody is shown.
+#[track_caller]
+fn assert_faults_grow_linearly(count: usize, write: impl Fn(usize) -> String) {
+    let time = |count| {
+        let text = write(count);
+        let runs = (0..3).map(|_| {
+            let start = Instant::now();
+            let faults = parse(&text).expect_err("faults");
+            let elapsed = start.elapsed();
+            assert_eq!(faults.len(), MAX_DIAGNOSTICS + 1);
+            let more = format!("and {} more faults", count - 1 - MAX_DIAGNOSTICS);
+            assert_eq!(faults[MAX_DIAGNOSTICS].cause, more);
+            elapsed
+        });
+        runs.min().unwrap_or_default()
+    };
+    let (small, large) = (time(count), time(4 * count));
+    assert!(large < small * 8 + Duration::from_millis(100), "{small:?} -> {large:?}");
+}
+
+#[test]
+fn a_key_given_thousands_of_times_takes_no_quadratic_time() {
+    assert_faults_grow_linearly(20_000, |count| {
+        let members = vec!["\"k\":0"; count].join(",");
+        with_tags(1, |_| {
+            format!(
+                r#"{{ "type": "f64", "source": {{ "plugin": "plc", "address": {{ {members} }} }} }}"#
+            )
+        })
+        .replace('\n', " ")
+    });
+}
+
+#[test]
+fn an_id_used_thousands_of_times_takes_no_quadratic_time() {
+    // The first of them is the last to be found.
+    assert_faults_grow_linearly(10_000, |count| {
+        let others = (0..count).map(|i| format!("{{\"id\":\"{i}\"}}"));
+        let nodes: Vec<String> = others.chain(vec![r#"{"id":"A"}"#.to_owned(); count]).collect();
+        format!(r#"{{ "version": 1, "scene": [{}] }}"#, nodes.join(","))
+    });
+}
+
 /// Each wrong name is near to many tags.
 #[test]
 fn suggestions_are_only_sought_for_faults_that_are_shown() {

@@ -1,10 +1,13 @@
 //! Buffers and views as byte slices, every range checked.
 
+use std::collections::HashMap;
+
 use gltf::json::Root;
 
 use crate::error::{Fault, ImportError, item};
 use crate::files::Files;
 
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Source {
     Glb,
     File(usize),
@@ -14,6 +17,7 @@ enum Source {
 pub(crate) struct Buffers<'a> {
     root: &'a Root,
     buffers: Vec<&'a [u8]>,
+    total_bytes: u64,
 }
 
 /// The bytes of a view, and the distance of its elements if it says one.
@@ -65,12 +69,13 @@ impl<'a> Buffers<'a> {
             let place = || format!("/buffers/{index}/byteLength");
             buffers.push(range(bytes, 0, end, "the buffer", place)?);
         }
-        Ok(Self { root, buffers })
+        let total_bytes = count_bytes(&loaded.0, &buffers);
+        Ok(Self { root, buffers, total_bytes })
     }
 
-    /// Bytes of all buffers together.
+    /// Bytes of all buffers together; those that several share count once.
     pub(crate) fn total_bytes(&self) -> u64 {
-        self.buffers.iter().map(|b| b.len() as u64).sum()
+        self.total_bytes
     }
 
     /// A view by its index; `place` says who names it.
@@ -86,6 +91,17 @@ impl<'a> Buffers<'a> {
         let bytes = range(buffer, offset, view.byte_length.0, "the view", || here(""))?;
         Ok(View { bytes, stride: view.byte_stride.map(|s| s.0).filter(|&s| s > 0) })
     }
+}
+
+/// Buffers of one source are one run of bytes, as long as the longest of them:
+/// naming it again makes no more of it.
+fn count_bytes(sources: &[Source], buffers: &[&[u8]]) -> u64 {
+    let mut longest: HashMap<Source, u64> = HashMap::new();
+    for (source, bytes) in sources.iter().zip(buffers) {
+        let length = longest.entry(*source).or_default();
+        *length = (*length).max(bytes.len() as u64);
+    }
+    longest.values().sum()
 }
 
 /// `bytes[offset..offset + length]`, if that exists.

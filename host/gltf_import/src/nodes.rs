@@ -8,7 +8,7 @@ use gltf::json::{Node, Root, scene};
 
 use crate::ImportLimits;
 use crate::error::{Fault, ImportError, item};
-use crate::limits::MAX_NAME_BYTES;
+use crate::limits::{MAX_COORDINATE, MAX_NAME_BYTES};
 use crate::report::Notes;
 
 const NONE: u32 = u32::MAX;
@@ -121,10 +121,8 @@ fn flatten(
         }
         let parent_from_node = matrix(node);
         let model_from_node = model_from_parent * parent_from_node;
-        if !parent_from_node.is_finite() || !model_from_node.is_finite() {
-            let fault = Fault::Invalid("the transform is not finite".into());
-            return Err(fault.at(format!("/nodes/{index}")));
-        }
+        refuse_far(&parent_from_node, &model_from_node)
+            .map_err(|fault| fault.at(format!("/nodes/{index}")))?;
         let mesh = match node.mesh {
             None => None,
             Some(mesh) => {
@@ -138,6 +136,22 @@ fn flatten(
         stack.extend(below.map(|c| pend(c.value(), Some(here), model_from_node, level + 1)));
     }
     Ok(nodes)
+}
+
+/// Nodes keep to the bound that positions keep to; so do the factors of the
+/// products down the hierarchy, which else would soon not be finite.
+fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), Fault> {
+    let within = |values: &[f32]| values.iter().all(|v| v.abs() <= MAX_COORDINATE);
+    let what = if !parent_from_node.is_finite() || !model_from_node.is_finite() {
+        "the transform is not finite".to_owned()
+    } else if !within(&parent_from_node.w_axis.to_array()) {
+        format!("the translation is beyond {MAX_COORDINATE:e} metres")
+    } else if !within(&model_from_node.to_cols_array()) {
+        format!("the transform, together with those above it, exceeds {MAX_COORDINATE:e}")
+    } else {
+        return Ok(());
+    };
+    Err(Fault::Invalid(what))
 }
 
 fn children(node: &Node) -> &[gltf::json::Index<scene::Node>] {

@@ -140,3 +140,14 @@ fn external_files_count_towards_the_file_limit() {
     let error = import_bytes(&bytes, Some(folder.path()), &limits).unwrap_err();
     assert!(matches!(error.fault, Fault::TooMany { what: "bytes", .. }), "{error}");
 }
+
+#[test]
+fn buffers_that_share_a_file_share_its_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = common::hostile::write_one_file_named_often(folder.path());
+    let error = import_file(&path, &ImportLimits::default()).unwrap_err();
+    assert_eq!((&error.file, error.place.as_str()), (&path, "/accessors/2"));
+    let message = error.to_string();
+    let expected = "3000003 elements for the bytes there are, and the limit is 3000000";
+    assert!(message.contains(expected), "{message}");
+}

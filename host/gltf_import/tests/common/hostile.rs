@@ -4,7 +4,9 @@ mod data;
 mod floods;
 mod structure;
 
-use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
 
 use super::Builder;
 
@@ -44,4 +46,32 @@ fn changed(
     let mut document = Builder::square().document();
     change(&mut document);
     add(cases, name, serde_json::to_vec(&document).unwrap(), expected);
+}
+
+/// Writes a model whose 200 buffers are one file of 3 MB, and whose 200
+/// primitives have a million positions each, in those buffers.
+pub fn write_one_file_named_often(folder: &Path) -> PathBuf {
+    const SIZE: usize = 3_000_000;
+    const TIMES: usize = 200;
+    std::fs::write(folder.join("a.bin"), vec![0; SIZE]).unwrap();
+    let document = json!({
+        "asset": { "version": "2.0" },
+        "nodes": [{ "mesh": 0 }],
+        "buffers": vec![json!({ "uri": "a.bin", "byteLength": SIZE }); TIMES],
+        "bufferViews": (0..TIMES)
+            .map(|i| json!({ "buffer": i, "byteLength": SIZE }))
+            .collect::<Value>(),
+        "accessors": (0..TIMES)
+            .map(|i| json!({ "bufferView": i, "componentType": 5120, "type": "VEC3",
+                "count": SIZE / 3 }))
+            .chain([json!({ "bufferView": 0, "componentType": 5121, "type": "SCALAR",
+                "count": 3 })])
+            .collect::<Value>(),
+        "meshes": [{ "primitives": (0..TIMES)
+            .map(|i| json!({ "attributes": { "POSITION": i }, "indices": TIMES }))
+            .collect::<Value>() }],
+    });
+    let path = folder.join("model.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    path
 }

@@ -227,13 +227,34 @@ pub fn values(c: &mut Cases) {
         |d| d["nodes"][0]["translation"] = json!([1e39, 0, 0]),
         &["/nodes/0", "not finite"],
     );
-    changed(
-        c,
-        "transforms that multiply to infinity",
-        |d| {
-            d["nodes"] =
-                json!([{ "scale": [1e30, 1, 1], "children": [1] }, { "scale": [1e30, 1, 1] }]);
-        },
-        &["/nodes/1", "not finite"],
-    );
+    for (name, node) in [
+        ("a node beyond all coordinates", json!({ "translation": [0, -1e30, 0] })),
+        (
+            "a matrix beyond all coordinates",
+            json!({ "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 2e12, 0, 1] }),
+        ),
+    ] {
+        let expected = &["/nodes/1", "translation is beyond 1e12"];
+        changed(c, name, |d| d["nodes"] = json!([{ "children": [1] }, node]), expected);
+    }
+    let far = json!({ "translation": [8e11, 0, 0], "children": [1] });
+    for (name, nodes, expected) in [
+        (
+            "translations that add up",
+            json!([far, { "translation": [8e11, 0, 0] }]),
+            &["/nodes/1:", "together with those above it, exceeds 1e12"],
+        ),
+        (
+            "scales that multiply",
+            json!([{ "scale": [1e10, 1, 1], "children": [1] }, { "scale": [1e10, 1, 1] }]),
+            &["/nodes/1:", "together with those above it, exceeds 1e12"],
+        ),
+        (
+            "transforms that multiply to infinity",
+            json!([{ "scale": [1e10, 1, 1], "children": [1] }, { "scale": [1e30, 1, 1] }]),
+            &["/nodes/1:", "not finite"],
+        ),
+    ] {
+        changed(c, name, |d| d["nodes"] = nodes, expected);
+    }
 }
