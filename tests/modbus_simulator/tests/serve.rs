@@ -7,6 +7,8 @@ use std::net::{SocketAddr, TcpStream};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use rustix::process::{Pid, Signal, kill_process};
+
 struct Simulator {
     child: Child,
     address: SocketAddr,
@@ -108,11 +110,10 @@ fn clients_beyond_the_limit_are_closed_and_places_come_free() {
 
 #[test]
 fn signals_end_it_cleanly() {
-    for signal in ["-TERM", "-INT"] {
+    for signal in [Signal::TERM, Signal::INT] {
         let mut simulator = Simulator::start(&[]);
         let _client = simulator.connect();
-        let id = simulator.child.id().to_string();
-        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        kill_process(Pid::from_child(&simulator.child), signal).unwrap();
         assert!(simulator.child.wait().unwrap().success());
     }
 }

@@ -225,7 +225,8 @@ pub fn values(c: &mut Cases) {
         c,
         "infinite transform",
         |d| d["nodes"][0]["translation"] = json!([1e39, 0, 0]),
-        &["/nodes/0", "not finite"],
+        // The parser refuses it already when serde_json's `float_roundtrip` is on.
+        &["/nodes/0"],
     );
     for (name, node) in [
         ("a node beyond all coordinates", json!({ "translation": [0, -1e30, 0] })),
