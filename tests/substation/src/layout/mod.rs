@@ -1,0 +1,52 @@
+//! Where everything stands: the two yards, the transformers between them, the
+//! site around.
+
+mod bay;
+mod site;
+mod wires;
+mod yard;
+
+use glam::{Mat4, Vec3};
+
+pub(crate) use site::{add_site_wires, earth_spans, place_site};
+pub(crate) use wires::{BayKind, add_wires};
+pub(crate) use yard::{YARDS, place_yard};
+
+use crate::body::turned;
+
+/// A piece of equipment: what it is and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// The bay (IEC 81346), such as `=S12D1Q3`.
+    pub bay: String,
+    /// The device in the bay, such as `QB9`.
+    pub device: String,
+    /// Phase 1 to 3; none for what is not in phases.
+    pub phase: Option<u8>,
+    /// Name of the model.
+    pub model: String,
+    /// Where its origin stands, metres.
+    pub translation: Vec3,
+    /// Turn about the y axis, degrees.
+    pub yaw_degrees: f32,
+}
+
+impl Placement {
+    /// The device's id, such as `=S12D1Q3-QB9`.
+    pub fn device_id(&self) -> String {
+        format!("{}-{}", self.bay, self.device)
+    }
+
+    /// The equipment id, such as `=S12D1Q3-QB9-L1`.
+    pub fn id(&self) -> String {
+        match self.phase {
+            Some(phase) => format!("{}-L{phase}", self.device_id()),
+            None => self.device_id(),
+        }
+    }
+
+    /// The transform from the model's space to the world.
+    pub fn world_from_model(&self) -> Mat4 {
+        Mat4::from_translation(self.translation) * turned(Vec3::Y, self.yaw_degrees)
+    }
+}

@@ -1,0 +1,30 @@
+//! The 220/110/35 kV substation of the paper: an air-insulated station with
+//! two double-bus yards and two transformers.
+//!
+//! [`Station::generate`] makes the models and where each stands. It is written
+//! in two forms of the same triangles: as a configuration that places a few
+//! dozen models ([`Station::configuration`]), and flattened into one mesh with
+//! the paper's counts ([`Station::flatten`]). [`points`] is the point list.
+//!
+//! World space is metres, y up, origin on the ground between the transformers;
+//! 220 kV lines leave towards -z, 110 kV lines towards +z.
+
+mod body;
+mod catalogue;
+mod closing;
+mod configuration;
+mod error;
+mod flatten;
+mod layout;
+mod models;
+mod points;
+mod scatter;
+mod station;
+
+pub use catalogue::{Catalogue, Counts, Entry};
+pub use closing::{PAPER_TRIANGLES, PAPER_VERTICES};
+pub use error::StationError;
+pub use flatten::{FlatStation, Run};
+pub use layout::Placement;
+pub use points::{Point, PointKind, csv, points};
+pub use station::Station;

@@ -1,0 +1,84 @@
+//! The station: models, and where each stands.
+
+use std::collections::HashMap;
+
+use crate::StationError;
+use crate::catalogue::{Catalogue, Counts};
+use crate::closing::{close, earth_wires};
+use crate::layout::{Placement, YARDS, add_site_wires, add_wires, place_site, place_yard};
+use crate::models;
+use crate::scatter::Scatter;
+
+/// A station.
+#[derive(Debug)]
+pub struct Station {
+    /// The models.
+    pub catalogue: Catalogue,
+    /// The equipment, a bay after another.
+    pub placements: Vec<Placement>,
+}
+
+impl Station {
+    /// Makes the station; the seed decides by how many millimetres each piece
+    /// of equipment stands off its drawn place.
+    ///
+    /// # Errors
+    /// [`StationError`] if the dimensions in this crate contradict themselves.
+    pub fn generate(seed: u64) -> Result<Self, StationError> {
+        let mut catalogue = Catalogue::default();
+        models::add_all(&mut catalogue)?;
+        let mut placements = Vec::new();
+        for yard in &YARDS {
+            add_wires(yard, &mut catalogue)?;
+            place_yard(yard, &mut placements);
+        }
+        add_site_wires(&mut catalogue)?;
+        place_site(&mut placements);
+        let mut scatter = Scatter::new(seed);
+        for placement in &mut placements {
+            placement.translation.x += scatter.metres();
+            placement.translation.z += scatter.metres();
+        }
+        let rest = sum(&catalogue, placements.iter().filter(|p| !closes_sums(&p.model)))?;
+        let closing = close(rest)?;
+        catalogue.add("trench", models::trench(closing.covers))?;
+        catalogue.add("earth_wires", earth_wires(&closing.spans))?;
+        Ok(Self { catalogue, placements })
+    }
+
+    /// Positions and triangles of all equipment.
+    ///
+    /// # Errors
+    /// [`StationError::NoModel`] if a placement names no model.
+    pub fn counts(&self) -> Result<Counts, StationError> {
+        sum(&self.catalogue, self.placements.iter())
+    }
+
+    /// How often each model is placed.
+    pub fn uses(&self) -> HashMap<&str, usize> {
+        let mut uses = HashMap::new();
+        for placement in &self.placements {
+            *uses.entry(placement.model.as_str()).or_default() += 1;
+        }
+        uses
+    }
+}
+
+fn closes_sums(model: &str) -> bool {
+    matches!(model, "trench" | "earth_wires")
+}
+
+fn sum<'p>(
+    catalogue: &Catalogue,
+    placements: impl Iterator<Item = &'p Placement>,
+) -> Result<Counts, StationError> {
+    let mut total = Counts::default();
+    for placement in placements {
+        let entry = catalogue
+            .get(&placement.model)
+            .ok_or_else(|| StationError::NoModel(placement.model.clone()))?;
+        total.vertices += entry.counts.vertices;
+        total.triangles += entry.counts.triangles;
+    }
+    Ok(total)
+}
