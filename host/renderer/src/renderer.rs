@@ -174,6 +174,14 @@ impl Renderer {
         Ok(stats)
     }
 
+    /// Waits until all frames are finished, so that their time can be measured.
+    ///
+    /// # Errors
+    /// When the device hangs or is lost.
+    pub fn finish(&mut self) -> Result<(), RenderError> {
+        Ok(self.gpu.wait()?)
+    }
+
     /// The last frame drawn, once it is finished.
     ///
     /// # Errors

@@ -43,6 +43,7 @@ pub struct Viewer {
     wireframe: bool,
     viewport: Rect,
     screen: Rect,
+    in_window: bool,
     pixels_per_point: f32,
     last: FrameStats,
     frame_millis: VecDeque<f64>,
@@ -87,7 +88,7 @@ impl Viewer {
         mut scene: LoadedScene,
         mut renderer: Renderer,
         size: [u32; 2],
-        with_panels: bool,
+        in_window: bool,
     ) -> Result<Self, ViewError> {
         let start = Instant::now();
         let models = shown_model::upload(&scene, &mut renderer)?;
@@ -109,12 +110,13 @@ impl Viewer {
             scene,
             renderer,
             models,
-            panels: Panels::new(with_panels),
+            panels: Panels::new(in_window),
             camera,
             selected: None,
             wireframe: false,
             viewport: screen,
             screen,
+            in_window,
             pixels_per_point: 1.0,
             last: FrameStats::default(),
             frame_millis: VecDeque::new(),
@@ -200,6 +202,10 @@ impl Viewer {
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
         self.last = drawn?;
+        if !self.in_window {
+            // Nobody watches: a frame counts from its beginning to its end.
+            self.renderer.finish()?;
+        }
         if let Some(position) = picked_at {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
             self.selected = match self.pick_node(&instances, pixel) {
