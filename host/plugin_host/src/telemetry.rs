@@ -56,6 +56,8 @@ pub struct LinkReport {
     pub message: String,
     /// Time since the last sample; `None` before the first.
     pub silent_for: Option<Duration>,
+    /// The longest that any of its tags stays fresh.
+    pub longest_freshness: Duration,
     /// Samples that named no tag of this plugin or made no sense.
     pub rejected: u64,
     /// Samples lost because the queue was full.
@@ -87,6 +89,7 @@ struct SinkContext {
     queue: Arc<SampleQueue>,
     /// By tag handle: whether the tag is this plugin's.
     owned: Vec<bool>,
+    longest_freshness: Duration,
     link: Mutex<(LinkState, String)>,
     last_sample: Mutex<Option<Instant>>,
     rejected: AtomicU64,
@@ -149,6 +152,7 @@ impl Telemetry {
             state,
             message,
             silent_for: last.map(|last| last.elapsed()),
+            longest_freshness: context.longest_freshness,
             rejected: context.rejected.load(Ordering::Relaxed),
             dropped: context.queue.dropped(),
         }
@@ -200,6 +204,7 @@ impl SinkContext {
         Self {
             queue,
             owned,
+            longest_freshness: tags.iter().map(|t| t.freshness).max().unwrap_or_default(),
             link: Mutex::default(),
             last_sample: Mutex::default(),
             rejected: AtomicU64::new(0),

@@ -1,7 +1,6 @@
 //! The state of the view as the panels show it.
 
 use std::collections::HashMap;
-use std::time::Duration;
 
 use busbar_plugin_host::{Instance, LinkReport, LinkState, OverlayLine, Severity};
 use busbar_tags::{Snapshot, TagHandle, Value};
@@ -64,13 +63,13 @@ impl TagRows for Rows<'_> {
 /// A plugin with its link, and what went wrong with it last.
 pub(crate) fn plugin(
     instance: &Instance,
-    link: Option<(LinkReport, Duration)>,
+    link: Option<LinkReport>,
     fault: Option<&str>,
 ) -> PluginRow {
     let info = instance.info();
     let (lamp, message) = match (fault, link) {
         (Some(fault), _) => (LinkLamp::Down, fault.to_owned()),
-        (None, Some((link, limit))) => link_state(link, limit),
+        (None, Some(link)) => link_state(link),
         (None, None) => (LinkLamp::None, String::new()),
     };
     PluginRow {
@@ -83,7 +82,7 @@ pub(crate) fn plugin(
 
 /// A link that says it is up but brought nothing for longer than any of its
 /// tags stays fresh is down.
-fn link_state(link: LinkReport, limit: Duration) -> (LinkLamp, String) {
+fn link_state(link: LinkReport) -> (LinkLamp, String) {
     let mut message = link.message;
     for (count, what) in [(link.dropped, "dropped"), (link.rejected, "rejected")] {
         if count > 0 {
@@ -91,7 +90,7 @@ fn link_state(link: LinkReport, limit: Duration) -> (LinkLamp, String) {
         }
     }
     match (link.state, link.silent_for) {
-        (LinkState::Up, Some(silence)) if silence > limit => {
+        (LinkState::Up, Some(silence)) if silence > link.longest_freshness => {
             (LinkLamp::Down, format!("no data for {} s; {message}", silence.as_secs()))
         }
         (LinkState::Up, _) => (LinkLamp::Up, message),
@@ -113,15 +112,21 @@ fn value_text(value: Value) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]
     fn a_link_that_is_up_but_silent_is_shown_down() {
         let limit = Duration::from_secs(3);
-        let report =
-            |silent_for| LinkReport { state: LinkState::Up, silent_for, ..LinkReport::default() };
-        assert_eq!(link_state(report(Some(limit)), limit).0, LinkLamp::Up);
-        let (lamp, message) = link_state(report(Some(limit * 4)), limit);
+        let report = |silent_for| LinkReport {
+            state: LinkState::Up,
+            silent_for,
+            longest_freshness: limit,
+            ..LinkReport::default()
+        };
+        assert_eq!(link_state(report(Some(limit))).0, LinkLamp::Up);
+        let (lamp, message) = link_state(report(Some(limit * 4)));
         assert_eq!(lamp, LinkLamp::Down);
         assert!(message.starts_with("no data for 12 s"), "{message}");
     }

@@ -37,6 +37,8 @@ pub struct Viewer {
     scene: LoadedScene,
     renderer: Renderer,
     models: Vec<ShownModel>,
+    /// Triangles of all instances at theta 0.
+    triangles_full: u64,
     panels: Panels,
     camera: OrbitCamera,
     selected: Option<NodeIndex>,
@@ -107,6 +109,7 @@ impl Viewer {
             queues,
             overlays,
             tags,
+            triangles_full: full_triangles(&scene),
             scene,
             renderer,
             models,
@@ -260,7 +263,7 @@ impl Viewer {
         Stats {
             vertices: self.surviving_vertices(),
             triangles: self.last.triangles,
-            triangles_full: self.full_triangles(),
+            triangles_full: self.triangles_full,
             theta: names.zip(self.models.iter().map(|m| m.theta)).collect::<BTreeMap<_, _>>(),
             frames: self.frames,
             fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
@@ -292,7 +295,7 @@ impl Viewer {
             wireframe: self.wireframe,
             status: StatusLine {
                 triangles: self.last.triangles,
-                triangles_full: self.full_triangles(),
+                triangles_full: self.triangles_full,
                 frame_millis: self.last_frame_millis(),
                 device: self.renderer.device_name().to_owned(),
                 good: counts.good,
@@ -308,15 +311,9 @@ impl Viewer {
             let link = self.telemetry.iter().find(|t| t.instance().name() == name);
             let overlay = self.overlays.iter().find(|o| o.overlay.instance().name() == name);
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
-            let link = link.map(|link| (link.link(), self.longest_freshness(name)));
-            rows::plugin(instance, link, fault)
+            rows::plugin(instance, link.map(Telemetry::link), fault)
         };
         self.scene.instances.iter().map(row).collect()
-    }
-
-    fn longest_freshness(&self, plugin: &str) -> Duration {
-        let tags = self.scene.config.tags.values().filter(|tag| tag.source.plugin == plugin);
-        Duration::from_millis(tags.map(|tag| tag.freshness_millis).max().unwrap_or(0))
     }
 
     /// Does what the panels ask, except for the camera, which is steered already;
@@ -399,14 +396,6 @@ impl Viewer {
         self.scene.graph.instances().iter().map(surviving).sum()
     }
 
-    fn full_triangles(&self) -> u64 {
-        let triangles = |instance: &busbar_scene::MeshInstance| {
-            let stacks = &self.scene.models[instance.model.0 as usize].stacks;
-            stacks[instance.mesh as usize].mesh().triangles.len() as u64
-        };
-        self.scene.graph.instances().iter().map(triangles).sum()
-    }
-
     fn last_frame_millis(&self) -> f64 {
         self.frame_millis.back().copied().unwrap_or(0.0)
     }
@@ -418,6 +407,14 @@ impl Viewer {
         }
         self.frame_millis.push_back(millis_since(started));
     }
+}
+
+fn full_triangles(scene: &LoadedScene) -> u64 {
+    let triangles = |instance: &busbar_scene::MeshInstance| {
+        let stacks = &scene.models[instance.model.0 as usize].stacks;
+        stacks[instance.mesh as usize].mesh().triangles.len() as u64
+    };
+    scene.graph.instances().iter().map(triangles).sum()
 }
 
 /// One sRGB byte as linear light (IEC 61966-2-1).
