@@ -10,7 +10,7 @@ mod stacks;
 mod statistics;
 mod weld;
 
-pub use mesh::{Bounds, Mesh, Section, Topology, Wedges};
+pub use mesh::{Bounds, Mesh, NO_FEATURE, Section, Topology, Wedges};
 pub use sequence::{Collapse, CollapseSequence, SequenceError, theta_to_cursor};
 pub use stacks::{CollapseStacks, NEVER, ResolvedMesh};
 pub use statistics::{Components, MeshStatistics, components};

@@ -18,7 +18,14 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Runs of triangles that share a material, in order, covering all.
     pub sections: Vec<Section>,
+    /// The feature (piece of equipment) that each position belongs to, or
+    /// [`NO_FEATURE`]; empty for a mesh that is one piece. The corners of a
+    /// triangle share their feature, so that no collapse leaves it.
+    pub features: Vec<u32>,
 }
+
+/// A position that belongs to no feature.
+pub const NO_FEATURE: u32 = u32::MAX;
 
 /// Per-wedge data as parallel arrays of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,6 +73,12 @@ impl Mesh {
     /// The positions of a triangle's corners, as position indices.
     pub fn corner_positions(&self, triangle: [u32; 3]) -> [u32; 3] {
         triangle.map(|wedge| self.wedges.position[wedge as usize])
+    }
+
+    /// The feature a triangle belongs to; `None` for none.
+    pub fn feature(&self, triangle: [u32; 3]) -> Option<u32> {
+        let position = self.wedges.position[triangle[0] as usize];
+        self.features.get(position as usize).copied().filter(|&feature| feature != NO_FEATURE)
     }
 
     /// Positions and triangles without attributes.

@@ -2,13 +2,15 @@
 //!
 //! glTF splits a vertex at every normal, UV and material seam, so edges taken
 //! from its indices are nearly all false borders. Positions are welded when
-//! they are bit-equal (with -0 read as 0), within one mesh.
+//! they are bit-equal (with -0 read as 0), within one feature of one mesh.
+
+use std::hash::{BuildHasher, Hash};
 
 use glam::{Vec2, Vec3};
-use hashbrown::HashMap;
+use hashbrown::{DefaultHashBuilder, HashTable};
 use thiserror::Error;
 
-use crate::{Mesh, Section};
+use crate::{Mesh, NO_FEATURE, Section};
 
 /// One primitive as a file gives it: parallel vertex arrays and indices.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +21,9 @@ pub struct RawPrimitive {
     pub normals: Vec<Vec3>,
     /// Texture coordinates; empty for none.
     pub uvs: Vec<Vec2>,
+    /// Feature of each vertex; empty for none. A triangle belongs to the
+    /// feature of its first corner.
+    pub features: Vec<u32>,
     /// Triangle corners as vertex indices.
     pub triangles: Vec<[u32; 3]>,
     /// Index into the model's materials.
@@ -78,8 +83,6 @@ pub enum WeldError {
     TooLarge,
 }
 
-type WedgeKey = (u32, [u32; 3], [u32; 2], u32);
-
 /// Welds the primitives of one mesh.
 ///
 /// Only vertices that a kept triangle references are kept, so that every
@@ -94,6 +97,9 @@ pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError
         return Err(WeldError::TooLarge);
     }
     let mut welder = Welder::default();
+    if primitives.iter().any(|primitive| !primitive.features.is_empty()) {
+        welder.with_features = true;
+    }
     for (index, primitive) in primitives.iter().enumerate() {
         check(index, primitive)?;
         welder.add(primitive);
@@ -103,7 +109,12 @@ pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError
 
 fn check(index: usize, primitive: &RawPrimitive) -> Result<(), WeldError> {
     let count = primitive.positions.len();
-    for (attribute, found) in [("normals", primitive.normals.len()), ("UVs", primitive.uvs.len())] {
+    let lengths = [
+        ("normals", primitive.normals.len()),
+        ("UVs", primitive.uvs.len()),
+        ("features", primitive.features.len()),
+    ];
+    for (attribute, found) in lengths {
         if found != 0 && found != count {
             return Err(WeldError::AttributeLength {
                 primitive: index,
@@ -131,12 +142,18 @@ fn check(index: usize, primitive: &RawPrimitive) -> Result<(), WeldError> {
     Ok(())
 }
 
+/// Not yet in the mesh.
+const NEW: u32 = u32::MAX;
+
 #[derive(Default)]
 struct Welder {
     mesh: Mesh,
     report: WeldReport,
-    position_of: HashMap<[u32; 3], u32>,
-    wedge_of: HashMap<WedgeKey, u32>,
+    with_features: bool,
+    hasher: DefaultHashBuilder,
+    /// Indices into the mesh's positions and wedges, found by what they name.
+    positions: HashTable<u32>,
+    wedges: HashTable<u32>,
 }
 
 impl Welder {
@@ -144,6 +161,8 @@ impl Welder {
         let section = self.mesh.sections.len() as u32;
         let first_triangle = self.mesh.triangles.len() as u32;
         let mut referenced = vec![false; primitive.positions.len()];
+        // Most vertices are met six times; their wedge is looked up once.
+        let mut wedge_of_vertex = vec![NEW; primitive.positions.len()];
         for &corners in &primitive.triangles {
             for vertex in corners {
                 let seen = &mut referenced[vertex as usize];
@@ -155,13 +174,23 @@ impl Welder {
                 self.report.coincident_triangles += 1;
                 continue;
             }
-            let positions = points.map(|p| self.position(p));
-            let flat = face_normal(points);
+            let feature_of = |v: u32| primitive.features.get(v as usize).copied();
+            let feature = feature_of(corners[0]).unwrap_or(NO_FEATURE);
             let wedges = std::array::from_fn(|i| {
                 let vertex = corners[i] as usize;
-                let normal = primitive.normals.get(vertex).copied().unwrap_or(flat);
+                let normal = primitive.normals.get(vertex).copied().filter(|n| is_usable(*n));
+                let own = normal.is_some() && feature_of(corners[i]).is_none_or(|f| f == feature);
+                if own && wedge_of_vertex[vertex] != NEW {
+                    return wedge_of_vertex[vertex];
+                }
+                let position = self.position(points[i], feature);
+                let normal = normal.unwrap_or_else(|| face_normal(points));
                 let uv = primitive.uvs.get(vertex).copied().unwrap_or(Vec2::ZERO);
-                self.wedge(positions[i], usable_normal(normal, flat), uv, section)
+                let wedge = self.wedge(position, normal, uv, section);
+                if own {
+                    wedge_of_vertex[vertex] = wedge;
+                }
+                wedge
             });
             self.mesh.triangles.push(wedges);
         }
@@ -173,30 +202,53 @@ impl Welder {
         });
     }
 
-    fn position(&mut self, point: Vec3) -> u32 {
-        let key = point.to_array().map(f32::to_bits);
-        *self.position_of.entry(key).or_insert_with(|| {
-            self.mesh.positions.push(point);
-            self.mesh.positions.len() as u32 - 1
-        })
+    fn position(&mut self, point: Vec3, feature: u32) -> u32 {
+        let Self { mesh, positions, hasher, .. } = self;
+        let key = |point: Vec3, feature: u32| (point.to_array().map(f32::to_bits), feature);
+        let key_at = |mesh: &Mesh, i: u32| {
+            let feature = mesh.features.get(i as usize).copied().unwrap_or(NO_FEATURE);
+            key(mesh.positions[i as usize], feature)
+        };
+        let wanted = key(point, feature);
+        let entry = positions.entry(
+            hasher.hash_one(wanted),
+            |&i| key_at(mesh, i) == wanted,
+            |&i| hasher.hash_one(key_at(mesh, i)),
+        );
+        *entry
+            .or_insert_with(|| {
+                mesh.positions.push(point);
+                if self.with_features {
+                    mesh.features.push(feature);
+                }
+                mesh.positions.len() as u32 - 1
+            })
+            .get()
     }
 
     fn wedge(&mut self, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
+        let Self { mesh, wedges, hasher, .. } = self;
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
-        let key = (
-            position,
-            normal.to_array().map(f32::to_bits),
-            uv.to_array().map(f32::to_bits),
-            section,
+        let wanted = wedge_key(position, normal, uv, section);
+        let key_at = |mesh: &Mesh, i: u32| {
+            let (i, wedges) = (i as usize, &mesh.wedges);
+            wedge_key(wedges.position[i], wedges.normal[i], wedges.uv[i], wedges.section[i])
+        };
+        let entry = wedges.entry(
+            hasher.hash_one(&wanted),
+            |&i| key_at(mesh, i) == wanted,
+            |&i| hasher.hash_one(key_at(mesh, i)),
         );
-        *self.wedge_of.entry(key).or_insert_with(|| {
-            let wedges = &mut self.mesh.wedges;
-            wedges.position.push(position);
-            wedges.normal.push(normal);
-            wedges.uv.push(uv);
-            wedges.section.push(section);
-            wedges.position.len() as u32 - 1
-        })
+        *entry
+            .or_insert_with(|| {
+                let wedges = &mut mesh.wedges;
+                wedges.position.push(position);
+                wedges.normal.push(normal);
+                wedges.uv.push(uv);
+                wedges.section.push(section);
+                wedges.position.len() as u32 - 1
+            })
+            .get()
     }
 
     fn finish(mut self) -> (Mesh, WeldReport) {
@@ -204,6 +256,12 @@ impl Welder {
         self.report.wedges = self.mesh.wedges.len();
         (self.mesh, self.report)
     }
+}
+
+/// What makes two wedges one.
+fn wedge_key(position: u32, normal: Vec3, uv: Vec2, section: u32) -> impl Hash + Eq {
+    let (normal, uv) = (normal.to_array().map(f32::to_bits), uv.to_array().map(f32::to_bits));
+    (position, normal, uv, section)
 }
 
 /// Adding zero turns -0 into 0 and leaves every other value as it is.
@@ -217,8 +275,8 @@ fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 /// Files hold zero and NaN normals; the face's own is the best stand-in.
-fn usable_normal(normal: Vec3, flat: Vec3) -> Vec3 {
-    if normal.is_finite() && normal.length_squared() > 1e-12 { normal } else { flat }
+fn is_usable(normal: Vec3) -> bool {
+    normal.is_finite() && normal.length_squared() > 1e-12
 }
 
 #[cfg(test)]
@@ -263,6 +321,27 @@ mod tests {
         assert_eq!(mesh.sections.len(), 2);
         assert_eq!(mesh.sections[1].first_triangle, 2);
         assert_eq!(report.coincident_triangles, 0);
+    }
+
+    #[test]
+    fn features_do_not_weld_to_each_other() {
+        let mut primitive = quad_with_seam();
+        primitive.features = vec![3, 3, 3, 8, 8, 8];
+        let (mesh, _) = weld(&[primitive]).unwrap();
+        assert_eq!(mesh.positions.len(), 6);
+        let features: Vec<_> = mesh.triangles.iter().map(|&t| mesh.feature(t)).collect();
+        assert_eq!(features, vec![Some(3), Some(8)]);
+    }
+
+    #[test]
+    fn a_triangle_belongs_to_the_feature_of_its_first_corner() {
+        let mut primitive = quad_with_seam();
+        primitive.features = vec![3, 8, 8, 8, 3, 3];
+        let (mesh, _) = weld(&[primitive, quad_with_seam()]).unwrap();
+        let corners = mesh.triangles.iter().map(|&t| mesh.corner_positions(t));
+        let features: Vec<_> = corners.map(|t| t.map(|p| mesh.features[p as usize])).collect();
+        assert_eq!(features, vec![[3; 3], [8; 3], [NO_FEATURE; 3], [NO_FEATURE; 3]]);
+        assert_eq!(mesh.feature(mesh.triangles[2]), None);
     }
 
     #[test]

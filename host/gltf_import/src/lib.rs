@@ -129,7 +129,8 @@ fn import(
         node.mesh = node.mesh.and_then(|mesh| model_mesh[mesh as usize]);
     }
     report.notes = notes.into_sentences();
-    let model = Model { meshes, materials: materials.materials, textures, nodes };
+    let materials = materials.materials;
+    let model = Model { meshes, features: Vec::new(), materials, textures, nodes };
     Ok(Imported { model, report })
 }
 

@@ -144,6 +144,7 @@ impl<'a> Primitive<'a> {
             positions: positions.collect(),
             normals: normals.unwrap_or_default(),
             uvs: uvs.unwrap_or_default(),
+            features: Vec::new(),
             triangles,
             material: self.material,
         }

@@ -364,7 +364,7 @@ fn what_is_exported_imports_as_it_was() {
 
     let file = write_glb(&model).unwrap();
     let again = import(&file).unwrap();
-    let Model { meshes, materials, textures, nodes } = again.model;
+    let Model { meshes, features: _, materials, textures, nodes } = again.model;
     assert_eq!(meshes, model.meshes);
     assert_eq!(materials, model.materials);
     assert_eq!(textures, model.textures);

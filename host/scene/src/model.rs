@@ -12,6 +12,9 @@ pub struct ModelIndex(pub u32);
 pub struct Model {
     /// Meshes; each gets collapse stacks of its own.
     pub meshes: Vec<Mesh>,
+    /// Names of each mesh's features ([`Mesh::features`]), equipment ids as a
+    /// rule; one list a mesh. A list that is empty or missing names none.
+    pub features: Vec<Vec<String>>,
     /// Materials that mesh sections name.
     pub materials: Vec<Material>,
     /// Decoded textures that materials name.

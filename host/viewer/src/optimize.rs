@@ -220,6 +220,7 @@ fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
         positions: full.positions.clone(),
         wedges: full.wedges.clone(),
         sections: sections.collect(),
+        features: full.features.clone(),
         triangles: resolved.triangles,
     }
 }

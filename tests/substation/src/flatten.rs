@@ -128,6 +128,7 @@ impl Flattener {
         };
         let model = Model {
             meshes: vec![mesh],
+            features: Vec::new(),
             materials: self.materials,
             textures: Vec::new(),
             nodes: vec![node],
