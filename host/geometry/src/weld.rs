@@ -254,6 +254,7 @@ impl Welder {
     fn finish(mut self) -> (Mesh, WeldReport) {
         self.report.positions = self.mesh.positions.len();
         self.report.wedges = self.mesh.wedges.len();
+        self.mesh.group_wedges();
         (self.mesh, self.report)
     }
 }

@@ -66,7 +66,7 @@ fn key_of(models: &[Option<GpuModel>], draw: &DrawInstance) -> Result<IndexKey, 
         index: draw.mesh,
         count: meshes.len(),
     })?;
-    let cursor = draw.cursor.min(mesh.stacks.sequence().len());
+    let cursor = draw.cursor.min(mesh.stacks.collapse_count());
     Ok(IndexKey { model, mesh: draw.mesh, cursor })
 }
 

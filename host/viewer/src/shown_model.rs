@@ -25,7 +25,7 @@ impl ShownModel {
     pub(crate) fn move_to(&mut self, theta: f64, stacks: &[Arc<CollapseStacks>]) {
         self.theta = theta.clamp(0.0, 1.0);
         self.cursors = stacks.iter().map(|stacks| stacks.cursor_at(self.theta)).collect();
-        let entries: u64 = stacks.iter().map(|s| u64::from(s.sequence().len())).sum();
+        let entries: u64 = stacks.iter().map(|s| u64::from(s.collapse_count())).sum();
         let done: u64 = self.cursors.iter().map(|&cursor| u64::from(cursor)).sum();
         let live = stacks.iter().zip(&self.cursors).map(|(s, &cursor)| s.live_triangles(cursor));
         self.row.theta = self.theta;

@@ -61,7 +61,7 @@ fn build_one(
         }
     };
     let start = Instant::now();
-    let stacks = CollapseStacks::build(mesh, sequence);
+    let stacks = CollapseStacks::build(mesh, &sequence);
     stages.push(("stacks".to_owned(), millis_since(start)));
     Ok((stacks, stages))
 }
