@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 use std::sync::Arc;
 
-use busbar_geometry::{Collapse, CollapseSequence, Topology};
+use busbar_geometry::{Collapse, CollapseSequence, Mesh};
 use busbar_plugin_abi as abi;
 
 use crate::{Instance, PluginError};
@@ -38,13 +38,14 @@ impl MeshOptimizer {
     }
 
     /// The collapse sequence of a mesh. `progress` gets 0 to 1 and returns
-    /// whether to go on.
+    /// whether to go on. The wedges of each position must be together, as
+    /// welding puts them.
     ///
     /// # Errors
     /// What the plugin says, or the rule its result breaks.
     pub fn optimize(
         &self,
-        mesh: &Topology,
+        mesh: &Mesh,
         mut progress: impl FnMut(f32) -> bool,
     ) -> Result<Optimised, PluginError> {
         let optimize =
@@ -52,13 +53,21 @@ impl MeshOptimizer {
         let count = mesh.positions.len();
         let mut collapses = vec![abi::BusbarCollapse::default(); count];
         let mut stages = [abi::BusbarStage { name: [0; 24], millis: 0.0 }; MAX_STAGES];
+        let triangles: Vec<_> = mesh.triangles.iter().map(|&t| mesh.corner_positions(t)).collect();
         let raw_mesh = abi::BusbarMesh {
             struct_size: size_of::<abi::BusbarMesh>() as u32,
             position_count: count as u32,
-            triangle_count: mesh.triangles.len() as u32,
+            triangle_count: triangles.len() as u32,
             reserved: 0,
             positions: mesh.positions.as_ptr().cast(),
-            triangles: mesh.triangles.as_ptr().cast(),
+            triangles: triangles.as_ptr().cast(),
+            wedge_count: mesh.wedges.len() as u32,
+            wedge_reserved: 0,
+            corners: mesh.triangles.as_ptr().cast(),
+            wedge_positions: mesh.wedges.position.as_ptr(),
+            wedge_normals: mesh.wedges.normal.as_ptr().cast(),
+            wedge_uvs: mesh.wedges.uv.as_ptr().cast(),
+            wedge_sections: mesh.wedges.section.as_ptr(),
         };
         let mut watch: &mut dyn FnMut(f32) -> bool = &mut progress;
         let raw_progress = abi::BusbarProgress {

@@ -93,14 +93,15 @@ impl StackBuilder<'_> {
 
     fn build_one(
         &self,
-        mesh: Mesh,
+        mut mesh: Mesh,
         built: &mut BuiltStacks,
     ) -> Result<CollapseSequence, PluginError> {
         let sequence = match self.optimizer {
             None => CollapseSequence::none(mesh.positions.len() as u32),
             Some(optimizer) => {
+                mesh.group_wedges();
                 let start = Instant::now();
-                let optimised = optimizer.optimize(&mesh.topology(), |_| true)?;
+                let optimised = optimizer.optimize(&mesh, |_| true)?;
                 built.millis.insert("optimize".into(), millis_since(start));
                 let parts = optimised.stages.into_iter();
                 built.millis.extend(parts.map(|(name, spent)| (format!("optimize/{name}"), spent)));

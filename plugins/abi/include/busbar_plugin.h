@@ -242,7 +242,13 @@ typedef struct BusbarPluginFactory {
                                  struct BusbarError *error);
 } BusbarPluginFactory;
 
-// A triangle mesh over welded positions.
+// A triangle mesh over welded positions, and the wedges that split them.
+//
+// A *wedge* is one position with one set of attributes; a position on a
+// normal, texture or material seam has several. The fields from `wedge_count`
+// on came later: they are there if `struct_size` reaches over them, and count
+// and pointers are zero where the host has no attributes. Either all five
+// arrays are given or none.
 typedef struct BusbarMesh {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -256,6 +262,25 @@ typedef struct BusbarMesh {
   const float *positions;
   // Three different position indices of each triangle, counter-clockwise.
   const uint32_t *triangles;
+  // Number of wedges: at least one for each position, or 0.
+  uint32_t wedge_count;
+  // Zero.
+  uint32_t wedge_reserved;
+  // Three wedge indices of each triangle, each standing on the position
+  // that `triangles` names there.
+  const uint32_t *corners;
+  // The position of each wedge. Wedges of one position follow one another.
+  // A wedge of a removed position becomes, of the first 64 wedges of the
+  // kept one, that of the same section, then of the least sum of
+  // 1 - cosine of the normals and distance of the coordinates, then the
+  // first.
+  const uint32_t *wedge_positions;
+  // x, y, z of the normal of each wedge, finite, not always of length 1.
+  const float *wedge_normals;
+  // u, v of each wedge, finite; zero where there are none.
+  const float *wedge_uvs;
+  // A number for the material of each wedge.
+  const uint32_t *wedge_sections;
 } BusbarMesh;
 
 // Progress and cancellation of a long call.

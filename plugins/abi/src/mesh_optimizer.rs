@@ -7,7 +7,13 @@ use crate::{BusbarError, BusbarPlugin, BusbarStatus};
 /// Id of the capability.
 pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1";
 
-/// A triangle mesh over welded positions.
+/// A triangle mesh over welded positions, and the wedges that split them.
+///
+/// A *wedge* is one position with one set of attributes; a position on a
+/// normal, texture or material seam has several. The fields from `wedge_count`
+/// on came later: they are there if `struct_size` reaches over them, and count
+/// and pointers are zero where the host has no attributes. Either all five
+/// arrays are given or none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarMesh {
@@ -23,6 +29,25 @@ pub struct BusbarMesh {
     pub positions: *const f32,
     /// Three different position indices of each triangle, counter-clockwise.
     pub triangles: *const u32,
+    /// Number of wedges: at least one for each position, or 0.
+    pub wedge_count: u32,
+    /// Zero.
+    pub wedge_reserved: u32,
+    /// Three wedge indices of each triangle, each standing on the position
+    /// that `triangles` names there.
+    pub corners: *const u32,
+    /// The position of each wedge. Wedges of one position follow one another.
+    /// A wedge of a removed position becomes, of the first 64 wedges of the
+    /// kept one, that of the same section, then of the least sum of
+    /// 1 - cosine of the normals and distance of the coordinates, then the
+    /// first.
+    pub wedge_positions: *const u32,
+    /// x, y, z of the normal of each wedge, finite, not always of length 1.
+    pub wedge_normals: *const f32,
+    /// u, v of each wedge, finite; zero where there are none.
+    pub wedge_uvs: *const f32,
+    /// A number for the material of each wedge.
+    pub wedge_sections: *const u32,
 }
 
 /// One half-edge collapse. Array element.

@@ -91,7 +91,8 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarPluginDescriptor { struct_size, capability_count, id, name, version, description,
             settings_schema, capabilities }
         BusbarPlugin { struct_size, data, destroy, get_capability }
-        BusbarMesh { struct_size, position_count, triangle_count, positions, triangles }
+        BusbarMesh { struct_size, position_count, triangle_count, positions, triangles,
+            wedge_count, corners, wedge_positions, wedge_normals, wedge_uvs, wedge_sections }
         BusbarCollapse { removed, kept, error }
         BusbarStage { name, millis }
         BusbarCollapseOutput { struct_size, collapse_capacity, collapse_count, stage_capacity,
@@ -112,6 +113,9 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarOverlay { struct_size, configure, draw }
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
+    // What a plugin built before wedges came knows of a mesh: it never moves.
+    assert_eq!(offset_of!(BusbarMesh, positions), 16);
+    assert_eq!(offset_of!(BusbarMesh, wedge_count), 16 + 2 * size_of::<*const u32>());
     let folder = tempfile::tempdir().unwrap();
     for (compiler, standard, name) in
         [("gcc", "-std=c11", "layout.c"), ("g++", "-std=c++17", "layout.cc")]

@@ -57,7 +57,7 @@ mod value;
 
 pub use error::Error;
 pub use host::{Host, LogLevel};
-pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress};
+pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use overlay::{Binding, Canvas, Overlay, OverlayFrame, Severity, TagValue};
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};

@@ -1,9 +1,11 @@
 //! Capability `busbar.mesh-optimizer/1`.
 
+use std::mem::offset_of;
 use std::time::Instant;
 
 use busbar_plugin_abi as abi;
 
+use crate::export::slice;
 use crate::{Error, Plugin};
 
 /// Orders the half-edge collapses of meshes.
@@ -24,6 +26,24 @@ pub struct Mesh<'a> {
     pub positions: &'a [[f32; 3]],
     /// Three different position indices of each triangle.
     pub triangles: &'a [[u32; 3]],
+    /// Attributes; `None` where the host gives none.
+    pub wedges: Option<Wedges<'a>>,
+}
+
+/// Attributes of a mesh as parallel arrays, one element a wedge: a position
+/// with one set of attributes. Wedges of one position follow one another.
+#[derive(Clone, Copy, Debug)]
+pub struct Wedges<'a> {
+    /// Three wedge indices of each triangle.
+    pub corners: &'a [[u32; 3]],
+    /// The position that each wedge stands on.
+    pub positions: &'a [u32],
+    /// Normals, not always of length 1.
+    pub normals: &'a [[f32; 3]],
+    /// Texture coordinates; zero where there are none.
+    pub uvs: &'a [[f32; 2]],
+    /// A number for the material of each wedge.
+    pub sections: &'a [u32],
 }
 
 /// One half-edge collapse.
@@ -45,6 +65,11 @@ impl CollapseList {
         self.stages.push((name, start.elapsed().as_secs_f64() * 1e3));
         result
     }
+
+    /// Names and milliseconds of the stages, in order.
+    pub fn stages(&self) -> &[(&'static str, f64)] {
+        &self.stages
+    }
 }
 
 /// Progress and cancellation of a call.
@@ -52,7 +77,12 @@ pub struct Progress<'a> {
     raw: Option<&'a abi::BusbarProgress>,
 }
 
-impl Progress<'_> {
+impl<'a> Progress<'a> {
+    /// What `raw` says must be true of its function and context.
+    pub(crate) fn from_raw(raw: &'a abi::BusbarProgress) -> Self {
+        Self { raw: Some(raw) }
+    }
+
     /// Says how much is done, 0 to 1.
     ///
     /// # Errors
@@ -83,21 +113,10 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     output: *mut abi::BusbarCollapseOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (mesh, raw, output) = unsafe { (mesh.as_ref(), progress.as_ref(), output.as_mut()) };
-    let (Some(mesh), Some(output)) = (mesh, output) else {
-        return Err(Error::argument("optimize: mesh or output is null"));
+    let (view, raw, output) = unsafe { (read_mesh(mesh)?, progress.as_ref(), output.as_mut()) };
+    let Some(output) = output else {
+        return Err(Error::argument("optimize: output is null"));
     };
-    // SAFETY: the host gives `count` elements behind each pointer.
-    let view = unsafe {
-        Mesh {
-            positions: crate::export::slice(mesh.positions.cast(), mesh.position_count as usize)?,
-            triangles: crate::export::slice(mesh.triangles.cast(), mesh.triangle_count as usize)?,
-        }
-    };
-    let out_of_range = |corner: &u32| *corner >= mesh.position_count;
-    if view.triangles.iter().flatten().any(out_of_range) {
-        return Err(Error::argument("optimize: a triangle names a position that does not exist"));
-    }
     let list = plugin.optimize(view, &mut Progress { raw })?;
     let room = output.collapse_capacity as usize;
     if list.collapses.len() > room {
@@ -121,3 +140,107 @@ fn stage(name: &str, millis: f64) -> abi::BusbarStage {
     stage.name[..len].copy_from_slice(&name.as_bytes()[..len]);
     stage
 }
+
+/// Reads a mesh at the border, without its attributes where the host is too
+/// old to give them.
+///
+/// # Safety
+/// `mesh` is null or leads to `struct_size` bytes, and its pointers to as many
+/// elements as its counts say, all alive for `'a`.
+unsafe fn read_mesh<'a>(mesh: *const abi::BusbarMesh) -> Result<Mesh<'a>, Error> {
+    if mesh.is_null() || !mesh.is_aligned() {
+        return Err(Error::argument("optimize: mesh is null or misaligned"));
+    }
+    // SAFETY: every version of the struct starts with its size.
+    let size = unsafe { mesh.cast::<u32>().read() } as usize;
+    if size < offset_of!(abi::BusbarMesh, wedge_count) {
+        return Err(Error::argument(format!("optimize: a mesh of {size} bytes is too small")));
+    }
+    let mut raw = abi::BusbarMesh {
+        struct_size: 0,
+        position_count: 0,
+        triangle_count: 0,
+        reserved: 0,
+        positions: std::ptr::null(),
+        triangles: std::ptr::null(),
+        wedge_count: 0,
+        wedge_reserved: 0,
+        corners: std::ptr::null(),
+        wedge_positions: std::ptr::null(),
+        wedge_normals: std::ptr::null(),
+        wedge_uvs: std::ptr::null(),
+        wedge_sections: std::ptr::null(),
+    };
+    let known = if size < size_of::<abi::BusbarMesh>() {
+        offset_of!(abi::BusbarMesh, wedge_count)
+    } else {
+        size_of::<abi::BusbarMesh>()
+    };
+    // SAFETY: `known` is at most the size of either struct; all fields are
+    // plain numbers and pointers.
+    unsafe {
+        std::ptr::copy_nonoverlapping(mesh.cast::<u8>(), (&raw mut raw).cast::<u8>(), known);
+    }
+    let (triangle_count, wedge_count) = (raw.triangle_count as usize, raw.wedge_count as usize);
+    // SAFETY: the host gives `count` elements behind each pointer.
+    let (positions, triangles) = unsafe {
+        (
+            slice(raw.positions.cast::<[f32; 3]>(), raw.position_count as usize)?,
+            slice(raw.triangles.cast::<[u32; 3]>(), triangle_count)?,
+        )
+    };
+    if triangles.as_flattened().iter().any(|&corner| corner >= raw.position_count) {
+        return Err(Error::argument("optimize: a triangle names a position that does not exist"));
+    }
+    if triangles.iter().any(|[a, b, c]| a == b || b == c || c == a) {
+        return Err(Error::argument("optimize: a triangle names a position twice"));
+    }
+    if wedge_count == 0 {
+        return Ok(Mesh { positions, triangles, wedges: None });
+    }
+    // SAFETY: as above; a host that counts wedges gives all five arrays.
+    let wedges = unsafe {
+        Wedges {
+            corners: slice(raw.corners.cast(), triangle_count)?,
+            positions: slice(raw.wedge_positions, wedge_count)?,
+            normals: slice(raw.wedge_normals.cast(), wedge_count)?,
+            uvs: slice(raw.wedge_uvs.cast(), wedge_count)?,
+            sections: slice(raw.wedge_sections, wedge_count)?,
+        }
+    };
+    check_wedges(&wedges, positions.len(), triangles)?;
+    Ok(Mesh { positions, triangles, wedges: Some(wedges) })
+}
+
+/// What an optimiser may rely on: indices exist, corners stand where the
+/// triangles do, and each position has its wedges in one run.
+fn check_wedges(
+    wedges: &Wedges<'_>,
+    position_count: usize,
+    triangles: &[[u32; 3]],
+) -> Result<(), Error> {
+    let mut has_wedge = vec![false; position_count];
+    let mut last = None;
+    for &position in wedges.positions {
+        let Some(seen) = has_wedge.get_mut(position as usize) else {
+            return Err(Error::argument("optimize: a wedge names a position that does not exist"));
+        };
+        if std::mem::replace(seen, true) && last != Some(position) {
+            return Err(Error::argument("optimize: wedges of one position are not together"));
+        }
+        last = Some(position);
+    }
+    if has_wedge.contains(&false) {
+        return Err(Error::argument("optimize: a position has no wedge"));
+    }
+    let corners = wedges.corners.as_flattened().iter().zip(triangles.as_flattened());
+    for (&wedge, position) in corners {
+        if wedges.positions.get(wedge as usize) != Some(position) {
+            return Err(Error::argument("optimize: a corner's wedge is not at its position"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::{Host, LinkState, Quality, Sample, SampleSink, TagSpec, Value, ValueKind};
+use crate::{Host, LinkState, Progress, Quality, Sample, SampleSink, TagSpec, Value, ValueKind};
 
 /// Samples, and link reports, that a [`Recorder`] keeps; older ones go.
 pub const MAX_RECORDED: usize = 100_000;
@@ -32,6 +32,25 @@ pub fn host() -> Host {
 /// A tag with a freshness limit of five seconds and `id` as its name.
 pub fn tag_spec(tag: u32, id: &str, kind: ValueKind, address: serde_json::Value) -> TagSpec {
     TagSpec { tag, kind, freshness: Duration::from_secs(5), id: id.to_owned(), address }
+}
+
+/// Runs work with a progress that asks to stop after so many reports.
+pub fn stopping_after<T>(reports: u32, work: impl FnOnce(&mut Progress<'_>) -> T) -> T {
+    unsafe extern "C" fn count_down(context: *mut c_void, _fraction: f32) -> u32 {
+        // SAFETY: the context is `left` below, which outlives the work, on the
+        // thread of the work.
+        let left = unsafe { &mut *context.cast::<u32>() };
+        *left = left.saturating_sub(1);
+        u32::from(*left > 0)
+    }
+    let mut left = reports;
+    let raw = abi::BusbarProgress {
+        struct_size: size_of::<abi::BusbarProgress>() as u32,
+        reserved: 0,
+        context: (&raw mut left).cast(),
+        report: Some(count_down),
+    };
+    work(&mut Progress::from_raw(&raw))
 }
 
 /// What came, in order.

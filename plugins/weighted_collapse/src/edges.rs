@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn each_edge_has_its_triangles() {
         let triangles = [[0, 1, 2], [2, 1, 3], [1, 2, 4]];
-        let edges = find(&Mesh { positions: &[[0.0; 3]; 5], triangles: &triangles });
+        let edges = find(&Mesh { positions: &[[0.0; 3]; 5], triangles: &triangles, wedges: None });
         assert_eq!(edges.len(), 7);
         assert!(edges.ends.is_sorted());
         let shared = edges.ends.iter().position(|&e| e == [1, 2]).unwrap();
@@ -69,6 +69,6 @@ mod tests {
 
     #[test]
     fn an_empty_mesh_has_no_edges() {
-        assert_eq!(find(&Mesh { positions: &[], triangles: &[] }).len(), 0);
+        assert_eq!(find(&Mesh { positions: &[], triangles: &[], wedges: None }).len(), 0);
     }
 }

@@ -119,7 +119,8 @@ mod tests {
         let positions: Vec<[f32; 3]> =
             (0..8).map(|i| [i as f32, (i % 3) as f32, (i / 4 * 10) as f32]).collect();
         let triangles = [[0, 1, 2], [1, 2, 3], [4, 5, 6], [5, 6, 7]];
-        let collapses = sequence(&Mesh { positions: &positions, triangles: &triangles });
+        let collapses =
+            sequence(&Mesh { positions: &positions, triangles: &triangles, wedges: None });
         assert_eq!(collapses.len(), 8 - 2);
         let removed = |v| collapses.iter().any(|c| c.removed == v);
         assert_eq!((0..4).filter(|&v| !removed(v)).count(), 1);
@@ -142,7 +143,7 @@ mod tests {
                 .map(|t| t.map(|v| v % n))
                 .filter(|[a, b, c]| a != b && b != c && c != a)
                 .collect();
-            let mesh = Mesh { positions: &positions, triangles: &triangles };
+            let mesh = Mesh { positions: &positions, triangles: &triangles, wedges: None };
             let collapses = sequence(&mesh);
 
             let mut parent: Vec<u32> = (0..n).collect();

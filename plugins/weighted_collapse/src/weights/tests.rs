@@ -13,7 +13,7 @@ struct Weighed {
 
 impl Weighed {
     fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]], border_protection: bool) -> Self {
-        let mesh = Mesh { positions, triangles };
+        let mesh = Mesh { positions, triangles, wedges: None };
         let edges = find(&mesh);
         let factors = (0..edges.len()).map(|e| measure(&mesh, &edges, e, border_protection));
         let factors = factors.collect();
