@@ -1,0 +1,314 @@
+//! What a collapse costs, and whether it may be done.
+
+use busbar_plugin_sdk::Mesh;
+use glam::DVec3;
+
+use crate::attributes::{Attributes, Passages};
+use crate::quadric::Quadric;
+use crate::shells::Shells;
+use crate::surface::{Spoke, Surface};
+
+/// The cosine of the largest turn of a triangle that [`Guards::All`] lets
+/// pass: 75 degrees.
+const COS_MAX_TURN: f64 = 0.25;
+/// Neighbours whose full cost is compared, the most promising first; further
+/// ones only if all of these would break the link condition, and
+/// [`Shell::thorough`].
+const MAX_CANDIDATES: usize = 3;
+/// Vertices next to both ends of an edge; an edge with more stays.
+const MAX_APEXES: usize = 8;
+/// Weight of area that is lost, against that of faces left behind.
+const LOST_AREA_WEIGHT: f64 = 0.6;
+/// Weight of area times one minus the cosine of the angle that it turns by:
+/// keeps slivers from standing up step by step.
+const TURN_WEIGHT: f64 = 0.4;
+/// Weight of the length of an edge: of collapses that change no shape, the
+/// shortest comes first. A change of shape by 1/10,000 of the length counts as
+/// much.
+const LENGTH_WEIGHT: f64 = 1e-8;
+
+/// Weights of the settings.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    /// Of attributes, against change of shape.
+    pub(crate) attribute: f64,
+    /// Of borders and seams, against area.
+    pub(crate) border: f64,
+}
+
+/// Rules that a collapse must keep, dropped in this order when a shell has no
+/// collapse left that keeps them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Guards {
+    /// The link condition, and no triangle turns over.
+    #[default]
+    All,
+    /// The link condition alone: what was a surface stays one.
+    Link,
+    /// None: what is left dies.
+    None,
+}
+
+/// Where a vertex would go, and at what cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Choice {
+    /// The vertex it moves onto.
+    pub(crate) kept: u32,
+    /// What the order goes by: fourth power of metres.
+    pub(crate) cost: f64,
+    /// The part of it that is change of shape.
+    pub(crate) shape: f64,
+}
+
+/// A triangle that a collapse moves or kills, before it.
+struct Face {
+    normal: DVec3,
+    double_area: f64,
+}
+
+/// Judges collapses of one vertex after the other.
+#[derive(Default)]
+pub(crate) struct Judge {
+    ring: Vec<Spoke>,
+    other_ring: Vec<Spoke>,
+    faces: Vec<Face>,
+    candidates: Vec<(f64, u32)>,
+    choices: Vec<Choice>,
+    passages: Passages,
+}
+
+/// The mesh that shells are of, and what weighs how much.
+#[derive(Clone, Copy)]
+pub(crate) struct Source<'a, 'm> {
+    pub(crate) mesh: &'a Mesh<'m>,
+    pub(crate) shells: &'a Shells,
+    pub(crate) attributes: Option<&'a Attributes<'m>>,
+    pub(crate) weights: Weights,
+}
+
+/// The shell that is being simplified.
+#[derive(Default)]
+pub(crate) struct Shell {
+    pub(crate) surface: Surface,
+    /// What each vertex must stay near to.
+    pub(crate) quadrics: Vec<Quadric>,
+    pub(crate) guards: Guards,
+    /// Whether all neighbours of a vertex are tried before it is refused.
+    pub(crate) thorough: bool,
+}
+
+impl Shell {
+    /// The least that a collapse can cost.
+    #[inline(always)]
+    fn least_cost(&self, removed: u32, kept: u32) -> f64 {
+        let quadric = &self.quadrics[removed as usize];
+        let target = self.surface.positions[kept as usize];
+        let length_squared = target.distance_squared(self.surface.positions[removed as usize]);
+        quadric.at(target) + LENGTH_WEIGHT * quadric.area * length_squared
+    }
+}
+
+impl Judge {
+    /// The least that any collapse of a vertex can cost; `None` if it cannot
+    /// go: it has no triangles, or is a hub.
+    pub(crate) fn least_cost(&mut self, shell: &mut Shell, vertex: u32) -> Option<f64> {
+        if !shell.surface.ring(vertex, &mut self.ring) {
+            return None;
+        }
+        let open = shell.surface.open[vertex as usize];
+        let mut least = f64::INFINITY;
+        for spoke in &self.ring {
+            least = least.min(shell.least_cost(vertex, spoke.ahead));
+            if open {
+                least = least.min(shell.least_cost(vertex, spoke.behind));
+            }
+        }
+        least.is_finite().then_some(least)
+    }
+
+    /// The cheapest collapse of a vertex that keeps the guards, by vertex index
+    /// of equal ones; the first that costs no more than `enough` will do.
+    pub(crate) fn choose(
+        &mut self,
+        source: Source<'_, '_>,
+        shell: &mut Shell,
+        vertex: u32,
+        enough: f64,
+    ) -> Option<Choice> {
+        if !shell.surface.ring(vertex, &mut self.ring) {
+            return None;
+        }
+        self.find_candidates(shell, vertex);
+        self.measure_faces(&shell.surface, vertex);
+        if source.attributes.is_some() {
+            self.passages.gather(
+                self.ring
+                    .iter()
+                    .zip(&self.faces)
+                    .map(|(spoke, face)| (spoke.wedges[0], 0.5 * face.double_area)),
+            );
+        }
+        let mut next = 0;
+        while next < self.candidates.len() {
+            next = self.weigh_candidates(source, shell, vertex, next, enough);
+            for index in 0..self.choices.len() {
+                let choice = self.choices[index];
+                if self.keeps_link(shell, vertex, choice.kept) {
+                    return Some(choice);
+                }
+            }
+            if !shell.thorough {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Finds the full cost of some candidates, from the `next` one on, and
+    /// sorts them by it. Returns where it stopped.
+    fn weigh_candidates(
+        &mut self,
+        source: Source<'_, '_>,
+        shell: &Shell,
+        vertex: u32,
+        mut next: usize,
+        enough: f64,
+    ) -> usize {
+        self.choices.clear();
+        let mut best = f64::INFINITY;
+        while let Some(&(least, kept)) = self.candidates.get(next) {
+            let found = self.choices.len();
+            if found == MAX_CANDIDATES || (found > 0 && best <= least.max(enough)) {
+                break;
+            }
+            if let Some(choice) = self.cost(source, shell, vertex, kept, least) {
+                best = best.min(choice.cost);
+                self.choices.push(choice);
+            }
+            next += 1;
+        }
+        self.choices.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        next
+    }
+
+    /// Whether a collapse that was chosen keeps the link condition still.
+    pub(crate) fn still_keeps_link(&mut self, shell: &mut Shell, vertex: u32, kept: u32) -> bool {
+        shell.guards == Guards::None
+            || (shell.surface.ring(vertex, &mut self.ring) && self.keeps_link(shell, vertex, kept))
+    }
+
+    /// The neighbours of a vertex by the least that a collapse costs.
+    fn find_candidates(&mut self, shell: &mut Shell, vertex: u32) {
+        let open = shell.surface.open[vertex as usize];
+        self.candidates.clear();
+        for spoke in &self.ring {
+            self.candidates.push((shell.least_cost(vertex, spoke.ahead), spoke.ahead));
+            if open {
+                self.candidates.push((shell.least_cost(vertex, spoke.behind), spoke.behind));
+            }
+        }
+        self.candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if open {
+            self.candidates.dedup();
+        }
+    }
+
+    fn measure_faces(&mut self, surface: &Surface, vertex: u32) {
+        let origin = surface.positions[vertex as usize];
+        self.faces.clear();
+        for spoke in &self.ring {
+            let ahead = surface.positions[spoke.ahead as usize] - origin;
+            let normal = ahead.cross(surface.positions[spoke.behind as usize] - origin);
+            self.faces.push(Face { normal, double_area: normal.length() });
+        }
+    }
+
+    /// The cost of a collapse; `None` if it turns a triangle over.
+    ///
+    /// To the least cost comes area that is lost (of a border cut short, a
+    /// collapsed end of a rod, a thin plate), as far from what stays as the
+    /// edge is long; triangles that turn; and wedges that do not fit.
+    #[inline]
+    fn cost(
+        &self,
+        source: Source<'_, '_>,
+        shell: &Shell,
+        removed: u32,
+        kept: u32,
+        least: f64,
+    ) -> Option<Choice> {
+        let positions = &shell.surface.positions;
+        let target = positions[kept as usize];
+        let mut lost = 0.0;
+        let mut turned = 0.0;
+        for (spoke, face) in self.ring.iter().zip(&self.faces) {
+            lost += face.double_area;
+            if spoke.ahead == kept || spoke.behind == kept {
+                continue;
+            }
+            let ahead = positions[spoke.ahead as usize] - target;
+            let normal = ahead.cross(positions[spoke.behind as usize] - target);
+            let double_area = normal.length();
+            let turn = face.normal.dot(normal);
+            if shell.guards == Guards::All
+                && turn <= COS_MAX_TURN * face.double_area * double_area
+                && face.double_area > 0.0
+            {
+                return None;
+            }
+            lost -= double_area;
+            let scale = face.double_area * double_area;
+            if scale > 0.0 {
+                turned += face.double_area.max(double_area) * (1.0 - turn / scale);
+            }
+        }
+        let length_squared = target.distance_squared(positions[removed as usize]);
+        let lost = LOST_AREA_WEIGHT * 0.5 * lost.abs() * length_squared;
+        let mut cost = least + lost + TURN_WEIGHT * 0.5 * turned * length_squared;
+        if let Some(attributes) = source.attributes {
+            let onto = shell.surface.vertices[kept as usize];
+            let misfit = self.passages.misfit(attributes, &self.ring, kept, onto);
+            cost += source.weights.attribute * misfit * length_squared;
+        }
+        let shape = shell.quadrics[removed as usize].at(target) + lost;
+        Some(Choice { kept, cost, shape })
+    }
+
+    /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) for the
+    /// gathered ring: a vertex next to both ends is in a triangle at the edge,
+    /// and no triangle comes to lie on another.
+    fn keeps_link(&mut self, shell: &mut Shell, vertex: u32, kept: u32) -> bool {
+        let surface = &mut shell.surface;
+        if shell.guards == Guards::None {
+            return true;
+        }
+        if !surface.ring(kept, &mut self.other_ring) {
+            return false;
+        }
+        surface.begin_marks();
+        let mut at_edge = 0;
+        for spoke in &self.ring {
+            surface.mark(spoke.ahead);
+            surface.mark(spoke.behind);
+            at_edge += usize::from(spoke.ahead == kept || spoke.behind == kept);
+        }
+        let mut apexes = [vertex; MAX_APEXES];
+        let mut count = 0;
+        for spoke in &self.other_ring {
+            let common = [spoke.ahead, spoke.behind].map(|v| v != vertex && surface.is_marked(v));
+            for (apex, _) in [spoke.ahead, spoke.behind].into_iter().zip(common).filter(|c| c.1) {
+                if !apexes[..count].contains(&apex) {
+                    if count == MAX_APEXES {
+                        return false;
+                    }
+                    apexes[count] = apex;
+                    count += 1;
+                }
+            }
+            if common == [true, true] && self.ring.iter().any(|other| other.is_over(spoke)) {
+                return false;
+            }
+        }
+        count <= at_edge
+    }
+}

@@ -1,0 +1,288 @@
+//! Simplifies one shell down to one vertex.
+
+use glam::DVec3;
+
+use crate::features;
+use crate::judge::{Choice, Guards, Judge, Shell, Source};
+use crate::queue::Queue;
+use crate::surface::Spoke;
+
+/// A shell with no legal collapse and at most so many vertices dies as a
+/// whole.
+const MAX_DYING: usize = 32;
+/// Of so many vertices, those refused are not looked at again: guards fall.
+const MAX_ONE_LOOK: usize = 64;
+/// Weight of a shell's area that is lost at its radius when it dies.
+const DEATH_WEIGHT: f64 = 0.15;
+/// How much more than the least a collapse is taken to cost before it is
+/// judged. A guess near the truth spares judging it too early, and often.
+const GUESS: f64 = 4.0;
+/// How much more than the cheapest a collapse may cost and yet be done at
+/// once: the cost goes with the square of a distance.
+const SLACK: f64 = 2.0;
+/// Collapses between two looks at progress.
+const WATCH_EVERY: usize = 1024;
+
+/// One collapse, in vertices of the mesh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    pub(crate) removed: u32,
+    pub(crate) kept: u32,
+    /// What the sequence is ordered by; never decreases along a shell.
+    pub(crate) rank: f64,
+    /// Metres: the smaller of the root mean square distance from the faces
+    /// that the vertex stood for, and the farthest that any vertex it stood
+    /// for has moved; the radius of a shell that dies.
+    pub(crate) error: f32,
+}
+
+/// What a vertex in the queue would do.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plan {
+    choice: Choice,
+    /// Whether its surroundings are as they were when it was judged.
+    current: bool,
+}
+
+/// Buffers for one shell after the other.
+#[derive(Default)]
+pub(crate) struct Reducer {
+    shell: Shell,
+    /// How far what a vertex stands for has moved at most, metres.
+    moved: Vec<f32>,
+    queue: Queue,
+    plans: Vec<Plan>,
+    judge: Judge,
+    ring: Vec<Spoke>,
+}
+
+impl Reducer {
+    /// Appends the steps that take a shell down to one vertex. `watch` is told
+    /// how many vertices are done and returns whether to go on; returns false
+    /// if it did not.
+    pub(crate) fn reduce(
+        &mut self,
+        source: Source<'_, '_>,
+        shell: usize,
+        steps: &mut Vec<Step>,
+        watch: &mut dyn FnMut(usize) -> bool,
+    ) -> bool {
+        self.load(source, shell);
+        let start = steps.len();
+        for guards in [Guards::All, Guards::Link] {
+            if !self.exhaust(source, guards, start, steps, watch) {
+                return false;
+            }
+        }
+        let dying = steps.len();
+        let (rank, error) = self.death();
+        if !self.exhaust(source, Guards::None, start, steps, watch) {
+            return false;
+        }
+        self.join_rest(start, steps);
+        for index in start + 1..steps.len() {
+            steps[index].rank = steps[index].rank.max(steps[index - 1].rank);
+        }
+        if steps.len() - dying <= MAX_DYING
+            && let Some(last) = steps[dying..].last()
+        {
+            let (rank, error) = (last.rank.max(rank), last.error.max(error));
+            steps[dying..].iter_mut().for_each(|step| (step.rank, step.error) = (rank, error));
+        }
+        watch((steps.len() - start) % WATCH_EVERY + 1)
+    }
+
+    fn load(&mut self, source: Source<'_, '_>, shell: usize) {
+        let Shell { surface, quadrics, .. } = &mut self.shell;
+        surface.load(source.mesh, source.shells, shell);
+        features::measure(surface, source.attributes, source.weights.border, quadrics);
+        let count = surface.len();
+        self.queue.reset(count);
+        self.plans.clear();
+        self.plans.resize(count, Plan::default());
+        self.moved.clear();
+        self.moved.resize(count, 0.0);
+    }
+
+    /// Collapses all that the guards allow.
+    fn exhaust(
+        &mut self,
+        source: Source<'_, '_>,
+        guards: Guards,
+        start: usize,
+        steps: &mut Vec<Step>,
+        watch: &mut dyn FnMut(usize) -> bool,
+    ) -> bool {
+        self.shell.guards = guards;
+        self.shell.thorough = false;
+        let count = self.shell.surface.len();
+        loop {
+            let before = steps.len();
+            let left = count - (before - start);
+            if left < 2 {
+                return true;
+            }
+            for vertex in 0..count as u32 {
+                if !self.shell.surface.is_bare(vertex) {
+                    self.enqueue(vertex);
+                }
+            }
+            if !self.drain(source, start, steps, watch) {
+                return false;
+            }
+            // One refused may be legal by now; but that is looked at only as
+            // long as it may free a good part.
+            let freed = steps.len() - before;
+            if left <= MAX_ONE_LOOK || (self.shell.thorough && freed <= left / 8) {
+                return true;
+            }
+            self.shell.thorough = true;
+        }
+    }
+
+    /// Does the cheapest collapse, time and again.
+    fn drain(
+        &mut self,
+        source: Source<'_, '_>,
+        start: usize,
+        steps: &mut Vec<Step>,
+        watch: &mut dyn FnMut(usize) -> bool,
+    ) -> bool {
+        let mut watched = steps.len() - start;
+        while let Some(removed) = self.queue.pop() {
+            let done = steps.len() - start;
+            if done / WATCH_EVERY > watched / WATCH_EVERY {
+                watched = done;
+                if !watch(WATCH_EVERY) {
+                    return false;
+                }
+            }
+            let plan = self.plans[removed as usize];
+            let (judge, shell) = (&mut self.judge, &mut self.shell);
+            if plan.current && judge.still_keeps_link(shell, removed, plan.choice.kept) {
+                self.collapse(source, removed, plan.choice, steps);
+                continue;
+            }
+            let enough = self.queue.least_cost() * SLACK;
+            let Some(choice) = judge.choose(source, shell, removed, enough) else { continue };
+            if choice.cost <= enough {
+                self.collapse(source, removed, choice, steps);
+            } else {
+                self.plans[removed as usize] = Plan { choice, current: true };
+                self.queue.set(removed, choice.cost);
+            }
+        }
+        true
+    }
+
+    /// Puts a vertex into the queue at what it may cost.
+    fn enqueue(&mut self, vertex: u32) {
+        self.plans[vertex as usize].current = false;
+        match self.judge.least_cost(&mut self.shell, vertex) {
+            Some(cost) => self.queue.set(vertex, cost * GUESS),
+            None => self.queue.remove(vertex),
+        }
+    }
+
+    fn collapse(
+        &mut self,
+        source: Source<'_, '_>,
+        removed: u32,
+        choice: Choice,
+        steps: &mut Vec<Step>,
+    ) {
+        let kept = choice.kept;
+        let step = self.step(removed, choice);
+        steps.push(step);
+        self.shell.surface.ring(removed, &mut self.ring);
+        let quadric = self.shell.quadrics[removed as usize];
+        self.shell.quadrics[kept as usize] += quadric;
+        self.shell.surface.collapse(removed, kept, |wedge| {
+            source.attributes.map_or(wedge, |attributes| attributes.parent(wedge, step.kept))
+        });
+
+        self.shell.surface.begin_marks();
+        self.shell.surface.mark(kept);
+        for index in 0..self.ring.len() {
+            let Spoke { ahead, behind, .. } = self.ring[index];
+            for vertex in [ahead, behind] {
+                if self.shell.surface.mark(vertex) {
+                    self.refresh(vertex, step, steps);
+                }
+            }
+        }
+        // It stands for more: dearer, if anything.
+        let before = self.queue.cost(kept);
+        self.enqueue(kept);
+        if let (Some(before), Some(now)) = (before, self.queue.cost(kept))
+            && before > now
+        {
+            self.queue.set(kept, before);
+        }
+    }
+
+    /// Notes that a neighbour of a vertex moved. The vertex keeps its place in
+    /// the queue, for costs seldom fall, and is judged anew when it comes up;
+    /// one whose last triangle died is held by nothing and goes as well.
+    fn refresh(&mut self, vertex: u32, step: Step, steps: &mut Vec<Step>) {
+        if self.shell.surface.is_bare(vertex) {
+            self.queue.remove(vertex);
+            let removed = self.shell.surface.vertices[vertex as usize];
+            steps.push(Step { removed, ..step });
+        } else if self.queue.contains(vertex) {
+            self.plans[vertex as usize].current = false;
+        } else {
+            self.enqueue(vertex);
+        }
+    }
+
+    fn step(&mut self, removed: u32, choice: Choice) -> Step {
+        let surface = &self.shell.surface;
+        let [from, to] = [removed, choice.kept].map(|v| surface.positions[v as usize]);
+        let reach = from.distance(to) as f32 + self.moved[removed as usize];
+        let moved = &mut self.moved[choice.kept as usize];
+        *moved = moved.max(reach);
+        let area = self.shell.quadrics[removed as usize].area;
+        let mean = if area > 0.0 { (choice.shape / area).sqrt() as f32 } else { 0.0 };
+        Step {
+            removed: surface.vertices[removed as usize],
+            kept: surface.vertices[choice.kept as usize],
+            rank: choice.cost,
+            // Positions can be farther apart than f32 reaches.
+            error: mean.min(reach).min(f32::MAX),
+        }
+    }
+
+    /// What it costs that the whole shell, as it is, becomes a point: rank and
+    /// error.
+    fn death(&self) -> (f64, f32) {
+        let positions = &self.shell.surface.positions;
+        let (mut area, mut sum, mut count) = (0.0, DVec3::ZERO, 0.0);
+        for triangle in self.shell.surface.triangles() {
+            let [a, b, c] = triangle.map(|v| positions[v as usize]);
+            area += 0.5 * (b - a).cross(c - a).length();
+            sum += a + b + c;
+            count += 3.0;
+        }
+        let center = sum / f64::max(count, 1.0);
+        let corners = self.shell.surface.triangles().flatten();
+        let radius = corners.map(|v| positions[v as usize].distance(center)).fold(0.0, f64::max);
+        (DEATH_WEIGHT * area * radius * radius, (radius as f32).min(f32::MAX))
+    }
+
+    /// Joins what the guards or lost triangles left apart.
+    fn join_rest(&mut self, start: usize, steps: &mut Vec<Step>) {
+        let vertices = &self.shell.surface.vertices;
+        if steps.len() - start + 1 == vertices.len() {
+            return;
+        }
+        // Vertices of a shell ascend, so do those that are left.
+        let mut removed: Vec<u32> = steps[start..].iter().map(|step| step.removed).collect();
+        removed.sort_unstable();
+        let is_left = |vertex: &&u32| removed.binary_search(vertex).is_err();
+        let mut left = vertices.iter().filter(is_left);
+        let (Some(&kept), last) = (left.next(), steps.last().copied()) else { return };
+        let (rank, error) = last.map_or((0.0, 0.0), |last| (last.rank, last.error));
+        steps.extend(left.map(|&removed| Step { removed, kept, rank, error }));
+    }
+}
