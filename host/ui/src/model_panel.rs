@@ -25,18 +25,38 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
 }
 
 fn theta_slider(ui: &mut Ui, model: usize, row: &ModelRow, commands: &mut Vec<Command>) {
-    let mut percent = row.theta * 100.0;
+    let [least, greatest] = row.theta;
+    let mut percent = greatest * 100.0;
     ui.horizontal(|ui| {
         ui.label("theta");
-        let slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
+        let mut slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
+        if least < greatest {
+            slider = slider.custom_formatter(move |_, _| span(least, greatest));
+        }
         if ui.add(slider).changed() {
             commands.push(Command::SetTheta { model, theta: percent / 100.0 });
+        }
+        let mut by_policy = row.by_policy;
+        let hint = "Theta as configured: fixed, or by distance. The slider overrides it.";
+        if ui.checkbox(&mut by_policy, "policy").on_hover_text(hint).changed() {
+            commands.push(match by_policy {
+                true => Command::UsePolicy { model },
+                false => Command::SetTheta { model, theta: greatest },
+            });
         }
     });
 }
 
-/// What concerns the whole view: wireframe and cameras.
+/// Percentages from the least to the greatest theta of a model's instances.
+fn span(least: f64, greatest: f64) -> String {
+    format!("{:.0}–{:.0}", least * 100.0, greatest * 100.0)
+}
+
+/// What concerns the whole view: the scale of all thetas, wireframe, cameras.
 pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
+    if model.models.iter().any(|row| row.s1 + row.s2 > 0) {
+        theta_scale_slider(ui, model, commands);
+    }
     ui.horizontal_wrapped(|ui| {
         let mut wireframe = model.wireframe;
         if ui.checkbox(&mut wireframe, "Wireframe").changed() {
@@ -53,6 +73,20 @@ pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut 
     });
 }
 
+fn theta_scale_slider(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
+    let mut scale = model.theta_scale;
+    ui.horizontal(|ui| {
+        ui.label("all policies");
+        let range = 0.0..=model.max_theta_scale;
+        let slider = Slider::new(&mut scale, range).prefix("× ").fixed_decimals(2);
+        let hint = "Factor on every theta that a policy chooses; 0 shows all in full detail.";
+        if ui.add(slider).on_hover_text(hint).changed() {
+            commands.push(Command::SetThetaScale(scale));
+        }
+    });
+    ui.add_space(2.0);
+}
+
 /// A count with thin spaces between thousands.
 pub(crate) fn thousands(count: u64) -> String {
     let digits = count.to_string();
@@ -67,7 +101,12 @@ pub(crate) fn thousands(count: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::thousands;
+    use super::{span, thousands};
+
+    #[test]
+    fn a_span_is_in_percent() {
+        assert_eq!(span(0.0, 0.854), "0–85");
+    }
 
     #[test]
     fn thousands_are_set_apart() {

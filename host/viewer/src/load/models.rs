@@ -92,7 +92,6 @@ pub(super) fn optimise(
                     stacks: built.stacks,
                     materials: model.materials,
                     textures: model.textures,
-                    theta: configured.theta,
                 });
             }
             Err(error) => {
