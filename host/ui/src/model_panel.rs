@@ -4,6 +4,9 @@ use egui::{RichText, Slider, Ui};
 
 use crate::{Command, ModelRow, ViewModel, theme};
 
+/// Points of a label with the slider after it, without the gap between.
+const LABEL_AND_SLIDER_WIDTH: f32 = 231.0;
+
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     for (index, row) in model.models.iter().enumerate() {
         ui.horizontal(|ui| {
@@ -28,7 +31,7 @@ fn theta_slider(ui: &mut Ui, model: usize, row: &ModelRow, commands: &mut Vec<Co
     let [least, greatest] = row.theta;
     let mut percent = greatest * 100.0;
     ui.horizontal(|ui| {
-        ui.label("theta");
+        label_before_slider(ui, "theta");
         let mut slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
         if least < greatest {
             slider = slider.custom_formatter(move |_, _| span(least, greatest));
@@ -38,13 +41,20 @@ fn theta_slider(ui: &mut Ui, model: usize, row: &ModelRow, commands: &mut Vec<Co
         }
         let mut by_policy = row.by_policy;
         let hint = "Theta as configured: fixed, or by distance. The slider overrides it.";
-        if ui.checkbox(&mut by_policy, "policy").on_hover_text(hint).changed() {
+        if ui.checkbox(&mut by_policy, "auto").on_hover_text(hint).changed() {
             commands.push(match by_policy {
                 true => Command::UsePolicy { model },
                 false => Command::SetTheta { model, theta: greatest },
             });
         }
     });
+}
+
+/// A label, and so much width for the slider after it that all sliders end in
+/// one line.
+fn label_before_slider(ui: &mut Ui, text: &str) {
+    let label = ui.label(text);
+    ui.spacing_mut().slider_width = LABEL_AND_SLIDER_WIDTH - label.rect.width();
 }
 
 /// Percentages from the least to the greatest theta of a model's instances.
@@ -71,12 +81,14 @@ pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut 
             commands.push(Command::FitAll);
         }
     });
+    // The panel ends here, and would cut off the buttons' frames.
+    ui.add_space(2.0);
 }
 
 fn theta_scale_slider(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     let mut scale = model.theta_scale;
     ui.horizontal(|ui| {
-        ui.label("all policies");
+        label_before_slider(ui, "auto theta");
         let range = 0.0..=model.max_theta_scale;
         let slider = Slider::new(&mut scale, range).prefix("× ").fixed_decimals(2);
         let hint = "Factor on every theta that a policy chooses; 0 shows all in full detail.";
@@ -84,7 +96,6 @@ fn theta_scale_slider(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command
             commands.push(Command::SetThetaScale(scale));
         }
     });
-    ui.add_space(2.0);
 }
 
 /// A count with thin spaces between thousands.
