@@ -49,6 +49,9 @@ pub enum RenderError {
         /// The limit.
         limit: u64,
     },
+    /// The threads that resolve meshes cannot be started.
+    #[error("no threads to resolve meshes with: {0}; raise the limit of processes")]
+    NoThreads(String),
     /// A pixel outside the picture.
     #[error("pixel {pixel:?} lies outside the picture of {size:?} pixels")]
     OutsidePicture {

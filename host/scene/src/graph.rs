@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use busbar_geometry::Bounds;
+use busbar_geometry::{Bounds, Mesh};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
-use crate::{Model, ModelIndex};
+use crate::{Model, ModelIndex, ThetaPolicy};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
 pub type EquipmentId = String;
@@ -41,6 +41,8 @@ pub struct Placement {
     pub transform: Transform,
     /// Model shown here.
     pub model: Option<ModelIndex>,
+    /// How its theta is chosen here; none where the model's policy holds.
+    pub theta: Option<ThetaPolicy>,
 }
 
 /// A node of the graph.
@@ -56,6 +58,10 @@ pub struct SceneNode {
     pub bounds: Option<Bounds>,
 }
 
+/// Index of a theta policy in the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PolicyIndex(pub u32);
+
 /// One mesh drawn at one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshInstance {
@@ -67,6 +73,10 @@ pub struct MeshInstance {
     pub mesh: u32,
     /// Transform from mesh space to the world.
     pub world_from_mesh: Mat4,
+    /// World-space box around the mesh; `None` without vertices.
+    pub bounds: Option<Bounds>,
+    /// The placement's own theta policy; none where the model's holds.
+    pub theta: Option<PolicyIndex>,
 }
 
 /// Why placements make no scene.
@@ -85,6 +95,7 @@ pub enum SceneError {
 pub struct SceneGraph {
     nodes: Vec<SceneNode>,
     instances: Vec<MeshInstance>,
+    policies: Vec<ThetaPolicy>,
     by_id: HashMap<EquipmentId, NodeIndex>,
 }
 
@@ -116,7 +127,8 @@ impl SceneGraph {
             let node = graph.add(placement.id.clone(), parent, placement.transform.matrix())?;
             placed.push(node);
             if let Some(model) = placement.model {
-                graph.add_model(node, model, &models[model.0 as usize])?;
+                let theta = placement.theta.clone().map(|policy| graph.add_policy(policy));
+                graph.add_model(node, model, theta, &models[model.0 as usize])?;
             }
         }
         graph.measure(models);
@@ -136,6 +148,11 @@ impl SceneGraph {
     /// Meshes to draw.
     pub fn instances(&self) -> &[MeshInstance] {
         &self.instances
+    }
+
+    /// Theta policies that placements have of their own.
+    pub fn policies(&self) -> &[ThetaPolicy] {
+        &self.policies
     }
 
     /// The node of an equipment id.
@@ -168,10 +185,16 @@ impl SceneGraph {
         Ok(index)
     }
 
+    fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
+        self.policies.push(policy);
+        PolicyIndex(self.policies.len() as u32 - 1)
+    }
+
     fn add_model(
         &mut self,
         placement: NodeIndex,
         model_index: ModelIndex,
+        theta: Option<PolicyIndex>,
         model: &Model,
     ) -> Result<(), SceneError> {
         let prefix = self.node(placement).id.clone();
@@ -187,6 +210,8 @@ impl SceneGraph {
                     model: model_index,
                     mesh,
                     world_from_mesh: self.node(index).world_from_node,
+                    bounds: None,
+                    theta,
                 });
             }
         }
@@ -195,13 +220,15 @@ impl SceneGraph {
 
     /// Fills in bounds, from the meshes up to the roots.
     fn measure(&mut self, models: &[Model]) {
-        for instance in &self.instances {
-            let mesh = &models[instance.model.0 as usize].meshes[instance.mesh as usize];
-            let world = mesh.bounds().and_then(|b| {
+        let meshes = models.iter().map(|m| m.meshes.iter().map(Mesh::bounds).collect());
+        let meshes: Vec<Vec<Option<Bounds>>> = meshes.collect();
+        for instance in &mut self.instances {
+            let mesh = meshes[instance.model.0 as usize][instance.mesh as usize];
+            instance.bounds = mesh.and_then(|b| {
                 let corners = b.corners().map(|c| instance.world_from_mesh.transform_point3(c));
                 Bounds::around(corners)
             });
-            grow(&mut self.nodes[instance.node.0 as usize].bounds, world);
+            grow(&mut self.nodes[instance.node.0 as usize].bounds, instance.bounds);
         }
         for index in (0..self.nodes.len()).rev() {
             if let Some(parent) = self.nodes[index].parent {
@@ -247,7 +274,7 @@ mod tests {
 
     fn placement(id: &str, parent: Option<usize>, x: f32) -> Placement {
         let transform = Transform { translation: Vec3::X * x, ..Default::default() };
-        Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)) }
+        Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)), theta: None }
     }
 
     #[test]
@@ -260,6 +287,18 @@ mod tests {
         assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
         let all = graph.bounds().unwrap();
         assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
+        let world = graph.instances()[1].bounds.unwrap();
+        assert_eq!((world.min, world.max), (Vec3::new(15.0, 0.0, 2.0), Vec3::new(16.0, 1.0, 2.0)));
+    }
+
+    #[test]
+    fn a_placement_may_have_a_policy_of_its_own() {
+        let mut placements = [placement("T1", None, 0.0), placement("T2", None, 5.0)];
+        placements[1].theta = Some(ThetaPolicy::Fixed(0.5));
+        let graph = SceneGraph::build(&placements, &[model()]).unwrap();
+        let thetas: Vec<_> = graph.instances().iter().map(|i| i.theta).collect();
+        assert_eq!(thetas, [None, Some(PolicyIndex(0))]);
+        assert_eq!(graph.policies(), [ThetaPolicy::Fixed(0.5)]);
     }
 
     #[test]
