@@ -25,7 +25,7 @@ fn loaded(mesh: Mesh) -> LoadedModel {
     let sequence = CollapseSequence::new(entries, count).unwrap();
     LoadedModel {
         name: "strip".into(),
-        stacks: vec![Arc::new(CollapseStacks::build(mesh, sequence))],
+        stacks: vec![Arc::new(CollapseStacks::build(mesh, &sequence))],
         materials: Vec::new(),
         textures: Vec::new(),
     }
