@@ -18,6 +18,7 @@ fn grid(n: u32, material: Option<u32>, uvs: bool) -> RawPrimitive {
         triangles: quads.flat_map(|i| [[i, i + 1, i + n + 2], [i, i + n + 2, i + n + 1]]).collect(),
         positions,
         material,
+        ..Default::default()
     }
 }
 
@@ -43,6 +44,7 @@ fn model() -> Model {
         materials: vec![Material::default(), painted],
         textures: vec![unused, checker],
         nodes: vec![node("tank", None, None), node("bushing 1U", Some(0), Some(0))],
+        ..Default::default()
     }
 }
 
