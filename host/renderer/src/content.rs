@@ -4,14 +4,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_geometry::CollapseStacks;
-use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
+use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
 use rayon::prelude::*;
 
 use crate::batch::Plan;
+use crate::features::FeatureKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
-use crate::pick::{self, PickTargets};
+use crate::pick::PickTargets;
 use crate::pipelines::{Layouts, Pipelines};
 use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
@@ -39,10 +40,10 @@ pub(crate) struct Content {
     pub(crate) cache: IndexCache,
     pub(crate) resolver: Resolver,
     pub(crate) kit: MaterialKit,
+    pub(crate) feature_kit: FeatureKit,
     layouts: Layouts,
     pipelines: Pipelines,
     streams: Vec<FrameStream>,
-    pub(crate) pick: PickTargets,
 }
 
 impl Content {
@@ -57,7 +58,7 @@ impl Content {
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
             resolver: Resolver::new()?,
             kit: MaterialKit::new(gpu, layouts.material.clone())?,
-            pick: PickTargets::new(gpu)?,
+            feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
             layouts,
             pipelines,
             streams,
@@ -121,9 +122,15 @@ impl Content {
         stream: usize,
         frame: &Frame<'_>,
     ) -> Result<Plan, RenderError> {
-        let plan = Plan::of(&self.models, frame.instances)?;
+        let plan = Plan::of(&self.models, frame)?;
         let layout = &self.layouts.frame;
-        self.streams[stream].write(recorder.gpu(), layout, &frame.camera, &plan.instances)?;
+        self.streams[stream].write(
+            recorder.gpu(),
+            layout,
+            &frame.camera,
+            &plan.instances,
+            &plan.feature_highlights,
+        )?;
         self.resolve_missing(recorder, &plan)?;
         for batch in &plan.batches {
             self.cache.touch(batch.key)?;
@@ -137,6 +144,7 @@ impl Content {
             cache: &self.cache,
             plan,
             frame_group: &self.streams[stream].group,
+            feature_kit: &self.feature_kit,
         }
     }
 
@@ -178,13 +186,13 @@ impl Content {
     pub(crate) fn record_pick(
         &mut self,
         recorder: &mut Recorder<'_>,
+        targets: &PickTargets,
+        viewport: Viewport,
         frame: &Frame<'_>,
-        pixel: [u32; 2],
-        size: [u32; 2],
     ) -> Result<(), RenderError> {
         let plan = self.prepare(recorder, PICK_STREAM, frame)?;
         let drawer = self.drawer(&plan, PICK_STREAM);
-        let mut pass = recorder.pass(&self.pick.cleared(), pick::around(pixel, size))?;
+        let mut pass = recorder.pass(&targets.cleared(), viewport)?;
         drawer.draw(&mut pass, &self.pipelines.pick, Sections::All, true)?;
         Ok(())
     }
