@@ -144,6 +144,7 @@ impl Content {
             cache: &self.cache,
             plan,
             frame_group: &self.streams[stream].group,
+            instances: &self.streams[stream].instances,
             feature_kit: &self.feature_kit,
         }
     }
@@ -165,12 +166,12 @@ impl Content {
             recorder.pass(&targets.cleared_to(frame.background), whole(targets.size()))?;
         let mut draw_calls = 0;
         if frame.wireframe {
-            draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All, false)?;
+            draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All)?;
             if let Some(lines) = &pipelines.wire_lines {
-                draw_calls += drawer.draw(&mut pass, lines, Sections::All, false)?;
+                draw_calls += drawer.draw(&mut pass, lines, Sections::All)?;
             }
         } else {
-            draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque, true)?;
+            draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque)?;
             draw_calls += drawer.draw_blended(&mut pass, &pipelines.blended, frame.camera.eye)?;
         }
         Ok(FrameStats {
@@ -193,7 +194,7 @@ impl Content {
         let plan = self.prepare(recorder, PICK_STREAM, frame)?;
         let drawer = self.drawer(&plan, PICK_STREAM);
         let mut pass = recorder.pass(&targets.cleared(), viewport)?;
-        drawer.draw(&mut pass, &self.pipelines.pick, Sections::All, true)?;
+        drawer.draw(&mut pass, &self.pipelines.pick, Sections::All)?;
         Ok(())
     }
 }
