@@ -21,6 +21,8 @@ pub struct Stats {
     pub theta: BTreeMap<String, f64>,
     /// Least and greatest theta of its instances by model.
     pub theta_span: BTreeMap<String, [f64; 2]>,
+    /// CPU milliseconds that the last frame spent on meshes at new cursors.
+    pub resolve_ms: f64,
     /// Meshes that came onto the device at new cursors so far.
     pub resolved: u64,
     /// Instances that wait for their mesh at another cursor.

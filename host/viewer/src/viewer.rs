@@ -328,6 +328,7 @@ impl Viewer {
             triangles_full: self.triangles_full,
             theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
             theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
+            resolve_ms: self.last.resolve_millis,
             resolved: self.resolved,
             waiting: self.cursors.waiting().len(),
             index_cache_bytes: self.renderer.index_cache_bytes(),
