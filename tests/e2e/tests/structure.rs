@@ -47,6 +47,16 @@ const ALLOWED: [(&str, &[&str]); 24] = [
     ("modbus_adapter", &["busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
+    (
+        "bench",
+        &[
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_gltf_import",
+            "substation",
+            "weighted_collapse",
+        ],
+    ),
     ("demo_model", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("substation", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model"]),
     ("modbus_simulator", &[]),
