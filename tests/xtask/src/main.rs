@@ -9,6 +9,7 @@
 
 mod demo;
 mod packages;
+mod paper;
 mod pictures;
 mod process;
 mod python;
@@ -46,6 +47,8 @@ enum Command {
     Test(test::Arguments),
     /// Run the long tests: fuzzing.
     Soak(soak::Arguments),
+    /// Measure what the paper measured and judge what it says.
+    Paper(paper::Arguments),
     /// Make the README's pictures.
     Pictures,
 }
@@ -68,6 +71,7 @@ fn run(command: Command) -> Result<()> {
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
 }
