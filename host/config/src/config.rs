@@ -33,6 +33,8 @@ pub struct Config {
     pub cameras: BTreeMap<String, CameraConfig>,
     /// How the first picture looks.
     pub view: ViewConfig,
+    /// Where results of optimisers are kept.
+    pub cache: CacheConfig,
     /// Where everything stands in the text.
     pub positions: Positions,
     /// Faults that do not stop Busbar.
@@ -201,6 +203,18 @@ pub struct ViewConfig {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// JSON pointer; of a view that may be absent.
+    pub pointer: String,
+}
+
+/// Where results of optimisers are kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CacheConfig {
+    /// Path as written: relative to the configuration file, or absolute; none
+    /// for the user's cache directory.
+    pub directory: Option<String>,
+    /// Size past which old results go, in 10^6 bytes; 0 for no cache.
+    pub max_megabytes: u32,
+    /// JSON pointer; of a cache that may be absent.
     pub pointer: String,
 }
 

@@ -26,8 +26,9 @@ mod syntax;
 mod world;
 
 pub use config::{
-    Band, BindingConfig, CameraConfig, Config, DirectoryConfig, ModelConfig, NodeConfig,
-    OverlayConfig, PluginConfig, SourceConfig, TagConfig, TagType, TransformConfig, ViewConfig,
+    Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
+    NodeConfig, OverlayConfig, PluginConfig, SourceConfig, TagConfig, TagType, TransformConfig,
+    ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use limits::*;

@@ -6,6 +6,8 @@ pub const MAX_CONFIG_BYTES: usize = 256 * 1024 * 1024;
 pub const MAX_NESTING_DEPTH: usize = 100;
 /// The most diagnostics one text gives.
 pub const MAX_DIAGNOSTICS: usize = 200;
+/// The largest cache, in 10^6 bytes.
+pub const MAX_CACHE_MEGABYTES: u32 = 1_000_000;
 /// The most directories that plugins are looked for in.
 pub const MAX_PLUGIN_DIRECTORIES: usize = 16;
 /// The most plugin instances.

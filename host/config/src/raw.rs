@@ -60,6 +60,9 @@ pub(crate) struct RawConfig {
     /// How the first picture looks.
     #[serde(default)]
     pub(crate) view: RawView,
+    /// Where results of optimisers are kept, so that the next start is quick.
+    #[serde(default)]
+    pub(crate) cache: RawCache,
 }
 
 /// An instance of a plugin.
@@ -276,6 +279,26 @@ pub(crate) struct RawView {
     /// Width and height in pixels.
     #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
     pub(crate) size: [u32; 2],
+}
+
+/// Results of optimisers on disk.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Cache")]
+pub(crate) struct RawCache {
+    /// A directory of the user's own, relative to this file or absolute; where
+    /// missing, `busbar/stacks` in the user's cache directory.
+    #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["cache"]))]
+    pub(crate) directory: Option<String>,
+    /// Size past which what was used longest ago is removed; 0 keeps nothing.
+    #[schemars(range(min = 0, max = MAX_CACHE_MEGABYTES), extend("examples" = [1024]))]
+    pub(crate) max_megabytes: u32,
+}
+
+impl Default for RawCache {
+    fn default() -> Self {
+        Self { directory: None, max_megabytes: 1024 }
+    }
 }
 
 impl Default for RawScale {

@@ -70,6 +70,11 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             pointer,
         }),
         view: view(raw.view),
+        cache: CacheConfig {
+            directory: raw.cache.directory,
+            max_megabytes: raw.cache.max_megabytes,
+            pointer: "/cache".to_owned(),
+        },
         positions,
         warnings,
     }

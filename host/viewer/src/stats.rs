@@ -29,6 +29,8 @@ pub struct Stats {
     pub gpu: String,
     /// Milliseconds a stage of loading.
     pub load_ms: LoadMillis,
+    /// Meshes whose stacks were in the cache.
+    pub cached_meshes: usize,
     /// Every tag.
     pub tags: Vec<TagStats>,
     /// Tags a quality.

@@ -270,6 +270,7 @@ impl Viewer {
             frame_ms_p99: at(0.99),
             gpu: self.renderer.device_name().to_owned(),
             load_ms: self.scene.millis.clone(),
+            cached_meshes: self.scene.cached_meshes,
             tags: stats::tags(&self.scene.tags, &self.snapshot),
             quality: self.snapshot.counts().into(),
             picked: self.selected_id(),

@@ -25,7 +25,10 @@ impl CollapseStacks {
         );
         let ranks = removal_ranks(sequence);
         mesh.group_wedges();
-        renumber_positions(&mut mesh, &ranks);
+        scatter_positions(&mut mesh, &ranks);
+        for position in &mut mesh.wedges.position {
+            *position = ranks[*position as usize];
+        }
 
         let kept = sequence.entries().iter().rev().map(|entry| ranks[entry.kept as usize]);
         let parents: Vec<u32> = kept.collect();
@@ -42,12 +45,13 @@ impl CollapseStacks {
     }
 
     /// Puts a mesh and the tables that were once built for it together again.
-    /// `ranks` are those of its sequence, [`removal_ranks`].
+    /// `ranks` are those of its sequence, [`removal_ranks`]. The mesh is taken
+    /// if all goes well, and left otherwise.
     ///
     /// # Errors
     /// When they cannot belong together; that they do is up to the caller.
     pub fn restore(
-        mut mesh: Mesh,
+        mesh: &mut Mesh,
         ranks: &[u32],
         tables: StackTables,
     ) -> Result<Self, TablesError> {
@@ -59,26 +63,28 @@ impl CollapseStacks {
         check_length("parents", tables.parent_start.len(), collapses)?;
         check_permutation(ranks)?;
         mesh.group_wedges();
-        renumber_positions(&mut mesh, ranks);
-        let stacks = Self { mesh, tables };
-        stacks.check_parents()?;
-        Ok(stacks)
+        let of_wedges: Vec<u32> =
+            mesh.wedges.position.iter().map(|&position| ranks[position as usize]).collect();
+        check_parents(&of_wedges, ranks.len() - collapses, &tables)?;
+        let mut mesh = std::mem::take(mesh);
+        mesh.wedges.position = of_wedges;
+        scatter_positions(&mut mesh, ranks);
+        Ok(Self { mesh, tables })
     }
+}
 
-    /// Every parent must be removed later or never: then no chain is endless.
-    fn check_parents(&self) -> Result<(), TablesError> {
-        let positions = self.mesh.wedges.position.as_slice();
-        let fixed = self.surviving(u32::MAX);
-        for (wedge, &position) in positions.iter().enumerate() {
-            if position >= fixed {
-                let parent = positions.get(self.parent(wedge));
-                if parent.is_none_or(|&parent| parent >= position) {
-                    return Err(TablesError::NoParent { wedge });
-                }
+/// Every parent must be removed later or never: then no chain is endless.
+fn check_parents(of_wedges: &[u32], fixed: usize, tables: &StackTables) -> Result<(), TablesError> {
+    for (wedge, &position) in of_wedges.iter().enumerate() {
+        if let Some(removed) = (position as usize).checked_sub(fixed) {
+            let start = tables.parent_start[removed] as usize;
+            let parent = of_wedges.get(start + usize::from(tables.parent_offset[wedge]));
+            if parent.is_none_or(|&parent| parent >= position) {
+                return Err(TablesError::NoParent { wedge });
             }
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// The number of each position in reverse order of removal: of V positions,
@@ -96,13 +102,10 @@ pub fn removal_ranks(sequence: &CollapseSequence) -> Vec<u32> {
     ranks
 }
 
-fn renumber_positions(mesh: &mut Mesh, ranks: &[u32]) {
+fn scatter_positions(mesh: &mut Mesh, ranks: &[u32]) {
     mesh.positions = scatter(&mesh.positions, ranks);
     if !mesh.features.is_empty() {
         mesh.features = scatter(&mesh.features, ranks);
-    }
-    for position in &mut mesh.wedges.position {
-        *position = ranks[*position as usize];
     }
 }
 

@@ -131,7 +131,7 @@ fn stacks_put_together_again_are_the_same() {
     let sequence = sequence(&mesh, &[(3, 4), (0, 1), (4, 1), (7, 9)]);
     let built = CollapseStacks::build(mesh.clone(), &sequence);
     let ranks = removal_ranks(&sequence);
-    let again = CollapseStacks::restore(mesh, &ranks, built.tables().clone()).unwrap();
+    let again = CollapseStacks::restore(&mut mesh.clone(), &ranks, built.tables().clone()).unwrap();
     assert_eq!(again.mesh(), built.mesh());
     assert_eq!(again.tables(), built.tables());
     let collapses: Vec<_> = built.collapses().collect();
@@ -149,11 +149,11 @@ proptest! {
         death_index in prop::collection::vec(0_u32..9, 4),
         swap in (0_usize..6, 0_usize..6),
     ) {
-        let mesh = strip(2);
+        let mut mesh = strip(2);
         let mut ranks: Vec<u32> = (0..6).collect();
         ranks.swap(swap.0, swap.1);
         let tables = StackTables { parent_start, parent_offset, death_index, ..Default::default() };
-        if let Ok(stacks) = CollapseStacks::restore(mesh, &ranks, tables) {
+        if let Ok(stacks) = CollapseStacks::restore(&mut mesh, &ranks, tables) {
             for cursor in 0..8 {
                 stacks.resolve(cursor);
             }
