@@ -35,6 +35,8 @@ pub struct Table {
     pub head: Vec<String>,
     /// As many cells each as the head.
     pub rows: Vec<Vec<String>>,
+    /// Whether cells are words rather than figures.
+    pub is_words: bool,
 }
 
 /// A contact sheet.
@@ -120,7 +122,12 @@ impl Document {
     /// Adds a table.
     pub fn table(&mut self, caption: &str, head: &[&str], rows: Vec<Vec<String>>) {
         let head = head.iter().map(|&name| name.to_owned()).collect();
-        self.blocks.push(Block::Table(Table { caption: caption.to_owned(), head, rows }));
+        self.blocks.push(Block::Table(Table {
+            caption: caption.to_owned(),
+            head,
+            rows,
+            is_words: false,
+        }));
     }
 
     /// Adds pictures, so many a row.

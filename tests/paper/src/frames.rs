@@ -13,6 +13,9 @@ use crate::series::Series;
 /// Frames after a change of theta until every cursor must stand still.
 const MAX_SETTLING_FRAMES: usize = 240;
 
+/// Steps of the path that are drawn at one theta before the next.
+const STEPS_PER_BLOCK: usize = 5;
+
 /// Frame times of one size and number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameTimes {
@@ -45,7 +48,7 @@ pub struct LinearFit {
 }
 
 impl FrameTimes {
-    /// Draws each step of the path once at each theta in turn, so that
+    /// Draws the path a few steps at a time at each theta in turn, so that
     /// whatever else the machine does meets all thetas alike.
     ///
     /// # Errors
@@ -63,13 +66,16 @@ impl FrameTimes {
             triangles.push(settle(viewer, theta)?);
         }
         let mut millis = vec![Vec::with_capacity(steps); thetas.len()];
-        for step in 0..steps {
-            viewer.use_camera(&path_camera(step))?;
+        let all: Vec<usize> = (0..steps).collect();
+        for block in all.chunks(STEPS_PER_BLOCK) {
             for (&theta, millis) in thetas.iter().zip(&mut millis) {
                 // Shown before: its indices are cached.
                 viewer.set_theta(theta);
-                millis.push(timed_frame(viewer)?);
-                progress.step();
+                for &step in block {
+                    viewer.use_camera(&path_camera(step))?;
+                    millis.push(timed_frame(viewer)?);
+                    progress.step();
+                }
             }
         }
         let row = |((&theta, triangles), millis)| FrameRow {

@@ -2,8 +2,10 @@
 //! that are visited again and again.
 
 use anyhow::{Context, Result, ensure};
-use busbar_geometry::{CollapseStacks, ResolvedMesh};
+use busbar_geometry::{CollapseStacks, Mesh, ResolvedMesh};
+use rayon::prelude::*;
 use serde::Serialize;
+use twox_hash::XxHash3_128;
 
 use crate::progress::Progress;
 
@@ -18,7 +20,7 @@ const FIXED_THETAS: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 0.95];
 pub struct LosslessWalk {
     /// Moves made, visits included.
     pub moves: usize,
-    /// BLAKE3 of the index bytes at theta 0 before the first move.
+    /// XXH3-128 of the index bytes at theta 0 before the first move.
     pub before: String,
     /// The same after the last one.
     pub after: String,
@@ -36,7 +38,7 @@ pub struct FixedPlace {
     pub theta: f64,
     /// Collapses done there.
     pub cursor: u32,
-    /// BLAKE3 of the index bytes before the walk.
+    /// XXH3-128 of the index bytes before the walk.
     pub hash: String,
     /// Visits during the walk.
     pub visits: usize,
@@ -44,8 +46,24 @@ pub struct FixedPlace {
     pub differing: usize,
 }
 
+/// A place of the walk.
+#[derive(Clone, Copy)]
+struct Move {
+    cursor: u32,
+    /// Index into the places whose bytes are known.
+    place: Option<usize>,
+}
+
+/// What one move found.
+struct Found {
+    triangles: u64,
+    /// A visited place, and whether its bytes were others.
+    visit: Option<(usize, bool)>,
+}
+
 impl LosslessWalk {
-    /// Moves the cursor `moves` times.
+    /// Moves the cursor `moves` times. The mesh at a cursor depends on the
+    /// cursor alone, so several threads walk.
     ///
     /// # Errors
     /// When a live triangle changed its equipment.
@@ -62,20 +80,22 @@ impl LosslessWalk {
             visits: FIXED_THETAS.into_iter().map(place).collect(),
             triangles_checked: 0,
         };
-        let mut random = fastrand::Rng::with_seed(1015);
-        for step in 0..moves {
-            let visited = (step % MOVES_PER_VISIT == 0).then(|| random.usize(0..walk.visits.len()));
-            let cursor = visited.map_or_else(
-                || random.u32(0..=stacks.collapse_count()),
-                |place| walk.visits[place].cursor,
-            );
+        let identity = Identity::of(stacks.mesh());
+        let make = |&Move { cursor, place }: &Move| {
             let resolved = stacks.resolve(cursor);
-            walk.triangles_checked += check_identity(stacks, &resolved, cursor)?;
-            if let Some(place) = visited.map(|place| &mut walk.visits[place]) {
-                place.visits += 1;
-                place.differing += usize::from(hash(&resolved) != place.hash);
-            }
+            let triangles = identity.check(stacks, &resolved, cursor)?;
+            let differs = |place: usize| hash(&resolved) != walk.visits[place].hash;
             progress.step();
+            Ok(Found { triangles, visit: place.map(|place| (place, differs(place))) })
+        };
+        let route = route(stacks, &walk.visits, moves);
+        let found: Vec<Found> = route.par_iter().map(make).collect::<Result<_>>()?;
+        for Found { triangles, visit } in found {
+            walk.triangles_checked += triangles;
+            if let Some((place, differs)) = visit {
+                walk.visits[place].visits += 1;
+                walk.visits[place].differing += usize::from(differs);
+            }
         }
         walk.after = hash_at(0);
         Ok(walk)
@@ -87,26 +107,55 @@ impl LosslessWalk {
     }
 }
 
-/// All corners of every live triangle belong to the feature that the triangle
-/// was imported with; returns how many triangles there are.
-fn check_identity(
-    stacks: &CollapseStacks,
-    resolved: &ResolvedMesh<'_>,
-    cursor: u32,
-) -> Result<u64> {
-    let mesh = stacks.mesh();
-    let mut imported = stacks.live(cursor);
-    for &corners in &resolved.triangles {
-        let triangle = imported.next().context("more triangles are drawn than live")?;
-        let expected = mesh.feature(mesh.triangles[triangle as usize]);
-        let keeps = corners.into_iter().all(|corner| mesh.feature([corner; 3]) == expected);
-        ensure!(keeps, "at cursor {cursor} triangle {triangle} changed its equipment");
+/// Random cursors, and now and then a known place.
+fn route(stacks: &CollapseStacks, places: &[FixedPlace], moves: usize) -> Vec<Move> {
+    let mut random = fastrand::Rng::with_seed(1015);
+    let mut next = |step: usize| match step % MOVES_PER_VISIT {
+        0 => {
+            let place = random.usize(0..places.len());
+            Move { cursor: places[place].cursor, place: Some(place) }
+        }
+        _ => Move { cursor: random.u32(0..=stacks.collapse_count()), place: None },
+    };
+    (0..moves).map(&mut next).collect()
+}
+
+/// The feature of each wedge and of each triangle, as imported.
+struct Identity {
+    of_wedge: Vec<Option<u32>>,
+    of_triangle: Vec<Option<u32>>,
+}
+
+impl Identity {
+    fn of(mesh: &Mesh) -> Self {
+        let wedges = 0..mesh.wedges.len() as u32;
+        Self {
+            of_wedge: wedges.map(|wedge| mesh.feature([wedge; 3])).collect(),
+            of_triangle: mesh.triangles.iter().map(|&t| mesh.feature(t)).collect(),
+        }
     }
-    Ok(resolved.triangles.len() as u64)
+
+    /// All corners of every live triangle belong to the feature that the
+    /// triangle was imported with; returns how many triangles there are.
+    fn check(
+        &self,
+        stacks: &CollapseStacks,
+        resolved: &ResolvedMesh<'_>,
+        cursor: u32,
+    ) -> Result<u64> {
+        let mut imported = stacks.live(cursor);
+        for corners in &resolved.triangles {
+            let triangle = imported.next().context("more triangles are drawn than live")?;
+            let expected = self.of_triangle[triangle as usize];
+            let keeps = corners.iter().all(|&corner| self.of_wedge[corner as usize] == expected);
+            ensure!(keeps, "at cursor {cursor} triangle {triangle} changed its equipment");
+        }
+        Ok(resolved.triangles.len() as u64)
+    }
 }
 
 fn hash(resolved: &ResolvedMesh<'_>) -> String {
-    blake3::hash(bytemuck::cast_slice(&resolved.triangles)).to_hex()[..32].to_owned()
+    format!("{:032x}", XxHash3_128::oneshot(bytemuck::cast_slice(&resolved.triangles)))
 }
 
 #[cfg(test)]

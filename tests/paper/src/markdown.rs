@@ -47,6 +47,7 @@ fn table_of(claims: &[Claim]) -> Table {
         caption: String::new(),
         head: ["Claim", "Verdict", "Figure"].map(str::to_owned).to_vec(),
         rows: claims.iter().map(row).collect(),
+        is_words: true,
     }
 }
 
@@ -59,7 +60,8 @@ fn write_table(text: &mut String, table: &Table) {
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     };
     line(&table.head);
-    let rule = |index: usize| if index == 0 { "---".to_owned() } else { "---:".to_owned() };
+    let figures = if table.is_words { "---" } else { "---:" };
+    let rule = |index: usize| if index == 0 { "---" } else { figures }.to_owned();
     line(&(0..table.head.len()).map(rule).collect::<Vec<_>>());
     for row in &table.rows {
         line(row);

@@ -58,7 +58,7 @@ pub fn weld_millis(mesh: &Mesh) -> Result<f64> {
 }
 
 /// One primitive a section, as a file holds them.
-fn vertex_arrays(mesh: &Mesh) -> Vec<RawPrimitive> {
+pub(crate) fn vertex_arrays(mesh: &Mesh) -> Vec<RawPrimitive> {
     let wedges = &mesh.wedges;
     let mut place = vec![u32::MAX; wedges.len()];
     let section = |section: &busbar_geometry::Section| {
@@ -72,6 +72,7 @@ fn vertex_arrays(mesh: &Mesh) -> Vec<RawPrimitive> {
                     primitive.positions.push(mesh.positions[wedges.position[w] as usize]);
                     primitive.normals.push(wedges.normal[w]);
                     primitive.uvs.push(wedges.uv[w]);
+                    primitive.features.extend(mesh.features.get(wedges.position[w] as usize));
                 }
                 place[w]
             });
@@ -89,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vertex_arrays_weld_to_the_mesh_they_came_from() {
+    pub(crate) fn vertex_arrays_weld_to_the_mesh_they_came_from() {
         let triangle = |x: f32, material| RawPrimitive {
             positions: vec![Vec3::ZERO, Vec3::Y, Vec3::new(x, 0.0, 0.0)],
             triangles: vec![[0, 1, 2]],

@@ -23,6 +23,8 @@ pub fn report(results: &Results) -> Document {
     introduce(&mut document, results);
     document.heading("What the paper says, judged");
     document.blocks.push(Block::Claims(verdicts::judge(results)));
+    document.heading("What this project asks of itself");
+    document.blocks.push(Block::Claims(verdicts::bars(results)));
     table_one::write(&mut document, results);
     frame_rate::write(&mut document, results);
     figures::write(&mut document, results);

@@ -60,6 +60,22 @@ pub struct Stages {
     pub weld: f64,
 }
 
+/// With the cache, optimisation may take at most this share of its time.
+pub const MAX_CACHED_SHARE: f64 = 0.1;
+
+impl Stages {
+    /// Milliseconds that finding or making stacks took in the second load, as a
+    /// share of making them in the first; `None` unless the first made them
+    /// and the second found them.
+    pub fn cached_share(&self) -> Option<f64> {
+        let made = |load: &BTreeMap<String, f64>| {
+            Some(load.get("optimize")? + load.get("stacks").copied().unwrap_or(0.0))
+        };
+        let found = made(&self.second).is_none().then(|| self.second.get("cache"))??;
+        Some(found / made(&self.first)?)
+    }
+}
+
 impl Results {
     /// The scene at a theta.
     pub fn level(&self, theta: f64) -> Option<&SceneLevel> {

@@ -13,11 +13,20 @@ use busbar_scene::{Material, Model};
 use serde_json::{Map, Value, json};
 use substation::{FlatStation, Station};
 
+use crate::optimise::vertex_arrays;
+
 /// The seed of the station, which the generator's own program has by default.
 const SEED: u64 = 1;
 
 /// Name of the station's model that Figures 6 to 8 show.
 const TRANSFORMER: &str = "transformer";
+
+/// Folder of results kept on disk, beside the configuration.
+const CACHE: &str = "cache";
+
+/// A triangle looks down if its normal is within this of straight down: the
+/// cosine of the angle.
+const DOWNWARD: f32 = 0.9;
 
 /// The camera of the pictures.
 pub const OVERVIEW: &str = "overview";
@@ -63,6 +72,12 @@ impl PaperScene {
         let plugins = plugins.canonicalize().with_context(|| {
             format!("no plugins in {}: build weighted_collapse into it", plugins.display())
         })?;
+        // So that the first load finds nothing in it.
+        let cache = folder.join(CACHE);
+        if cache.exists() {
+            fs::remove_dir_all(&cache)
+                .with_context(|| format!("cannot empty {}", cache.display()))?;
+        }
         let station = Station::generate(SEED)?;
         let flat = station.flatten()?;
         let model = folder.join("paper.glb");
@@ -99,6 +114,7 @@ fn configuration(plugins: &str, steps: usize) -> Value {
         "plugins": { "optimizer": { "plugin": "weighted_collapse" } },
         "models": { "paper": { "file": "paper.glb", "optimizer": "optimizer" } },
         "scene": [{ "id": "S", "model": "paper" }],
+        "cache": { "directory": CACHE },
         "cameras": cameras,
         "view": { "camera": OVERVIEW, "samples": 4, "size": [1280, 720] }
     })
@@ -134,6 +150,24 @@ impl SingleMesh {
         primitives.retain(|primitive| !primitive.triangles.is_empty());
         let (mesh, _) = weld(&primitives).context("cannot flatten the transformer")?;
         Ok(Self { mesh, materials: model.materials.clone() })
+    }
+
+    /// The same without the triangles that look down, as undersides that nobody
+    /// sees are often left out of models: shells with borders.
+    ///
+    /// # Errors
+    /// When a position is not finite.
+    pub fn without_undersides(&self) -> Result<Self> {
+        let mut primitives = vertex_arrays(&self.mesh);
+        for primitive in &mut primitives {
+            let positions = &primitive.positions;
+            primitive.triangles.retain(|t| {
+                let [a, b, c] = t.map(|v| positions[v as usize]);
+                (b - a).cross(c - a).normalize_or_zero().y > -DOWNWARD
+            });
+        }
+        let (mesh, _) = weld(&primitives).context("cannot open the transformer")?;
+        Ok(Self { mesh, materials: self.materials.clone() })
     }
 
     /// The same triangles with a position of its own for every wedge, as vertex
@@ -186,6 +220,9 @@ mod tests {
         let single = SingleMesh::of(&entry.model).unwrap();
         assert_eq!(single.mesh.triangles.len(), entry.counts.triangles);
         assert!(single.mesh.positions.len() <= entry.counts.vertices);
+        let open = single.without_undersides().unwrap();
+        assert!(open.mesh.triangles.len() < single.mesh.triangles.len());
+        assert!(open.mesh.triangles.len() > single.mesh.triangles.len() / 2);
         let split = single.split();
         assert_eq!(split.mesh.positions.len(), single.mesh.wedges.len());
         let corners = |mesh: &Mesh| {

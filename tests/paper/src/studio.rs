@@ -37,13 +37,13 @@ pub struct Subject<'a> {
 }
 
 impl Studio {
-    /// A studio whose camera has all of `bounds` in view.
+    /// A studio whose camera has all of `points` in view, and no more.
     ///
     /// # Errors
     /// When there is no usable device.
-    pub fn new(bounds: Bounds, size: [u32; 2]) -> Result<Self> {
+    pub fn new(points: &[Vec3], size: [u32; 2]) -> Result<Self> {
         let renderer = Renderer::headless(RendererOptions::default(), size)?;
-        Ok(Self { renderer, camera: parallel_view(bounds, size[0] as f32 / size[1] as f32) })
+        Ok(Self { renderer, camera: parallel_view(points, size[0] as f32 / size[1] as f32) })
     }
 
     /// Takes a picture of a model after `cursor` collapses.
@@ -77,29 +77,24 @@ impl Studio {
     }
 }
 
-/// A parallel view of a box, reverse-Z as all views of the renderer.
-fn parallel_view(bounds: Bounds, aspect: f32) -> CameraView {
+/// A parallel view of points, reverse-Z as all views of the renderer.
+fn parallel_view(points: &[Vec3], aspect: f32) -> CameraView {
     let back = DIRECTION.normalize();
     let right = Vec3::Y.cross(back).normalize();
     let up = back.cross(right);
-    let extent = |axis: Vec3| {
-        let reach = bounds.corners().map(|corner| (corner - bounds.center()).dot(axis).abs());
-        reach.into_iter().fold(0.0, f32::max) * MARGIN
-    };
-    let height = extent(up).max(extent(right) / aspect);
+    // In the camera's axes.
+    let seen = points.iter().map(|p| vec3(p.dot(right), p.dot(up), p.dot(back)));
+    let bounds = Bounds::around(seen).unwrap_or(Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE });
+    let half = (bounds.max - bounds.min) * 0.5;
+    let height = half.y.max(half.x / aspect) * MARGIN;
     let width = height * aspect;
     let (radius, distance) = (bounds.radius(), bounds.radius() * 2.0 * DISTANCE);
-    let eye = bounds.center() + back * distance;
+    let center = bounds.center();
+    let eye = right * center.x + up * center.y + back * (center.z + distance);
+    let (near, far) = (distance - radius * 2.0, distance + radius * 2.0);
     CameraView {
         camera_from_world: view::look_to_mat4(eye, -back, Vec3::Y),
-        projection: vulkan::orthographic(
-            -width,
-            width,
-            -height,
-            height,
-            distance + radius * 2.0,
-            distance - radius * 2.0,
-        ),
+        projection: vulkan::orthographic(-width, width, -height, height, far, near),
         eye,
     }
 }
@@ -121,21 +116,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_box_is_in_view_and_near_is_one() {
+    fn points_fill_the_view_and_near_is_one() {
         let bounds = Bounds { min: vec3(-5.0, 0.0, -3.0), max: vec3(5.0, 9.0, 3.0) };
-        let camera = parallel_view(bounds, 16.0 / 9.0);
-        let mut widest: f32 = 0.0;
-        for corner in bounds.corners() {
-            let clip = camera.clip_from_world().project_point3(corner);
-            assert!(clip.x.abs() < 1.0 && clip.y.abs() < 1.0, "{corner}: {clip}");
-            assert!((0.0..=1.0).contains(&clip.z), "{corner}: {clip}");
-            widest = widest.max(clip.x.abs()).max(clip.y.abs());
-        }
-        assert!((widest - 1.0 / MARGIN).abs() < 1e-3);
-        let depth = |offset: f32| {
-            let back = DIRECTION.normalize();
-            camera.clip_from_world().project_point3(bounds.center() + back * offset).z
-        };
-        assert!(depth(1.0) > depth(-1.0));
+        let points = bounds.corners();
+        let camera = parallel_view(&points, 16.0 / 9.0);
+        let clip = |point: Vec3| camera.clip_from_world().project_point3(point);
+        let seen = Bounds::around(points.map(clip)).unwrap();
+        assert!((seen.max.y - 1.0 / MARGIN).abs() < 1e-3, "{seen:?}");
+        assert!((seen.min.y + 1.0 / MARGIN).abs() < 1e-3, "{seen:?}");
+        assert!(seen.max.x < 1.0 && seen.min.x > -1.0, "{seen:?}");
+        assert!(seen.min.z >= 0.0 && seen.max.z <= 1.0, "{seen:?}");
+        let back = DIRECTION.normalize();
+        assert!(clip(bounds.center() + back).z > clip(bounds.center() - back).z);
     }
 }

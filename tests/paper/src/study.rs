@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh, Topology};
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ use crate::scene::SingleMesh;
 use crate::studio::{Studio, Subject, save};
 use crate::surface_error::{Reference, SurfaceError};
 use crate::topology::{Shells, TopologyCounts, live};
-use crate::variants::{self, Made, ORDERS, READINGS, Variant};
+use crate::variants::{self, CLOSED, Made, ORDERS, READINGS, SPLIT, Variant};
 
 /// Thetas at which variants are compared.
 pub const THETAS: [f64; 3] = [0.7, 0.85, 0.95];
@@ -25,8 +25,10 @@ const PICTURE: [u32; 2] = [960, 720];
 /// The model that Figures 6 to 8 show, treated in many ways.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
-    /// With positions welded: edges are those of the surface.
+    /// With positions welded, as imported: edges are those of the surface.
     pub welded: SubjectStudy,
+    /// The same without undersides: shells have borders.
+    pub open: SubjectStudy,
     /// With every vertex of the file on its own: seams of normals are borders.
     pub split: SubjectStudy,
 }
@@ -97,18 +99,18 @@ impl Study {
         folder: &Path,
         progress: &Progress,
     ) -> Result<Self> {
-        let orders: &[Variant] = if settings.orders { &ORDERS } else { &[] };
-        let all = [&READINGS, orders].concat();
-        progress.stage("orders of collapse", all.len() + READINGS.len());
-        let bounds = model.mesh.bounds().context("the transformer is empty")?;
-        let mut studio = Studio::new(bounds, PICTURE)?;
+        let closed =
+            if settings.orders { [&CLOSED[..], &ORDERS].concat() } else { CLOSED.to_vec() };
+        progress.stage("orders of collapse", closed.len() + READINGS.len() + SPLIT.len());
+        let mut studio = Studio::new(&model.mesh.positions, PICTURE)?;
         let mut make = |model: &SingleMesh, prefix, variants: &[Variant]| {
             Workshop::new(model, prefix, settings.samples, folder, &mut studio)?
                 .study(variants, progress)
         };
         Ok(Self {
-            welded: make(model, "transformer", &all)?,
-            split: make(&model.split(), "split", &READINGS)?,
+            welded: make(model, "welded", &closed)?,
+            open: make(&model.without_undersides()?, "open", &READINGS)?,
+            split: make(&model.split(), "split", &SPLIT)?,
         })
     }
 }

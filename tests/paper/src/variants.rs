@@ -40,16 +40,25 @@ const fn paper(id: &'static str, name: &'static str, reading: Reading) -> Varian
     Variant { id, name, maker: Maker::Weighted(reading) }
 }
 
-/// What the report compares, the reference reading first.
+const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Reading::BUSBAR);
+const UNPROTECTED: Variant =
+    paper("unprotected", "no border protection (border C = 0, w2 = 0)", Reading::UNPROTECTED);
+const PRINTED_EQ4: Variant = paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE);
+
+/// What is compared on shells with borders, the reference reading first.
 pub(crate) const READINGS: [Variant; 7] = [
-    paper("busbar", "as Busbar reads the paper: border C = pi, w2 = alpha", Reading::BUSBAR),
+    BUSBAR,
     paper("c0_alpha", "border C = 0, w2 = alpha", UNPROTECTED_FLAG),
     paper("cpi_zero", "border C = pi, w2 = 0", UNWEIGHTED_FLAG),
-    paper("unprotected", "no border protection: border C = 0, w2 = 0", Reading::UNPROTECTED),
-    paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE),
+    UNPROTECTED,
+    PRINTED_EQ4,
     paper("eq2_printed", "Eq. 2 as printed", PRINTED_FLAG),
-    paper("literal", "Eq. 2 and Eq. 4 as printed, border C = 0", LITERAL),
+    paper("literal", "Eq. 2 and 4 as printed, border C = 0", LITERAL),
 ];
+/// What may differ on closed shells.
+pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
+/// What is compared on split vertices.
+pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
 /// Other orders of the same weights, and the peer.
 pub(crate) const ORDERS: [Variant; 1] =
     [Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer }];

@@ -102,6 +102,7 @@ fn results() -> Results {
             .into_iter()
             .map(|(name, millis)| (name.to_owned(), millis))
             .collect();
+    let cached = BTreeMap::from([("import".to_owned(), 400.0), ("cache".to_owned(), 15.0)]);
     Results {
         machine: Machine {
             processor: "A processor".into(),
@@ -111,14 +112,18 @@ fn results() -> Results {
         quick: true,
         levels: [0.0, 0.5, 0.7, 0.85, 0.95].map(scene_level).to_vec(),
         frames: vec![frame_times([1280, 720]), frame_times([320, 180])],
-        stages: Stages { first: stages.clone(), second: stages, weld: 100.0 },
+        stages: Stages { first: stages, second: cached, weld: 100.0 },
         theta_change: ThetaChange {
             resolve: series(3.0),
             change: series(4.0),
             full_frame: series(100.0),
             size: [320, 180],
         },
-        study: Study { welded: study("transformer", 0), split: study("split", 5000) },
+        study: Study {
+            welded: study("welded", 0),
+            open: study("open", 900),
+            split: study("split", 5000),
+        },
         lossless: LosslessWalk {
             moves: 10_000,
             before: hash.clone(),
@@ -175,16 +180,19 @@ fn verdicts_follow_the_figures() {
     assert_eq!(verdict_of(&document, "Reconstruction"), Verdict::Confirmed);
     assert_eq!(verdict_of(&document, "Eq. 4"), Verdict::Refuted);
     assert_eq!(verdict_of(&document, "Every factor"), Verdict::Refuted);
-    assert_eq!(verdict_of(&document, "Theta can change"), Verdict::Confirmed);
+    assert_eq!(verdict_of(&document, "A change of theta"), Verdict::Confirmed);
     assert_eq!(verdict_of(&document, "3.97 times"), Verdict::Refuted);
+    assert_eq!(verdict_of(&document, "With the cache"), Verdict::Confirmed);
 
     changed.lossless.after = "ffffffffffffffffffffffffffffffff".to_owned();
     changed.study.welded.variance_shares = [0.25; 4];
     changed.theta_change.change = series(11.0);
+    changed.stages.second.insert("cache".to_owned(), 60.0);
     let document = report(&changed);
     assert_eq!(verdict_of(&document, "Reconstruction"), Verdict::Refuted);
     assert_eq!(verdict_of(&document, "Every factor"), Verdict::Confirmed);
-    assert_eq!(verdict_of(&document, "Theta can change"), Verdict::Refuted);
+    assert_eq!(verdict_of(&document, "A change of theta"), Verdict::Refuted);
+    assert_eq!(verdict_of(&document, "With the cache"), Verdict::Refuted);
 }
 
 #[test]
@@ -206,8 +214,7 @@ fn the_files_link_to_pictures_that_are_there() {
     }
     assert!(html.contains("A device &lt;&amp;&gt;") && html.contains("<svg"));
     assert!(!html.contains("<script") && !html.contains("src=\"http"));
-    let json: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
     assert_eq!(json["levels"].as_array().unwrap().len(), 5);
     assert_eq!(json["study"]["welded"]["variants"][0]["id"], "busbar");
     assert_eq!(json["lossless"]["moves"], 10_000);

@@ -7,7 +7,7 @@ use crate::words::{millis, percent, size};
 use crate::{Document, Results};
 
 /// Stages in the order of their happening; others follow by name.
-const ORDER: [&str; 11] = [
+const ORDER: [&str; 13] = [
     "config",
     "plugins",
     "import",
@@ -18,6 +18,8 @@ const ORDER: [&str; 11] = [
     "optimize/sort",
     "optimize/collapse",
     "stacks",
+    "cache",
+    "cache/store",
     "upload",
 ];
 
@@ -42,8 +44,13 @@ pub(super) fn write(document: &mut Document, results: &Results) {
         "import includes welding, which takes {} ms by itself (the same vertex arrays, welded \
          again). optimize is the whole call of the plugin, and optimize/... its parts: the list L \
          of the paper. stacks makes parents and death indices; upload brings vertices to the \
-         device. Where the second load has no optimize, its result came from the cache on disk.",
-        millis(stages.weld)
+         device. cache looks on disk for what an earlier load made, and cache/store leaves it \
+         there.{}",
+        millis(stages.weld),
+        stages.cached_share().map_or_else(String::new, |share| format!(
+            " The second load found it: cache takes {} of what optimize and stacks took.",
+            percent(share)
+        ))
     ));
     theta_change(document, results);
 }

@@ -29,8 +29,8 @@ pub(super) fn write(document: &mut Document, results: &Results) {
         );
     }
     document.text(format!(
-        "Medians over {} frames once around the station, the same for every theta; each step is \
-         drawn at all thetas in turn. A frame counts from its beginning to the end of drawing. \
+        "Medians over {} frames once around the station, the same for every theta; a few steps \
+         are drawn at each theta in turn. A frame counts from its beginning to the end of drawing. \
          The paper's absolute figures are those of a Quadro 1000M at an unknown resolution and do \
          not carry over; its ratios are compared.",
         results.frames.first().and_then(|f| f.rows.first()).map_or(0, |row| row.frame.count)

@@ -7,8 +7,8 @@ pub(super) fn write(document: &mut Document, results: &Results) {
     let walk = &results.lossless;
     document.heading("Lossless");
     document.text(format!(
-        "{} random moves of the cursor over the whole scene. BLAKE3 of the index bytes at theta 0, \
-         first 32 digits: {} before, {} after: {}. On the way {} live triangles were looked at, and \
+        "{} random moves of the cursor over the whole scene. XXH3-128 of the index bytes at theta \
+         0: {} before, {} after: {}. On the way {} live triangles were looked at, and \
          each belonged to the equipment that it was imported with.",
         grouped(walk.moves as u64),
         walk.before,

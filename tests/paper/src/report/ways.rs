@@ -7,55 +7,59 @@ use crate::study::{Level, SubjectStudy, THETAS, VariantResult};
 use crate::words::{grouped, millis, percent, theta};
 use crate::{Document, Results};
 
-/// What the chart compares.
-const DRAWN: [(&str, &str); 6] = [
-    ("busbar", "paper, as read"),
-    ("eq4_printed", "Eq. 4 as printed"),
-    ("literal", "paper, literally"),
-    ("guarded", "guarded"),
-    ("reweighted", "re-weighted"),
-    ("meshoptimizer", "meshoptimizer"),
+const ERROR_HEAD: [&str; 8] = [
+    "way",
+    "mean, 70 %",
+    "mean, 85 %",
+    "mean, 95 %",
+    "greatest, 70 %",
+    "greatest, 85 %",
+    "greatest, 95 %",
+    "made in, ms",
 ];
 
 pub(super) fn write(document: &mut Document, results: &Results) {
-    let study = &results.study.welded;
-    document.heading("Readings and orders: error and picture");
-    let variants = &study.variants;
-    document.table(
-        "Surface error of the transformer, relative to the diagonal of its box",
-        &[
-            "way",
-            "mean, 70 %",
-            "mean, 85 %",
-            "mean, 95 %",
-            "greatest, 70 %",
-            "greatest, 85 %",
-            "greatest, 95 %",
-            "made in, ms",
-        ],
-        variants.iter().map(errors).collect(),
-    );
+    let (welded, open) = (&results.study.welded, &results.study.open);
+    document.heading("Orders of collapse: error and picture");
+    compare(document, "Transformer", welded);
     document.text(
-        "Points drawn uniformly by area, with one seed, on the original and on the simplified \
-         surface; the distance of each to the other surface. The larger of both means, and the \
-         larger of both maxima, are shown; the JSON has all four.",
+        "Points are drawn uniformly by area, with one seed, on the original and on the simplified \
+         surface, and each one's distance to the other surface is taken, relative to the diagonal \
+         of the box around the original. Of both ways the larger mean and the larger maximum are \
+         shown; report.json has all four. The shells are closed, so that every reading of borders \
+         gives the same order.",
     );
-    document.blocks.push(Block::Chart(error_chart(study)));
-    let rows = variants.iter().filter_map(|variant| {
+    document.blocks.push(Block::Chart(error_chart(welded)));
+    document.sheet("The transformer in each order", THETAS.len(), pictures(welded));
+
+    document.heading("Readings of the equations: error and picture");
+    compare(document, "Transformer without undersides", open);
+    document.sheet("Without undersides, in each reading", THETAS.len(), pictures(open));
+    let shares = |(name, study): (&str, &SubjectStudy)| {
+        let shares = study.variance_shares.map(percent);
+        [name.to_owned(), grouped(study.full.border_edges)].into_iter().chain(shares).collect()
+    };
+    let subjects = [
+        ("closed", welded),
+        ("without undersides", open),
+        ("split vertices", &results.study.split),
+    ];
+    document.table(
+        "Share of each term in the variance of W",
+        &["transformer", "border edges", "length L", "flag F", "area S", "curvature C"],
+        subjects.map(shares).to_vec(),
+    );
+}
+
+fn compare(document: &mut Document, subject: &str, study: &SubjectStudy) {
+    let title = format!("{subject}: surface error, share of the diagonal");
+    document.table(&title, &ERROR_HEAD, study.variants.iter().map(errors).collect());
+    let rows = study.variants.iter().filter_map(|variant| {
         let level = variant.levels.iter().find(|level| level.theta == LAST)?;
         Some(level_row(variant.name, level))
     });
-    document.table(&format!("What is left at {}", theta(LAST)), &LEVEL_HEAD, rows.collect());
-    document.table(
-        "Share of each factor in the variance of W",
-        &["mesh", "edges at a border", "L", "F", "S", "C"],
-        vec![
-            shares("welded", &results.study.welded),
-            shares("split vertices", &results.study.split),
-        ],
-    );
-    document.sheet("The transformer in each way", THETAS.len(), pictures(variants));
-    split_errors(document, &results.study.split);
+    let title = format!("{subject}: what is left at {}", theta(LAST));
+    document.table(&title, &LEVEL_HEAD, rows.collect());
 }
 
 fn errors(variant: &VariantResult) -> Vec<String> {
@@ -71,50 +75,30 @@ fn errors(variant: &VariantResult) -> Vec<String> {
         .collect()
 }
 
-fn shares(name: &str, study: &SubjectStudy) -> Vec<String> {
-    let shares = study.variance_shares.map(percent);
-    [name.to_owned(), grouped(study.full.border_edges)].into_iter().chain(shares).collect()
-}
-
-fn pictures(variants: &[VariantResult]) -> Vec<Captioned> {
-    let picture = |variant: &VariantResult, level: &Level| Captioned {
+fn pictures(study: &SubjectStudy) -> Vec<Captioned> {
+    let levels = study
+        .variants
+        .iter()
+        .flat_map(|variant| variant.levels.iter().map(move |level| (variant.name, level)));
+    let picture = |(name, level): (&str, &Level)| Captioned {
         file: level.picture.clone(),
-        caption: caption(variant.name, level.theta, &level.counts),
+        caption: caption(name, level.theta, &level.counts),
     };
-    let of = |variant: &'_ VariantResult| -> Vec<Captioned> {
-        variant.levels.iter().map(|level| picture(variant, level)).collect()
-    };
-    variants.iter().flat_map(of).collect()
+    levels.map(picture).collect()
 }
 
 fn error_chart(study: &SubjectStudy) -> Chart {
-    let line = |&(id, name): &(&str, &str)| {
-        let levels = &study.variant(id)?.levels;
+    // Closed shells: without border protection the line would be the same.
+    let drawn = study.variants.iter().filter(|variant| variant.id != "unprotected");
+    let line = |variant: &VariantResult| {
         let point = |level: &Level| Some([level.theta * 100.0, level.error?.mean() * 100.0]);
-        Some((name.to_owned(), levels.iter().filter_map(point).collect()))
+        (variant.id.replace('_', " "), variant.levels.iter().filter_map(point).collect())
     };
-    let lines = DRAWN.iter().filter_map(line).collect();
+    let lines = drawn.map(line).collect();
     let chart = LineChart { x: "theta, %", y: "mean error, % of diagonal", log_y: true, lines };
     Chart {
         caption: "Mean surface error of the transformer".to_owned(),
         file: "errors.svg".to_owned(),
         svg: chart.svg(),
     }
-}
-
-fn split_errors(document: &mut Document, split: &SubjectStudy) {
-    document.table(
-        "The same with split vertices: every seam of normals is a border",
-        &[
-            "way",
-            "mean, 70 %",
-            "mean, 85 %",
-            "mean, 95 %",
-            "greatest, 70 %",
-            "greatest, 85 %",
-            "greatest, 95 %",
-            "made in, ms",
-        ],
-        split.variants.iter().map(errors).collect(),
-    );
 }
