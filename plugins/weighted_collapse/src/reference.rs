@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use crate::reading::{BorderFlag, BorderWeight, Curvature};
 use crate::vector::{cross, dot, norm, point, sub};
-use crate::{Collapse, Mesh, Reading, edges, forest, sort, weights};
+use crate::{Collapse, Mesh, Order, Reading, edges, forest, sort, weights};
 
 /// Edges by their ends, with the opposite corners of their triangles.
 type EdgeMap = BTreeMap<[u32; 2], Vec<u32>>;
@@ -163,7 +163,7 @@ proptest! {
     fn any_mesh_gives_a_spanning_forest((positions, triangles) in soup()) {
         let mesh = Mesh { positions: &positions, triangles: &triangles };
         let progress = &mut crate::Progress::unwatched();
-        let list = crate::collapse_list(mesh, &Reading::BUSBAR, 1, progress).unwrap();
+        let list = crate::collapse_list(mesh, &Reading::BUSBAR, Order::Paper, 1, progress).unwrap();
         let n = positions.len();
 
         let mut survivor: Vec<usize> = (0..n).collect();

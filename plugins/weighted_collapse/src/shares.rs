@@ -4,7 +4,7 @@ use busbar_plugin_sdk::{Error, Mesh};
 
 use crate::reading::Reading;
 use crate::weights::{Measured, measure_all};
-use crate::{check_size, edges, threads};
+use crate::{check, edges, threads};
 
 /// The share of each term of Eq. 10 in the variance of W over the edges of a
 /// mesh: the covariance of the term with W, divided by the variance of W. The
@@ -24,9 +24,9 @@ pub struct VarianceShares {
 /// What L, F, S and C each contribute to the variance of W.
 ///
 /// # Errors
-/// As [`collapse_list`](crate::collapse_list) for meshes that are too large.
+/// As [`collapse_list`](crate::collapse_list) for meshes that it refuses.
 pub fn variance_shares(mesh: Mesh<'_>, reading: &Reading) -> Result<VarianceShares, Error> {
-    check_size(&mesh)?;
+    check(&mesh)?;
     let threads = threads::count(mesh.triangles.len(), threads::MAX_THREADS);
     let edges = edges::find(&mesh, threads);
     let measured = measure_all(&mesh, &edges, reading, threads);

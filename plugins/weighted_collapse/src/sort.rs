@@ -50,6 +50,15 @@ pub(crate) fn sort(weights: &[f64], threads: usize) -> Vec<u32> {
     sorted
 }
 
+/// Each edge's place in a sorted list of them.
+pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
+    let mut ranks = vec![0; sorted.len()];
+    for (rank, &edge) in (0..).zip(sorted) {
+        ranks[edge as usize] = rank;
+    }
+    ranks
+}
+
 /// Ranges of keys with about the same number of edges, covering all, and how
 /// many each has.
 fn equal_parts(weights: &[f64], keys: Keys, parts: usize) -> Vec<(Range<u64>, usize)> {
@@ -138,6 +147,11 @@ mod tests {
         assert_eq!(sort(&[1.0, 0.5, 1.0, 0.5], 1), [1, 3, 0, 2]);
         assert!(sort(&[], 1).is_empty());
         assert_eq!(sort(&[0.0; 3], 2), [0, 1, 2]);
+    }
+
+    #[test]
+    fn ranks_are_places() {
+        assert_eq!(ranks(&[2, 0, 1]), [1, 2, 0]);
     }
 
     proptest! {

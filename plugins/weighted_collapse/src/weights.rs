@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use busbar_plugin_sdk::Mesh;
 
 use crate::edges::Edges;
-use crate::factors::{angle, is_border, measure};
+use crate::factors::{Factors, angle, is_border, measure};
 use crate::moments::{CHUNK, Moments};
 use crate::reading::{BorderWeight, Reading};
 use crate::threads;
@@ -163,6 +163,12 @@ impl Measured {
 }
 
 impl Coefficients {
+    /// W of one edge, Eq. 10.
+    pub(crate) fn weigh(&self, factors: &Factors) -> f64 {
+        let curvature = angle(factors.curvature_cosine);
+        self.terms(factors.length, factors.flag, factors.area, curvature).iter().sum()
+    }
+
     /// The terms of Eq. 10 from L, F, S and C.
     fn terms(&self, length: f64, flag: bool, area: f64, curvature: f64) -> [f64; 4] {
         [
