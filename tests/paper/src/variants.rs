@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use busbar_geometry::{Collapse, CollapseSequence, Mesh, Topology};
 use weighted_collapse::{
-    BorderFlag, BorderWeight, Curvature, MAX_THREADS, Progress as Unwatched, Reading,
+    BorderFlag, BorderWeight, Curvature, MAX_THREADS, Order, Progress as Unwatched, Reading,
 };
 
 use crate::peer;
@@ -19,7 +19,7 @@ pub(crate) struct Variant {
 #[derive(Clone, Copy, Debug)]
 enum Maker {
     /// The paper's weights in some reading and order.
-    Weighted(Reading),
+    Weighted(Reading, Order),
     /// meshoptimizer at as many vertices.
     Peer,
 }
@@ -37,7 +37,7 @@ const LITERAL: Reading = Reading {
 
 /// The paper's order with one reading.
 const fn paper(id: &'static str, name: &'static str, reading: Reading) -> Variant {
-    Variant { id, name, maker: Maker::Weighted(reading) }
+    Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
 }
 
 const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Reading::BUSBAR);
@@ -60,8 +60,19 @@ pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
 /// What is compared on split vertices.
 pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
 /// Other orders of the same weights, and the peer.
-pub(crate) const ORDERS: [Variant; 1] =
-    [Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer }];
+pub(crate) const ORDERS: [Variant; 3] = [
+    Variant {
+        id: "guarded",
+        name: "paper's order, collapses that fold put off",
+        maker: Maker::Weighted(Reading::BUSBAR, Order::Guarded),
+    },
+    Variant {
+        id: "reweighted",
+        name: "W anew after each collapse, none that folds",
+        maker: Maker::Weighted(Reading::BUSBAR, Order::Reweighted),
+    },
+    Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
+];
 /// What a variant made of a mesh.
 pub(crate) enum Made<const N: usize> {
     /// Collapses that reach every theta.
@@ -78,18 +89,23 @@ impl Variant {
         thetas: [f64; N],
     ) -> Result<Made<N>> {
         match self.maker {
-            Maker::Weighted(reading) => Ok(Made::Sequence(sequence(mesh, &reading)?)),
+            Maker::Weighted(reading, order) => Ok(Made::Sequence(sequence(mesh, &reading, order)?)),
             Maker::Peer => Ok(Made::Levels(peer::levels(mesh, thetas)?)),
         }
     }
 }
 
 /// The collapse sequence of a mesh in some reading and order.
-fn sequence(mesh: &Topology, reading: &Reading) -> Result<CollapseSequence> {
+fn sequence(mesh: &Topology, reading: &Reading, order: Order) -> Result<CollapseSequence> {
     let mut progress = Unwatched::unwatched();
-    let list =
-        weighted_collapse::collapse_list(plugin_mesh(mesh), reading, MAX_THREADS, &mut progress)
-            .map_err(|error| anyhow!("{}", error.message()))?;
+    let list = weighted_collapse::collapse_list(
+        plugin_mesh(mesh),
+        reading,
+        order,
+        MAX_THREADS,
+        &mut progress,
+    )
+    .map_err(|error| anyhow!("{}", error.message()))?;
     let collapse = |c: &weighted_collapse::Collapse| Collapse {
         removed: c.removed,
         kept: c.kept,

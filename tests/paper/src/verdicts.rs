@@ -161,7 +161,7 @@ fn equations(results: &Results) -> Vec<Claim> {
     if let Some(quotients) = mean_quotients(open, "eq2_printed", "busbar") {
         let [most, least] = [f64::max, f64::min].map(|of| quotients.into_iter().fold(1.0, of));
         claims.push(claim(
-            "Eq. 2 (F = 0 on a border) and the text (F = 1) contradict each other",
+            "It matters whether F is 0 on a border (Eq. 2) or 1 (text)",
             (most - least) > NEAR,
             format!("{} the mean error of F = 1, without undersides", times(quotients)),
         ));
