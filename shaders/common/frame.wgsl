@@ -1,5 +1,5 @@
-// What every pass over the meshes reads: the frame, the instances and the
-// material. Bound as group 0 (a frame) and group 1 (a material).
+// What every pass over the meshes reads: the frame with its instances, the
+// features of a mesh, and a material. Bound as groups 0, 1 and 2.
 
 struct FrameUniform {
     // Vulkan clip space, reverse-Z.
@@ -16,6 +16,11 @@ struct Instance {
     object: u32,
     // -1 where the transform mirrors, else 1.
     handedness: f32,
+    // Id of the mesh's feature 0, those of the others after it; 0 where the
+    // mesh is drawn as one piece.
+    first_feature_object: u32,
+    // Index of the highlight of the mesh's feature 0.
+    first_feature_highlight: u32,
 }
 
 struct MaterialUniform {
@@ -33,18 +38,50 @@ struct MaterialUniform {
 
 @group(0) @binding(0) var<uniform> frame: FrameUniform;
 @group(0) @binding(1) var<storage, read> instances: array<Instance>;
+// Linear rgb and strength.
+@group(0) @binding(2) var<storage, read> feature_highlights: array<vec4<f32>>;
 
-@group(1) @binding(0) var<uniform> material: MaterialUniform;
-@group(1) @binding(1) var base_color_texture: texture_2d<f32>;
-@group(1) @binding(2) var base_color_sampler: sampler;
-@group(1) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
-@group(1) @binding(4) var metallic_roughness_sampler: sampler;
+// A vertex's feature; read only where an instance has features.
+@group(1) @binding(0) var<storage, read> features: array<u32>;
+
+@group(2) @binding(0) var<uniform> material: MaterialUniform;
+@group(2) @binding(1) var base_color_texture: texture_2d<f32>;
+@group(2) @binding(2) var base_color_sampler: sampler;
+@group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
+@group(2) @binding(4) var metallic_roughness_sampler: sampler;
 
 struct VertexInput {
     @location(0) position: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
     @builtin(instance_index) instance: u32,
+    @builtin(vertex_index) index: u32,
+}
+
+const NO_FEATURE = 0xffffffffu;
+
+fn feature_of(vertex: VertexInput) -> u32 {
+    if instances[vertex.instance].first_feature_object == 0u {
+        return NO_FEATURE;
+    }
+    return features[vertex.index];
+}
+
+// Whose the vertex is, for picking.
+fn object_of(vertex: VertexInput) -> u32 {
+    let feature = feature_of(vertex);
+    if feature == NO_FEATURE {
+        return instances[vertex.instance].object;
+    }
+    return instances[vertex.instance].first_feature_object + feature;
+}
+
+fn highlight_of(vertex: VertexInput) -> vec4<f32> {
+    let feature = feature_of(vertex);
+    if feature == NO_FEATURE {
+        return instances[vertex.instance].highlight;
+    }
+    return feature_highlights[instances[vertex.instance].first_feature_highlight + feature];
 }
 
 fn clip_position(vertex: VertexInput) -> vec4<f32> {

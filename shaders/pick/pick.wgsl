@@ -11,7 +11,7 @@ fn vertex_main(vertex: VertexInput) -> Varyings {
     var out: Varyings;
     out.clip = clip_position(vertex);
     out.uv = vertex.uv;
-    out.object = instances[vertex.instance].object;
+    out.object = object_of(vertex);
     return out;
 }
 

@@ -35,7 +35,7 @@ fn vertex_main(vertex: VertexInput) -> Varyings {
     out.world = world.xyz;
     out.normal = world_normal(vertex.instance, vertex.normal);
     out.uv = vertex.uv;
-    out.highlight = instances[vertex.instance].highlight;
+    out.highlight = highlight_of(vertex);
     return out;
 }
 

@@ -36,14 +36,16 @@ pub struct FrameUniform {
 pub struct Instance {
     /// Column-major.
     pub world_from_mesh: [[f32; 4]; 4],
-    /// Linear rgb and strength.
+    /// Linear rgb and strength; of what belongs to no feature.
     pub highlight: [f32; 4],
-    /// Non-zero id for picking.
+    /// Non-zero id for picking; of what belongs to no feature.
     pub object: u32,
     /// -1 where the transform mirrors, else 1.
     pub handedness: f32,
-    /// Keeps the array stride at a multiple of 16 bytes.
-    pub padding: [u32; 2],
+    /// Id of the mesh's feature 0; 0 where the mesh is drawn as one piece.
+    pub first_feature_object: u32,
+    /// Index of the highlight of the mesh's feature 0.
+    pub first_feature_highlight: u32,
 }
 
 /// One material.

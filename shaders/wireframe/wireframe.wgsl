@@ -17,7 +17,7 @@ fn varyings(vertex: VertexInput) -> Varyings {
     let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
     var out: Varyings;
     out.clip = clip_position(vertex);
-    out.highlight = instances[vertex.instance].highlight;
+    out.highlight = highlight_of(vertex);
     out.normal = world_normal(vertex.instance, vertex.normal);
     out.world = world.xyz;
     return out;

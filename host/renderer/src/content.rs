@@ -2,13 +2,14 @@
 
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
+use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
 
 use crate::batch::Plan;
+use crate::features::FeatureKit;
 use crate::index_cache::{IndexCache, MAX_CACHED_INDEX_BYTES};
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
-use crate::pick::{self, PickTargets};
+use crate::pick::PickTargets;
 use crate::pipelines::{Layouts, Pipelines};
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::stream::FrameStream;
@@ -23,10 +24,10 @@ pub(crate) struct Content {
     pub(crate) models: Vec<Option<GpuModel>>,
     pub(crate) cache: IndexCache,
     pub(crate) kit: MaterialKit,
+    pub(crate) feature_kit: FeatureKit,
     layouts: Layouts,
     pipelines: Pipelines,
     streams: Vec<FrameStream>,
-    pub(crate) pick: PickTargets,
 }
 
 impl Content {
@@ -40,7 +41,7 @@ impl Content {
             models: Vec::new(),
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
             kit: MaterialKit::new(gpu, layouts.material.clone())?,
-            pick: PickTargets::new(gpu)?,
+            feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
             layouts,
             pipelines,
             streams,
@@ -55,9 +56,15 @@ impl Content {
         stream: usize,
         frame: &Frame<'_>,
     ) -> Result<Plan, RenderError> {
-        let plan = Plan::of(&self.models, frame.instances)?;
+        let plan = Plan::of(&self.models, frame)?;
         let layout = &self.layouts.frame;
-        self.streams[stream].write(recorder.gpu(), layout, &frame.camera, &plan.instances)?;
+        self.streams[stream].write(
+            recorder.gpu(),
+            layout,
+            &frame.camera,
+            &plan.instances,
+            &plan.feature_highlights,
+        )?;
         for batch in &plan.batches {
             if let Some(model) = &self.models[batch.key.model as usize] {
                 let stacks = &model.meshes[batch.key.mesh as usize].stacks;
@@ -73,6 +80,7 @@ impl Content {
             cache: &self.cache,
             plan,
             frame_group: &self.streams[stream].group,
+            feature_kit: &self.feature_kit,
         }
     }
 
@@ -111,13 +119,13 @@ impl Content {
     pub(crate) fn record_pick(
         &mut self,
         recorder: &mut Recorder<'_>,
+        targets: &PickTargets,
+        viewport: Viewport,
         frame: &Frame<'_>,
-        pixel: [u32; 2],
-        size: [u32; 2],
     ) -> Result<(), RenderError> {
         let plan = self.prepare(recorder, PICK_STREAM, frame)?;
         let drawer = self.drawer(&plan, PICK_STREAM);
-        let mut pass = recorder.pass(&self.pick.cleared(), pick::around(pixel, size))?;
+        let mut pass = recorder.pass(&targets.cleared(), viewport)?;
         drawer.draw(&mut pass, &self.pipelines.pick, Sections::All, true)?;
         Ok(())
     }

@@ -11,6 +11,9 @@ pub struct Frame<'a> {
     pub camera: CameraView,
     /// What is drawn; may be empty.
     pub instances: &'a [DrawInstance],
+    /// Tints of the objects 1, 2 and so on, as [`DrawInstance::highlight`]; read
+    /// for features only, so that it may be empty where nothing drawn has any.
+    pub object_highlights: &'a [[f32; 4]],
     /// Triangles' edges over a light fill. On a device that cannot draw lines
     /// ([`Renderer::can_draw_wireframe`](crate::Renderer::can_draw_wireframe))
     /// the fill is shown without them.
@@ -36,6 +39,10 @@ pub struct DrawInstance {
     pub object: u32,
     /// Tint for hover, selection or alarm: linear rgb, strength from 0 to 1.
     pub highlight: [f32; 4],
+    /// Object of the mesh's feature 0, those of the others after it. Features
+    /// then stand in for this instance, in picking and in
+    /// [`Frame::object_highlights`]; `None` shows the mesh as one piece.
+    pub first_feature: Option<u32>,
 }
 
 /// egui's output for one frame. Every textures delta must reach the renderer

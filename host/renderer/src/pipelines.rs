@@ -13,9 +13,10 @@ use crate::pick::ID_FORMAT;
 /// Floats of [`Vertex`]'s position, normal and texture coordinate.
 const VERTEX_FLOATS: [u32; 3] = [3, 3, 2];
 
-/// Layouts of the two groups that `shaders/common/frame.wgsl` names.
+/// Layouts of the three groups that `shaders/common/frame.wgsl` names.
 pub(crate) struct Layouts {
     pub(crate) frame: BindGroupLayout,
+    pub(crate) features: BindGroupLayout,
     pub(crate) material: BindGroupLayout,
 }
 
@@ -23,7 +24,8 @@ impl Layouts {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         use BindingKind::{Sampler, Storage, Texture, Uniform};
         Ok(Self {
-            frame: BindGroupLayout::new(gpu, &[Uniform, Storage])?,
+            frame: BindGroupLayout::new(gpu, &[Uniform, Storage, Storage])?,
+            features: BindGroupLayout::new(gpu, &[Storage])?,
             material: BindGroupLayout::new(gpu, &[Uniform, Texture, Sampler, Texture, Sampler])?,
         })
     }
@@ -46,8 +48,8 @@ impl Pipelines {
         color: Format,
         samples: u32,
     ) -> Result<Self, GpuError> {
-        let shaded = [&layouts.frame, &layouts.material];
-        let plain = [&layouts.frame];
+        let shaded = [&layouts.frame, &layouts.features, &layouts.material];
+        let plain = [&layouts.frame, &layouts.features];
         let scene = Recipe {
             name: "scene",
             words: SCENE,

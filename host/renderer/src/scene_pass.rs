@@ -4,6 +4,7 @@ use busbar_gpu::{BindGroup, Draw, GpuError, Pass, Pipeline};
 use glam::{Mat4, Vec3};
 
 use crate::batch::{Batch, Plan};
+use crate::features::FeatureKit;
 use crate::index_cache::IndexCache;
 use crate::model::GpuModel;
 
@@ -21,6 +22,7 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) cache: &'a IndexCache,
     pub(crate) plan: &'a Plan,
     pub(crate) frame_group: &'a BindGroup,
+    pub(crate) feature_kit: &'a FeatureKit,
 }
 
 impl SceneDrawer<'_> {
@@ -90,6 +92,7 @@ impl SceneDrawer<'_> {
         let (Some(vertices), Some(indices)) = (&mesh.vertices, &resolved.buffer) else {
             return Ok(0);
         };
+        let features = self.feature_kit.group(mesh.features.as_ref());
         let mut calls = 0;
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
@@ -101,10 +104,10 @@ impl SceneDrawer<'_> {
             if !is_wanted || range.is_empty() {
                 continue;
             }
-            let groups = [self.frame_group, &material.group];
+            let groups = [self.frame_group, features, &material.group];
             pass.draw(&Draw {
                 pipeline,
-                groups: if materials { &groups } else { &groups[..1] },
+                groups: if materials { &groups } else { &groups[..2] },
                 vertices,
                 indices,
                 index_range: range.clone(),

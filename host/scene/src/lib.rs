@@ -2,6 +2,7 @@
 //!
 //! Invariant: nothing here knows where a value comes from or how it is drawn.
 
+mod features;
 mod graph;
 mod model;
 

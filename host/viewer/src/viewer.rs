@@ -201,7 +201,7 @@ impl Viewer {
             primitives: &primitives,
             pixels_per_point: egui.pixels_per_point,
         };
-        let drawn = self.renderer.draw(&self.picture_of(&instances, Some(overlay)));
+        let drawn = self.renderer.draw(&self.picture_of(&instances, &highlights, Some(overlay)));
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
         self.last = drawn?;
@@ -211,7 +211,7 @@ impl Viewer {
         }
         if let Some(position) = picked_at {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
-            self.selected = match self.pick_node(&instances, pixel) {
+            self.selected = match self.pick_node(&instances, &highlights, pixel) {
                 // The window shrank since the click.
                 Err(ViewError::Render(RenderError::OutsidePicture { .. })) => None,
                 picked => picked?,
@@ -244,10 +244,30 @@ impl Viewer {
     /// # Errors
     /// The device's.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
-        let highlights = vec![[0.0; 4]; self.scene.graph.nodes().len()];
+        let highlights = self.no_highlights();
         let instances = self.draw_instances(&highlights);
-        self.selected = self.pick_node(&instances, pixel)?;
+        self.selected = self.pick_node(&instances, &highlights, pixel)?;
         Ok(self.selected_id())
+    }
+
+    /// Names what is at each of many pixels, from one picture of ids, and
+    /// selects nothing.
+    ///
+    /// # Errors
+    /// The device's, or a pixel outside the picture.
+    pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
+        let size = self.renderer.picked_size();
+        let highlights = self.no_highlights();
+        let instances = self.draw_instances(&highlights);
+        let objects = self.renderer.pick_all(&self.picture_of(&instances, &highlights, None))?;
+        let id_at = |&pixel: &[u32; 2]| {
+            if pixel[0] >= size[0] || pixel[1] >= size[1] {
+                return Err(RenderError::OutsidePicture { pixel, size }.into());
+            }
+            let index = pixel[1] as usize * size[0] as usize + pixel[0] as usize;
+            Ok(node_of(objects[index]).map(|node| self.scene.graph.node(node).id.clone()))
+        };
+        pixels.iter().map(id_at).collect()
     }
 
     /// Numbers about the view as its last frame showed it.
@@ -345,6 +365,10 @@ impl Viewer {
         }
     }
 
+    fn no_highlights(&self) -> Vec<Highlight> {
+        vec![[0.0; 4]; self.scene.graph.nodes().len()]
+    }
+
     fn draw_instances(&self, highlights: &[Highlight]) -> Vec<DrawInstance> {
         let instance = |instance: &busbar_scene::MeshInstance| {
             let model = &self.models[instance.model.0 as usize];
@@ -353,8 +377,9 @@ impl Viewer {
                 mesh: instance.mesh,
                 cursor: model.cursors[instance.mesh as usize],
                 world_from_mesh: instance.world_from_mesh,
-                object: instance.node.0 + 1,
+                object: object_of(instance.node),
                 highlight: highlights[instance.node.0 as usize],
+                first_feature: instance.first_feature.map(object_of),
             }
         };
         self.scene.graph.instances().iter().map(instance).collect()
@@ -363,11 +388,13 @@ impl Viewer {
     fn picture_of<'a>(
         &self,
         instances: &'a [DrawInstance],
+        object_highlights: &'a [Highlight],
         overlay: Option<EguiFrame<'a>>,
     ) -> Frame<'a> {
         Frame {
             camera: self.camera.view(self.viewport, self.screen),
             instances,
+            object_highlights,
             wireframe: self.wireframe,
             background: self.scene.config.view.background.map(linear_from_srgb),
             overlay,
@@ -377,11 +404,11 @@ impl Viewer {
     fn pick_node(
         &mut self,
         instances: &[DrawInstance],
+        highlights: &[Highlight],
         pixel: [u32; 2],
     ) -> Result<Option<NodeIndex>, ViewError> {
-        let frame = self.picture_of(instances, None);
-        let object = self.renderer.pick(&frame, pixel)?;
-        Ok(object.and_then(|object| object.checked_sub(1)).map(NodeIndex))
+        let frame = self.picture_of(instances, highlights, None);
+        Ok(node_of(self.renderer.pick(&frame, pixel)?))
     }
 
     fn selected_id(&self) -> Option<String> {
@@ -408,6 +435,15 @@ impl Viewer {
         }
         self.frame_millis.push_back(millis_since(started));
     }
+}
+
+/// Objects count from 1, nodes from 0.
+fn object_of(node: NodeIndex) -> u32 {
+    node.0 + 1
+}
+
+fn node_of(object: Option<u32>) -> Option<NodeIndex> {
+    object.and_then(|object| object.checked_sub(1)).map(NodeIndex)
 }
 
 fn full_triangles(scene: &LoadedScene) -> u64 {

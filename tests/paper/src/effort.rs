@@ -15,10 +15,8 @@ pub struct Effort {
     pub theta_changes: usize,
     /// Moves of the lossless walk.
     pub moves: usize,
-    /// Pixels picked by ray.
+    /// Pixels picked.
     pub pixels: usize,
-    /// Of these, pixels picked through the viewer too, at each theta.
-    pub viewer_picks: usize,
     /// The study of orders.
     pub study: StudySettings,
 }
@@ -32,7 +30,6 @@ impl Effort {
         theta_changes: 200,
         moves: 10_000,
         pixels: 10_000,
-        viewer_picks: 100,
         study: StudySettings { samples: 20_000, orders: true },
     };
 
@@ -44,7 +41,6 @@ impl Effort {
         theta_changes: 30,
         moves: 500,
         pixels: 10_000,
-        viewer_picks: 20,
         study: StudySettings { samples: 4_000, orders: false },
     };
 }

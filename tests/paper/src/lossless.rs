@@ -1,6 +1,8 @@
 //! The lossless proof: random moves of the cursor, and the bytes at places
 //! that are visited again and again.
 
+use std::collections::BTreeSet;
+
 use anyhow::{Context, Result, ensure};
 use busbar_geometry::{CollapseStacks, Mesh, ResolvedMesh};
 use rayon::prelude::*;
@@ -29,6 +31,8 @@ pub struct LosslessWalk {
     /// Live triangles looked at, each of which still belongs to the equipment
     /// that it was imported with.
     pub triangles_checked: u64,
+    /// Pieces of equipment that the triangles belong to.
+    pub equipment: usize,
 }
 
 /// A cursor that the walk came back to.
@@ -79,8 +83,10 @@ impl LosslessWalk {
             after: String::new(),
             visits: FIXED_THETAS.into_iter().map(place).collect(),
             triangles_checked: 0,
+            equipment: 0,
         };
         let identity = Identity::of(stacks.mesh());
+        walk.equipment = identity.of_triangle.iter().flatten().collect::<BTreeSet<_>>().len();
         let make = |&Move { cursor, place }: &Move| {
             let resolved = stacks.resolve(cursor);
             let triangles = identity.check(stacks, &resolved, cursor)?;

@@ -14,7 +14,7 @@ use crate::image_difference::ImageDifference;
 use crate::lossless::LosslessWalk;
 use crate::machine::Machine;
 use crate::optimise::{Optimiser, weld_millis};
-use crate::picks::PickScene;
+use crate::picks::PickChanges;
 use crate::progress::Progress;
 use crate::results::{Results, SceneLevel, Stages};
 use crate::scene::{OVERVIEW, PaperScene};
@@ -26,7 +26,7 @@ use crate::topology::{Shells, live};
 /// Thetas of Table I, and two more.
 pub const THETAS: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 0.95];
 /// The theta whose picks are compared with those at 0.
-const PICK_THETA: f64 = 0.7;
+pub const PICK_THETA: f64 = 0.7;
 /// Pictures, and frames bound by pixels.
 pub const LARGE: [u32; 2] = [1280, 720];
 /// Frames bound by vertices and triangles.
@@ -62,12 +62,8 @@ pub fn measure(
     progress.stage("changes of theta", effort.theta_changes);
     let theta_change =
         ThetaChange::measure(&stacks, &mut plain, SMALL, effort.theta_changes, progress)?;
-    progress.stage("picks", 2 * effort.viewer_picks);
-    let picks = PickScene::new(&stacks, &scene.flat.runs, LARGE)?.compare(
-        &mut plain,
-        (PICK_THETA, effort.pixels, effort.viewer_picks),
-        progress,
-    )?;
+    progress.stage("picks", 1);
+    let picks = PickChanges::measure(&mut plain, LARGE, PICK_THETA, effort.pixels)?;
     drop(plain);
     progress.stage("lossless walk", effort.moves);
     let lossless = LosslessWalk::walk(&stacks, effort.moves, progress)?;

@@ -11,7 +11,7 @@ use busbar_geometry::{Mesh, RawPrimitive, Section, weld};
 use busbar_gltf_export::write_glb;
 use busbar_scene::{Material, Model};
 use serde_json::{Map, Value, json};
-use substation::{FlatStation, Station};
+use substation::Station;
 
 use crate::optimise::vertex_arrays;
 
@@ -44,8 +44,6 @@ pub struct PaperScene {
     pub config: PathBuf,
     /// The model file that it names.
     pub model: PathBuf,
-    /// Whose each triangle is.
-    pub flat: FlatStation,
     /// The power transformer.
     pub transformer: SingleMesh,
 }
@@ -88,7 +86,7 @@ impl PaperScene {
         let transformer = station.catalogue.get(TRANSFORMER);
         let transformer = transformer.context("the station has no power transformer")?;
         let transformer = SingleMesh::of(&transformer.model)?;
-        Ok(Self { config, model, flat, transformer })
+        Ok(Self { config, model, transformer })
     }
 }
 

@@ -62,11 +62,13 @@ impl Studio {
             cursor,
             world_from_mesh: Mat4::IDENTITY,
             object: 1,
+            first_feature: None,
             highlight: [0.0; 4],
         };
         self.renderer.draw(&Frame {
             camera: self.camera,
             instances: &[instance],
+            object_highlights: &[],
             wireframe,
             background: BACKGROUND,
             overlay: None,

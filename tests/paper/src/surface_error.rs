@@ -71,14 +71,14 @@ impl Reference {
     }
 }
 
-/// A mesh as parry's, for questions of place.
-pub(crate) fn surface_of(mesh: &Topology) -> Result<TriMesh> {
+/// A mesh as parry's.
+fn surface_of(mesh: &Topology) -> Result<TriMesh> {
     let vertices = mesh.positions.iter().map(|&p| vector(p)).collect();
     TriMesh::new(vertices, mesh.triangles.clone()).context("a mesh without triangles")
 }
 
 /// The same vector in the version of glam that parry uses.
-pub(crate) fn vector(v: Vec3) -> Vector {
+fn vector(v: Vec3) -> Vector {
     Vector::from_array(v.to_array())
 }
 

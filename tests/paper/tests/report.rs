@@ -130,16 +130,15 @@ fn results() -> Results {
             after: hash.clone(),
             visits: vec![FixedPlace { theta: 0.7, cursor: 7, hash, visits: 9, differing: 0 }],
             triangles_checked: 5_000_000,
+            equipment: 865,
         },
         picks: PickChanges {
-            theta: 0.7,
             pixels: 10_000,
             on_equipment: 6000,
+            pieces: 300,
             to_other: 20,
             to_background: 30,
             from_background: 10,
-            viewer_picks: 200,
-            viewer_agrees: 199,
         },
     }
 }

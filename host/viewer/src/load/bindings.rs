@@ -39,7 +39,7 @@ pub(super) fn place(
         .collect();
     SceneGraph::build(&placements, &imported.models)
         .map_err(|error| {
-            faults.add("/scene", error.to_string(), "place fewer or smaller models");
+            faults.add("/scene", error.to_string(), error.remedy());
         })
         .ok()
 }

@@ -1,5 +1,6 @@
 //! The lossless walk, and picks.
 
+use crate::run::PICK_THETA;
 use crate::words::{grouped, percent, theta};
 use crate::{Document, Results};
 
@@ -9,12 +10,13 @@ pub(super) fn write(document: &mut Document, results: &Results) {
     document.text(format!(
         "{} random moves of the cursor over the whole scene. XXH3-128 of the index bytes at theta \
          0: {} before, {} after: {}. On the way {} live triangles were looked at, and \
-         each belonged to the equipment that it was imported with.",
+         each belonged to the piece of equipment, one of {}, that it was imported with.",
         grouped(walk.moves as u64),
         walk.before,
         walk.after,
         if walk.before == walk.after { "the same" } else { "not the same" },
-        grouped(walk.triangles_checked)
+        grouped(walk.triangles_checked),
+        grouped(walk.equipment as u64)
     ));
     let row = |place: &crate::lossless::FixedPlace| {
         vec![
@@ -38,30 +40,27 @@ fn picks(document: &mut Document, results: &Results) {
     let share = |count: usize| percent(count as f64 / picks.pixels.max(1) as f64);
     document.heading("Equipment under the pointer");
     document.text(format!(
-        "{} random pixels of the overview, of which {} lie on equipment at theta 0. At {} the pick \
-         of {} ({}) changed.",
+        "{} random pixels of the overview, picked through the viewer. At theta 0 {} of them lie on \
+         {} pieces of equipment. At {} the pick of {} ({}) is another one.",
         grouped(picks.pixels as u64),
         share(picks.on_equipment),
-        theta(picks.theta),
+        grouped(picks.pieces as u64),
+        theta(PICK_THETA),
         grouped(picks.changed() as u64),
         share(picks.changed())
     ));
+    let row = |(change, count): (&str, usize)| {
+        vec![change.to_owned(), grouped(count as u64), share(count)]
+    };
     document.table(
         "How picks changed",
-        &["from", "to", "pixels", "share"],
+        &["change", "pixels", "share"],
         [
-            ("equipment", "other equipment", picks.to_other),
-            ("equipment", "background", picks.to_background),
-            ("background", "equipment", picks.from_background),
+            ("equipment to other equipment", picks.to_other),
+            ("equipment to background", picks.to_background),
+            ("background to equipment", picks.from_background),
         ]
-        .map(|(from, to, count)| {
-            vec![from.to_owned(), to.to_owned(), grouped(count as u64), share(count)]
-        })
+        .map(row)
         .to_vec(),
     );
-    document.text(format!(
-        "Rays are cast at the mesh that the viewer draws, through the middle of each pixel. As a \
-         check {} picks were made through the viewer as well: {} gave the same equipment.",
-        picks.viewer_picks, picks.viewer_agrees
-    ));
 }
