@@ -194,7 +194,7 @@ mod tests {
             lines: vec![("one".to_owned(), vec![[0.0, 1.0], [100.0, 100.0]])],
         };
         let svg = line(false).svg();
-        assert!(svg.contains("a &lt; b") && svg.contains(">50<") && svg.contains("M64.0 "));
+        assert!(svg.contains("a &lt; b") && svg.contains(">40<") && svg.contains("M64.0 "));
         let axis = axis([1.0, 100.0].into_iter(), [0.0, 1.0], true);
         assert_eq!(axis.ticks(), [1.0, 10.0, 100.0]);
         assert!((axis.at(10.0) - 0.5).abs() < 1e-9);

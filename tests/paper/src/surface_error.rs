@@ -142,7 +142,7 @@ mod tests {
         for found in [error.mean_forth, error.max_forth, error.mean_back, error.max_back] {
             assert!((found - expected).abs() < 1e-6, "{error:?}");
         }
-        assert_eq!(reference.compare(&square(0.0)).unwrap().max(), 0.0);
+        assert!(reference.compare(&square(0.0)).unwrap().max() < 1e-6);
     }
 
     #[test]
