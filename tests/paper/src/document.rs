@@ -77,14 +77,21 @@ pub enum Verdict {
     Confirmed,
     /// The figures contradict it.
     Refuted,
-    /// It cannot be decided by what was measured.
-    Open,
+    /// A bar of this project that the figures reach.
+    Met,
+    /// A bar of this project that they do not reach.
+    Missed,
 }
 
 impl Verdict {
     /// Confirmed if so, else refuted.
-    pub fn of(holds: bool) -> Self {
+    pub fn of_claim(holds: bool) -> Self {
         if holds { Self::Confirmed } else { Self::Refuted }
+    }
+
+    /// Met if so, else missed.
+    pub fn of_bar(reached: bool) -> Self {
+        if reached { Self::Met } else { Self::Missed }
     }
 
     /// One word.
@@ -92,7 +99,8 @@ impl Verdict {
         match self {
             Self::Confirmed => "confirmed",
             Self::Refuted => "refuted",
-            Self::Open => "open",
+            Self::Met => "met",
+            Self::Missed => "missed",
         }
     }
 }

@@ -1,7 +1,5 @@
 //! How much is measured.
 
-use crate::study::StudySettings;
-
 /// Amounts of one run.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
@@ -17,8 +15,8 @@ pub struct Effort {
     pub moves: usize,
     /// Pixels picked.
     pub pixels: usize,
-    /// The study of orders.
-    pub study: StudySettings,
+    /// Points drawn on each surface that is compared.
+    pub surface_samples: usize,
 }
 
 impl Effort {
@@ -30,7 +28,7 @@ impl Effort {
         theta_changes: 200,
         moves: 10_000,
         pixels: 10_000,
-        study: StudySettings { samples: 20_000, orders: true },
+        surface_samples: 20_000,
     };
 
     /// All of the report, resting on less.
@@ -41,6 +39,6 @@ impl Effort {
         theta_changes: 30,
         moves: 500,
         pixels: 10_000,
-        study: StudySettings { samples: 4_000, orders: false },
+        surface_samples: 4_000,
     };
 }

@@ -16,7 +16,7 @@ struct Arguments {
     /// Folder with the library of weighted_collapse.
     #[arg(long)]
     plugins: PathBuf,
-    /// Measure less: fewer frames, moves and variants.
+    /// Measure less: fewer frames, moves and points.
     #[arg(long)]
     quick: bool,
 }

@@ -67,7 +67,7 @@ pub fn measure(
     drop(plain);
     progress.stage("lossless walk", effort.moves);
     let lossless = LosslessWalk::walk(&stacks, effort.moves, progress)?;
-    let study = Study::make(&scene.transformer, effort.study, out, progress)?;
+    let study = Study::make(&scene.transformer, effort.surface_samples, out, progress)?;
     Ok(Results {
         machine,
         quick: effort.quick,

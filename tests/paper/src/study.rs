@@ -71,41 +71,34 @@ pub struct Level {
     pub counts: TopologyCounts,
     /// Distances to the original; none without a surface.
     pub error: Option<SurfaceError>,
-    /// Enclosed volume, as a share of the original's.
-    pub volume_share: f64,
+    /// Area, as a share of the original's.
+    pub area_share: f64,
+    /// Enclosed volume, as a share of the original's; none where the original
+    /// has borders, and so encloses nothing.
+    pub volume_share: Option<f64>,
     /// Picture, a file beside the report.
     pub picture: String,
     /// Wireframe at the greatest theta.
     pub wireframe: Option<String>,
 }
 
-/// How much of the study is done.
-#[derive(Clone, Copy, Debug)]
-pub struct StudySettings {
-    /// Points drawn on each surface.
-    pub samples: usize,
-    /// Whether orders other than the paper's, and the peer, are compared too.
-    pub orders: bool,
-}
-
 impl Study {
-    /// Treats a model in all ways; pictures go to `folder`.
+    /// Treats a model in all ways, with so many points drawn on each surface;
+    /// pictures go to `folder`.
     ///
     /// # Errors
     /// The device's, the plugin's, or the file system's.
     pub fn make(
         model: &SingleMesh,
-        settings: StudySettings,
+        samples: usize,
         folder: &Path,
         progress: &Progress,
     ) -> Result<Self> {
-        let closed =
-            if settings.orders { [&CLOSED[..], &ORDERS].concat() } else { CLOSED.to_vec() };
+        let closed = [&CLOSED[..], &ORDERS].concat();
         progress.stage("orders of collapse", closed.len() + READINGS.len() + SPLIT.len());
         let mut studio = Studio::new(&model.mesh.positions, PICTURE)?;
         let mut make = |model: &SingleMesh, prefix, variants: &[Variant]| {
-            Workshop::new(model, prefix, settings.samples, folder, &mut studio)?
-                .study(variants, progress)
+            Workshop::new(model, prefix, samples, folder, &mut studio)?.study(variants, progress)
         };
         Ok(Self {
             welded: make(model, "welded", &closed)?,
@@ -133,7 +126,7 @@ struct Workshop<'a> {
     topology: Topology,
     reference: Reference,
     shells: Shells,
-    volume: f64,
+    full: TopologyCounts,
     prefix: &'static str,
     folder: &'a Path,
     studio: &'a mut Studio,
@@ -150,13 +143,12 @@ impl<'a> Workshop<'a> {
         let topology = model.mesh.topology();
         let reference = Reference::new(&topology, samples, SAMPLE_SEED)?;
         let shells = Shells::of(&topology);
-        let volume = volume(&topology);
-        Ok(Self { model, topology, reference, shells, volume, prefix, folder, studio })
+        let full = shells.count(&topology, topology.positions.len() as u32);
+        Ok(Self { model, topology, reference, shells, full, prefix, folder, studio })
     }
 
     fn study(mut self, variants: &[Variant], progress: &Progress) -> Result<SubjectStudy> {
         let full = uncollapsed(&self.model.mesh);
-        let counts = self.shells.count(&self.topology, full.surviving(0));
         let picture = self.shoot(&full, 0, "00", false)?;
         let wireframe = self.shoot(&full, 0, "00", true)?;
         let mut results = Vec::with_capacity(variants.len());
@@ -165,7 +157,7 @@ impl<'a> Workshop<'a> {
             progress.step();
         }
         Ok(SubjectStudy {
-            full: counts,
+            full: self.full,
             picture,
             wireframe,
             variance_shares: variants::variance_shares(&self.topology)?,
@@ -207,7 +199,9 @@ impl<'a> Workshop<'a> {
             theta,
             counts,
             error: self.reference.compare(&live),
-            volume_share: volume(&live) / self.volume,
+            area_share: area(&live) / area(&self.topology),
+            volume_share: (self.full.border_edges == 0)
+                .then(|| volume(&live) / volume(&self.topology)),
             picture: self.shoot(stacks, cursor, &file, false)?,
             wireframe: last.then(|| self.shoot(stacks, cursor, &file, true)).transpose()?,
         })
@@ -235,6 +229,14 @@ fn uncollapsed(mesh: &Mesh) -> Arc<CollapseStacks> {
     Arc::new(CollapseStacks::build(mesh.clone(), &sequence))
 }
 
+fn area(mesh: &Topology) -> f64 {
+    let product = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize].as_dvec3());
+        (b - a).cross(c - a).length() / 2.0
+    };
+    mesh.triangles.iter().map(product).sum()
+}
+
 /// The volume that closed shells enclose, each counted by itself: a sixth of
 /// the sum of triple products. Where shells are open it is of no meaning.
 fn volume(mesh: &Topology) -> f64 {
@@ -252,13 +254,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_volume_of_a_tetrahedron_is_a_sixth() {
+    fn a_tetrahedron_has_its_volume_and_area() {
         let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
         let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         let moved = positions.iter().map(|&p| p + Vec3::splat(7.0)).collect();
         for positions in [positions, moved] {
-            let found = volume(&Topology { positions, triangles: triangles.clone() });
+            let tetrahedron = Topology { positions, triangles: triangles.clone() };
+            let found = volume(&tetrahedron);
             assert!((found - 1.0 / 6.0).abs() < 1e-5, "{found}");
+            let found = area(&tetrahedron);
+            assert!((found - (1.5 + 0.75_f64.sqrt())).abs() < 1e-5, "{found}");
         }
     }
 }

@@ -21,7 +21,8 @@ pub(crate) fn signed(value: i64) -> String {
 
 /// A share as per cent, with as many decimals as a small one needs.
 pub(crate) fn percent(share: f64) -> String {
-    let percent = share * 100.0;
+    // Minus nothing is nothing.
+    let percent = share * 100.0 + 0.0;
     match percent.abs() {
         p if p == 0.0 || p >= 99.95 => format!("{percent:.0} %"),
         p if p >= 10.0 => format!("{percent:.1} %"),
@@ -64,7 +65,7 @@ mod tests {
         assert_eq!([0, 999, 1000, 1_057_086].map(grouped), ["0", "999", "1,000", "1,057,086"]);
         assert_eq!(signed(-15_196), "-15,196");
         assert_eq!(
-            [0.0, 1.0, 0.1234, 0.01234, 0.0001].map(percent),
+            [-0.0, 1.0, 0.1234, 0.01234, 0.0001].map(percent),
             ["0 %", "100 %", "12.3 %", "1.23 %", "0.010 %"]
         );
         assert_eq!((theta(0.85), size([320, 180])), ("85 %".to_owned(), "320 x 180".to_owned()));

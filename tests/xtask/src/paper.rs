@@ -17,7 +17,7 @@ const FOLDER: &str = "target/paper";
 /// Options of `paper`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Measure less: fewer frames, moves and variants.
+    /// Measure less: fewer frames, moves and points.
     #[arg(long)]
     quick: bool,
 }

@@ -89,13 +89,14 @@ fn split_vertices(document: &mut Document, study: &SubjectStudy) {
 }
 
 /// Columns of [`level_row`].
-pub(super) const LEVEL_HEAD: [&str; 8] = [
+pub(super) const LEVEL_HEAD: [&str; 9] = [
     "way",
     "vertices",
     "triangles",
     "3-D shells kept",
     "flattened",
     "gone",
+    "area kept",
     "volume kept",
     "mean error",
 ];
@@ -109,7 +110,8 @@ pub(super) fn level_row(name: &str, level: &Level) -> Vec<String> {
         grouped(counts.solid_shells),
         grouped(counts.flattened_shells),
         grouped(counts.vanished_shells),
-        percent(level.volume_share),
+        percent(level.area_share),
+        level.volume_share.map_or_else(|| "-".to_owned(), percent),
         level.error.map_or_else(|| "nothing left".to_owned(), |error| percent(error.mean())),
     ]
 }
@@ -167,7 +169,7 @@ fn compare_protection(study: &SubjectStudy, subject: &str) -> String {
     format!(
         "{subject} has {} border edges. At {}, with border protection {} of {} shells keep three \
          dimensions, {} are flat and {} gone; without it {}, {} and {}. Border protection keeps {} \
-         three-dimensional structure, at {} mean error.",
+         three-dimensional structure, at {} mean error.{}",
         grouped(study.full.border_edges),
         theta(LAST),
         grouped(with.counts.solid_shells),
@@ -182,6 +184,12 @@ fn compare_protection(study: &SubjectStudy, subject: &str) -> String {
             std::cmp::Ordering::Equal => "as much",
             std::cmp::Ordering::Less => "less",
         },
-        if mean(with) < mean(without) { "a smaller" } else { "no smaller" }
+        if mean(with) < mean(without) { "a smaller" } else { "no smaller" },
+        if shells.is_lt() {
+            " With C = pi and F = 1 a border outweighs every other edge, sharp corners included: \
+             these collapse first, and a shell sinks into its rim."
+        } else {
+            ""
+        }
     )
 }
