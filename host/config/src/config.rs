@@ -33,6 +33,8 @@ pub struct Config {
     pub cameras: BTreeMap<String, CameraConfig>,
     /// How the first picture looks.
     pub view: ViewConfig,
+    /// Where results of optimisers are kept.
+    pub cache: CacheConfig,
     /// Where everything stands in the text.
     pub positions: Positions,
     /// Faults that do not stop Busbar.
@@ -66,10 +68,35 @@ pub struct ModelConfig {
     pub file: String,
     /// Name of the plugin instance that simplifies it.
     pub optimizer: Option<String>,
-    /// Share of vertices collapsed, 0 to 1.
-    pub theta: f64,
+    /// How much of it is collapsed, where a node does not say otherwise.
+    pub theta: ThetaConfig,
     /// JSON pointer; the file is at its `/file`.
     pub pointer: String,
+}
+
+/// How theta, the share of vertices collapsed, is chosen; all are 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ThetaConfig {
+    /// The same from everywhere.
+    Fixed(f64),
+    /// By the distance from the eye to an instance's bounds.
+    Distance {
+        /// The first begins at 0, the others in ascending order; theta does
+        /// not fall. At least one, at most [`MAX_THETA_LEVELS`](crate::MAX_THETA_LEVELS).
+        levels: Vec<ThetaLevelConfig>,
+        /// Share of a distance by which the eye must come back before detail
+        /// returns.
+        hysteresis: f64,
+    },
+}
+
+/// One level of detail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThetaLevelConfig {
+    /// Metres beyond which it holds.
+    pub beyond: f64,
+    /// Share of vertices collapsed, 0 to 1.
+    pub theta: f64,
 }
 
 /// A piece of equipment in the scene.
@@ -83,6 +110,8 @@ pub struct NodeConfig {
     pub transform: TransformConfig,
     /// Name of the model shown here.
     pub model: Option<String>,
+    /// How much of it is collapsed here; none where the model says it.
+    pub theta: Option<ThetaConfig>,
     /// JSON pointer.
     pub pointer: String,
 }
@@ -200,7 +229,21 @@ pub struct ViewConfig {
     pub samples: u32,
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// Factor on the thetas of models and nodes.
+    pub theta_scale: f64,
     /// JSON pointer; of a view that may be absent.
+    pub pointer: String,
+}
+
+/// Where results of optimisers are kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CacheConfig {
+    /// Path as written: relative to the configuration file, or absolute; none
+    /// for the user's cache directory.
+    pub directory: Option<String>,
+    /// Size past which old results go, in 10^6 bytes; 0 for no cache.
+    pub max_megabytes: u32,
+    /// JSON pointer; of a cache that may be absent.
     pub pointer: String,
 }
 

@@ -12,6 +12,6 @@ mod weld;
 
 pub use mesh::{Bounds, Mesh, NO_FEATURE, Section, Topology, Wedges};
 pub use sequence::{Collapse, CollapseSequence, SequenceError, theta_to_cursor};
-pub use stacks::{CollapseStacks, NEVER, ResolvedMesh};
+pub use stacks::{CollapseStacks, NEVER, ResolvedMesh, StackTables, TablesError, removal_ranks};
 pub use statistics::{Components, MeshStatistics, components};
 pub use weld::{RawPrimitive, WeldError, WeldReport, weld};

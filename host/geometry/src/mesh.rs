@@ -1,5 +1,7 @@
 //! A triangle mesh with welded positions and the wedges that split them.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3};
 
 /// An indexed triangle mesh.
@@ -27,7 +29,8 @@ pub struct Mesh {
 /// A position that belongs to no feature.
 pub const NO_FEATURE: u32 = u32::MAX;
 
-/// Per-wedge data as parallel arrays of equal length.
+/// Per-wedge data as parallel arrays of equal length. Welding puts the wedges
+/// of one position together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wedges {
     /// The position each wedge stands on, index into [`Mesh::positions`].
@@ -75,6 +78,58 @@ impl Mesh {
         triangle.map(|wedge| self.wedges.position[wedge as usize])
     }
 
+    /// Puts the wedges of each position together, in order of their first one.
+    pub fn group_wedges(&mut self) {
+        let of_wedges = &self.wedges.position;
+        let mut count = vec![0_u32; self.positions.len()];
+        let mut runs = 0;
+        for (wedge, &position) in of_wedges.iter().enumerate() {
+            runs += usize::from(wedge == 0 || of_wedges[wedge - 1] != position);
+            count[position as usize] += 1;
+        }
+        if runs == count.iter().filter(|&&count| count > 0).count() {
+            return;
+        }
+        const UNPLACED: u32 = u32::MAX;
+        let mut next = vec![UNPLACED; self.positions.len()];
+        let mut placed = 0;
+        let place = |&position: &u32| {
+            let next = &mut next[position as usize];
+            if *next == UNPLACED {
+                *next = placed;
+                placed += count[position as usize];
+            }
+            *next += 1;
+            *next - 1
+        };
+        let new_of_old: Vec<u32> = of_wedges.iter().map(place).collect();
+        let wedges = &mut self.wedges;
+        wedges.position = scatter(&wedges.position, &new_of_old);
+        wedges.normal = scatter(&wedges.normal, &new_of_old);
+        wedges.uv = scatter(&wedges.uv, &new_of_old);
+        wedges.section = scatter(&wedges.section, &new_of_old);
+        for corner in self.triangles.as_flattened_mut() {
+            *corner = new_of_old[*corner as usize];
+        }
+    }
+
+    /// The wedges of each position, once they are together.
+    ///
+    /// # Panics
+    /// When a position has none: welding makes no such mesh.
+    pub(crate) fn wedge_ranges(&self) -> Vec<Range<u32>> {
+        let mut ranges = vec![0..0; self.positions.len()];
+        for (wedge, &position) in (0_u32..).zip(&self.wedges.position) {
+            let range: &mut Range<u32> = &mut ranges[position as usize];
+            if range.start == range.end {
+                *range = wedge..wedge;
+            }
+            range.end += 1;
+        }
+        assert!(ranges.iter().all(|range| range.start < range.end), "a wedge for each position");
+        ranges
+    }
+
     /// The feature a triangle belongs to; `None` for none.
     pub fn feature(&self, triangle: [u32; 3]) -> Option<u32> {
         let position = self.wedges.position[triangle[0] as usize];
@@ -93,6 +148,15 @@ impl Mesh {
     pub fn bounds(&self) -> Option<Bounds> {
         Bounds::around(self.positions.iter().copied())
     }
+}
+
+/// Values in a new order: where each goes.
+pub(crate) fn scatter<T: Copy + Default>(values: &[T], new_of_old: &[u32]) -> Vec<T> {
+    let mut scattered = vec![T::default(); values.len()];
+    for (&value, &new) in values.iter().zip(new_of_old) {
+        scattered[new as usize] = value;
+    }
+    scattered
 }
 
 impl Wedges {

@@ -1,6 +1,7 @@
 //! From a configuration file to everything a view needs, without a device.
 
 mod bindings;
+mod cache;
 mod models;
 mod plugins;
 
@@ -37,6 +38,8 @@ pub struct LoadedScene {
     /// The first node that each tag is bound to.
     nodes_of_tags: HashMap<TagHandle, NodeIndex>,
     pub(crate) millis: LoadMillis,
+    /// Meshes whose stacks were in the cache.
+    pub(crate) cached_meshes: usize,
     notes: Vec<String>,
 }
 
@@ -46,7 +49,6 @@ pub(crate) struct LoadedModel {
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     pub(crate) materials: Vec<Material>,
     pub(crate) textures: Vec<Texture>,
-    pub(crate) theta: f64,
 }
 
 /// A tag bound to a node, resolved.
@@ -107,12 +109,22 @@ impl LoadedScene {
         millis.insert("scene".into(), millis_since(start));
 
         plugins::check_capabilities(&config, &instances, &tags, &mut faults);
-        let notes = std::mem::take(&mut imported.notes);
+        let mut notes = std::mem::take(&mut imported.notes);
         let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
+        let mut cached_meshes = 0;
         let models = if fatal {
             Vec::new()
         } else {
-            models::optimise(&config, imported, &instances, progress, &mut millis, &mut faults)
+            let cache = cache::open(&config.cache, &folder, &mut notes);
+            let mut stage = models::Optimising {
+                instances: &instances,
+                cache,
+                progress,
+                millis: &mut millis,
+                cached_meshes: &mut cached_meshes,
+                notes: &mut notes,
+            };
+            stage.run(&config, imported, &mut faults)
         };
 
         let mut diagnostics = faults.found;
@@ -135,6 +147,7 @@ impl LoadedScene {
                     bindings,
                     nodes_of_tags,
                     millis,
+                    cached_meshes,
                     notes,
                 })
             }

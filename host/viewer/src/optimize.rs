@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_geometry::{CollapseStacks, Mesh, MeshStatistics, Section, components};
+use busbar_geometry::{CollapseStacks, Mesh, MeshStatistics, NO_FEATURE, Section, components};
 use busbar_gltf_export::{ExportError, write_glb};
 use busbar_gltf_import::{ImportError, ImportLimits, import_file};
 use busbar_plugin_host::{Catalog, MeshOptimizer, PluginError};
@@ -13,7 +13,7 @@ use busbar_scene::Model;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::stacks::{self, millis_since};
+use crate::stacks::{StackBuilder, millis_since};
 
 /// A model with its stacks, ready to be walked.
 pub struct OptimisedModel {
@@ -68,6 +68,9 @@ pub struct OptimizeStats {
     pub build_ms: BTreeMap<String, f64>,
     /// Longest chain of ancestors.
     pub max_depth: u32,
+    /// Bound on the geometric error at theta, as the optimiser measures it, in
+    /// the model's units; the greatest of its meshes.
+    pub error: f32,
     /// Bytes that the stacks add to a plain indexed mesh.
     pub bytes: usize,
     /// The model at theta 0.
@@ -115,8 +118,9 @@ impl OptimisedModel {
         let import_millis = millis_since(start);
         let imported = std::mem::take(&mut model.meshes);
         let total = imported.len();
-        let built =
-            stacks::build(imported.clone(), Some(&optimizer), &|meshes| done(meshes, total))?;
+        // Not from a cache: what this command reports is what the work takes.
+        let builder = StackBuilder { optimizer: Some(&optimizer), cache: None };
+        let built = builder.build(imported.clone(), &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;
         build_ms.insert("import".into(), import_millis);
         Ok(Self { model, stacks: built.stacks, imported, build_ms })
@@ -144,10 +148,11 @@ impl OptimisedModel {
             border_edges: live.border_edges,
             non_manifold_edges: live.non_manifold_edges,
             euler: live.euler(),
-            collapses: self.stacks.iter().map(|s| u64::from(s.sequence().len())).sum(),
+            collapses: self.stacks.iter().map(|s| u64::from(s.collapse_count())).sum(),
             cursor: self.stacks.iter().map(|s| u64::from(s.cursor_at(theta))).sum(),
             build_ms: self.build_ms.clone(),
             max_depth: self.stacks.iter().map(|s| s.max_depth()).max().unwrap_or(0),
+            error: self.stacks.iter().map(|s| s.error_at(s.cursor_at(theta))).fold(0.0, f32::max),
             bytes: self.stacks.iter().map(|s| s.static_bytes()).sum(),
             imported: ImportedStats {
                 meshes: self.stacks.len(),
@@ -231,8 +236,8 @@ fn replay(stacks: &CollapseStacks, cursor: u32) -> impl Iterator<Item = [u32; 3]
     let mesh = stacks.mesh();
     let mut stands_for: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     // Backwards, so that where a kept position went itself is known already.
-    for entry in stacks.sequence().entries()[..cursor as usize].iter().rev() {
-        stands_for[entry.removed as usize] = stands_for[entry.kept as usize];
+    for (removed, kept) in stacks.collapses().take(cursor as usize).rev() {
+        stands_for[removed as usize] = stands_for[kept as usize];
     }
     mesh.triangles
         .iter()
@@ -244,7 +249,8 @@ fn full_bytes(mesh: &Mesh) -> Vec<u8> {
     corner_bytes(mesh, &mesh.triangles)
 }
 
-/// The data of every corner, in order; independent of how wedges are numbered.
+/// The data of every corner, in order, however positions are numbered: welding
+/// makes their coordinates and feature their identity.
 fn corner_bytes(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(triangles.len() * 3 * 40);
     for &wedge in triangles.iter().flatten() {
@@ -256,7 +262,8 @@ fn corner_bytes(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<u8> {
             .chain(mesh.wedges.normal[wedge].to_array())
             .chain(mesh.wedges.uv[wedge].to_array());
         bytes.extend(numbers.flat_map(f32::to_le_bytes));
-        bytes.extend(position.to_le_bytes());
+        let feature = mesh.features.get(position as usize).copied().unwrap_or(NO_FEATURE);
+        bytes.extend(feature.to_le_bytes());
         bytes.extend(mesh.wedges.section[wedge].to_le_bytes());
     }
     bytes

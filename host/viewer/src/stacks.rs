@@ -5,65 +5,113 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh};
+use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh, removal_ranks};
 use busbar_plugin_host::{MeshOptimizer, PluginError};
+use busbar_stack_cache::{CacheKey, Lookup, Maker, StackCache};
 use rayon::prelude::*;
 
+/// Makes stacks, with an optimiser or (nothing then collapses) without.
+pub(crate) struct StackBuilder<'a> {
+    pub(crate) optimizer: Option<&'a MeshOptimizer>,
+    /// Where results are kept, and what this optimiser's are known by.
+    pub(crate) cache: Option<(&'a StackCache, Maker)>,
+}
+
 /// Stacks of the meshes of one model, and what their making took.
+#[derive(Default)]
 pub(crate) struct BuiltStacks {
     /// One a mesh, in order.
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     /// CPU milliseconds a stage, summed over meshes. `optimize` is the whole
     /// call of the plugin; `optimize/...` are the parts that it reported.
     pub(crate) millis: BTreeMap<String, f64>,
+    /// Meshes whose stacks were in the cache.
+    pub(crate) cached: usize,
+    /// What was wrong with the cache.
+    pub(crate) notes: Vec<String>,
 }
 
-/// Builds the stacks of all meshes. Without an optimiser nothing collapses.
-/// `done` is told how many meshes are done.
-pub(crate) fn build(
-    meshes: Vec<Mesh>,
-    optimizer: Option<&MeshOptimizer>,
-    done: &(dyn Fn(usize) + Sync),
-) -> Result<BuiltStacks, PluginError> {
-    let finished = AtomicUsize::new(0);
-    let built: Vec<_> = meshes
-        .into_par_iter()
-        .map(|mesh| {
-            let built = build_one(mesh, optimizer);
-            done(finished.fetch_add(1, Ordering::Relaxed) + 1);
-            built
-        })
-        .collect::<Result<_, _>>()?;
-    let mut all = BuiltStacks { stacks: Vec::with_capacity(built.len()), millis: BTreeMap::new() };
-    for (stacks, stages) in built {
-        all.stacks.push(Arc::new(stacks));
-        for (name, millis) in stages {
-            *all.millis.entry(name).or_default() += millis;
+impl StackBuilder<'_> {
+    /// Builds the stacks of all meshes. `done` is told how many are done.
+    pub(crate) fn build(
+        &self,
+        meshes: Vec<Mesh>,
+        done: &(dyn Fn(usize) + Sync),
+    ) -> Result<BuiltStacks, PluginError> {
+        let finished = AtomicUsize::new(0);
+        let built: Vec<_> = meshes
+            .into_par_iter()
+            .map(|mesh| {
+                let built = self.find_or_build(mesh);
+                done(finished.fetch_add(1, Ordering::Relaxed) + 1);
+                built
+            })
+            .collect::<Result<_, _>>()?;
+        let mut all = BuiltStacks::default();
+        for one in built {
+            all.stacks.extend(one.stacks);
+            all.cached += one.cached;
+            all.notes.extend(one.notes);
+            for (stage, millis) in one.millis {
+                *all.millis.entry(stage).or_default() += millis;
+            }
         }
+        Ok(all)
     }
-    Ok(all)
-}
 
-fn build_one(
-    mesh: Mesh,
-    optimizer: Option<&MeshOptimizer>,
-) -> Result<(CollapseStacks, Vec<(String, f64)>), PluginError> {
-    let mut stages = Vec::new();
-    let sequence = match optimizer {
-        None => CollapseSequence::none(mesh.positions.len() as u32),
-        Some(optimizer) => {
-            let start = Instant::now();
-            let optimised = optimizer.optimize(&mesh.topology(), |_| true)?;
-            stages.push(("optimize".to_owned(), millis_since(start)));
-            let parts = optimised.stages.into_iter();
-            stages.extend(parts.map(|(name, millis)| (format!("optimize/{name}"), millis)));
-            optimised.sequence
+    fn find_or_build(&self, mut mesh: Mesh) -> Result<BuiltStacks, PluginError> {
+        let mut built = BuiltStacks::default();
+        let (Some((cache, maker)), Some(_)) = (self.cache, self.optimizer) else {
+            self.build_one(mesh, &mut built)?;
+            return Ok(built);
+        };
+        let start = Instant::now();
+        let key = CacheKey::of(&mesh, maker);
+        let found = cache.load(key, &mut mesh);
+        built.millis.insert("cache".into(), millis_since(start));
+        match found {
+            Lookup::Found(stacks) => {
+                built.stacks.push(Arc::new(*stacks));
+                built.cached = 1;
+                return Ok(built);
+            }
+            Lookup::Absent => {}
+            Lookup::Damaged(reason) => {
+                let path = cache.path(key);
+                built.notes.push(format!("{} is built anew: {reason}", path.display()));
+            }
         }
-    };
-    let start = Instant::now();
-    let stacks = CollapseStacks::build(mesh, sequence);
-    stages.push(("stacks".to_owned(), millis_since(start)));
-    Ok((stacks, stages))
+        let sequence = self.build_one(mesh, &mut built)?;
+        let start = Instant::now();
+        let stacks = &built.stacks[0];
+        if let Err(error) = cache.store(key, &removal_ranks(&sequence), stacks.tables()) {
+            built.notes.push(error.to_string());
+        }
+        built.millis.insert("cache/store".into(), millis_since(start));
+        Ok(built)
+    }
+
+    fn build_one(
+        &self,
+        mesh: Mesh,
+        built: &mut BuiltStacks,
+    ) -> Result<CollapseSequence, PluginError> {
+        let sequence = match self.optimizer {
+            None => CollapseSequence::none(mesh.positions.len() as u32),
+            Some(optimizer) => {
+                let start = Instant::now();
+                let optimised = optimizer.optimize(&mesh.topology(), |_| true)?;
+                built.millis.insert("optimize".into(), millis_since(start));
+                let parts = optimised.stages.into_iter();
+                built.millis.extend(parts.map(|(name, spent)| (format!("optimize/{name}"), spent)));
+                optimised.sequence
+            }
+        };
+        let start = Instant::now();
+        built.stacks.push(Arc::new(CollapseStacks::build(mesh, &sequence)));
+        built.millis.insert("stacks".into(), millis_since(start));
+        Ok(sequence)
+    }
 }
 
 /// Milliseconds since an instant.

@@ -45,6 +45,11 @@ impl CollapseList {
         self.stages.push((name, start.elapsed().as_secs_f64() * 1e3));
         result
     }
+
+    /// The stages run so far with their times in milliseconds.
+    pub fn stages(&self) -> &[(&'static str, f64)] {
+        &self.stages
+    }
 }
 
 /// Progress and cancellation of a call.

@@ -49,10 +49,10 @@ pub fn built(path: PathBuf) -> PathBuf {
     path
 }
 
-/// The built program, ready for arguments.
+/// The built program, ready for arguments, with a user's cache of its own.
 pub fn busbar() -> Command {
     let mut command = Command::new(built(built_folder().join("busbar")));
-    command.env_remove("BUSBAR_LOG");
+    command.env_remove("BUSBAR_LOG").env("XDG_CACHE_HOME", built_folder().join("e2e-cache"));
     command
 }
 

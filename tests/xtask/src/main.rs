@@ -7,6 +7,7 @@
     reason = "what is done, and how it went, is this program's output"
 )]
 
+mod bench;
 mod demo;
 mod packages;
 mod pictures;
@@ -46,6 +47,8 @@ enum Command {
     Test(test::Arguments),
     /// Run the long tests: fuzzing.
     Soak(soak::Arguments),
+    /// Run the benches and comparisons.
+    Bench(bench::Arguments),
     /// Make the README's pictures.
     Pictures,
 }
@@ -68,6 +71,7 @@ fn run(command: Command) -> Result<()> {
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
 }

@@ -90,7 +90,7 @@ fn materials() -> Vec<Material> {
 fn fixed(primitive: RawPrimitive) -> Result<Arc<CollapseStacks>> {
     let (mesh, _) = weld(&[primitive])?;
     let sequence = CollapseSequence::new(Vec::new(), mesh.positions.len() as u32)?;
-    Ok(Arc::new(CollapseStacks::build(mesh, sequence)))
+    Ok(Arc::new(CollapseStacks::build(mesh, &sequence)))
 }
 
 /// Radius and height along an insulator, bottom to top.

@@ -68,7 +68,7 @@ pub(crate) fn stacks(mesh: Mesh) -> Arc<CollapseStacks> {
         .map(|removed| Collapse { removed, kept: removed - 1, error: 0.0 })
         .collect();
     let sequence = CollapseSequence::new(entries, count).unwrap();
-    Arc::new(CollapseStacks::build(mesh, sequence))
+    Arc::new(CollapseStacks::build(mesh, &sequence))
 }
 
 /// A model of one quad with this material.

@@ -1,6 +1,6 @@
 //! Model files to meshes, and meshes to stacks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,10 +9,12 @@ use busbar_config::{Config, join_pointer};
 use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_file};
 use busbar_plugin_host::{Instance, MeshOptimizer};
 use busbar_scene::Model;
+use busbar_stack_cache::{Maker, StackCache};
 use rayon::prelude::*;
 
-use super::{Faults, LoadProgress, LoadedModel};
-use crate::{LoadMillis, stacks};
+use super::{Faults, LoadProgress, LoadedModel, cache};
+use crate::LoadMillis;
+use crate::stacks::StackBuilder;
 
 /// The models of a configuration as imported, by name.
 pub(super) struct ImportedModels {
@@ -61,45 +63,87 @@ pub(super) fn import(
     all
 }
 
-/// Builds the stacks of all models.
-pub(super) fn optimise(
-    config: &Config,
-    imported: ImportedModels,
-    instances: &BTreeMap<String, Arc<Instance>>,
-    progress: &LoadProgress<'_>,
-    millis: &mut LoadMillis,
-    faults: &mut Faults<'_>,
-) -> Vec<LoadedModel> {
-    let mut loaded = Vec::with_capacity(imported.models.len());
-    for ((name, configured), model) in config.models.iter().zip(imported.models) {
-        let instance = configured.optimizer.as_ref().and_then(|name| instances.get(name));
-        let total = model.meshes.len();
-        let built = instance
-            .map(|instance| MeshOptimizer::of(instance.clone()))
-            .transpose()
-            .and_then(|optimizer| {
-                stacks::build(model.meshes, optimizer.as_ref(), &|done| {
-                    progress(&format!("collapse stacks of {name}"), done, total);
-                })
-            });
-        match built {
-            Ok(built) => {
-                for (stage, spent) in built.millis {
-                    *millis.entry(stage).or_default() += spent;
-                }
-                loaded.push(LoadedModel {
-                    name: name.clone(),
-                    stacks: built.stacks,
-                    materials: model.materials,
-                    textures: model.textures,
-                    theta: configured.theta,
+/// The stage of loading that builds stacks.
+pub(super) struct Optimising<'a> {
+    pub(super) instances: &'a BTreeMap<String, Arc<Instance>>,
+    pub(super) cache: Option<StackCache>,
+    pub(super) progress: &'a LoadProgress<'a>,
+    pub(super) millis: &'a mut LoadMillis,
+    pub(super) cached_meshes: &'a mut usize,
+    pub(super) notes: &'a mut Vec<String>,
+}
+
+impl Optimising<'_> {
+    /// Builds the stacks of all models.
+    pub(super) fn run(
+        &mut self,
+        config: &Config,
+        imported: ImportedModels,
+        faults: &mut Faults<'_>,
+    ) -> Vec<LoadedModel> {
+        let makers = self.makers(config);
+        let mut loaded = Vec::with_capacity(imported.models.len());
+        for ((name, configured), model) in config.models.iter().zip(imported.models) {
+            let optimizer = configured.optimizer.as_ref();
+            let maker = optimizer.and_then(|name| makers.get(name).copied());
+            let built = optimizer
+                .and_then(|name| self.instances.get(name))
+                .map(|instance| MeshOptimizer::of(instance.clone()))
+                .transpose()
+                .and_then(|optimizer| {
+                    let cache = self.cache.as_ref().zip(maker);
+                    let builder = StackBuilder { optimizer: optimizer.as_ref(), cache };
+                    let total = model.meshes.len();
+                    builder.build(model.meshes, &|done| {
+                        (self.progress)(&format!("collapse stacks of {name}"), done, total);
+                    })
                 });
-            }
-            Err(error) => {
-                let pointer = join_pointer(&configured.pointer, "optimizer");
-                faults.add(&pointer, error.to_string(), error.remedy());
+            match built {
+                Ok(built) => {
+                    for (stage, spent) in built.millis {
+                        *self.millis.entry(stage).or_default() += spent;
+                    }
+                    *self.cached_meshes += built.cached;
+                    self.notes.extend(built.notes);
+                    loaded.push(LoadedModel {
+                        name: name.clone(),
+                        stacks: built.stacks,
+                        materials: model.materials,
+                        textures: model.textures,
+                    });
+                }
+                Err(error) => {
+                    let pointer = join_pointer(&configured.pointer, "optimizer");
+                    faults.add(&pointer, error.to_string(), error.remedy());
+                }
             }
         }
+        loaded
     }
-    loaded
+
+    /// What the results of each optimiser in use are known by in the cache.
+    fn makers(&mut self, config: &Config) -> BTreeMap<String, Maker> {
+        let mut makers = BTreeMap::new();
+        if self.cache.is_none() {
+            return makers;
+        }
+        let used: BTreeSet<&String> =
+            config.models.values().filter_map(|model| model.optimizer.as_ref()).collect();
+        for name in used {
+            let (Some(instance), Some(plugin)) =
+                (self.instances.get(name), config.plugins.get(name))
+            else {
+                continue;
+            };
+            match cache::maker(instance, &plugin.settings) {
+                Ok(maker) => {
+                    makers.insert(name.clone(), maker);
+                }
+                Err(error) => {
+                    self.notes.push(format!("results of '{name}' are not cached: {error}"));
+                }
+            }
+        }
+        makers
+    }
 }

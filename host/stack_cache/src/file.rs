@@ -1,0 +1,146 @@
+//! The file format: a header, then arrays, in the machine's byte order.
+
+use std::fs::File;
+use std::io::Read;
+
+use busbar_geometry::{Mesh, StackTables};
+use bytemuck::{Pod, Zeroable};
+use twox_hash::XxHash3_128;
+
+use crate::CacheKey;
+use crate::key::digest;
+
+/// Says what the file is, and in which byte order it was written.
+const MAGIC: u64 = 0x6275_7362_6172_5343;
+
+/// Grows when the format or the meaning of a number in it changes.
+const VERSION: u64 = 1;
+
+/// More steps of error than stacks ever have.
+const MAX_ERRORS: u64 = 1 << 16;
+
+/// First in the file.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Header {
+    magic: u64,
+    version: u64,
+    key: [u64; 2],
+    positions: u64,
+    wedges: u64,
+    triangles: u64,
+    collapses: u64,
+    errors: u64,
+    max_depth: u64,
+    /// Over the header before it and the digest of each array.
+    checksum: [u64; 2],
+}
+
+impl Header {
+    fn file_bytes(&self) -> u64 {
+        let words = self.positions + self.collapses + self.triangles + self.errors;
+        size_of::<Self>() as u64 + words * size_of::<u32>() as u64 + self.wedges
+    }
+
+    fn checksum(&self, digests: [[u64; 3]; 5]) -> [u64; 2] {
+        let mut text = bytemuck::bytes_of(&Self { checksum: [0; 2], ..*self }).to_vec();
+        text.extend_from_slice(bytemuck::cast_slice(&digests));
+        halves(XxHash3_128::oneshot(&text))
+    }
+}
+
+/// A whole file.
+pub(crate) fn bytes(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u8> {
+    let mut header = Header {
+        magic: MAGIC,
+        version: VERSION,
+        key: halves(key.0),
+        positions: ranks.len() as u64,
+        wedges: tables.parent_offset.len() as u64,
+        triangles: tables.death_index.len() as u64,
+        collapses: tables.parent_start.len() as u64,
+        errors: tables.errors.len() as u64,
+        max_depth: u64::from(tables.max_depth),
+        checksum: [0; 2],
+    };
+    let arrays: [&[u8]; 5] = [
+        bytemuck::cast_slice(ranks),
+        bytemuck::cast_slice(&tables.parent_start),
+        bytemuck::cast_slice(&tables.death_index),
+        bytemuck::cast_slice(&tables.errors),
+        &tables.parent_offset,
+    ];
+    header.checksum = header.checksum(arrays.map(digest));
+    let mut bytes = Vec::with_capacity(header.file_bytes() as usize);
+    bytes.extend_from_slice(bytemuck::bytes_of(&header));
+    arrays.iter().for_each(|array| bytes.extend_from_slice(array));
+    bytes
+}
+
+/// Reads ranks and tables; says in words what is wrong.
+pub(crate) fn read(
+    file: &mut File,
+    key: CacheKey,
+    mesh: &Mesh,
+) -> Result<(Vec<u32>, StackTables), String> {
+    let unreadable = |error: std::io::Error| format!("it cannot be read: {error}");
+    let length = file.metadata().map_err(unreadable)?.len();
+    let mut header = Header::zeroed();
+    if length < size_of::<Header>() as u64 {
+        return Err(format!("it is cut short: {length} bytes"));
+    }
+    file.read_exact(bytemuck::bytes_of_mut(&mut header)).map_err(unreadable)?;
+    check(&header, key, mesh, length)?;
+
+    let ranks: Vec<u32> = array(file, header.positions).map_err(unreadable)?;
+    let tables = StackTables {
+        parent_start: array(file, header.collapses).map_err(unreadable)?,
+        death_index: array(file, header.triangles).map_err(unreadable)?,
+        errors: array(file, header.errors).map_err(unreadable)?,
+        parent_offset: array(file, header.wedges).map_err(unreadable)?,
+        max_depth: header.max_depth as u32,
+    };
+    let digests = [
+        digest(bytemuck::cast_slice(&ranks)),
+        digest(bytemuck::cast_slice(&tables.parent_start)),
+        digest(bytemuck::cast_slice(&tables.death_index)),
+        digest(bytemuck::cast_slice(&tables.errors)),
+        digest(&tables.parent_offset),
+    ];
+    if header.checksum(digests) != header.checksum {
+        return Err("its checksum is wrong".into());
+    }
+    Ok((ranks, tables))
+}
+
+/// Every number is compared with the mesh before anything is made of its size.
+fn check(header: &Header, key: CacheKey, mesh: &Mesh, length: u64) -> Result<(), String> {
+    if header.magic != MAGIC {
+        return Err("it is no cache file of this machine".into());
+    }
+    if header.version != VERSION {
+        return Err(format!("it has version {}, not {VERSION}", header.version));
+    }
+    let of_mesh = [mesh.positions.len(), mesh.wedges.len(), mesh.triangles.len()];
+    let found = [header.positions, header.wedges, header.triangles];
+    if header.key != halves(key.0) || found != of_mesh.map(|count| count as u64) {
+        return Err("it belongs to another mesh".into());
+    }
+    if header.collapses > header.positions || header.errors > MAX_ERRORS {
+        return Err("its header is wrong".into());
+    }
+    match header.file_bytes() {
+        expected if expected == length => Ok(()),
+        expected => Err(format!("it has {length} bytes instead of {expected}")),
+    }
+}
+
+fn array<T: Pod>(file: &mut File, count: u64) -> std::io::Result<Vec<T>> {
+    let mut values = vec![T::zeroed(); count as usize];
+    file.read_exact(bytemuck::cast_slice_mut(&mut values))?;
+    Ok(values)
+}
+
+fn halves(value: u128) -> [u64; 2] {
+    [value as u64, (value >> 64) as u64]
+}

@@ -1,0 +1,68 @@
+//! What a result is found by.
+
+use std::fmt;
+
+use busbar_geometry::Mesh;
+use twox_hash::XxHash3_128;
+
+/// What decides a result besides the mesh, as a content hash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Maker([u64; 2]);
+
+impl Maker {
+    /// Hashes all parts: the optimiser's code, version and settings.
+    pub fn of(parts: &[&[u8]]) -> Self {
+        let digests: Vec<[u64; 3]> = parts.iter().map(|part| digest(part)).collect();
+        let [_, low, high] = digest(bytemuck::cast_slice(&digests));
+        Self([low, high])
+    }
+}
+
+/// Content hash of a mesh and of what makes its stacks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CacheKey(pub(crate) u128);
+
+impl CacheKey {
+    /// Hashes a mesh, every attribute of it, together with what makes its stacks.
+    pub fn of(mesh: &Mesh, maker: Maker) -> Self {
+        let sections: Vec<[u32; 4]> = mesh.sections.iter().map(section_words).collect();
+        let (topology, attributes) = rayon::join(
+            || {
+                [
+                    digest(bytemuck::cast_slice(&mesh.positions)),
+                    digest(bytemuck::cast_slice(&mesh.features)),
+                    digest(bytemuck::cast_slice(&mesh.triangles)),
+                    digest(bytemuck::cast_slice(&sections)),
+                ]
+            },
+            || {
+                [
+                    digest(bytemuck::cast_slice(&mesh.wedges.position)),
+                    digest(bytemuck::cast_slice(&mesh.wedges.normal)),
+                    digest(bytemuck::cast_slice(&mesh.wedges.uv)),
+                    digest(bytemuck::cast_slice(&mesh.wedges.section)),
+                ]
+            },
+        );
+        let mut text: Vec<u64> = topology.into_iter().chain(attributes).flatten().collect();
+        text.extend(maker.0);
+        Self(XxHash3_128::oneshot(bytemuck::cast_slice(&text)))
+    }
+}
+
+impl fmt::Display for CacheKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:032x}", self.0)
+    }
+}
+
+/// Length and hash of an array, so that bytes cannot move from one to the next.
+pub(crate) fn digest(bytes: &[u8]) -> [u64; 3] {
+    let hash = XxHash3_128::oneshot(bytes);
+    [bytes.len() as u64, hash as u64, (hash >> 64) as u64]
+}
+
+fn section_words(section: &busbar_geometry::Section) -> [u32; 4] {
+    let (named, material) = section.material.map_or((0, 0), |material| (1, material));
+    [named, material, section.first_triangle, section.triangle_count]
+}

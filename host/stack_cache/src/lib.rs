@@ -1,0 +1,136 @@
+//! Collapse stacks on disk, by content.
+//!
+//! Invariant: nothing that is read is trusted. A file that is shorter, longer,
+//! altered, of another version or of another mesh is reported as damaged, and
+//! its owner builds the stacks anew; nothing is allocated from a number in a
+//! file before that number is checked against the mesh.
+//!
+//! Files are read, not mapped: a mapped file that somebody cuts short kills
+//! the process that looks at it, and reading straight into the final arrays
+//! costs no more than mapping, checking and copying (ARCHITECTURE.md).
+
+mod directory;
+mod file;
+mod key;
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use busbar_geometry::{CollapseStacks, Mesh, StackTables};
+use thiserror::Error;
+
+pub use key::{CacheKey, Maker};
+
+/// Bytes that a cache keeps at most; beyond, what was used longest ago goes.
+pub const MAX_CACHE_BYTES: u64 = 1 << 30;
+
+/// A directory of stacks, one file a mesh.
+#[derive(Clone, Debug)]
+pub struct StackCache {
+    directory: PathBuf,
+    limit_bytes: u64,
+}
+
+/// What a cache knows about a mesh.
+#[derive(Debug)]
+pub enum Lookup {
+    /// Its stacks. The mesh was taken.
+    Found(Box<CollapseStacks>),
+    /// Nothing. The mesh is left.
+    Absent,
+    /// A file that cannot be used, and why. The mesh is left.
+    Damaged(String),
+}
+
+/// Why a cache cannot be used.
+#[derive(Debug, Error)]
+pub enum CacheError {
+    /// The directory cannot be made or looked at.
+    #[error("cannot use the cache directory '{}': {source}; name one that may be written", .directory.display())]
+    Directory {
+        /// The directory.
+        directory: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Others could plant files in the directory.
+    #[error("the cache directory '{}' is not private: {reason}; make it yours alone (chmod 700)", .directory.display())]
+    NotPrivate {
+        /// The directory.
+        directory: PathBuf,
+        /// Why.
+        reason: &'static str,
+    },
+    /// A file cannot be written.
+    #[error("cannot write into the cache directory '{}': {source}; check space and rights", .directory.display())]
+    Write {
+        /// The directory.
+        directory: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl StackCache {
+    /// Opens a directory, and makes it if it is missing.
+    ///
+    /// # Errors
+    /// When it cannot be made, or others than its owner may write into it.
+    pub fn open(directory: &Path, limit_bytes: u64) -> Result<Self, CacheError> {
+        directory::make_private(directory)?;
+        Ok(Self { directory: directory.to_owned(), limit_bytes })
+    }
+
+    /// Looks for the stacks of a mesh.
+    pub fn load(&self, key: CacheKey, mesh: &mut Mesh) -> Lookup {
+        let path = self.path(key);
+        let mut file = match File::open(&path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Lookup::Absent,
+            Err(error) => return Lookup::Damaged(format!("it cannot be read: {error}")),
+        };
+        let restored = file::read(&mut file, key, mesh).and_then(|(ranks, tables)| {
+            CollapseStacks::restore(mesh, &ranks, tables).map_err(|error| error.to_string())
+        });
+        match restored {
+            Ok(stacks) => {
+                // For the order of eviction; a read-only cache does without.
+                let _ = file.set_modified(SystemTime::now());
+                Lookup::Found(Box::new(stacks))
+            }
+            Err(reason) => Lookup::Damaged(reason),
+        }
+    }
+
+    /// Keeps the tables of stacks. `ranks` are those of their sequence,
+    /// [`busbar_geometry::removal_ranks`].
+    ///
+    /// # Errors
+    /// When the file cannot be written; a half-written one never shows.
+    pub fn store(
+        &self,
+        key: CacheKey,
+        ranks: &[u32],
+        tables: &StackTables,
+    ) -> Result<(), CacheError> {
+        let fault = |source| CacheError::Write { directory: self.directory.clone(), source };
+        let bytes = file::bytes(key, ranks, tables);
+        let path = self.path(key);
+        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
+        let written = File::create(&temporary)
+            .and_then(|mut file| file.write_all(&bytes))
+            .and_then(|()| std::fs::rename(&temporary, &path));
+        if let Err(error) = written {
+            let _ = std::fs::remove_file(&temporary);
+            return Err(fault(error));
+        }
+        directory::evict(&self.directory, self.limit_bytes).map_err(fault)
+    }
+
+    /// The file of a mesh.
+    pub fn path(&self, key: CacheKey) -> PathBuf {
+        self.directory.join(format!("{key}.{}", directory::EXTENSION))
+    }
+}

@@ -1,0 +1,56 @@
+//! The cache of optimised models, and what its results depend on.
+
+use std::path::{Path, PathBuf};
+
+use busbar_config::{CacheConfig, join_pointer};
+use busbar_plugin_host::Instance;
+use busbar_stack_cache::{Maker, StackCache};
+use serde_json::Value;
+
+/// The largest plugin library whose results are kept.
+const MAX_LIBRARY_BYTES: u64 = 1 << 30;
+
+/// Opens the configured cache; none if it is turned off or nobody says where.
+/// One that cannot be used is a remark: loading then only takes longer.
+pub(super) fn open(
+    config: &CacheConfig,
+    folder: &Path,
+    notes: &mut Vec<String>,
+) -> Option<StackCache> {
+    let limit_bytes = u64::from(config.max_megabytes) * 1_000_000;
+    if limit_bytes == 0 {
+        return None;
+    }
+    let directory = match &config.directory {
+        Some(directory) => folder.join(directory),
+        None => users_cache()?.join("busbar").join("stacks"),
+    };
+    let opened = StackCache::open(&directory, limit_bytes);
+    opened
+        .inspect_err(|error| {
+            let place = join_pointer(&config.pointer, "directory");
+            notes.push(format!("{error}; or name another one at {place}"));
+        })
+        .ok()
+}
+
+/// XDG Base Directory Specification: relative paths are to be ignored.
+fn users_cache() -> Option<PathBuf> {
+    let path = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
+    path("XDG_CACHE_HOME").or_else(|| path("HOME").map(|home| home.join(".cache")))
+}
+
+/// What results of an optimiser depend on besides the mesh: the plugin's id and
+/// version, its very library, and its settings.
+pub(super) fn maker(instance: &Instance, settings: &Value) -> std::io::Result<Maker> {
+    let info = instance.info();
+    let length = std::fs::metadata(&info.path)?.len();
+    if length > MAX_LIBRARY_BYTES {
+        let what = format!("{} has more than {MAX_LIBRARY_BYTES} bytes", info.path.display());
+        return Err(std::io::Error::other(what));
+    }
+    let library = std::fs::read(&info.path)?;
+    let settings = settings.to_string();
+    let parts = [info.id.as_bytes(), info.version.as_bytes(), &library, settings.as_bytes()];
+    Ok(Maker::of(&parts))
+}
