@@ -8,21 +8,6 @@ struct FrameUniform {
     eye: vec4<f32>,
 }
 
-struct Instance {
-    world_from_mesh: mat4x4<f32>,
-    // Linear rgb and strength.
-    highlight: vec4<f32>,
-    // Non-zero id for picking.
-    object: u32,
-    // -1 where the transform mirrors, else 1.
-    handedness: f32,
-    // Id of the mesh's feature 0, those of the others after it; 0 where the
-    // mesh is drawn as one piece.
-    first_feature_object: u32,
-    // Index of the highlight of the mesh's feature 0.
-    first_feature_highlight: u32,
-}
-
 struct MaterialUniform {
     // Linear rgb and alpha.
     base_color: vec4<f32>,
@@ -37,9 +22,8 @@ struct MaterialUniform {
 }
 
 @group(0) @binding(0) var<uniform> frame: FrameUniform;
-@group(0) @binding(1) var<storage, read> instances: array<Instance>;
 // Linear rgb and strength.
-@group(0) @binding(2) var<storage, read> feature_highlights: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read> feature_highlights: array<vec4<f32>>;
 
 // A vertex's feature; read only where an instance has features.
 @group(1) @binding(0) var<storage, read> features: array<u32>;
@@ -50,55 +34,76 @@ struct MaterialUniform {
 @group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
 @group(2) @binding(4) var metallic_roughness_sampler: sampler;
 
+// A vertex, and the instance that it is drawn for. The instance's data come as
+// attributes: a storage buffer is read once a vertex, an attribute once a draw.
 struct VertexInput {
+    // Mesh space.
     @location(0) position: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
-    @builtin(instance_index) instance: u32,
-    @builtin(vertex_index) index: u32,
+    // The rows of world_from_mesh; the last one would be (0, 0, 0, 1).
+    @location(3) world_x: vec4<f32>,
+    @location(4) world_y: vec4<f32>,
+    @location(5) world_z: vec4<f32>,
+    // Linear rgb and strength.
+    @location(6) highlight: vec4<f32>,
+    // Id for picking; id of feature 0, or 0 where the mesh is drawn as one
+    // piece; index of feature 0's highlight, or NONE where no feature has one;
+    // 1 where the transform mirrors.
+    @location(7) ids: vec4<u32>,
 }
 
-const NO_FEATURE = 0xffffffffu;
+const NONE = 0xffffffffu;
 
-fn feature_of(vertex: VertexInput) -> u32 {
-    if instances[vertex.instance].first_feature_object == 0u {
-        return NO_FEATURE;
+fn feature_of(vertex: VertexInput, index: u32) -> u32 {
+    if vertex.ids.y == 0u {
+        return NONE;
     }
-    return features[vertex.index];
+    return features[index];
 }
 
 // Whose the vertex is, for picking.
-fn object_of(vertex: VertexInput) -> u32 {
-    let feature = feature_of(vertex);
-    if feature == NO_FEATURE {
-        return instances[vertex.instance].object;
+fn object_of(vertex: VertexInput, index: u32) -> u32 {
+    let feature = feature_of(vertex, index);
+    if feature == NONE {
+        return vertex.ids.x;
     }
-    return instances[vertex.instance].first_feature_object + feature;
+    return vertex.ids.y + feature;
 }
 
-fn highlight_of(vertex: VertexInput) -> vec4<f32> {
-    let feature = feature_of(vertex);
-    if feature == NO_FEATURE {
-        return instances[vertex.instance].highlight;
+fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
+    let feature = feature_of(vertex, index);
+    if feature == NONE || vertex.ids.z == NONE {
+        return vertex.highlight;
     }
-    return feature_highlights[instances[vertex.instance].first_feature_highlight + feature];
+    return feature_highlights[vertex.ids.z + feature];
 }
 
-fn clip_position(vertex: VertexInput) -> vec4<f32> {
-    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
-    return frame.clip_from_world * world;
+fn world_position(vertex: VertexInput) -> vec3<f32> {
+    let position = vec4<f32>(vertex.position, 1.0);
+    return vec3<f32>(
+        dot(vertex.world_x, position),
+        dot(vertex.world_y, position),
+        dot(vertex.world_z, position),
+    );
+}
+
+fn clip_position(world: vec3<f32>) -> vec4<f32> {
+    return frame.clip_from_world * vec4<f32>(world, 1.0);
 }
 
 // Cofactors turn normals under any transform, unlike the inverse, which a
 // flattening scale has not; under a mirror they point inwards.
-fn world_normal(instance: u32, normal: vec3<f32>) -> vec3<f32> {
-    let m = instances[instance].world_from_mesh;
-    let cofactors = mat3x3<f32>(
-        cross(m[1].xyz, m[2].xyz),
-        cross(m[2].xyz, m[0].xyz),
-        cross(m[0].xyz, m[1].xyz),
+fn world_normal(vertex: VertexInput) -> vec3<f32> {
+    let x = vertex.world_x.xyz;
+    let y = vertex.world_y.xyz;
+    let z = vertex.world_z.xyz;
+    let turned = vec3<f32>(
+        dot(cross(y, z), vertex.normal),
+        dot(cross(z, x), vertex.normal),
+        dot(cross(x, y), vertex.normal),
     );
-    return (cofactors * normal) * instances[instance].handedness;
+    return select(turned, -turned, vertex.ids.w == 1u);
 }
 
 fn material_color(uv: vec2<f32>) -> vec4<f32> {

@@ -1,7 +1,7 @@
 //! WGSL shaders, compiled to SPIR-V at build time, and the structs they read.
 //!
 //! Invariant: a struct whose memory layout differs from the shader's does not
-//! compile.
+//! compile, nor do attributes that differ from the shader's.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -30,22 +30,69 @@ pub struct FrameUniform {
     pub eye: [f32; 4],
 }
 
-/// One drawn instance.
+/// One drawn instance, as the passes take it at locations 3 to 7.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Instance {
-    /// Column-major.
-    pub world_from_mesh: [[f32; 4]; 4],
+    /// The first three rows of the transform from mesh to world space; the last
+    /// is (0, 0, 0, 1).
+    pub world_from_mesh: [[f32; 4]; 3],
     /// Linear rgb and strength; of what belongs to no feature.
     pub highlight: [f32; 4],
     /// Non-zero id for picking; of what belongs to no feature.
     pub object: u32,
-    /// -1 where the transform mirrors, else 1.
-    pub handedness: f32,
     /// Id of the mesh's feature 0; 0 where the mesh is drawn as one piece.
     pub first_feature_object: u32,
-    /// Index of the highlight of the mesh's feature 0.
+    /// Index of the highlight of the mesh's feature 0; [`NONE`] where no
+    /// feature has one.
     pub first_feature_highlight: u32,
+    /// 1 where the transform mirrors, else 0.
+    pub mirrored: u32,
+}
+
+/// Names no feature and no highlight.
+pub const NONE: u32 = u32::MAX;
+
+/// What a shader reads at one location.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attribute {
+    /// Location in the shader.
+    pub location: u32,
+    /// Numbers in it.
+    pub components: u32,
+    /// Whether they are whole numbers rather than floats.
+    pub whole: bool,
+    /// Bytes from the start of the struct.
+    pub offset: u32,
+}
+
+const fn floats(location: u32, components: u32, offset: usize) -> Attribute {
+    Attribute { location, components, whole: false, offset: offset as u32 }
+}
+
+impl Vertex {
+    /// What of it a shader reads.
+    pub const ATTRIBUTES: [Attribute; 3] = [
+        floats(0, 3, std::mem::offset_of!(Self, position)),
+        floats(1, 3, std::mem::offset_of!(Self, normal)),
+        floats(2, 2, std::mem::offset_of!(Self, uv)),
+    ];
+}
+
+impl Instance {
+    /// What of it a shader reads.
+    pub const ATTRIBUTES: [Attribute; 5] = [
+        floats(3, 4, 0),
+        floats(4, 4, 16),
+        floats(5, 4, 32),
+        floats(6, 4, std::mem::offset_of!(Self, highlight)),
+        Attribute {
+            location: 7,
+            components: 4,
+            whole: true,
+            offset: std::mem::offset_of!(Self, object) as u32,
+        },
+    ];
 }
 
 /// One material.
@@ -64,6 +111,23 @@ pub struct MaterialUniform {
     pub alpha_cutoff: f32,
     /// 1 where alpha counts, 0 where it is ignored.
     pub alpha_used: f32,
+}
+
+/// Whether one of the attributes is what the shader reads at a location.
+const fn has(all: [&[Attribute]; 2], location: u32, components: u32, whole: bool) -> bool {
+    let (mut buffer, mut at) = (0, 0);
+    while buffer < all.len() {
+        if at == all[buffer].len() {
+            (buffer, at) = (buffer + 1, 0);
+            continue;
+        }
+        let a = all[buffer][at];
+        if a.location == location && a.components == components && a.whole == whole {
+            return true;
+        }
+        at += 1;
+    }
+    false
 }
 
 #[cfg(test)]

@@ -13,24 +13,23 @@ struct Varyings {
     @location(2) world: vec3<f32>,
 }
 
-fn varyings(vertex: VertexInput) -> Varyings {
-    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
+fn varyings(vertex: VertexInput, index: u32) -> Varyings {
     var out: Varyings;
-    out.clip = clip_position(vertex);
-    out.highlight = highlight_of(vertex);
-    out.normal = world_normal(vertex.instance, vertex.normal);
-    out.world = world.xyz;
+    out.world = world_position(vertex);
+    out.clip = clip_position(out.world);
+    out.highlight = feature_highlight(vertex, index);
+    out.normal = world_normal(vertex);
     return out;
 }
 
 @vertex
-fn fill_vertex(vertex: VertexInput) -> Varyings {
-    return varyings(vertex);
+fn fill_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
+    return varyings(vertex, index);
 }
 
 @vertex
-fn line_vertex(vertex: VertexInput) -> Varyings {
-    var out = varyings(vertex);
+fn line_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
+    var out = varyings(vertex, index);
     // Reverse-Z: nearer is larger.
     out.clip.z *= 1.0 + LINE_ADVANCE;
     return out;

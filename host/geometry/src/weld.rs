@@ -4,7 +4,7 @@
 //! from its indices are nearly all false borders. Positions are welded when
 //! they are bit-equal (with -0 read as 0), within one feature of one mesh.
 
-use std::hash::{BuildHasher, Hash};
+use std::hash::BuildHasher;
 
 use glam::{Vec2, Vec3};
 use hashbrown::{DefaultHashBuilder, HashTable};
@@ -160,6 +160,7 @@ impl Welder {
     fn add(&mut self, primitive: &RawPrimitive) {
         let section = self.mesh.sections.len() as u32;
         let first_triangle = self.mesh.triangles.len() as u32;
+        self.reserve(primitive.positions.len());
         let mut referenced = vec![false; primitive.positions.len()];
         // Most vertices are met six times; their wedge is looked up once.
         let mut wedge_of_vertex = vec![NEW; primitive.positions.len()];
@@ -202,18 +203,21 @@ impl Welder {
         });
     }
 
+    /// Room for as many positions and wedges as there are vertices: growing a
+    /// table costs more than filling it.
+    fn reserve(&mut self, vertices: usize) {
+        let Self { mesh, positions, wedges, hasher, .. } = self;
+        positions.reserve(vertices, |&i| hasher.hash_one(position_key_at(mesh, i)));
+        wedges.reserve(vertices, |&i| hasher.hash_one(wedge_key_at(mesh, i)));
+    }
+
     fn position(&mut self, point: Vec3, feature: u32) -> u32 {
         let Self { mesh, positions, hasher, .. } = self;
-        let key = |point: Vec3, feature: u32| (point.to_array().map(f32::to_bits), feature);
-        let key_at = |mesh: &Mesh, i: u32| {
-            let feature = mesh.features.get(i as usize).copied().unwrap_or(NO_FEATURE);
-            key(mesh.positions[i as usize], feature)
-        };
-        let wanted = key(point, feature);
+        let wanted = position_key(point, feature);
         let entry = positions.entry(
             hasher.hash_one(wanted),
-            |&i| key_at(mesh, i) == wanted,
-            |&i| hasher.hash_one(key_at(mesh, i)),
+            |&i| position_key_at(mesh, i) == wanted,
+            |&i| hasher.hash_one(position_key_at(mesh, i)),
         );
         *entry
             .or_insert_with(|| {
@@ -230,14 +234,10 @@ impl Welder {
         let Self { mesh, wedges, hasher, .. } = self;
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
         let wanted = wedge_key(position, normal, uv, section);
-        let key_at = |mesh: &Mesh, i: u32| {
-            let (i, wedges) = (i as usize, &mesh.wedges);
-            wedge_key(wedges.position[i], wedges.normal[i], wedges.uv[i], wedges.section[i])
-        };
         let entry = wedges.entry(
-            hasher.hash_one(&wanted),
-            |&i| key_at(mesh, i) == wanted,
-            |&i| hasher.hash_one(key_at(mesh, i)),
+            hasher.hash_one(wanted),
+            |&i| wedge_key_at(mesh, i) == wanted,
+            |&i| hasher.hash_one(wedge_key_at(mesh, i)),
         );
         *entry
             .or_insert_with(|| {
@@ -259,10 +259,28 @@ impl Welder {
     }
 }
 
-/// What makes two wedges one.
-fn wedge_key(position: u32, normal: Vec3, uv: Vec2, section: u32) -> impl Hash + Eq {
-    let (normal, uv) = (normal.to_array().map(f32::to_bits), uv.to_array().map(f32::to_bits));
-    (position, normal, uv, section)
+/// What makes two points one position.
+fn position_key(point: Vec3, feature: u32) -> [u32; 4] {
+    let [x, y, z] = point.to_array().map(f32::to_bits);
+    [x, y, z, feature]
+}
+
+fn position_key_at(mesh: &Mesh, position: u32) -> [u32; 4] {
+    let feature = mesh.features.get(position as usize).copied().unwrap_or(NO_FEATURE);
+    position_key(mesh.positions[position as usize], feature)
+}
+
+/// What makes two vertices one wedge.
+fn wedge_key(position: u32, normal: Vec3, uv: Vec2, section: u32) -> [u32; 7] {
+    let [x, y, z] = normal.to_array().map(f32::to_bits);
+    let [u, v] = uv.to_array().map(f32::to_bits);
+    [position, x, y, z, u, v, section]
+}
+
+fn wedge_key_at(mesh: &Mesh, wedge: u32) -> [u32; 7] {
+    let (wedge, wedges) = (wedge as usize, &mesh.wedges);
+    let (normal, uv) = (wedges.normal[wedge], wedges.uv[wedge]);
+    wedge_key(wedges.position[wedge], normal, uv, wedges.section[wedge])
 }
 
 /// Adding zero turns -0 into 0 and leaves every other value as it is.

@@ -26,6 +26,8 @@ pub enum BufferUsage {
     HostUniform,
     /// A storage buffer that the CPU writes every frame.
     HostStorage,
+    /// Vertex data that the CPU writes every frame.
+    HostVertex,
     /// Source of a copy to the device.
     Staging,
     /// Target of a copy to the CPU.
@@ -47,6 +49,7 @@ impl BufferUsage {
             }
             Self::HostUniform => vk::BufferUsageFlags::UNIFORM_BUFFER,
             Self::HostStorage => vk::BufferUsageFlags::STORAGE_BUFFER,
+            Self::HostVertex => vk::BufferUsageFlags::VERTEX_BUFFER,
             Self::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
             Self::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         }
@@ -55,7 +58,9 @@ impl BufferUsage {
     fn location(self) -> MemoryLocation {
         match self {
             Self::Vertex | Self::Index | Self::Uniform | Self::Storage => MemoryLocation::GpuOnly,
-            Self::HostUniform | Self::HostStorage | Self::Staging => MemoryLocation::CpuToGpu,
+            Self::HostUniform | Self::HostStorage | Self::HostVertex | Self::Staging => {
+                MemoryLocation::CpuToGpu
+            }
             Self::Readback => MemoryLocation::GpuToCpu,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use busbar_shaders::Instance;
+use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
 use crate::index_cache::IndexKey;
@@ -15,6 +15,8 @@ pub(crate) struct Batch {
     pub(crate) key: IndexKey,
     /// The transforms mirror.
     pub(crate) mirrored: bool,
+    /// Some feature of some instance is highlighted.
+    pub(crate) tinted_features: bool,
     /// Range in [`Plan::instances`].
     pub(crate) instances: Range<u32>,
 }
@@ -45,12 +47,19 @@ impl Plan {
                 let mesh = mesh_of(models, draw)?;
                 plan.add_features(&mut instance, first, mesh, frame.object_highlights)?;
             }
+            let tinted_features = instance.first_feature_highlight != NONE;
             plan.instances.push(instance);
             match plan.batches.last_mut() {
                 Some(batch) if (batch.key, batch.mirrored) == (key, mirrored) => {
                     batch.instances.end = index + 1;
+                    batch.tinted_features |= tinted_features;
                 }
-                _ => plan.batches.push(Batch { key, mirrored, instances: index..index + 1 }),
+                _ => plan.batches.push(Batch {
+                    key,
+                    mirrored,
+                    tinted_features,
+                    instances: index..index + 1,
+                }),
             }
         }
         Ok(plan)
@@ -75,8 +84,10 @@ impl Plan {
             return Err(RenderError::NoHighlight { object, count: highlights.len() });
         };
         instance.first_feature_object = first_object;
-        instance.first_feature_highlight = self.feature_highlights.len() as u32;
-        self.feature_highlights.extend(of_objects.iter().copied().map(clamped));
+        if of_objects.iter().any(|&[.., strength]| strength > 0.0) {
+            instance.first_feature_highlight = self.feature_highlights.len() as u32;
+            self.feature_highlights.extend(of_objects.iter().copied().map(clamped));
+        }
         Ok(())
     }
 }
@@ -109,13 +120,14 @@ fn mirrors(world_from_mesh: &Mat4) -> bool {
 }
 
 fn instance_of(draw: &DrawInstance, mirrored: bool) -> Instance {
+    let rows = draw.world_from_mesh.transpose().to_cols_array_2d();
     Instance {
-        world_from_mesh: draw.world_from_mesh.to_cols_array_2d(),
+        world_from_mesh: [rows[0], rows[1], rows[2]],
         highlight: clamped(draw.highlight),
         object: draw.object,
-        handedness: if mirrored { -1.0 } else { 1.0 },
         first_feature_object: 0,
-        first_feature_highlight: 0,
+        first_feature_highlight: NONE,
+        mirrored: mirrored.into(),
     }
 }
 

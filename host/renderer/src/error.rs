@@ -49,6 +49,9 @@ pub enum RenderError {
         /// The limit.
         limit: u64,
     },
+    /// The threads that resolve meshes cannot be started.
+    #[error("no threads to resolve meshes with: {0}; raise the limit of processes")]
+    NoThreads(String),
     /// A frame without the tints of features that it shows.
     #[error("object {object} has no highlight, only {count} have: give one for every object")]
     NoHighlight {

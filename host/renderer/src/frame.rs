@@ -45,6 +45,17 @@ pub struct DrawInstance {
     pub first_feature: Option<u32>,
 }
 
+/// A mesh of a model with so many collapses done; beyond the last it means all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshAtCursor {
+    /// The model.
+    pub model: ModelHandle,
+    /// Index into the model's meshes.
+    pub mesh: u32,
+    /// Collapses done.
+    pub cursor: u32,
+}
+
 /// egui's output for one frame. Every textures delta must reach the renderer
 /// once, in order; clear it after the frame was drawn, because egui panics when
 /// a delta is dropped that nobody cleared.
@@ -71,6 +82,11 @@ pub struct FrameStats {
     pub cpu_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,
+    /// Meshes at new cursors that came onto the device.
+    pub resolved: u32,
+    /// Requests ([`Renderer::request`](crate::Renderer::request)) that are not
+    /// done.
+    pub waiting: u32,
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,

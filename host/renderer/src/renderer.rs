@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use busbar_gpu::{Gpu, GpuOptions, Overlay, ValidationLog, Viewport, WindowHandles};
 
-use crate::content::{Content, millis_since};
+use crate::content::{self, Content, millis_since};
 use crate::model::GpuModel;
 use crate::pick::{self, PickTargets};
 use crate::targets::{SceneTargets, whole};
-use crate::{EguiFrame, Frame, FrameStats, ModelHandle, ModelUpload, Picture, RenderError};
+use crate::{
+    EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle, ModelUpload, Picture, RenderError,
+};
 
 /// Models that one renderer ever takes, removed ones included.
 const MAX_MODELS: usize = 1 << 20;
@@ -112,8 +114,27 @@ impl Renderer {
     pub fn remove_model(&mut self, model: ModelHandle) {
         if let Some(slot) = self.content.models.get_mut(model.0 as usize) {
             *slot = None;
+            self.content.resolver.drop_where(|key| key.model == model.0);
             self.content.cache.remove_model(model.0);
         }
+    }
+
+    /// Asks for meshes at cursors, the most urgent first, to be resolved beside
+    /// the frames and uploaded by them, each with a share of
+    /// [`MAX_UPLOAD_BYTES_PER_FRAME`](crate::MAX_UPLOAD_BYTES_PER_FRAME).
+    /// Replaces what was asked for before: what is not named any more is
+    /// dropped. What is beyond
+    /// [`MAX_PENDING_RESOLVES`](crate::MAX_PENDING_RESOLVES) is passed over:
+    /// ask again after the next frame.
+    pub fn request(&mut self, wanted: impl Iterator<Item = MeshAtCursor>) {
+        self.content.request(wanted);
+    }
+
+    /// The live triangles of a mesh at a cursor, if it can be drawn without
+    /// being resolved first.
+    pub fn triangles_at(&self, at: &MeshAtCursor) -> Option<u32> {
+        let (key, _) = content::find(&self.content.models, at)?;
+        Some(self.content.cache.get(key)?.triangles)
     }
 
     /// Changes the size of the picture from the next frame on. In a window,

@@ -5,11 +5,11 @@ use busbar_shaders::{FrameUniform, Instance};
 
 use crate::{CameraView, RenderError};
 
-/// Instances in one frame. Their buffer stays within the 128 MiB that every
-/// Vulkan device lets a shader see.
+/// Instances in one frame.
 pub const MAX_INSTANCES: usize = 1_000_000;
 
-/// Highlights of features in one frame, within the same bytes.
+/// Highlights of features in one frame. Their buffer stays within the 128 MiB
+/// that every Vulkan device lets a shader see.
 pub const MAX_FEATURE_HIGHLIGHTS: usize = 4_000_000;
 
 /// Instances and highlights that the first buffers hold.
@@ -25,7 +25,7 @@ struct Capacities {
 /// The buffers of one frame in flight, and the group that binds them.
 pub(crate) struct FrameStream {
     uniform: Buffer,
-    instances: Buffer,
+    pub(crate) instances: Buffer,
     highlights: Buffer,
     pub(crate) group: BindGroup,
     capacities: Capacities,
@@ -45,10 +45,10 @@ impl FrameStream {
         let instance_bytes = (capacities.instances * size_of::<Instance>()) as u64;
         let highlight_bytes = (capacities.highlights * size_of::<[f32; 4]>()) as u64;
         let uniform = Buffer::new(gpu, "frame", BufferUsage::HostUniform, uniform_bytes)?;
-        let instances = Buffer::new(gpu, "instances", BufferUsage::HostStorage, instance_bytes)?;
+        let instances = Buffer::new(gpu, "instances", BufferUsage::HostVertex, instance_bytes)?;
         let highlights =
             Buffer::new(gpu, "feature highlights", BufferUsage::HostStorage, highlight_bytes)?;
-        let bindings = [&uniform, &instances, &highlights].map(Binding::Buffer);
+        let bindings = [&uniform, &highlights].map(Binding::Buffer);
         let group = BindGroup::new(layout, &bindings)?;
         Ok(Self { uniform, instances, highlights, group, capacities })
     }

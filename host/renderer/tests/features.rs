@@ -1,5 +1,7 @@
 //! Features: pieces of one mesh with ids and tints of their own.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use busbar_geometry::{Mesh, NO_FEATURE, RawPrimitive, weld};

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use busbar_geometry::Bounds;
+use busbar_geometry::{Bounds, Mesh};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
-use crate::{Model, ModelIndex, features};
+use crate::{Model, ModelIndex, ThetaPolicy, features};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
 pub type EquipmentId = String;
@@ -41,6 +41,8 @@ pub struct Placement {
     pub transform: Transform,
     /// Model shown here.
     pub model: Option<ModelIndex>,
+    /// How its theta is chosen here; none where the model's policy holds.
+    pub theta: Option<ThetaPolicy>,
 }
 
 /// A node of the graph.
@@ -58,6 +60,10 @@ pub struct SceneNode {
     pub bounds: Option<Bounds>,
 }
 
+/// Index of a theta policy in the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PolicyIndex(pub u32);
+
 /// One mesh drawn at one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshInstance {
@@ -69,6 +75,10 @@ pub struct MeshInstance {
     pub mesh: u32,
     /// Transform from mesh space to the world.
     pub world_from_mesh: Mat4,
+    /// World-space box around the mesh; `None` without vertices.
+    pub bounds: Option<Bounds>,
+    /// The placement's own theta policy; none where the model's holds.
+    pub theta: Option<PolicyIndex>,
     /// Node of the mesh's feature 0, those of the others after it; `None` for a
     /// mesh without named features.
     pub first_feature: Option<NodeIndex>,
@@ -115,6 +125,7 @@ fn place(parent: &Option<EquipmentId>) -> String {
 pub struct SceneGraph {
     nodes: Vec<SceneNode>,
     instances: Vec<MeshInstance>,
+    policies: Vec<ThetaPolicy>,
     by_id: HashMap<EquipmentId, NodeIndex>,
 }
 
@@ -146,7 +157,8 @@ impl SceneGraph {
             let node = graph.add(placement.id.clone(), parent, placement.transform.matrix())?;
             placed.push(node);
             if let Some(model) = placement.model {
-                graph.add_model(node, model, &models[model.0 as usize])?;
+                let theta = placement.theta.clone().map(|policy| graph.add_policy(policy));
+                graph.add_model(node, model, theta, &models[model.0 as usize])?;
             }
         }
         graph.measure(models);
@@ -166,6 +178,11 @@ impl SceneGraph {
     /// Meshes to draw.
     pub fn instances(&self) -> &[MeshInstance] {
         &self.instances
+    }
+
+    /// Theta policies that placements have of their own.
+    pub fn policies(&self) -> &[ThetaPolicy] {
+        &self.policies
     }
 
     /// The node of an equipment id.
@@ -204,10 +221,16 @@ impl SceneGraph {
         Ok(index)
     }
 
+    fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
+        self.policies.push(policy);
+        PolicyIndex(self.policies.len() as u32 - 1)
+    }
+
     fn add_model(
         &mut self,
         placement: NodeIndex,
         model_index: ModelIndex,
+        theta: Option<PolicyIndex>,
         model: &Model,
     ) -> Result<(), SceneError> {
         let prefix = self.node(placement).id.clone();
@@ -227,6 +250,8 @@ impl SceneGraph {
                     model: model_index,
                     mesh,
                     world_from_mesh: self.node(index).world_from_node,
+                    bounds: None,
+                    theta,
                     first_feature,
                 });
             }
@@ -250,25 +275,29 @@ impl SceneGraph {
 
     /// Fills in bounds, from the meshes up to the roots.
     fn measure(&mut self, models: &[Model]) {
+        let meshes = models.iter().map(|m| m.meshes.iter().map(Mesh::bounds).collect());
+        let meshes: Vec<Vec<Option<Bounds>>> = meshes.collect();
         let mut boxes = HashMap::new();
-        for instance in &self.instances {
-            let MeshInstance { node, model, mesh, world_from_mesh, first_feature } = *instance;
-            let shown = &models[model.0 as usize];
-            let mesh_bounds = shown.meshes[mesh as usize].bounds();
-            let mut grow_by = |node: u32, bounds: Option<Bounds>| {
-                let world = bounds.and_then(|b| {
-                    Bounds::around(b.corners().map(|c| world_from_mesh.transform_point3(c)))
-                });
-                grow(&mut self.nodes[node as usize].bounds, world);
+        for instance in &mut self.instances {
+            let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
+            let to_world = |bounds: Option<Bounds>| {
+                bounds.and_then(|b| {
+                    let corners = b.corners();
+                    Bounds::around(corners.map(|c| instance.world_from_mesh.transform_point3(c)))
+                })
             };
-            grow_by(node.0, mesh_bounds);
-            if let Some(NodeIndex(first)) = first_feature {
+            let bounds = to_world(meshes[model][mesh]);
+            if let Some(NodeIndex(first)) = instance.first_feature {
                 let boxes = boxes.entry((model, mesh)).or_insert_with(|| {
-                    let count = shown.feature_names(mesh as usize).len();
-                    features::boxes(&shown.meshes[mesh as usize], count)
+                    let count = models[model].feature_names(mesh).len();
+                    features::boxes(&models[model].meshes[mesh], count)
                 });
-                (first..).zip(boxes).for_each(|(node, bounds)| grow_by(node, *bounds));
+                for (node, &feature) in (first..).zip(boxes.iter()) {
+                    grow(&mut self.nodes[node as usize].bounds, to_world(feature));
+                }
             }
+            grow(&mut self.nodes[instance.node.0 as usize].bounds, bounds);
+            instance.bounds = bounds;
         }
         for index in (0..self.nodes.len()).rev() {
             if let Some(parent) = self.nodes[index].parent {

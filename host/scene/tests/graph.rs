@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use busbar_geometry::{RawPrimitive, weld};
-use busbar_scene::{Model, ModelIndex, ModelNode, Placement, SceneError, SceneGraph, Transform};
+use busbar_scene::{
+    Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneError, SceneGraph, ThetaPolicy,
+    Transform,
+};
 use glam::{Mat4, Vec3};
 
 fn model() -> Model {
@@ -27,7 +30,7 @@ fn model() -> Model {
 
 fn placement(id: &str, parent: Option<usize>, x: f32) -> Placement {
     let transform = Transform { translation: Vec3::X * x, ..Default::default() };
-    Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)) }
+    Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)), theta: None }
 }
 
 #[test]
@@ -40,6 +43,18 @@ fn model_nodes_hang_under_their_placement() {
     assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
     let all = graph.bounds().unwrap();
     assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
+    let world = graph.instances()[1].bounds.unwrap();
+    assert_eq!((world.min, world.max), (Vec3::new(15.0, 0.0, 2.0), Vec3::new(16.0, 1.0, 2.0)));
+}
+
+#[test]
+fn a_placement_may_have_a_policy_of_its_own() {
+    let mut placements = [placement("T1", None, 0.0), placement("T2", None, 5.0)];
+    placements[1].theta = Some(ThetaPolicy::Fixed(0.5));
+    let graph = SceneGraph::build(&placements, &[model()]).unwrap();
+    let thetas: Vec<_> = graph.instances().iter().map(|i| i.theta).collect();
+    assert_eq!(thetas, [None, Some(PolicyIndex(0))]);
+    assert_eq!(graph.policies(), [ThetaPolicy::Fixed(0.5)]);
 }
 
 #[test]

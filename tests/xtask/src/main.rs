@@ -7,6 +7,7 @@
     reason = "what is done, and how it went, is this program's output"
 )]
 
+mod bench;
 mod demo;
 mod packages;
 mod paper;
@@ -47,6 +48,8 @@ enum Command {
     Test(test::Arguments),
     /// Run the long tests: fuzzing.
     Soak(soak::Arguments),
+    /// Run the benches and comparisons.
+    Bench(bench::Arguments),
     /// Measure what the paper measured and judge what it says.
     Paper(paper::Arguments),
     /// Make the README's pictures.
@@ -71,6 +74,7 @@ fn run(command: Command) -> Result<()> {
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
