@@ -9,6 +9,7 @@ use crate::image_difference::ImageDifference;
 use crate::lossless::LosslessWalk;
 use crate::machine::Machine;
 use crate::picks::PickChanges;
+use crate::run::LARGE;
 use crate::study::Study;
 use crate::theta_change::ThetaChange;
 use crate::topology::TopologyCounts;
@@ -86,6 +87,14 @@ impl Results {
     pub fn triangle_ratio(&self, theta: f64) -> Option<f64> {
         let triangles = |theta| Some(self.level(theta)?.counts.triangles as f64);
         Some(triangles(0.0)? / triangles(theta)?)
+    }
+
+    /// The median change of theta as a share of the median frame at theta 0,
+    /// of the pictures' size and of the smaller one, 1 sample a pixel.
+    pub fn shares_of_frame(&self) -> Option<[f64; 2]> {
+        let change = &self.theta_change;
+        let large = self.frames_of(LARGE, 1)?.at(0.0)?.frame.p50_ms;
+        Some([large, change.full_frame.p50_ms].map(|frame| change.change.p50_ms / frame))
     }
 
     /// Frame times of a size and number of samples.

@@ -24,7 +24,7 @@ pub struct ThetaChange {
     /// What the frame in which theta changed took longer than the next one,
     /// which shows the same: resolve and upload, and the setting itself.
     pub change: Series,
-    /// Frames at theta 0 of the same view.
+    /// Frames at theta 0 of the same view, measured between the changes.
     pub full_frame: Series,
     /// Pixels of that view.
     pub size: [u32; 2],
@@ -66,11 +66,6 @@ impl ThetaChange {
             full_frame: Series::of(full_frame),
             size,
         })
-    }
-
-    /// The median change as a share of the median frame at theta 0.
-    pub fn share_of_frame(&self) -> f64 {
-        self.change.p50_ms / self.full_frame.p50_ms
     }
 }
 

@@ -186,7 +186,7 @@ fn verdicts_follow_the_figures() {
 
     changed.lossless.after = "ffffffffffffffffffffffffffffffff".to_owned();
     changed.study.welded.variance_shares = [0.25; 4];
-    changed.theta_change.change = series(11.0);
+    changed.theta_change.change = series(12.0);
     changed.stages.second.insert("cache".to_owned(), 60.0);
     let document = report(&changed);
     assert_eq!(verdict_of(&document, "Reconstruction"), Verdict::Refuted);
