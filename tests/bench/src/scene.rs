@@ -66,7 +66,11 @@ impl Scene {
                     .map(|&position| self.mesh.positions[position as usize])
                     .collect(),
                 normals: wedges.normal[vertices.clone()].to_vec(),
-                uvs: wedges.uv[vertices].to_vec(),
+                uvs: wedges.uv[vertices.clone()].to_vec(),
+                features: wedges.position[vertices]
+                    .iter()
+                    .filter_map(|&position| self.mesh.features.get(position as usize).copied())
+                    .collect(),
                 triangles: triangles.iter().map(|t| t.map(|wedge| wedge - least)).collect(),
                 material: section.material,
             }

@@ -28,7 +28,7 @@ pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Resul
     for _ in 0..rounds {
         let (mesh, _) = weld_time.time(|| weld(&primitives))?;
         let sequence = sequence.clone();
-        let stacks = build_time.time(|| CollapseStacks::build(mesh, sequence));
+        let stacks = build_time.time(|| CollapseStacks::build(mesh, &sequence));
         static_bytes = stacks.static_bytes();
         for _ in 0..RESOLVES_A_ROUND {
             for ((theta, _), time) in RESOLVES.into_iter().zip(&mut resolve_times) {

@@ -54,7 +54,8 @@ fn an_optimised_file_keeps_its_features() {
     for theta in ["0", "0.7", "0.95"] {
         let mut command = busbar();
         command.arg("optimize").arg(scene.path("model.glb")).args(["--theta", theta]);
-        command.args(["--plugin", "weighted_collapse", "--plugin-directory"]);
+        command.args(["--plugin", "weighted_collapse", "--set", "order=reweighted"]);
+        command.arg("--plugin-directory");
         command.arg(scene.path("plugins")).arg("--out").arg(scene.path("out.glb"));
         finish(&mut command).expect_code(0);
         let limits = ImportLimits::default();
@@ -89,8 +90,8 @@ fn a_pick_names_the_piece_at_every_theta() {
         let [x, y] = pixels[5];
         assert_eq!(viewer.pick([x, y]).expect("it is in the picture"), Some(id_of(5)));
         let theta = theta.to_string();
-        let more = ["--pick", &format!("{x},{y}"), "--theta", &theta];
-        let (_, said, stats) = render(&scene, &more);
+        let pixel = format!("{x},{y}");
+        let (_, said, stats) = render(&scene, &["--pick", &pixel, "--theta", &theta]);
         assert_eq!((said, &stats.0["picked"]), (id_of(5), &json!(id_of(5))));
         assert!(viewer.stats().validation_messages.is_empty());
     }
@@ -100,8 +101,8 @@ fn a_pick_names_the_piece_at_every_theta() {
     assert!(viewer.pick_many(&[[SIZE[0], 0]]).is_err(), "outside the picture");
 }
 
-/// Whether a pixel, or one beside it, shows a piece.
-fn mask_of(scene: &Scene, id: &str) -> impl Fn(u32, u32) -> [bool; 2] {
+/// Whether a pixel shows a piece, and whether it or one beside it does.
+fn mask_of(scene: &Scene, id: &str) -> impl Fn(u32, u32) -> [bool; 2] + use<> {
     let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();
     let picked = viewer_of(scene, SIZE).pick_many(&pixels).expect("they are in the picture");
     let shows: Vec<bool> = picked.iter().map(|p| p.as_deref() == Some(id)).collect();

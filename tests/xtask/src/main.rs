@@ -10,6 +10,7 @@
 mod bench;
 mod demo;
 mod packages;
+mod paper;
 mod pictures;
 mod process;
 mod python;
@@ -49,6 +50,8 @@ enum Command {
     Soak(soak::Arguments),
     /// Run the benches and comparisons.
     Bench(bench::Arguments),
+    /// Measure what the paper measured and judge what it says.
+    Paper(paper::Arguments),
     /// Make the README's pictures.
     Pictures,
 }
@@ -72,6 +75,7 @@ fn run(command: Command) -> Result<()> {
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
+        Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
 }
