@@ -11,11 +11,11 @@ use busbar_gltf_import::{ImportLimits, import_bytes, import_file};
 use busbar_scene::Model;
 use common::{
     PIECES, assert_every_theta_keeps_features, ground_box, id_of, merged_yard, name_of, pixel_of,
-    scene_of, viewer_of,
+    pixel_of_ground, scene_of, viewer_of,
 };
 use e2e::peer::Peer;
 use e2e::{Scene, Stats, busbar, finish, picture};
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
@@ -96,7 +96,7 @@ fn a_pick_names_the_piece_at_every_theta() {
         assert!(viewer.stats().validation_messages.is_empty());
     }
     let mut viewer = viewer_of(&scene, SIZE);
-    let ground = viewer.pick_many(&[[SIZE[0] / 2, pixel_of(0, SIZE)[1] + 20]]);
+    let ground = viewer.pick_many(&[pixel_of_ground(SIZE)]);
     assert_eq!(ground.expect("it is in the picture"), [Some("yard/body".to_owned())]);
     assert!(viewer.pick_many(&[[SIZE[0], 0]]).is_err(), "outside the picture");
 }
@@ -150,8 +150,8 @@ fn an_alarm_on_a_piece_colours_it_alone() {
     assert_eq!(stats.tag(tag).value, Value::Bool(true));
     let is_red = |piece| {
         let [x, y] = pixel_of(piece, SIZE);
-        let Rgb([r, g, b]) = *shown.get_pixel(x, y);
-        r > 100 && r > 2 * g && r > 2 * b
+        let [r, g, b] = shown.get_pixel(x, y).0.map(u32::from);
+        2 * r > 3 * g && 2 * r > 3 * b
     };
     let red: Vec<_> = (0..PIECES).filter(|&piece| is_red(piece)).collect();
     assert_eq!(red, [6]);

@@ -130,8 +130,18 @@ pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
 }
 
 /// The pixel of the middle of a box's front.
-pub(crate) fn pixel_of(piece: usize, [width, height]: [u32; 2]) -> [u32; 2] {
-    let seen = Vec3::new(piece as f32 + 0.5, 0.5, 1.0) - EYE;
+pub(crate) fn pixel_of(piece: usize, size: [u32; 2]) -> [u32; 2] {
+    pixel_at(Vec3::new(piece as f32 + 0.5, 0.5, 1.0), size)
+}
+
+/// The pixel of the middle of the ground's front.
+pub(crate) fn pixel_of_ground(size: [u32; 2]) -> [u32; 2] {
+    let (low, high) = ground_box();
+    pixel_at(((low + high) / 2.0).with_z(high.z), size)
+}
+
+fn pixel_at(point: Vec3, [width, height]: [u32; 2]) -> [u32; 2] {
+    let seen = point - EYE;
     let half_height = -seen.z * (FOV_DEGREES.to_radians() / 2.0).tan();
     let pixels_per_metre = height as f32 / 2.0 / half_height;
     let [x, y] = [
