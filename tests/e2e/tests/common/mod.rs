@@ -158,6 +158,14 @@ pub(crate) fn viewer_of(scene: &Scene, size: [u32; 2]) -> Viewer {
     Viewer::headless(loaded, options, size).unwrap_or_else(|fault| panic!("{fault}"))
 }
 
+/// Moves all cursors to theta and draws a frame with them; its triangles.
+pub(crate) fn show_at(viewer: &mut Viewer, theta: f64) -> u64 {
+    viewer.set_theta(theta);
+    let input = viewer.headless_input(0.0);
+    viewer.frame(input).unwrap_or_else(|fault| panic!("{fault}"));
+    viewer.stats().triangles
+}
+
 /// Runs the optimiser, and looks at every corner of every live triangle at
 /// `steps` cursors and at the last one.
 pub(crate) fn assert_every_theta_keeps_features(model: &Model, steps: u32) {
