@@ -166,7 +166,7 @@ fn random_pixels(count: u64, size: [u32; 2]) -> Vec<[u32; 2]> {
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ (z >> 31)
     };
-    let below = |word: u64, limit: u32| ((word >> 32) * u64::from(limit) >> 32) as u32;
+    let below = |word: u64, limit: u32| (((word >> 32) * u64::from(limit)) >> 32) as u32;
     (1..=count).map(|i| [below(word(2 * i), size[0]), below(word(2 * i + 1), size[1])]).collect()
 }
 
