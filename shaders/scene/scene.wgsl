@@ -51,6 +51,20 @@ fn feature_vertex_main(
     return varyings(vertex, feature_highlight(vertex, index));
 }
 
+// What plain materials read: nothing that they do not.
+struct PlainVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) world: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) @interpolate(flat) highlight: vec4<f32>,
+}
+
+@vertex
+fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
+    let full = varyings(vertex, vertex.highlight);
+    return PlainVaryings(full.clip, full.world, full.normal, full.highlight);
+}
+
 // A mesh may hold a zero normal; then the face looks at the viewer.
 fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
     let squared = dot(v, v);
@@ -149,13 +163,17 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
 // discarded, depth is tested before anything is shaded.
 @fragment
 fn plain_fragment_main(
-    @location(0) world: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(3) @interpolate(flat) highlight: vec4<f32>,
+    in: PlainVaryings,
     @builtin(front_facing) front: bool,
 ) -> @location(0) vec4<f32> {
-    let color = material.base_color.rgb;
-    let surface =
-        Surface(world, normal, front, color, material.metallic, material.roughness, highlight);
+    let surface = Surface(
+        in.world,
+        in.normal,
+        front,
+        material.base_color.rgb,
+        material.metallic,
+        material.roughness,
+        in.highlight,
+    );
     return vec4<f32>(shade(surface), 1.0);
 }

@@ -80,8 +80,12 @@ impl Pipelines {
         };
         let without_features =
             Recipe { name: "scene without features", vertex: c"vertex_main", ..scene };
-        let plain =
-            Recipe { name: "plain scene", fragment: c"plain_fragment_main", ..without_features };
+        let plain = Recipe {
+            name: "plain scene",
+            vertex: c"plain_vertex_main",
+            fragment: c"plain_fragment_main",
+            ..scene
+        };
         let fill = Recipe {
             name: "wireframe fill",
             words: WIREFRAME,

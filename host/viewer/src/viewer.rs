@@ -292,8 +292,8 @@ impl Viewer {
         Ok(self.selected_id())
     }
 
-    /// Names what is at each of many pixels, from one picture of ids, and
-    /// selects nothing.
+    /// Names what the last frame shows at each of many pixels, from one picture
+    /// of ids, and selects nothing.
     ///
     /// # Errors
     /// The device's, or a pixel outside the picture.
