@@ -4,8 +4,11 @@
 struct FrameUniform {
     // Vulkan clip space, reverse-Z.
     clip_from_world: mat4x4<f32>,
-    // World space, metres; w unused.
-    eye: vec4<f32>,
+    // From the eye through the pixel (x, y), world space, of any length:
+    // ray_corner + x * ray_right + y * ray_down; w unused.
+    ray_corner: vec4<f32>,
+    ray_right: vec4<f32>,
+    ray_down: vec4<f32>,
 }
 
 struct MaterialUniform {
@@ -77,6 +80,13 @@ fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
         return vertex.highlight;
     }
     return feature_highlights[vertex.ids.z + feature];
+}
+
+// Unit vector from what a fragment shows to the eye. A pixel knows it: a
+// varying would cost every vertex and every triangle.
+fn towards_eye(pixel: vec2<f32>) -> vec3<f32> {
+    let ray = frame.ray_corner + pixel.x * frame.ray_right + pixel.y * frame.ray_down;
+    return -normalize(ray.xyz);
 }
 
 fn world_position(vertex: VertexInput) -> vec3<f32> {

@@ -21,20 +21,14 @@ const TONE_KNEE = 0.72;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
-    @location(0) world: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(2) uv: vec2<f32>,
-    @location(3) @interpolate(flat) highlight: vec4<f32>,
+    @location(0) normal: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) highlight: vec4<f32>,
 }
 
 fn varyings(vertex: VertexInput, highlight: vec4<f32>) -> Varyings {
-    var out: Varyings;
-    out.world = world_position(vertex);
-    out.clip = clip_position(out.world);
-    out.normal = world_normal(vertex);
-    out.uv = vertex.uv;
-    out.highlight = highlight;
-    return out;
+    let clip = clip_position(world_position(vertex));
+    return Varyings(clip, world_normal(vertex), vertex.uv, highlight);
 }
 
 @vertex
@@ -51,18 +45,15 @@ fn feature_vertex_main(
     return varyings(vertex, feature_highlight(vertex, index));
 }
 
-// What plain materials read: nothing that they do not.
+// What plain materials need where nothing is highlighted.
 struct PlainVaryings {
     @builtin(position) clip: vec4<f32>,
-    @location(0) world: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(2) @interpolate(flat) highlight: vec4<f32>,
+    @location(0) normal: vec3<f32>,
 }
 
 @vertex
 fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
-    let full = varyings(vertex, vertex.highlight);
-    return PlainVaryings(full.clip, full.world, full.normal, full.highlight);
+    return PlainVaryings(clip_position(world_position(vertex)), world_normal(vertex));
 }
 
 // A mesh may hold a zero normal; then the face looks at the viewer.
@@ -103,7 +94,8 @@ fn tone_map(radiance: vec3<f32>) -> vec3<f32> {
 
 // Where light comes from, and what is lit.
 struct Surface {
-    world: vec3<f32>,
+    // Unit vector to the eye.
+    view: vec3<f32>,
     // Of any length.
     normal: vec3<f32>,
     front: bool,
@@ -120,7 +112,7 @@ fn shade(surface: Surface) -> vec3<f32> {
     let roughness = max(surface.roughness, MIN_ROUGHNESS);
     let albedo = mix(surface.color, tint.rgb, tint.a);
 
-    let view = normalize(frame.eye.xyz - surface.world);
+    let view = surface.view;
     let outward = unit_or(surface.normal, view);
     let normal = select(-outward, outward, surface.front);
     let half_way = normalize(view + SUN_DIRECTION);
@@ -154,8 +146,8 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     }
     let metallic = material.metallic * metallic_roughness.b;
     let roughness = material.roughness * metallic_roughness.g;
-    let surface =
-        Surface(in.world, in.normal, front, color.rgb, metallic, roughness, in.highlight);
+    let view = towards_eye(in.clip.xy);
+    let surface = Surface(view, in.normal, front, color.rgb, metallic, roughness, in.highlight);
     return vec4<f32>(shade(surface), color.a);
 }
 
@@ -167,13 +159,13 @@ fn plain_fragment_main(
     @builtin(front_facing) front: bool,
 ) -> @location(0) vec4<f32> {
     let surface = Surface(
-        in.world,
+        towards_eye(in.clip.xy),
         in.normal,
         front,
         material.base_color.rgb,
         material.metallic,
         material.roughness,
-        in.highlight,
+        vec4<f32>(0.0),
     );
     return vec4<f32>(shade(surface), 1.0);
 }

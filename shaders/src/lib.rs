@@ -26,8 +26,13 @@ pub struct Vertex {
 pub struct FrameUniform {
     /// Column-major; Vulkan clip space with reverse-Z.
     pub clip_from_world: [[f32; 4]; 4],
-    /// World space, metres; the fourth is unused.
-    pub eye: [f32; 4],
+    /// From the eye through the upper left corner of the picture, world space,
+    /// of any length; the fourth is unused.
+    pub ray_corner: [f32; 4],
+    /// By what it changes from a pixel to the next one on the right.
+    pub ray_right: [f32; 4],
+    /// By what it changes from a pixel to the next one below.
+    pub ray_down: [f32; 4],
 }
 
 /// One drawn instance, as the passes take it at locations 3 to 7.

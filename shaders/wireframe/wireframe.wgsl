@@ -10,13 +10,11 @@ struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) highlight: vec4<f32>,
     @location(1) normal: vec3<f32>,
-    @location(2) world: vec3<f32>,
 }
 
 fn varyings(vertex: VertexInput, index: u32) -> Varyings {
     var out: Varyings;
-    out.world = world_position(vertex);
-    out.clip = clip_position(out.world);
+    out.clip = clip_position(world_position(vertex));
     out.highlight = feature_highlight(vertex, index);
     out.normal = world_normal(vertex);
     return out;
@@ -37,7 +35,7 @@ fn line_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyin
 
 @fragment
 fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
-    let view = normalize(frame.eye.xyz - in.world);
+    let view = towards_eye(in.clip.xy);
     let normal = in.normal * inverseSqrt(max(dot(in.normal, in.normal), 1e-30));
     let shade = mix(0.72, 1.0, abs(dot(normal, view)));
     return vec4<f32>(mix(FILL_COLOR, in.highlight.rgb, in.highlight.a) * shade, 1.0);

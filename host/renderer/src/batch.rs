@@ -7,6 +7,7 @@ use glam::Mat4;
 
 use crate::index_cache::IndexKey;
 use crate::model::{GpuMesh, GpuModel};
+use crate::pipelines::Highlights;
 use crate::{DrawInstance, Frame, RenderError};
 
 /// Instances that one draw call a section draws.
@@ -15,8 +16,7 @@ pub(crate) struct Batch {
     pub(crate) key: IndexKey,
     /// The transforms mirror.
     pub(crate) mirrored: bool,
-    /// Some feature of some instance is highlighted.
-    pub(crate) tinted_features: bool,
+    pub(crate) highlights: Highlights,
     /// Range in [`Plan::instances`].
     pub(crate) instances: Range<u32>,
 }
@@ -47,17 +47,17 @@ impl Plan {
                 let mesh = mesh_of(models, draw)?;
                 plan.add_features(&mut instance, first, mesh, frame.object_highlights)?;
             }
-            let tinted_features = instance.first_feature_highlight != NONE;
+            let highlights = highlights_of(&instance);
             plan.instances.push(instance);
             match plan.batches.last_mut() {
                 Some(batch) if (batch.key, batch.mirrored) == (key, mirrored) => {
                     batch.instances.end = index + 1;
-                    batch.tinted_features |= tinted_features;
+                    batch.highlights = batch.highlights.max(highlights);
                 }
                 _ => plan.batches.push(Batch {
                     key,
                     mirrored,
-                    tinted_features,
+                    highlights,
                     instances: index..index + 1,
                 }),
             }
@@ -89,6 +89,15 @@ impl Plan {
             self.feature_highlights.extend(of_objects.iter().copied().map(clamped));
         }
         Ok(())
+    }
+}
+
+fn highlights_of(instance: &Instance) -> Highlights {
+    let [.., strength] = instance.highlight;
+    match instance.first_feature_highlight {
+        NONE if strength > 0.0 => Highlights::OfInstances,
+        NONE => Highlights::None,
+        _ => Highlights::OfFeatures,
     }
 }
 

@@ -121,13 +121,14 @@ impl Content {
         recorder: &mut Recorder<'_>,
         stream: usize,
         frame: &Frame<'_>,
+        size: [u32; 2],
     ) -> Result<Plan, RenderError> {
         let plan = Plan::of(&self.models, frame)?;
         let layout = &self.layouts.frame;
         self.streams[stream].write(
             recorder.gpu(),
             layout,
-            &frame.camera,
+            (&frame.camera, size),
             &plan.instances,
             &plan.feature_highlights,
         )?;
@@ -158,7 +159,7 @@ impl Content {
         let resolving = Instant::now();
         let stream = recorder.slot();
         self.upload_resolved(recorder)?;
-        let plan = self.prepare(recorder, stream, frame)?;
+        let plan = self.prepare(recorder, stream, frame, targets.size())?;
         let resolve_millis = millis_since(resolving);
         let drawer = self.drawer(&plan, stream);
         let pipelines = &self.pipelines;
@@ -191,7 +192,7 @@ impl Content {
         viewport: Viewport,
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
-        let plan = self.prepare(recorder, PICK_STREAM, frame)?;
+        let plan = self.prepare(recorder, PICK_STREAM, frame, targets.id.size())?;
         let drawer = self.drawer(&plan, PICK_STREAM);
         let mut pass = recorder.pass(&targets.cleared(), viewport)?;
         drawer.draw(&mut pass, &self.pipelines.pick, Sections::All)?;

@@ -38,14 +38,24 @@ pub(crate) struct Pipelines {
     pub(crate) pick: Shading,
 }
 
+/// What is highlighted of the instances that are drawn together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Highlights {
+    None,
+    /// Whole instances only.
+    OfInstances,
+    /// Some feature of some instance.
+    OfFeatures,
+}
+
 /// Pipelines of one look, each for what it has to look at.
 pub(crate) struct Shading {
     /// Draws everything.
     any: Pipeline,
     /// Draws, faster, meshes of which no feature is highlighted.
     without_features: Option<Pipeline>,
-    /// Draws, faster still, those of them that are plain: opaque and without
-    /// textures.
+    /// Draws, faster still, plain materials (opaque and without textures) where
+    /// nothing at all is highlighted.
     plain: Option<Pipeline>,
 }
 
@@ -55,9 +65,12 @@ impl Shading {
     }
 
     /// The fastest pipeline that will do.
-    pub(crate) fn pipeline(&self, features: bool, plain: bool) -> &Pipeline {
-        let plain = self.plain.as_ref().filter(|_| plain);
-        let faster = plain.or(self.without_features.as_ref()).filter(|_| !features);
+    pub(crate) fn pipeline(&self, highlights: Highlights, plain: bool) -> &Pipeline {
+        let faster = match (highlights, plain) {
+            (Highlights::None, true) => self.plain.as_ref().or(self.without_features.as_ref()),
+            (Highlights::OfFeatures, _) => None,
+            _ => self.without_features.as_ref(),
+        };
         faster.unwrap_or(&self.any)
     }
 }

@@ -58,7 +58,7 @@ impl FrameStream {
         &mut self,
         gpu: &Gpu,
         layout: &BindGroupLayout,
-        camera: &CameraView,
+        (camera, size): (&CameraView, [u32; 2]),
         instances: &[Instance],
         highlights: &[[f32; 4]],
     ) -> Result<(), RenderError> {
@@ -74,9 +74,13 @@ impl FrameStream {
             };
             *self = Self::with_capacities(gpu, layout, capacities)?;
         }
+        let [ray_corner, ray_right, ray_down] =
+            camera.pixel_rays(size).map(|ray| ray.extend(0.0).to_array());
         let uniform = FrameUniform {
             clip_from_world: camera.clip_from_world().to_cols_array_2d(),
-            eye: camera.eye.extend(1.0).to_array(),
+            ray_corner,
+            ray_right,
+            ray_down,
         };
         self.uniform.write(bytemuck::bytes_of(&uniform))?;
         self.instances.write(bytemuck::cast_slice(instances))?;
