@@ -78,11 +78,13 @@ fn assert_attributes(module: &naga::Module) -> Result<String, Box<dyn Error>> {
         let Some(naga::Binding::Location { location, .. }) = member.binding else {
             return Err("a vertex input without location".into());
         };
-        let naga::TypeInner::Vector { size, scalar } = module.types[member.ty].inner else {
-            return Err("a vertex input that is no vector".into());
+        let naga::TypeInner::Vector { size: naga::VectorSize::Quad, scalar } =
+            module.types[member.ty].inner
+        else {
+            return Err("a vertex input that is no vector of four".into());
         };
-        let (components, whole) = (size as u8, scalar.kind != naga::ScalarKind::Float);
-        writeln!(text, "assert!(has(all, {location}, {components}, {whole}));")?;
+        let whole = scalar.kind != naga::ScalarKind::Float;
+        writeln!(text, "assert!(has(all, {location}, {whole}));")?;
     }
     let count = members.len();
     writeln!(text, "assert!(all[0].len() + all[1].len() == {count}); }};")?;

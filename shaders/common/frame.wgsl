@@ -40,20 +40,20 @@ struct MaterialUniform {
 // A vertex, and the instance that it is drawn for. The instance's data come as
 // attributes: a storage buffer is read once a vertex, an attribute once a draw.
 struct VertexInput {
-    // Mesh space.
-    @location(0) position: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(2) uv: vec2<f32>,
+    // Mesh space; w is u of the texture coordinate.
+    @location(0) position_u: vec4<f32>,
+    // Mesh space; w is v of the texture coordinate.
+    @location(1) normal_v: vec4<f32>,
     // The rows of world_from_mesh; the last one would be (0, 0, 0, 1).
-    @location(3) world_x: vec4<f32>,
-    @location(4) world_y: vec4<f32>,
-    @location(5) world_z: vec4<f32>,
+    @location(2) world_x: vec4<f32>,
+    @location(3) world_y: vec4<f32>,
+    @location(4) world_z: vec4<f32>,
     // Linear rgb and strength.
-    @location(6) highlight: vec4<f32>,
+    @location(5) highlight: vec4<f32>,
     // Id for picking; id of feature 0, or 0 where the mesh is drawn as one
     // piece; index of feature 0's highlight, or NONE where no feature has one;
     // 1 where the transform mirrors.
-    @location(7) ids: vec4<u32>,
+    @location(6) ids: vec4<u32>,
 }
 
 const NONE = 0xffffffffu;
@@ -89,8 +89,12 @@ fn towards_eye(pixel: vec2<f32>) -> vec3<f32> {
     return -normalize(ray.xyz);
 }
 
+fn texture_coordinate(vertex: VertexInput) -> vec2<f32> {
+    return vec2<f32>(vertex.position_u.w, vertex.normal_v.w);
+}
+
 fn world_position(vertex: VertexInput) -> vec3<f32> {
-    let position = vec4<f32>(vertex.position, 1.0);
+    let position = vec4<f32>(vertex.position_u.xyz, 1.0);
     return vec3<f32>(
         dot(vertex.world_x, position),
         dot(vertex.world_y, position),
@@ -108,10 +112,11 @@ fn world_normal(vertex: VertexInput) -> vec3<f32> {
     let x = vertex.world_x.xyz;
     let y = vertex.world_y.xyz;
     let z = vertex.world_z.xyz;
+    let normal = vertex.normal_v.xyz;
     let turned = vec3<f32>(
-        dot(cross(y, z), vertex.normal),
-        dot(cross(z, x), vertex.normal),
-        dot(cross(x, y), vertex.normal),
+        dot(cross(y, z), normal),
+        dot(cross(z, x), normal),
+        dot(cross(x, y), normal),
     );
     return select(turned, -turned, vertex.ids.w == 1u);
 }

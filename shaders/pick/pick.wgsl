@@ -10,7 +10,7 @@ struct Varyings {
 fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
     var out: Varyings;
     out.clip = clip_position(world_position(vertex));
-    out.uv = vertex.uv;
+    out.uv = texture_coordinate(vertex);
     out.object = object_of(vertex, index);
     return out;
 }

@@ -28,7 +28,7 @@ struct Varyings {
 
 fn varyings(vertex: VertexInput, highlight: vec4<f32>) -> Varyings {
     let clip = clip_position(world_position(vertex));
-    return Varyings(clip, world_normal(vertex), vertex.uv, highlight);
+    return Varyings(clip, world_normal(vertex), texture_coordinate(vertex), highlight);
 }
 
 @vertex

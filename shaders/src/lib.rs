@@ -8,16 +8,15 @@ use bytemuck::{Pod, Zeroable};
 include!(concat!(env!("OUT_DIR"), "/words.rs"));
 include!(concat!(env!("OUT_DIR"), "/layouts.rs"));
 
-/// One vertex, as the passes take it at locations 0, 1 and 2.
+/// One vertex, as the passes take it at locations 0 and 1: whole vectors are
+/// fetched faster than parts of them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Vertex {
-    /// Mesh space, metres.
-    pub position: [f32; 3],
-    /// Unit normal, mesh space.
-    pub normal: [f32; 3],
-    /// Texture coordinate, v down.
-    pub uv: [f32; 2],
+    /// Mesh space, metres; then u of the texture coordinate.
+    pub position_u: [f32; 4],
+    /// Unit normal, mesh space; then v of the texture coordinate, down.
+    pub normal_v: [f32; 4],
 }
 
 /// What is the same for a whole frame.
@@ -35,7 +34,7 @@ pub struct FrameUniform {
     pub ray_down: [f32; 4],
 }
 
-/// One drawn instance, as the passes take it at locations 3 to 7.
+/// One drawn instance, as the passes take it at locations 2 to 6.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Instance {
@@ -58,45 +57,37 @@ pub struct Instance {
 /// Names no feature and no highlight.
 pub const NONE: u32 = u32::MAX;
 
-/// What a shader reads at one location.
+/// Four numbers that a shader reads at one location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attribute {
     /// Location in the shader.
     pub location: u32,
-    /// Numbers in it.
-    pub components: u32,
     /// Whether they are whole numbers rather than floats.
     pub whole: bool,
     /// Bytes from the start of the struct.
     pub offset: u32,
 }
 
-const fn floats(location: u32, components: u32, offset: usize) -> Attribute {
-    Attribute { location, components, whole: false, offset: offset as u32 }
+const fn floats(location: u32, offset: usize) -> Attribute {
+    Attribute { location, whole: false, offset: offset as u32 }
 }
 
 impl Vertex {
     /// What of it a shader reads.
-    pub const ATTRIBUTES: [Attribute; 3] = [
-        floats(0, 3, std::mem::offset_of!(Self, position)),
-        floats(1, 3, std::mem::offset_of!(Self, normal)),
-        floats(2, 2, std::mem::offset_of!(Self, uv)),
+    pub const ATTRIBUTES: [Attribute; 2] = [
+        floats(0, std::mem::offset_of!(Self, position_u)),
+        floats(1, std::mem::offset_of!(Self, normal_v)),
     ];
 }
 
 impl Instance {
     /// What of it a shader reads.
     pub const ATTRIBUTES: [Attribute; 5] = [
-        floats(3, 4, 0),
-        floats(4, 4, 16),
-        floats(5, 4, 32),
-        floats(6, 4, std::mem::offset_of!(Self, highlight)),
-        Attribute {
-            location: 7,
-            components: 4,
-            whole: true,
-            offset: std::mem::offset_of!(Self, object) as u32,
-        },
+        floats(2, 0),
+        floats(3, 16),
+        floats(4, 32),
+        floats(5, std::mem::offset_of!(Self, highlight)),
+        Attribute { location: 6, whole: true, offset: std::mem::offset_of!(Self, object) as u32 },
     ];
 }
 
@@ -119,7 +110,7 @@ pub struct MaterialUniform {
 }
 
 /// Whether one of the attributes is what the shader reads at a location.
-const fn has(all: [&[Attribute]; 2], location: u32, components: u32, whole: bool) -> bool {
+const fn has(all: [&[Attribute]; 2], location: u32, whole: bool) -> bool {
     let (mut buffer, mut at) = (0, 0);
     while buffer < all.len() {
         if at == all[buffer].len() {
@@ -127,7 +118,7 @@ const fn has(all: [&[Attribute]; 2], location: u32, components: u32, whole: bool
             continue;
         }
         let a = all[buffer][at];
-        if a.location == location && a.components == components && a.whole == whole {
+        if a.location == location && a.whole == whole {
             return true;
         }
         at += 1;

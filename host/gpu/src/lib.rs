@@ -15,6 +15,7 @@ mod error;
 mod format;
 mod garbage;
 mod gpu;
+mod heap;
 mod image;
 mod instance;
 mod overlay;

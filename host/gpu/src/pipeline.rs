@@ -76,10 +76,6 @@ pub struct VertexAttribute {
 /// Numbers of a vertex attribute, 32 bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttributeKind {
-    /// Two floats.
-    Float2,
-    /// Three floats.
-    Float3,
     /// Four floats.
     Float4,
     /// Four whole numbers.
@@ -89,8 +85,6 @@ pub enum AttributeKind {
 impl AttributeKind {
     fn vk(self) -> vk::Format {
         match self {
-            Self::Float2 => vk::Format::R32G32_SFLOAT,
-            Self::Float3 => vk::Format::R32G32B32_SFLOAT,
             Self::Float4 => vk::Format::R32G32B32A32_SFLOAT,
             Self::Uint4 => vk::Format::R32G32B32A32_UINT,
         }

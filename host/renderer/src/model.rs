@@ -104,9 +104,8 @@ fn vertices_of(mesh: &Mesh) -> Vec<Vertex> {
         .zip(&wedges.normal)
         .zip(&wedges.uv)
         .map(|((&position, normal), uv)| Vertex {
-            position: mesh.positions[position as usize].to_array(),
-            normal: normal.to_array(),
-            uv: uv.to_array(),
+            position_u: mesh.positions[position as usize].extend(uv.x).to_array(),
+            normal_v: normal.extend(uv.y).to_array(),
         })
         .collect()
 }

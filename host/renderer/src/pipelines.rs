@@ -185,11 +185,6 @@ impl Recipe<'_> {
 }
 
 fn attribute(attribute: Attribute) -> VertexAttribute {
-    let kind = match (attribute.whole, attribute.components) {
-        (true, _) => AttributeKind::Uint4,
-        (false, 2) => AttributeKind::Float2,
-        (false, 3) => AttributeKind::Float3,
-        (false, _) => AttributeKind::Float4,
-    };
+    let kind = if attribute.whole { AttributeKind::Uint4 } else { AttributeKind::Float4 };
     VertexAttribute { location: attribute.location, kind, offset: attribute.offset }
 }
