@@ -19,7 +19,10 @@ const PASSES: [(&str, &str); 3] = [
 ];
 
 /// Structs shared with Rust under the same name.
-const SHARED_STRUCTS: [&str; 3] = ["FrameUniform", "Instance", "MaterialUniform"];
+const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
+
+/// What vertices and instances bring.
+const VERTEX_INPUT: &str = "VertexInput";
 
 fn main() {
     if let Err(error) = build() {
@@ -45,7 +48,7 @@ fn build() -> Result<(), Box<dyn Error>> {
             compile(&module)?
         )?;
         if layouts.is_empty() {
-            layouts = assert_layouts(&module)?;
+            layouts = assert_layouts(&module)? + &assert_attributes(&module)?;
         }
     }
     let out = std::env::var("OUT_DIR")?;
@@ -60,6 +63,32 @@ fn compile(module: &naga::Module) -> Result<Vec<u32>, Box<dyn Error>> {
     // The projection already looks down Vulkan's y.
     options.flags.remove(spv::WriterFlags::ADJUST_COORDINATE_SPACE);
     Ok(spv::write_vec(module, &info, &options, None)?)
+}
+
+/// Locations and types of the vertex input, as constant assertions.
+fn assert_attributes(module: &naga::Module) -> Result<String, Box<dyn Error>> {
+    let mut text = String::from(
+        "const _: () = { let all = [Vertex::ATTRIBUTES.as_slice(), Instance::ATTRIBUTES.as_slice()]; ",
+    );
+    let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(VERTEX_INPUT));
+    let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, .. }, .. })) = found else {
+        return Err(format!("{COMMON} defines no struct {VERTEX_INPUT}").into());
+    };
+    for member in members {
+        let Some(naga::Binding::Location { location, .. }) = member.binding else {
+            return Err("a vertex input without location".into());
+        };
+        let naga::TypeInner::Vector { size: naga::VectorSize::Quad, scalar } =
+            module.types[member.ty].inner
+        else {
+            return Err("a vertex input that is no vector of four".into());
+        };
+        let whole = scalar.kind != naga::ScalarKind::Float;
+        writeln!(text, "assert!(has(all, {location}, {whole}));")?;
+    }
+    let count = members.len();
+    writeln!(text, "assert!(all[0].len() + all[1].len() == {count}); }};")?;
+    Ok(text)
 }
 
 /// Size and member offsets of the shared structs, as constant assertions.

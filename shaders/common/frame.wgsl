@@ -1,21 +1,14 @@
-// What every pass over the meshes reads: the frame, the instances and the
-// material. Bound as group 0 (a frame) and group 1 (a material).
+// What every pass over the meshes reads: the frame with its instances, the
+// features of a mesh, and a material. Bound as groups 0, 1 and 2.
 
 struct FrameUniform {
     // Vulkan clip space, reverse-Z.
     clip_from_world: mat4x4<f32>,
-    // World space, metres; w unused.
-    eye: vec4<f32>,
-}
-
-struct Instance {
-    world_from_mesh: mat4x4<f32>,
-    // Linear rgb and strength.
-    highlight: vec4<f32>,
-    // Non-zero id for picking.
-    object: u32,
-    // -1 where the transform mirrors, else 1.
-    handedness: f32,
+    // From the eye through the pixel (x, y), world space, of any length:
+    // ray_corner + x * ray_right + y * ray_down; w unused.
+    ray_corner: vec4<f32>,
+    ray_right: vec4<f32>,
+    ray_down: vec4<f32>,
 }
 
 struct MaterialUniform {
@@ -32,36 +25,100 @@ struct MaterialUniform {
 }
 
 @group(0) @binding(0) var<uniform> frame: FrameUniform;
-@group(0) @binding(1) var<storage, read> instances: array<Instance>;
+// Linear rgb and strength.
+@group(0) @binding(1) var<storage, read> feature_highlights: array<vec4<f32>>;
 
-@group(1) @binding(0) var<uniform> material: MaterialUniform;
-@group(1) @binding(1) var base_color_texture: texture_2d<f32>;
-@group(1) @binding(2) var base_color_sampler: sampler;
-@group(1) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
-@group(1) @binding(4) var metallic_roughness_sampler: sampler;
+// A vertex's feature; read only where an instance has features.
+@group(1) @binding(0) var<storage, read> features: array<u32>;
 
+@group(2) @binding(0) var<uniform> material: MaterialUniform;
+@group(2) @binding(1) var base_color_texture: texture_2d<f32>;
+@group(2) @binding(2) var base_color_sampler: sampler;
+@group(2) @binding(3) var metallic_roughness_texture: texture_2d<f32>;
+@group(2) @binding(4) var metallic_roughness_sampler: sampler;
+
+// A vertex, and the instance that it is drawn for. The instance's data come as
+// attributes: a storage buffer is read once a vertex, an attribute once a draw.
 struct VertexInput {
-    @location(0) position: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(2) uv: vec2<f32>,
-    @builtin(instance_index) instance: u32,
+    // Mesh space; w is u of the texture coordinate.
+    @location(0) position_u: vec4<f32>,
+    // Mesh space; w is v of the texture coordinate.
+    @location(1) normal_v: vec4<f32>,
+    // The rows of world_from_mesh; the last one would be (0, 0, 0, 1).
+    @location(2) world_x: vec4<f32>,
+    @location(3) world_y: vec4<f32>,
+    @location(4) world_z: vec4<f32>,
+    // Linear rgb and strength.
+    @location(5) highlight: vec4<f32>,
+    // Id for picking; id of feature 0, or 0 where the mesh is drawn as one
+    // piece; index of feature 0's highlight, or NONE where no feature has one;
+    // 1 where the transform mirrors.
+    @location(6) ids: vec4<u32>,
 }
 
-fn clip_position(vertex: VertexInput) -> vec4<f32> {
-    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
-    return frame.clip_from_world * world;
+const NONE = 0xffffffffu;
+
+fn feature_of(vertex: VertexInput, index: u32) -> u32 {
+    if vertex.ids.y == 0u {
+        return NONE;
+    }
+    return features[index];
+}
+
+// Whose the vertex is, for picking.
+fn object_of(vertex: VertexInput, index: u32) -> u32 {
+    let feature = feature_of(vertex, index);
+    if feature == NONE {
+        return vertex.ids.x;
+    }
+    return vertex.ids.y + feature;
+}
+
+fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
+    let feature = feature_of(vertex, index);
+    if feature == NONE || vertex.ids.z == NONE {
+        return vertex.highlight;
+    }
+    return feature_highlights[vertex.ids.z + feature];
+}
+
+// Unit vector from what a fragment shows to the eye. A pixel knows it: a
+// varying would cost every vertex and every triangle.
+fn towards_eye(pixel: vec2<f32>) -> vec3<f32> {
+    let ray = frame.ray_corner + pixel.x * frame.ray_right + pixel.y * frame.ray_down;
+    return -normalize(ray.xyz);
+}
+
+fn texture_coordinate(vertex: VertexInput) -> vec2<f32> {
+    return vec2<f32>(vertex.position_u.w, vertex.normal_v.w);
+}
+
+fn world_position(vertex: VertexInput) -> vec3<f32> {
+    let position = vec4<f32>(vertex.position_u.xyz, 1.0);
+    return vec3<f32>(
+        dot(vertex.world_x, position),
+        dot(vertex.world_y, position),
+        dot(vertex.world_z, position),
+    );
+}
+
+fn clip_position(world: vec3<f32>) -> vec4<f32> {
+    return frame.clip_from_world * vec4<f32>(world, 1.0);
 }
 
 // Cofactors turn normals under any transform, unlike the inverse, which a
 // flattening scale has not; under a mirror they point inwards.
-fn world_normal(instance: u32, normal: vec3<f32>) -> vec3<f32> {
-    let m = instances[instance].world_from_mesh;
-    let cofactors = mat3x3<f32>(
-        cross(m[1].xyz, m[2].xyz),
-        cross(m[2].xyz, m[0].xyz),
-        cross(m[0].xyz, m[1].xyz),
+fn world_normal(vertex: VertexInput) -> vec3<f32> {
+    let x = vertex.world_x.xyz;
+    let y = vertex.world_y.xyz;
+    let z = vertex.world_z.xyz;
+    let normal = vertex.normal_v.xyz;
+    let turned = vec3<f32>(
+        dot(cross(y, z), normal),
+        dot(cross(z, x), normal),
+        dot(cross(x, y), normal),
     );
-    return (cofactors * normal) * instances[instance].handedness;
+    return select(turned, -turned, vertex.ids.w == 1u);
 }
 
 fn material_color(uv: vec2<f32>) -> vec4<f32> {

@@ -7,11 +7,11 @@ struct Varyings {
 }
 
 @vertex
-fn vertex_main(vertex: VertexInput) -> Varyings {
+fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
     var out: Varyings;
-    out.clip = clip_position(vertex);
-    out.uv = vertex.uv;
-    out.object = instances[vertex.instance].object;
+    out.clip = clip_position(world_position(vertex));
+    out.uv = texture_coordinate(vertex);
+    out.object = object_of(vertex, index);
     return out;
 }
 

@@ -21,22 +21,39 @@ const TONE_KNEE = 0.72;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
-    @location(0) world: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(2) uv: vec2<f32>,
-    @location(3) @interpolate(flat) highlight: vec4<f32>,
+    @location(0) normal: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) highlight: vec4<f32>,
+}
+
+fn varyings(vertex: VertexInput, highlight: vec4<f32>) -> Varyings {
+    let clip = clip_position(world_position(vertex));
+    return Varyings(clip, world_normal(vertex), texture_coordinate(vertex), highlight);
 }
 
 @vertex
 fn vertex_main(vertex: VertexInput) -> Varyings {
-    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
-    var out: Varyings;
-    out.clip = clip_position(vertex);
-    out.world = world.xyz;
-    out.normal = world_normal(vertex.instance, vertex.normal);
-    out.uv = vertex.uv;
-    out.highlight = instances[vertex.instance].highlight;
-    return out;
+    return varyings(vertex, vertex.highlight);
+}
+
+// For meshes of which some feature is highlighted.
+@vertex
+fn feature_vertex_main(
+    vertex: VertexInput,
+    @builtin(vertex_index) index: u32,
+) -> Varyings {
+    return varyings(vertex, feature_highlight(vertex, index));
+}
+
+// What plain materials need where nothing is highlighted.
+struct PlainVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) normal: vec3<f32>,
+}
+
+@vertex
+fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
+    return PlainVaryings(clip_position(world_position(vertex)), world_normal(vertex));
 }
 
 // A mesh may hold a zero normal; then the face looks at the viewer.
@@ -75,22 +92,29 @@ fn tone_map(radiance: vec3<f32>) -> vec3<f32> {
     return radiance * select(1.0, bent / max(peak, 1e-6), peak > TONE_KNEE);
 }
 
-@fragment
-fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
-    let color = material_color(in.uv);
-    let metallic_roughness =
-        textureSample(metallic_roughness_texture, metallic_roughness_sampler, in.uv);
-    if color.a < material.alpha_cutoff {
-        discard;
-    }
-    let tint = in.highlight;
-    let metallic = material.metallic * metallic_roughness.b * (1.0 - tint.a);
-    let roughness = max(material.roughness * metallic_roughness.g, MIN_ROUGHNESS);
-    let albedo = mix(color.rgb, tint.rgb, tint.a);
+// Where light comes from, and what is lit.
+struct Surface {
+    // Unit vector to the eye.
+    view: vec3<f32>,
+    // Of any length.
+    normal: vec3<f32>,
+    front: bool,
+    color: vec3<f32>,
+    metallic: f32,
+    roughness: f32,
+    // Linear rgb and strength.
+    tint: vec4<f32>,
+}
 
-    let view = normalize(frame.eye.xyz - in.world);
-    let outward = unit_or(in.normal, view);
-    let normal = select(-outward, outward, front);
+fn shade(surface: Surface) -> vec3<f32> {
+    let tint = surface.tint;
+    let metallic = surface.metallic * (1.0 - tint.a);
+    let roughness = max(surface.roughness, MIN_ROUGHNESS);
+    let albedo = mix(surface.color, tint.rgb, tint.a);
+
+    let view = surface.view;
+    let outward = unit_or(surface.normal, view);
+    let normal = select(-outward, outward, surface.front);
     let half_way = normalize(view + SUN_DIRECTION);
     let nl = max(dot(normal, SUN_DIRECTION), 0.0);
     let nv = max(dot(normal, view), 1e-3);
@@ -109,6 +133,39 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     let fill = (diffuse + 0.5 * reflectance) * FILL_STRENGTH * nv;
     let lit = sun + ambient + fill + material.emissive.rgb;
     // Part of the tint shines by itself: it must be seen in the shade too.
-    let shown = mix(lit, tint.rgb, 0.35 * tint.a);
-    return vec4<f32>(tone_map(shown), color.a);
+    return tone_map(mix(lit, tint.rgb, 0.35 * tint.a));
+}
+
+@fragment
+fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    let color = material_color(in.uv);
+    let metallic_roughness =
+        textureSample(metallic_roughness_texture, metallic_roughness_sampler, in.uv);
+    if color.a < material.alpha_cutoff {
+        discard;
+    }
+    let metallic = material.metallic * metallic_roughness.b;
+    let roughness = material.roughness * metallic_roughness.g;
+    let view = towards_eye(in.clip.xy);
+    let surface = Surface(view, in.normal, front, color.rgb, metallic, roughness, in.highlight);
+    return vec4<f32>(shade(surface), color.a);
+}
+
+// For opaque materials without textures: nothing to sample, and, as nothing is
+// discarded, depth is tested before anything is shaded.
+@fragment
+fn plain_fragment_main(
+    in: PlainVaryings,
+    @builtin(front_facing) front: bool,
+) -> @location(0) vec4<f32> {
+    let surface = Surface(
+        towards_eye(in.clip.xy),
+        in.normal,
+        front,
+        material.base_color.rgb,
+        material.metallic,
+        material.roughness,
+        vec4<f32>(0.0),
+    );
+    return vec4<f32>(shade(surface), 1.0);
 }

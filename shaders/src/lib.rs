@@ -1,23 +1,22 @@
 //! WGSL shaders, compiled to SPIR-V at build time, and the structs they read.
 //!
 //! Invariant: a struct whose memory layout differs from the shader's does not
-//! compile.
+//! compile, nor do attributes that differ from the shader's.
 
 use bytemuck::{Pod, Zeroable};
 
 include!(concat!(env!("OUT_DIR"), "/words.rs"));
 include!(concat!(env!("OUT_DIR"), "/layouts.rs"));
 
-/// One vertex, as the passes take it at locations 0, 1 and 2.
+/// One vertex, as the passes take it at locations 0 and 1: whole vectors are
+/// fetched faster than parts of them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Vertex {
-    /// Mesh space, metres.
-    pub position: [f32; 3],
-    /// Unit normal, mesh space.
-    pub normal: [f32; 3],
-    /// Texture coordinate, v down.
-    pub uv: [f32; 2],
+    /// Mesh space, metres; then u of the texture coordinate.
+    pub position_u: [f32; 4],
+    /// Unit normal, mesh space; then v of the texture coordinate, down.
+    pub normal_v: [f32; 4],
 }
 
 /// What is the same for a whole frame.
@@ -26,24 +25,70 @@ pub struct Vertex {
 pub struct FrameUniform {
     /// Column-major; Vulkan clip space with reverse-Z.
     pub clip_from_world: [[f32; 4]; 4],
-    /// World space, metres; the fourth is unused.
-    pub eye: [f32; 4],
+    /// From the eye through the upper left corner of the picture, world space,
+    /// of any length; the fourth is unused.
+    pub ray_corner: [f32; 4],
+    /// By what it changes from a pixel to the next one on the right.
+    pub ray_right: [f32; 4],
+    /// By what it changes from a pixel to the next one below.
+    pub ray_down: [f32; 4],
 }
 
-/// One drawn instance.
+/// One drawn instance, as the passes take it at locations 2 to 6.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Instance {
-    /// Column-major.
-    pub world_from_mesh: [[f32; 4]; 4],
-    /// Linear rgb and strength.
+    /// The first three rows of the transform from mesh to world space; the last
+    /// is (0, 0, 0, 1).
+    pub world_from_mesh: [[f32; 4]; 3],
+    /// Linear rgb and strength; of what belongs to no feature.
     pub highlight: [f32; 4],
-    /// Non-zero id for picking.
+    /// Non-zero id for picking; of what belongs to no feature.
     pub object: u32,
-    /// -1 where the transform mirrors, else 1.
-    pub handedness: f32,
-    /// Keeps the array stride at a multiple of 16 bytes.
-    pub padding: [u32; 2],
+    /// Id of the mesh's feature 0; 0 where the mesh is drawn as one piece.
+    pub first_feature_object: u32,
+    /// Index of the highlight of the mesh's feature 0; [`NONE`] where no
+    /// feature has one.
+    pub first_feature_highlight: u32,
+    /// 1 where the transform mirrors, else 0.
+    pub mirrored: u32,
+}
+
+/// Names no feature and no highlight.
+pub const NONE: u32 = u32::MAX;
+
+/// Four numbers that a shader reads at one location.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Attribute {
+    /// Location in the shader.
+    pub location: u32,
+    /// Whether they are whole numbers rather than floats.
+    pub whole: bool,
+    /// Bytes from the start of the struct.
+    pub offset: u32,
+}
+
+const fn floats(location: u32, offset: usize) -> Attribute {
+    Attribute { location, whole: false, offset: offset as u32 }
+}
+
+impl Vertex {
+    /// What of it a shader reads.
+    pub const ATTRIBUTES: [Attribute; 2] = [
+        floats(0, std::mem::offset_of!(Self, position_u)),
+        floats(1, std::mem::offset_of!(Self, normal_v)),
+    ];
+}
+
+impl Instance {
+    /// What of it a shader reads.
+    pub const ATTRIBUTES: [Attribute; 5] = [
+        floats(2, 0),
+        floats(3, 16),
+        floats(4, 32),
+        floats(5, std::mem::offset_of!(Self, highlight)),
+        Attribute { location: 6, whole: true, offset: std::mem::offset_of!(Self, object) as u32 },
+    ];
 }
 
 /// One material.
@@ -62,6 +107,23 @@ pub struct MaterialUniform {
     pub alpha_cutoff: f32,
     /// 1 where alpha counts, 0 where it is ignored.
     pub alpha_used: f32,
+}
+
+/// Whether one of the attributes is what the shader reads at a location.
+const fn has(all: [&[Attribute]; 2], location: u32, whole: bool) -> bool {
+    let (mut buffer, mut at) = (0, 0);
+    while buffer < all.len() {
+        if at == all[buffer].len() {
+            (buffer, at) = (buffer + 1, 0);
+            continue;
+        }
+        let a = all[buffer][at];
+        if a.location == location && a.whole == whole {
+            return true;
+        }
+        at += 1;
+    }
+    false
 }
 
 #[cfg(test)]

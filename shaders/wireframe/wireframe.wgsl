@@ -10,27 +10,24 @@ struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) highlight: vec4<f32>,
     @location(1) normal: vec3<f32>,
-    @location(2) world: vec3<f32>,
 }
 
-fn varyings(vertex: VertexInput) -> Varyings {
-    let world = instances[vertex.instance].world_from_mesh * vec4<f32>(vertex.position, 1.0);
+fn varyings(vertex: VertexInput, index: u32) -> Varyings {
     var out: Varyings;
-    out.clip = clip_position(vertex);
-    out.highlight = instances[vertex.instance].highlight;
-    out.normal = world_normal(vertex.instance, vertex.normal);
-    out.world = world.xyz;
+    out.clip = clip_position(world_position(vertex));
+    out.highlight = feature_highlight(vertex, index);
+    out.normal = world_normal(vertex);
     return out;
 }
 
 @vertex
-fn fill_vertex(vertex: VertexInput) -> Varyings {
-    return varyings(vertex);
+fn fill_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
+    return varyings(vertex, index);
 }
 
 @vertex
-fn line_vertex(vertex: VertexInput) -> Varyings {
-    var out = varyings(vertex);
+fn line_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
+    var out = varyings(vertex, index);
     // Reverse-Z: nearer is larger.
     out.clip.z *= 1.0 + LINE_ADVANCE;
     return out;
@@ -38,7 +35,7 @@ fn line_vertex(vertex: VertexInput) -> Varyings {
 
 @fragment
 fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
-    let view = normalize(frame.eye.xyz - in.world);
+    let view = towards_eye(in.clip.xy);
     let normal = in.normal * inverseSqrt(max(dot(in.normal, in.normal), 1e-30));
     let shade = mix(0.72, 1.0, abs(dot(normal, view)));
     return vec4<f32>(mix(FILL_COLOR, in.highlight.rgb, in.highlight.a) * shade, 1.0);

@@ -68,10 +68,35 @@ pub struct ModelConfig {
     pub file: String,
     /// Name of the plugin instance that simplifies it.
     pub optimizer: Option<String>,
-    /// Share of vertices collapsed, 0 to 1.
-    pub theta: f64,
+    /// How much of it is collapsed, where a node does not say otherwise.
+    pub theta: ThetaConfig,
     /// JSON pointer; the file is at its `/file`.
     pub pointer: String,
+}
+
+/// How theta, the share of vertices collapsed, is chosen; all are 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ThetaConfig {
+    /// The same from everywhere.
+    Fixed(f64),
+    /// By the distance from the eye to an instance's bounds.
+    Distance {
+        /// The first begins at 0, the others in ascending order; theta does
+        /// not fall. At least one, at most [`MAX_THETA_LEVELS`](crate::MAX_THETA_LEVELS).
+        levels: Vec<ThetaLevelConfig>,
+        /// Share of a distance by which the eye must come back before detail
+        /// returns.
+        hysteresis: f64,
+    },
+}
+
+/// One level of detail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThetaLevelConfig {
+    /// Metres beyond which it holds.
+    pub beyond: f64,
+    /// Share of vertices collapsed, 0 to 1.
+    pub theta: f64,
 }
 
 /// A piece of equipment in the scene.
@@ -85,6 +110,8 @@ pub struct NodeConfig {
     pub transform: TransformConfig,
     /// Name of the model shown here.
     pub model: Option<String>,
+    /// How much of it is collapsed here; none where the model says it.
+    pub theta: Option<ThetaConfig>,
     /// JSON pointer.
     pub pointer: String,
 }
@@ -202,6 +229,8 @@ pub struct ViewConfig {
     pub samples: u32,
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// Factor on the thetas of models and nodes.
+    pub theta_scale: f64,
     /// JSON pointer; of a view that may be absent.
     pub pointer: String,
 }

@@ -23,12 +23,13 @@ mod schema;
 mod structure;
 mod suggest;
 mod syntax;
+mod theta;
 mod world;
 
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
-    NodeConfig, OverlayConfig, PluginConfig, SourceConfig, TagConfig, TagType, TransformConfig,
-    ViewConfig,
+    NodeConfig, OverlayConfig, PluginConfig, SourceConfig, TagConfig, TagType, ThetaConfig,
+    ThetaLevelConfig, TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use limits::*;

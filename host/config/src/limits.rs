@@ -22,6 +22,12 @@ pub const MAX_TAGS: usize = 1_000_000;
 pub const MAX_BINDINGS: usize = 1_000_000;
 /// The most cameras.
 pub const MAX_CAMERAS: usize = 1_000;
+/// The most levels of a theta that follows distance.
+pub const MAX_THETA_LEVELS: usize = 16;
+/// The greatest share of a distance by which detail returns later than it went.
+pub const MAX_THETA_HYSTERESIS: f64 = 0.5;
+/// The most that all thetas together are multiplied by.
+pub const MAX_THETA_SCALE: f64 = 2.0;
 /// The longest name or equipment id, in bytes.
 pub const MAX_NAME_BYTES: usize = 200;
 /// The longest path, in bytes.

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::config::TagType;
 use crate::limits::*;
+use crate::theta::RawTheta;
 
 /// Configuration of a Busbar viewer: plugins, models, scene, tags and view.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -95,10 +96,9 @@ pub(crate) struct RawModel {
     #[serde(default)]
     #[schemars(extend("examples" = ["optimizer"]))]
     pub(crate) optimizer: Option<String>,
-    /// Share of vertices collapsed, from 0 (none) to 1 (all that can be).
+    /// How much of it is collapsed, where a node does not say otherwise.
     #[serde(default)]
-    #[schemars(range(min = 0.0, max = 1.0), extend("examples" = [0.3]))]
-    pub(crate) theta: f64,
+    pub(crate) theta: RawTheta,
 }
 
 /// A piece of equipment: placed, with what hangs under it.
@@ -114,6 +114,10 @@ pub(crate) struct RawNode {
     #[serde(default)]
     #[schemars(extend("examples" = ["transformer"]))]
     pub(crate) model: Option<String>,
+    /// How much of the model is collapsed here, instead of what the model says.
+    #[serde(default)]
+    #[schemars(with = "RawTheta")]
+    pub(crate) theta: Option<RawTheta>,
     /// From this node to its parent.
     #[serde(default)]
     pub(crate) transform: RawTransform,
@@ -135,6 +139,10 @@ pub(crate) struct RawInstance {
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["=S12D1T1-TA2"]))]
     pub(crate) id: String,
+    /// How much of the copy is collapsed, instead of what the node says.
+    #[serde(default)]
+    #[schemars(with = "RawTheta")]
+    pub(crate) theta: Option<RawTheta>,
     /// From the copy to its parent.
     #[serde(default)]
     pub(crate) transform: RawTransform,
@@ -279,6 +287,10 @@ pub(crate) struct RawView {
     /// Width and height in pixels.
     #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
     pub(crate) size: [u32; 2],
+    /// Every theta of models and nodes is multiplied by this, up to 1; 0 shows
+    /// all in full detail.
+    #[schemars(range(min = 0.0, max = MAX_THETA_SCALE), extend("examples" = [1]))]
+    pub(crate) theta_scale: f64,
 }
 
 /// Results of optimisers on disk.
@@ -309,7 +321,13 @@ impl Default for RawScale {
 
 impl Default for RawView {
     fn default() -> Self {
-        Self { camera: None, background: "#d8dadd".to_owned(), samples: 4, size: [1280, 720] }
+        Self {
+            camera: None,
+            background: "#d8dadd".to_owned(),
+            samples: 4,
+            size: [1280, 720],
+            theta_scale: 1.0,
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use serde_path_to_error::Segment;
 
 use crate::config::*;
 use crate::raw::*;
+use crate::theta::RawTheta;
 use crate::{Diagnostic, Positions, join_pointer};
 
 /// A value that the schema accepts and the raw types refuse, such as `720.0`
@@ -48,7 +49,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
         models: named(raw.models, "/models", |_, raw, pointer| ModelConfig {
             file: raw.file,
             optimizer: raw.optimizer,
-            theta: raw.theta,
+            theta: raw.theta.resolve(),
             pointer,
         }),
         scene,
@@ -87,11 +88,13 @@ fn flatten(nodes: Vec<RawNode>, parent: Option<usize>, pointer: &str, flat: &mut
         let pointer = join_pointer(pointer, index);
         let own_index = flat.len();
         let model = node.model;
+        let theta = node.theta.map(RawTheta::resolve);
         flat.push(NodeConfig {
             id: node.id,
             parent,
             transform: transform(&node.transform),
             model: model.clone(),
+            theta: theta.clone(),
             pointer: pointer.clone(),
         });
         let instances_pointer = join_pointer(&pointer, "instances");
@@ -101,6 +104,7 @@ fn flatten(nodes: Vec<RawNode>, parent: Option<usize>, pointer: &str, flat: &mut
                 parent,
                 transform: transform(&copy.transform),
                 model: model.clone(),
+                theta: copy.theta.map(RawTheta::resolve).or_else(|| theta.clone()),
                 pointer: join_pointer(&instances_pointer, index),
             });
         }
@@ -143,6 +147,7 @@ fn view(raw: RawView) -> ViewConfig {
         background: colour(&raw.background),
         samples: raw.samples,
         size: raw.size,
+        theta_scale: raw.theta_scale,
         pointer: "/view".to_owned(),
     }
 }

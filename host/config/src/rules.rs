@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use serde_json::{Map, Value};
 
 use crate::report::Report;
-use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, suggest};
+use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, suggest, theta};
 
 /// Reports every fault of meaning.
 pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
@@ -34,11 +34,13 @@ impl<'d> Rules<'d, '_, '_> {
         for (name, model) in named(self.document, "models") {
             let pointer = item_pointer("models", name);
             check_name_key(name, &pointer, "model", self.report);
+            let theta_pointer = join_pointer(&pointer, "theta");
+            theta::check_levels(&model["theta"], &theta_pointer, self.report);
             if model["optimizer"].is_string() {
                 self.check_plugin_reference(&model["optimizer"], &pointer, "optimizer");
-            } else if model["theta"].as_f64().is_some_and(|theta| theta > 0.0) {
+            } else if theta::collapses(&model["theta"]) {
                 self.report.error(
-                    &join_pointer(&pointer, "theta"),
+                    &theta_pointer,
                     "theta has no effect: the model has no optimizer",
                     "add \"optimizer\" with the name of a plugin, or remove \"theta\"",
                 );

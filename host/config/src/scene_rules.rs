@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::report::Report;
 use crate::rules::{check_reference, name_fault};
 use crate::world::World;
-use crate::{MAX_NODES, MIN_SCALE, join_pointer, suggest};
+use crate::{MAX_NODES, MIN_SCALE, join_pointer, suggest, theta};
 
 /// Equipment ids, and the pointer of the node that has each.
 pub(crate) type Equipment<'d> = BTreeMap<&'d str, String>;
@@ -46,6 +46,7 @@ impl<'d> Walk<'d, '_, '_> {
             let world = self.check_placement(node, &pointer, parent);
             let models = self.document["models"].as_object();
             check_reference(&node["model"], models, &pointer, "model", "model", self.report);
+            self.check_theta(&node["theta"], &pointer, &node["model"]);
             self.check_instances(node, &pointer, parent);
             self.check_nodes(&node["children"], &join_pointer(&pointer, "children"), world);
         }
@@ -63,8 +64,31 @@ impl<'d> Walk<'d, '_, '_> {
             );
         }
         for (index, instance) in instances.iter().enumerate() {
-            self.check_placement(instance, &join_pointer(&pointer, index), parent);
+            let pointer = join_pointer(&pointer, index);
+            self.check_placement(instance, &pointer, parent);
+            self.check_theta(&instance["theta"], &pointer, &node["model"]);
         }
+    }
+
+    /// Checks the theta of a node or instance that shows `model`.
+    fn check_theta(&mut self, theta: &'d Value, placement_pointer: &str, model: &'d Value) {
+        if theta.is_null() {
+            return;
+        }
+        let pointer = join_pointer(placement_pointer, "theta");
+        theta::check_levels(theta, &pointer, self.report);
+        let (cause, remedy) = match model.as_str().map(|name| &self.document["models"][name]) {
+            None if model.is_null() => ("the node shows no model", "add \"model\""),
+            // Without an optimizer; of a model that there is.
+            Some(Value::Object(model))
+                if !model.contains_key("optimizer") && theta::collapses(theta) =>
+            {
+                ("its model has no optimizer", "add \"optimizer\" to the model")
+            }
+            _ => return,
+        };
+        let cause = format!("theta has no effect: {cause}");
+        self.report.error(&pointer, cause, format!("{remedy}, or remove \"theta\""));
     }
 
     /// Checks what nodes and instances share: id and transform. Gives where it

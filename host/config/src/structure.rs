@@ -120,15 +120,15 @@ impl<'e> Fault<'e> {
             }
             ValidationErrorKind::MinItems { limit } => (
                 format!("{} elements are too few", self.count()),
-                self.count_remedy(*limit, "elements"),
+                self.count_remedy("least", *limit, "elements"),
             ),
             ValidationErrorKind::MaxItems { limit } => (
                 format!("{} elements are too many", self.count()),
-                self.count_remedy(*limit, "elements"),
+                self.count_remedy("most", *limit, "elements"),
             ),
             ValidationErrorKind::MaxProperties { limit } => (
                 format!("{} entries are too many", self.count()),
-                self.count_remedy(*limit, "entries"),
+                self.count_remedy("most", *limit, "entries"),
             ),
             ValidationErrorKind::UniqueItems => {
                 ("an element is given twice".to_owned(), "remove one of the two".to_owned())
@@ -184,12 +184,12 @@ impl<'e> Fault<'e> {
         }
     }
 
-    fn count_remedy(&self, limit: u64, what: &str) -> String {
+    fn count_remedy(&self, bound: &str, limit: u64, what: &str) -> String {
         let (least, most) = (&self.schema["minItems"], &self.schema["maxItems"]);
         if least == most && !least.is_null() {
             format!("write exactly {limit} {what}")
         } else {
-            format!("write at most {limit} {what}")
+            format!("write at {bound} {limit} {what}")
         }
     }
 

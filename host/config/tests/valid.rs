@@ -1,6 +1,8 @@
 //! A valid configuration and what becomes of it.
 
-use busbar_config::{Band, Config, Severity, TagType, parse, schema};
+use busbar_config::{
+    Band, Config, Severity, TagType, ThetaConfig, ThetaLevelConfig, parse, schema,
+};
 use serde_json::json;
 
 const EXAMPLE: &str = include_str!("data/example.json");
@@ -20,8 +22,10 @@ fn the_example_becomes_typed_values() {
     assert_eq!(config.plugins["labels"].settings, json!({}));
     let transformer = &config.models["transformer"];
     assert_eq!(transformer.file, "models/transformer.glb");
-    assert_eq!((transformer.optimizer.as_deref(), transformer.theta), (Some("optimizer"), 0.25));
-    assert_eq!((&config.models["breaker"].optimizer, config.models["breaker"].theta), (&None, 0.0));
+    assert_eq!(transformer.optimizer.as_deref(), Some("optimizer"));
+    assert_eq!(transformer.theta, ThetaConfig::Fixed(0.25));
+    let breaker = &config.models["breaker"];
+    assert_eq!((&breaker.optimizer, &breaker.theta), (&None, &ThetaConfig::Fixed(0.0)));
     assert_eq!(config.overlays[0].plugin, "labels");
     let camera = &config.cameras["overview"];
     assert_eq!((camera.eye, camera.target), ([12.0, 6.0, 14.0], [0.0, 3.0, 0.0]));
@@ -29,6 +33,34 @@ fn the_example_becomes_typed_values() {
     assert_eq!(config.view.camera.as_deref(), Some("overview"));
     assert_eq!(config.view.background, [0xd8, 0xda, 0xdd]);
     assert_eq!((config.view.samples, config.view.size), (1, [640, 480]));
+    assert_eq!(config.view.theta_scale, 0.5);
+}
+
+#[test]
+fn theta_follows_distance_where_it_is_an_object() {
+    let policy = r#"{ "distance": [{ "beyond": 0, "theta": 0 }, { "beyond": 40.5, "theta": 1 }] }"#;
+    let text = EXAMPLE.replace("\"theta\": 0.25", &format!("\"theta\": {policy}"));
+    let level = |beyond, theta| ThetaLevelConfig { beyond, theta };
+    let levels = vec![level(0.0, 0.0), level(40.5, 1.0)];
+    let expected = ThetaConfig::Distance { levels, hysteresis: 0.05 };
+    assert_eq!(parse(&text).unwrap().models["transformer"].theta, expected);
+}
+
+#[test]
+fn a_copy_has_the_theta_of_its_node_unless_it_has_its_own() {
+    let thetas = |text: &str| {
+        let scene = parse(text).unwrap().scene;
+        [1, 2, 3].map(|node: usize| scene[node].theta.clone())
+    };
+    let fixed = |theta| Some(ThetaConfig::Fixed(theta));
+    assert_eq!(thetas(EXAMPLE), [None, fixed(0.75), None]);
+    let node = |theta| {
+        let to = format!("\"model\": \"transformer\", \"theta\": {theta}");
+        EXAMPLE.replace("\"model\": \"transformer\"", &to)
+    };
+    assert_eq!(thetas(&node("0")), [fixed(0.0), fixed(0.75), None]);
+    let inherited = node("0.5").replace("\"theta\": 0.75, ", "");
+    assert_eq!(thetas(&inherited), [fixed(0.5), fixed(0.5), None]);
 }
 
 #[test]
@@ -107,6 +139,7 @@ fn the_least_configuration_has_defaults() {
     let config = parse(r#"{ "version": 1, "scene": [] }"#).unwrap();
     assert_eq!((config.view.camera, config.view.background), (None, [0xd8, 0xda, 0xdd]));
     assert_eq!((config.view.samples, config.view.size), (4, [1280, 720]));
+    assert_eq!(config.view.theta_scale, 1.0);
     assert!(config.scene.is_empty() && config.plugins.is_empty() && config.tags.is_empty());
 }
 

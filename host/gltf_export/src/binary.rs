@@ -10,6 +10,10 @@ const JSON_CHUNK: u32 = 0x4E4F_534A;
 const BIN_CHUNK: u32 = 0x004E_4942;
 const HEADER_BYTES: u64 = 12;
 const CHUNK_HEADER_BYTES: u64 = 8;
+/// Where chunks end (glTF 2.0, section 4.4.3.1).
+const CHUNK_ALIGNMENT: u64 = 4;
+/// Where views begin: columns of property tables lie on eight bytes.
+const VIEW_ALIGNMENT: u64 = 8;
 
 /// What an element of a stream is. Each kind is one buffer view.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -17,6 +21,10 @@ pub(crate) enum Stream {
     Positions,
     Normals,
     Uvs,
+    /// Feature ids of two bytes, each on four.
+    Features16,
+    /// Feature ids as floats.
+    Features32,
     Indices16,
     Indices32,
 }
@@ -43,14 +51,15 @@ impl Stream {
         match self {
             Self::Positions | Self::Normals => Some(12),
             Self::Uvs => Some(8),
+            Self::Features16 | Self::Features32 => Some(4),
             Self::Indices16 | Self::Indices32 => None,
         }
     }
 
     fn target(self) -> u32 {
         match self {
-            Self::Positions | Self::Normals | Self::Uvs => 34962, // ARRAY_BUFFER
-            Self::Indices16 | Self::Indices32 => 34963,           // ELEMENT_ARRAY_BUFFER
+            Self::Indices16 | Self::Indices32 => 34963, // ELEMENT_ARRAY_BUFFER
+            _ => 34962,                                 // ARRAY_BUFFER
         }
     }
 }
@@ -73,7 +82,7 @@ impl Binary {
         Location { view: view as u32, byte_offset }
     }
 
-    /// Adds a file, such as an image, as a view of its own.
+    /// Adds bytes that are no stream, such as an image, as a view of its own.
     pub(crate) fn embed(&mut self, bytes: Vec<u8>) -> u32 {
         self.views.push(View { stream: None, bytes });
         self.views.len() as u32 - 1
@@ -90,7 +99,7 @@ impl Binary {
                 byte_stride: view.stream.and_then(Stream::stride_bytes),
                 target: view.stream.map(Stream::target),
             });
-            bin_bytes = padded(bin_bytes + view.bytes.len() as u64);
+            bin_bytes = (bin_bytes + view.bytes.len() as u64).next_multiple_of(VIEW_ALIGNMENT);
         }
         if bin_bytes > 0 {
             document.buffers.push(Buffer { byte_length: bin_bytes });
@@ -101,7 +110,7 @@ impl Binary {
 }
 
 fn assemble(json: &[u8], views: &[View], bin_bytes: u64) -> Result<Vec<u8>, ExportError> {
-    let json_bytes = padded(json.len() as u64);
+    let json_bytes = (json.len() as u64).next_multiple_of(CHUNK_ALIGNMENT);
     let mut total = HEADER_BYTES + CHUNK_HEADER_BYTES + json_bytes;
     if bin_bytes > 0 {
         total += CHUNK_HEADER_BYTES + bin_bytes;
@@ -114,23 +123,18 @@ fn assemble(json: &[u8], views: &[View], bin_bytes: u64) -> Result<Vec<u8>, Expo
     for word in [GLB_MAGIC, GLB_VERSION, total_u32, json_bytes as u32, JSON_CHUNK] {
         glb.extend(word.to_le_bytes());
     }
+    let json_start = glb.len();
     glb.extend(json);
-    pad(&mut glb, b' ');
+    glb.resize(json_start + json_bytes as usize, b' ');
     if bin_bytes > 0 {
         glb.extend((bin_bytes as u32).to_le_bytes());
         glb.extend(BIN_CHUNK.to_le_bytes());
+        let bin_start = glb.len();
         for view in views {
             glb.extend(&view.bytes);
-            pad(&mut glb, 0);
+            let end = (glb.len() - bin_start).next_multiple_of(VIEW_ALIGNMENT as usize);
+            glb.resize(bin_start + end, 0);
         }
     }
     Ok(glb)
-}
-
-fn padded(length: u64) -> u64 {
-    length.next_multiple_of(4)
-}
-
-fn pad(glb: &mut Vec<u8>, with: u8) {
-    glb.resize(glb.len().next_multiple_of(4), with);
 }

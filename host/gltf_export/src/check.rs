@@ -1,13 +1,15 @@
 //! Checks of a model before anything is written, so that writing only indexes.
 
-use busbar_geometry::Mesh;
+use busbar_geometry::{Mesh, NO_FEATURE};
 use busbar_scene::{Model, TextureRef};
 
 use crate::ExportError;
+use crate::features::MAX_FEATURE_ID;
 
 pub(crate) fn check(model: &Model) -> Result<(), ExportError> {
     for (index, mesh) in model.meshes.iter().enumerate() {
         check_mesh(index, mesh, model.materials.len())?;
+        check_features(index, mesh, model.feature_names(index).len())?;
     }
     check_materials(model)?;
     check_textures(model)?;
@@ -38,6 +40,22 @@ fn check_mesh(index: usize, mesh: &Mesh, materials: usize) -> Result<(), ExportE
     finite(mesh.positions.iter().all(|p| p.is_finite()), || format!("a position of mesh {index}"))?;
     finite(wedges.normal.iter().all(|n| n.is_finite()), || format!("a normal of mesh {index}"))?;
     finite(wedges.uv.iter().all(|uv| uv.is_finite()), || format!("a UV of mesh {index}"))
+}
+
+fn check_features(index: usize, mesh: &Mesh, names: usize) -> Result<(), ExportError> {
+    let (found, expected) = (mesh.features.len(), mesh.positions.len());
+    if found != 0 && found != expected {
+        return Err(ExportError::Features { mesh: index, found, expected });
+    }
+    // Without names any id may be used, but one is kept for "none".
+    let count = if names == 0 { MAX_FEATURE_ID as usize } else { names };
+    if count > MAX_FEATURE_ID as usize {
+        return Err(ExportError::TooManyFeatures { mesh: index, count });
+    }
+    for &feature in mesh.features.iter().filter(|&&feature| feature != NO_FEATURE) {
+        within(|| format!("mesh {index}"), "feature", feature.into(), count)?;
+    }
+    Ok(())
 }
 
 fn check_materials(model: &Model) -> Result<(), ExportError> {

@@ -5,10 +5,16 @@
 
 use serde::Serialize;
 
+use crate::extensions::{Extensions, PrimitiveExtensions};
+
 #[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Document {
     pub(crate) asset: Asset,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) extensions_used: Vec<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) extensions: Option<Extensions>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) scene: Option<u32>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -67,6 +73,8 @@ pub(crate) struct Primitive {
     pub(crate) indices: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) material: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) extensions: Option<PrimitiveExtensions>,
 }
 
 #[derive(Serialize)]
@@ -76,6 +84,8 @@ pub(crate) struct Attributes {
     pub(crate) normal: u32,
     #[serde(rename = "TEXCOORD_0", skip_serializing_if = "Option::is_none")]
     pub(crate) uv: Option<u32>,
+    #[serde(rename = "_FEATURE_ID_0", skip_serializing_if = "Option::is_none")]
+    pub(crate) feature: Option<u32>,
 }
 
 #[derive(Serialize)]

@@ -32,6 +32,24 @@ pub enum ExportError {
         /// The mesh.
         mesh: usize,
     },
+    /// A mesh has another number of features than of positions.
+    #[error("mesh {mesh}: {found} features for {expected} positions; build the mesh by welding")]
+    Features {
+        /// The mesh.
+        mesh: usize,
+        /// Features it has.
+        found: usize,
+        /// Positions it has.
+        expected: usize,
+    },
+    /// More features than a float tells apart.
+    #[error("mesh {mesh} has {count} features, and glTF tells at most 2^24 apart: split the mesh")]
+    TooManyFeatures {
+        /// The mesh.
+        mesh: usize,
+        /// Features it has.
+        count: usize,
+    },
     /// A value that the file cannot hold.
     #[error("{place} is not finite; glTF has no NaN and no infinity: mend it before writing")]
     NotFinite {

@@ -7,6 +7,8 @@ mod binary;
 mod check;
 mod document;
 mod error;
+mod extensions;
+mod features;
 mod materials;
 mod meshes;
 
@@ -24,6 +26,9 @@ use crate::materials::MaterialWriter;
 /// references, in order of first use. Sections without triangles, meshes
 /// without any, and textures that no material names are left out: glTF has no
 /// form for empty primitives.
+///
+/// Features are written by EXT_mesh_features, as 16-bit ids where all of a mesh
+/// fit and as floats elsewhere, and their names by EXT_structural_metadata.
 ///
 /// # Errors
 /// [`ExportError`] names the part of the model that contradicts itself, or that

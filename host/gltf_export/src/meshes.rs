@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::binary::{Binary, Location, Stream};
 use crate::document::{self, Accessor, Attributes, Document, Primitive};
+use crate::features::{MeshFeatureWriter, PropertyTables, VertexFeatures};
 
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
@@ -23,9 +24,15 @@ pub(crate) fn write(
     binary: &mut Binary,
 ) -> Vec<Option<u32>> {
     let mut file_meshes = Vec::with_capacity(model.meshes.len());
-    for mesh in &model.meshes {
+    let mut tables = PropertyTables::default();
+    for (index, mesh) in model.meshes.iter().enumerate() {
+        if mesh.triangles.is_empty() {
+            file_meshes.push(None);
+            continue;
+        }
         let mut writer = MeshWriter {
             mesh,
+            features: MeshFeatureWriter::new(mesh, model.feature_names(index), &mut tables),
             vertex_of_wedge: vec![UNUSED; mesh.wedges.len()],
             accessors: &mut document.accessors,
             binary,
@@ -37,11 +44,13 @@ pub(crate) fn write(
             document.meshes.len() as u32 - 1
         }));
     }
+    tables.finish(document, binary);
     file_meshes
 }
 
 struct MeshWriter<'a> {
     mesh: &'a Mesh,
+    features: MeshFeatureWriter<'a>,
     /// Scratch, all [`UNUSED`] between sections.
     vertex_of_wedge: Vec<u32>,
     accessors: &'a mut Vec<Accessor>,
@@ -51,14 +60,17 @@ struct MeshWriter<'a> {
 impl MeshWriter<'_> {
     fn section(&mut self, section: &Section) -> Primitive {
         let (wedges, indices) = self.gather(section);
+        let features = self.features.of(&wedges);
         Primitive {
             attributes: Attributes {
                 position: self.positions(&wedges),
                 normal: self.normals(&wedges),
                 uv: self.uvs(&wedges),
+                feature: features.as_ref().map(|features| self.feature_ids(features)),
             },
             indices: self.indices(&indices, wedges.len()),
             material: section.material,
+            extensions: features.map(VertexFeatures::into_extension),
         }
     }
 
@@ -110,6 +122,19 @@ impl MeshWriter<'_> {
             wedges.iter().flat_map(|&w| uvs[w as usize].to_array()).flat_map(f32::to_le_bytes);
         let at = self.binary.append(Stream::Uvs, bytes);
         Some(self.accessor(at, FLOAT, wedges.len(), "VEC2", None))
+    }
+
+    fn feature_ids(&mut self, features: &VertexFeatures) -> u32 {
+        let ids = features.ids.iter();
+        let (at, component) = if features.is_narrow {
+            // Attributes lie on four bytes (glTF 2.0, section 3.6.2.4).
+            let bytes = ids.flat_map(|&id| id.to_le_bytes());
+            (self.binary.append(Stream::Features16, bytes), UNSIGNED_SHORT)
+        } else {
+            let bytes = ids.flat_map(|&id| (id as f32).to_le_bytes());
+            (self.binary.append(Stream::Features32, bytes), FLOAT)
+        };
+        self.accessor(at, component, features.ids.len(), "SCALAR", None)
     }
 
     fn indices(&mut self, indices: &[u32], vertices: usize) -> u32 {

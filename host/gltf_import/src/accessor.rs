@@ -3,6 +3,7 @@
 //! Making one is cheap and allocates nothing; once made, every element named
 //! by an index below `count` can be read.
 
+use busbar_geometry::NO_FEATURE;
 use gltf::json;
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
@@ -156,6 +157,19 @@ impl<'a> Accessor<'a> {
         stored.flat_map(Elements::iter).position(|bytes| !accept(self.decode(bytes)))
     }
 
+    /// The first feature id stored that `accept` refuses, by its place in the
+    /// data; it is told `None` for what is no id.
+    pub(crate) fn find_refused_id(&self, accept: impl Fn(Option<u32>) -> bool) -> Option<usize> {
+        let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
+        let mut ids = stored.flat_map(Elements::iter).map(|b| read_id(b, self.component_type));
+        ids.position(|id| !accept(id))
+    }
+
+    /// A feature id (`SCALAR`); `None` for what is no id.
+    pub(crate) fn id_at(&self, element: usize) -> Option<u32> {
+        self.element(element).map_or(Some(0), |bytes| read_id(bytes, self.component_type))
+    }
+
     /// An index element (`SCALAR`, unsigned).
     pub(crate) fn index_at(&self, element: usize) -> u32 {
         self.element(element).map_or(0, |bytes| read_index(bytes, self.component_type))
@@ -244,6 +258,16 @@ fn read_index(bytes: &[u8], component_type: ComponentType) -> u32 {
         (ComponentType::U32, &[a, b, c, d, ..]) => u32::from_le_bytes([a, b, c, d]),
         _ => u32::MAX,
     }
+}
+
+/// A whole number that a feature may have: floats tell those up to 2^24 apart.
+fn read_id(bytes: &[u8], component_type: ComponentType) -> Option<u32> {
+    const LARGEST_FLOAT: f32 = 16_777_216.0;
+    if component_type != ComponentType::F32 {
+        return Some(read_index(bytes, component_type)).filter(|&id| id != NO_FEATURE);
+    }
+    let id = read_float(bytes, component_type, false);
+    (id.fract() == 0.0 && (0.0..=LARGEST_FLOAT).contains(&id)).then_some(id as u32)
 }
 
 /// One component as a float (glTF 2.0, section 3.6.2.2 for normalised ones).

@@ -5,12 +5,14 @@ use serde_path_to_error::Segment;
 
 use crate::ImportLimits;
 use crate::error::{Fault, ImportError};
+use crate::extensions::{MESH_FEATURES, STRUCTURAL_METADATA};
 use crate::limits::MAX_JSON_BYTES;
 use crate::report::Notes;
 use crate::scan::{json_fault, pointer_step, scan};
 
 /// Extensions that change how data is read, and are understood here.
-const SUPPORTED_EXTENSIONS: &[&str] = &["KHR_mesh_quantization"];
+const SUPPORTED_EXTENSIONS: &[&str] =
+    &[MESH_FEATURES, STRUCTURAL_METADATA, "KHR_mesh_quantization"];
 
 /// Parses the JSON of a file and checks version and extensions.
 pub(crate) fn parse(
@@ -70,7 +72,8 @@ pub(crate) fn shortened(text: &str) -> String {
     format!("{}{dots}", &text[..end])
 }
 
-fn pointer(path: &serde_path_to_error::Path) -> String {
+/// Where a parser stopped, as a JSON pointer.
+pub(crate) fn pointer(path: &serde_path_to_error::Path) -> String {
     let steps = path.iter().filter_map(|segment| match segment {
         Segment::Seq { index } => Some(format!("/{index}")),
         Segment::Map { key } => Some(format!("/{}", pointer_step(key))),

@@ -9,15 +9,20 @@
 //! read here.
 
 mod accessor;
+mod bounded;
 mod buffers;
 mod container;
 mod document;
 mod error;
+mod extensions;
+mod features;
 mod files;
 mod images;
 mod limits;
 mod materials;
 mod meshes;
+mod name_table;
+mod names;
 mod nodes;
 mod primitives;
 mod report;
@@ -32,14 +37,14 @@ use gltf::json::Root;
 
 use crate::buffers::Buffers;
 use crate::files::Files;
-use crate::meshes::Checker;
+use crate::meshes::{Builder, Checker};
 use crate::report::Notes;
 
 pub use crate::error::{Fault, ImportError};
 pub use crate::limits::{
-    ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FILE_BYTES, MAX_JSON_BYTES,
-    MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES, MAX_NODES, MAX_NOTES, MAX_TEXTURE_PIXELS,
-    MAX_TEXTURE_SIDE, MAX_TRIANGLES,
+    ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES, MAX_FILE_BYTES,
+    MAX_JSON_BYTES, MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES,
+    MAX_NOTES, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TRIANGLES,
 };
 pub use crate::report::ImportReport;
 
@@ -57,9 +62,11 @@ pub struct Imported {
 ///
 /// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
 /// the first texture coordinates in any component type (KHR_mesh_quantization
-/// included); sparse accessors; metallic-roughness materials with PNG and JPEG
+/// included); sparse accessors; features of vertices with their names
+/// (EXT_mesh_features by attribute, EXT_structural_metadata); metallic-roughness materials with PNG and JPEG
 /// textures. All else is skipped and reported, or refused if the file requires
-/// it. Node names become unique within the model and lose their '/'.
+/// it. Node names become unique within the model, feature names within their
+/// mesh, and both lose their '/'.
 ///
 /// # Errors
 /// [`ImportError`]: file, what, where and remedy, for files that cannot be
@@ -105,6 +112,7 @@ fn import(
     let mut notes = Notes::default();
     let container = container::open(bytes)?;
     let root = document::parse(container.json, limits, &mut notes)?;
+    let extensions = extensions::parse(container.json, &root)?;
     let mut nodes = nodes::build(&root, limits, &mut notes)?;
     let materials = materials::convert(&root, &mut notes)?;
 
@@ -113,16 +121,19 @@ fn import(
     let loaded_images = images::load(&root, &materials.images, &mut files)?;
     let buffers = Buffers::new(&root, &loaded_buffers, container.bin, &files)?;
 
-    let shown = check_meshes(&root, &buffers, limits, &nodes, &mut notes)?;
+    let mut checker = Checker::new(&root, &buffers, &extensions, limits);
+    let shown = check_meshes(&root, &mut checker, &nodes, &mut notes)?;
     let textures =
         images::decode(&root, &materials.images, &loaded_images, &buffers, &files, limits)?;
     let mut report = ImportReport::default();
-    let mut meshes = Vec::new();
+    let mut builder = Builder::new(checker);
+    let (mut meshes, mut features) = (Vec::new(), Vec::new());
     let mut model_mesh = vec![None; root.meshes.len()];
     for mesh in shown {
-        let (built, welded) = meshes::build(&root, &buffers, mesh)?;
+        let (built, names, welded) = builder.build(mesh)?;
         model_mesh[mesh] = Some(meshes.len() as u32);
         meshes.push(built);
+        features.push(names);
         report.meshes.push(welded);
     }
     for node in &mut nodes {
@@ -130,7 +141,7 @@ fn import(
     }
     report.notes = notes.into_sentences();
     let materials = materials.materials;
-    let model = Model { meshes, features: Vec::new(), materials, textures, nodes };
+    let model = Model { meshes, features, materials, textures, nodes };
     Ok(Imported { model, report })
 }
 
@@ -138,8 +149,7 @@ fn import(
 /// file's order.
 fn check_meshes(
     root: &Root,
-    buffers: &Buffers<'_>,
-    limits: &ImportLimits,
+    checker: &mut Checker<'_>,
     nodes: &[ModelNode],
     notes: &mut Notes,
 ) -> Result<Vec<usize>, ImportError> {
@@ -147,7 +157,6 @@ fn check_meshes(
     for mesh in nodes.iter().filter_map(|node| node.mesh) {
         named[mesh as usize] = true;
     }
-    let mut checker = Checker::new(root, buffers, limits);
     let mut shown = Vec::new();
     for mesh in (0..named.len()).filter(|&mesh| named[mesh]) {
         if checker.check(mesh, notes)? > 0 {

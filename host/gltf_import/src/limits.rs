@@ -22,7 +22,13 @@ pub const MAX_JSON_DEPTH: usize = 64;
 pub const MAX_JSON_MEMORY: u64 = 40 << 20;
 /// Files that one model may name.
 pub const MAX_EXTERNAL_FILES: usize = 1024;
-/// Bytes of a node's or a material's name; longer ones are cut.
+/// Features of all meshes together, each with a name of its own; what has no
+/// triangle is no feature.
+pub const MAX_FEATURES: u32 = 100_000;
+/// Items of one list or object of EXT_structural_metadata, and vertex
+/// attributes or feature id sets of one primitive that has features.
+pub const MAX_METADATA_ITEMS: usize = 256;
+/// Bytes of a node's, a feature's or a material's name; longer ones are cut.
 pub const MAX_NAME_BYTES: usize = 128;
 /// Different remarks in a report.
 pub const MAX_NOTES: usize = 100;
@@ -40,6 +46,8 @@ pub struct ImportLimits {
     pub max_depth: u32,
     /// See [`MAX_TRIANGLES`].
     pub max_triangles: u64,
+    /// See [`MAX_FEATURES`].
+    pub max_features: u32,
     /// See [`MAX_TEXTURE_PIXELS`].
     pub max_texture_pixels: u64,
 }
@@ -51,6 +59,7 @@ impl Default for ImportLimits {
             max_nodes: MAX_NODES,
             max_depth: MAX_DEPTH,
             max_triangles: MAX_TRIANGLES,
+            max_features: MAX_FEATURES,
             max_texture_pixels: MAX_TEXTURE_PIXELS,
         }
     }

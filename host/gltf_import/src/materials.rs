@@ -6,7 +6,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Root};
 
 use crate::error::{Fault, ImportError, item};
-use crate::nodes::clean_name;
+use crate::names::clean_name;
 use crate::report::Notes;
 
 /// The materials, and for each of the model's textures the image it shows.

@@ -10,14 +10,23 @@ use crate::ImportLimits;
 use crate::accessor::Accessor;
 use crate::buffers::Buffers;
 use crate::error::{Fault, ImportError};
+use crate::extensions::{Extensions, PropertyTable, STRUCTURAL_METADATA};
+use crate::features::{FeatureIds, FeatureNamer, NameTables};
 use crate::limits::MAX_COORDINATE;
+use crate::name_table::NameTable;
 use crate::primitives::{Place, Primitive};
 use crate::report::Notes;
+
+const SKIPPED_FEATURES: &str =
+    "set of feature ids skipped: only the first one by a vertex attribute is read";
+const UNNAMED_FEATURES: &str =
+    "property table without a column of strings that its class declares: its features are numbered";
 
 /// Checks meshes and counts their triangles.
 pub(crate) struct Checker<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
+    extensions: &'a Extensions,
     limits: &'a ImportLimits,
     triangles: u64,
     visits: u64,
@@ -25,19 +34,30 @@ pub(crate) struct Checker<'a> {
     largest_index: HashMap<usize, u32>,
     sane_positions: HashSet<usize>,
     other: HashSet<usize>,
+    /// Feature ids by accessor, table and null id.
+    sane_features: HashSet<(usize, Option<usize>, Option<u64>)>,
+    tables: NameTables<'a>,
 }
 
 impl<'a> Checker<'a> {
-    pub(crate) fn new(root: &'a Root, buffers: &'a Buffers<'a>, limits: &'a ImportLimits) -> Self {
+    pub(crate) fn new(
+        root: &'a Root,
+        buffers: &'a Buffers<'a>,
+        extensions: &'a Extensions,
+        limits: &'a ImportLimits,
+    ) -> Self {
         Self {
             root,
             buffers,
+            extensions,
             limits,
             triangles: 0,
             visits: 0,
             largest_index: HashMap::new(),
             sane_positions: HashSet::new(),
             other: HashSet::new(),
+            sane_features: HashSet::new(),
+            tables: HashMap::new(),
         }
     }
 
@@ -46,12 +66,17 @@ impl<'a> Checker<'a> {
         let before = self.triangles;
         for (index, json) in self.root.meshes[mesh].primitives.iter().enumerate() {
             let place = Place { mesh, primitive: index };
-            match Primitive::new(self.root, self.buffers, json, place)? {
+            match Primitive::new(self.root, self.buffers, self.extensions, json, place)? {
                 None => notes.add("primitive of points, lines or no positions skipped"),
                 Some(primitive) => {
                     primitive.note(json, notes);
+                    let skipped = self.extensions.skipped_sets(mesh, index);
+                    notes.add_many(SKIPPED_FEATURES, skipped);
                     self.count(&primitive, place)?;
                     self.check_values(&primitive, place)?;
+                    if let Some(features) = &primitive.features {
+                        self.check_features(features, notes)?;
+                    }
                 }
             }
         }
@@ -116,32 +141,99 @@ impl<'a> Checker<'a> {
         }
     }
 
+    fn check_features(
+        &mut self,
+        features: &FeatureIds<'_>,
+        notes: &mut Notes,
+    ) -> Result<(), ImportError> {
+        let FeatureIds { ids, null, table } = features;
+        if !self.sane_features.insert((ids.index, *table, *null)) {
+            return Ok(());
+        }
+        self.visit(ids)?;
+        ids.check_sparse()?;
+        let mut rows = None;
+        if let Some(index) = *table {
+            let table = &self.extensions.property_tables()[index];
+            self.check_table(index, table, notes)?;
+            rows = Some(table.count);
+        }
+        features.check(rows)
+    }
+
+    fn check_table(
+        &mut self,
+        index: usize,
+        table: &'a PropertyTable,
+        notes: &mut Notes,
+    ) -> Result<(), ImportError> {
+        if self.tables.contains_key(&index) {
+            return Ok(());
+        }
+        let place = format!("/extensions/{STRUCTURAL_METADATA}/propertyTables/{index}");
+        let buffers = self.buffers;
+        let names = match self.extensions.class_of(table) {
+            None => None,
+            Some(class) => {
+                let charge = |bytes| self.charge(bytes, &place);
+                NameTable::of(table, class, buffers, &place, charge)?
+            }
+        };
+        notes.add_many(UNNAMED_FEATURES, names.is_none().into());
+        self.tables.insert(index, names);
+        Ok(())
+    }
+
     /// An element takes a byte at least: this bounds the time that many
     /// accessors of the same bytes can cost.
     fn visit(&mut self, accessor: &Accessor<'_>) -> Result<(), ImportError> {
-        self.visits += accessor.stored_elements();
+        self.charge(accessor.stored_elements(), &format!("/accessors/{}", accessor.index))
+    }
+
+    fn charge(&mut self, elements: u64, place: &str) -> Result<(), ImportError> {
+        self.visits += elements;
         let limit = self.buffers.total_bytes();
         if self.visits <= limit {
             return Ok(());
         }
         let what = "elements for the bytes there are";
-        let fault = Fault::TooMany { what, count: self.visits, limit };
-        Err(fault.at(format!("/accessors/{}", accessor.index)))
+        Err(Fault::TooMany { what, count: self.visits, limit }.at(place))
     }
 }
 
-/// Reads and welds one checked mesh.
-pub(crate) fn build(
-    root: &Root,
-    buffers: &Buffers<'_>,
-    mesh: usize,
-) -> Result<(Mesh, WeldReport), ImportError> {
-    let mut primitives = Vec::new();
-    for (index, json) in root.meshes[mesh].primitives.iter().enumerate() {
-        let place = Place { mesh, primitive: index };
-        if let Some(primitive) = Primitive::new(root, buffers, json, place)? {
-            primitives.push(primitive.read());
-        }
+/// Builds checked meshes, and names their features.
+pub(crate) struct Builder<'a> {
+    root: &'a Root,
+    buffers: &'a Buffers<'a>,
+    extensions: &'a Extensions,
+    namer: FeatureNamer<'a>,
+}
+
+/// A mesh, the names of its features, and what welding did.
+pub(crate) type BuiltMesh = (Mesh, Vec<String>, WeldReport);
+
+impl<'a> Builder<'a> {
+    pub(crate) fn new(checker: Checker<'a>) -> Self {
+        let Checker { root, buffers, extensions, limits, tables, .. } = checker;
+        let namer = FeatureNamer::new(tables, limits);
+        Self { root, buffers, extensions, namer }
     }
-    weld(&primitives).map_err(|e| Fault::Invalid(e.to_string()).at(format!("/meshes/{mesh}")))
+
+    /// Reads and welds one mesh.
+    pub(crate) fn build(&mut self, mesh: usize) -> Result<BuiltMesh, ImportError> {
+        let here = || format!("/meshes/{mesh}");
+        let (mut primitives, mut tables) = (Vec::new(), Vec::new());
+        for (index, json) in self.root.meshes[mesh].primitives.iter().enumerate() {
+            let place = Place { mesh, primitive: index };
+            let primitive = Primitive::new(self.root, self.buffers, self.extensions, json, place)?;
+            if let Some(primitive) = primitive {
+                tables.push(primitive.features.and_then(|features| features.table));
+                primitives.push(primitive.read());
+            }
+        }
+        let names = self.namer.name(&mut primitives, &tables).map_err(|f| f.at(here()))?;
+        let (mesh, report) =
+            weld(&primitives).map_err(|e| Fault::Invalid(e.to_string()).at(here()))?;
+        Ok((mesh, names, report))
+    }
 }

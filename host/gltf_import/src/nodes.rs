@@ -1,14 +1,13 @@
 //! The hierarchy: strict trees, flattened with parents before children.
 
-use std::collections::HashMap;
-
 use busbar_scene::ModelNode;
 use glam::{Mat4, Quat, Vec3};
 use gltf::json::{Node, Root, scene};
 
 use crate::ImportLimits;
 use crate::error::{Fault, ImportError, item};
-use crate::limits::{MAX_COORDINATE, MAX_NAME_BYTES};
+use crate::limits::MAX_COORDINATE;
+use crate::names::{Names, clean_name};
 use crate::report::Notes;
 
 const NONE: u32 = u32::MAX;
@@ -131,7 +130,8 @@ fn flatten(
             }
         };
         let here = nodes.len() as u32;
-        nodes.push(ModelNode { name: names.unique(root, index), parent, parent_from_node, mesh });
+        let name = names.unique(name_of(root, index));
+        nodes.push(ModelNode { name, parent, parent_from_node, mesh });
         let below = children(node).iter().rev();
         stack.extend(below.map(|c| pend(c.value(), Some(here), model_from_node, level + 1)));
     }
@@ -171,39 +171,12 @@ fn matrix(node: &Node) -> Mat4 {
     Mat4::from_scale_rotation_translation(scale, rotation, translation)
 }
 
-/// Names given so far, and the last number appended to each.
-#[derive(Default)]
-struct Names(HashMap<String, u32>);
-
-impl Names {
-    fn unique(&mut self, root: &Root, index: usize) -> String {
-        let node = &root.nodes[index];
-        let mesh_name = || root.meshes.get(node.mesh?.value())?.name.as_deref();
-        let given = |name: Option<&str>| name.map(clean_name).filter(|n| !n.is_empty());
-        let name = given(node.name.as_deref())
-            .or_else(|| given(mesh_name()))
-            .unwrap_or_else(|| format!("node {index}"));
-        if !self.0.contains_key(&name) {
-            self.0.insert(name.clone(), 1);
-            return name;
-        }
-        let mut number = self.0[&name];
-        loop {
-            number += 1;
-            let numbered = format!("{name}#{number}");
-            if !self.0.contains_key(&numbered) {
-                self.0.insert(name, number);
-                self.0.insert(numbered.clone(), 1);
-                return numbered;
-            }
-        }
-    }
-}
-
-/// Ids are paths, and are read by people: no '/' and no control character.
-pub(crate) fn clean_name(name: &str) -> String {
-    let shown = name.trim().chars().map(|c| if c == '/' || c.is_control() { '_' } else { c });
-    let mut clean: String = shown.collect();
-    clean.truncate(clean.floor_char_boundary(MAX_NAME_BYTES));
-    clean
+/// The node's own name, or its mesh's, or its number.
+fn name_of(root: &Root, index: usize) -> String {
+    let node = &root.nodes[index];
+    let mesh_name = || root.meshes.get(node.mesh?.value())?.name.as_deref();
+    let given = |name: Option<&str>| name.map(clean_name).filter(|n| !n.is_empty());
+    given(node.name.as_deref())
+        .or_else(|| given(mesh_name()))
+        .unwrap_or_else(|| format!("node {index}"))
 }

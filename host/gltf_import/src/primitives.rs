@@ -13,6 +13,8 @@ use gltf::json::{self, Root};
 use crate::accessor::Accessor;
 use crate::buffers::Buffers;
 use crate::error::{Fault, ImportError, item};
+use crate::extensions::{Extensions, MESH_FEATURES, PrimitiveFeatures};
+use crate::features::FeatureIds;
 use crate::report::Notes;
 
 use ComponentType::{F32, I8, I16, U8, U16, U32};
@@ -22,6 +24,7 @@ pub(crate) struct Primitive<'a> {
     pub(crate) positions: Accessor<'a>,
     pub(crate) normals: Option<Accessor<'a>>,
     pub(crate) uvs: Option<Accessor<'a>>,
+    pub(crate) features: Option<FeatureIds<'a>>,
     pub(crate) indices: Option<Accessor<'a>>,
     material: Option<u32>,
     mode: Mode,
@@ -45,6 +48,7 @@ impl<'a> Primitive<'a> {
     pub(crate) fn new(
         root: &'a Root,
         buffers: &Buffers<'a>,
+        extensions: &Extensions,
         primitive: &json::mesh::Primitive,
         place: Place,
     ) -> Result<Option<Self>, ImportError> {
@@ -77,18 +81,23 @@ impl<'a> Primitive<'a> {
         };
         let normals = attribute(Semantic::Normals, "NORMAL", NORMAL)?;
         let uvs = attribute(Semantic::TexCoords(0), "TEXCOORD_0", UV)?;
+        let features = extensions
+            .features(place.mesh, place.primitive)
+            .map(|found| feature_ids(root, buffers, extensions, &found, place))
+            .transpose()?;
         let indices = primitive
             .indices
             .map(|index| accessor(index.value(), "/indices", INDEX))
             .transpose()?;
-        for other in [&normals, &uvs].into_iter().flatten() {
+        let ids = features.as_ref().map(|features| &features.ids);
+        for other in [normals.as_ref(), uvs.as_ref(), ids].into_iter().flatten() {
             if other.count != positions.count {
                 let what =
                     format!("attributes of {} and {} vertices", positions.count, other.count);
                 return Err(Fault::Invalid(what).at(place.pointer("/attributes")));
             }
         }
-        Ok(Some(Self { positions, normals, uvs, indices, material, mode }))
+        Ok(Some(Self { positions, normals, uvs, features, indices, material, mode }))
     }
 
     /// How many triangles there will be.
@@ -140,11 +149,13 @@ impl<'a> Primitive<'a> {
         });
         let uvs =
             self.uvs.map(|uvs| vertices.clone().map(|v| Vec2::from(uvs.floats_at(v))).collect());
+        let features =
+            self.features.map(|features| vertices.clone().map(|v| features.at(v)).collect());
         RawPrimitive {
             positions: positions.collect(),
             normals: normals.unwrap_or_default(),
             uvs: uvs.unwrap_or_default(),
-            features: Vec::new(),
+            features: features.unwrap_or_default(),
             triangles,
             material: self.material,
         }
@@ -169,6 +180,41 @@ impl<'a> Primitive<'a> {
     }
 }
 
+/// The set of feature ids that a primitive names.
+fn feature_ids<'a>(
+    root: &'a Root,
+    buffers: &Buffers<'a>,
+    extensions: &Extensions,
+    found: &PrimitiveFeatures<'_>,
+    place: Place,
+) -> Result<FeatureIds<'a>, ImportError> {
+    let here = |field: &str| {
+        let set = found.index;
+        place.pointer(&format!("/extensions/{MESH_FEATURES}/featureIds/{set}{field}"))
+    };
+    let Some(accessor) = found.accessor else {
+        let what = format!("the primitive has no attribute {}", found.attribute);
+        return Err(Fault::Invalid(what).at(here("/attribute")));
+    };
+    let named_by = || place.pointer(&format!("/attributes/{}", found.attribute));
+    let ids = Accessor::new(root, buffers, as_index(accessor), named_by)?;
+    FEATURE_ID.check(&ids, named_by)?;
+    if ids.normalized {
+        return Err(Fault::Invalid("feature ids cannot be normalised".into()).at(named_by()));
+    }
+    let table = found.set.property_table.map(as_index);
+    if let Some(table) = table {
+        let tables = extensions.property_tables();
+        item(tables, table, "property table", || here("/propertyTable"))?;
+    }
+    Ok(FeatureIds { ids, null: found.set.null_feature_id, table })
+}
+
+/// What does not fit is beyond what there is.
+pub(crate) fn as_index(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}
+
 /// What an accessor must be for its use (glTF 2.0, section 3.7.2.1, widened by
 /// KHR_mesh_quantization).
 struct Rule {
@@ -181,6 +227,8 @@ const POSITION: Rule =
     Rule { what: "positions", shape: Type::Vec3, component_types: &[F32, I8, U8, I16, U16] };
 const NORMAL: Rule = Rule { what: "normals", shape: Type::Vec3, component_types: &[F32, I8, I16] };
 const UV: Rule = Rule { what: "UVs", shape: Type::Vec2, component_types: &[F32, I8, U8, I16, U16] };
+const FEATURE_ID: Rule =
+    Rule { what: "feature ids", shape: Type::Scalar, component_types: &[F32, U8, U16, U32] };
 const INDEX: Rule = Rule { what: "indices", shape: Type::Scalar, component_types: &[U8, U16, U32] };
 
 impl Rule {

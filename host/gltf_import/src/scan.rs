@@ -14,6 +14,7 @@ use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, Seq
 
 use crate::ImportLimits;
 use crate::error::{Fault, ImportError};
+use crate::extensions;
 use crate::limits::{MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_NAME_BYTES};
 
 /// What the elements of a top-level array cost when parsed, bytes.
@@ -58,9 +59,10 @@ const SECTIONS: &[Section] = &[
     section("materials", vec_bytes::<json::Material>(), 0, 0),
     section(
         "meshes",
-        vec_bytes::<json::Mesh>(),
+        vec_bytes::<json::Mesh>() + vec_bytes::<extensions::Mesh>(),
         // An object below a mesh is a primitive, its attributes, or a morph target.
-        max(vec_bytes::<json::mesh::Primitive>(), ATTRIBUTES_BYTES),
+        max(vec_bytes::<json::mesh::Primitive>(), ATTRIBUTES_BYTES)
+            + vec_bytes::<extensions::Primitive>(),
         16,
     ),
     section("nodes", vec_bytes::<json::Node>(), 0, 8),

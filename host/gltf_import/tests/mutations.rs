@@ -56,7 +56,8 @@ fn seeds() -> Vec<Vec<u8>> {
     bin.resize(4096, 0);
     let wrapped = glb(inner.to_string().as_bytes(), &bin);
     import(&wrapped).unwrap();
-    vec![rich.bytes(), plain.to_string().into_bytes(), exported, wrapped]
+    let features = common::square_with_features([0, 0, 1, 1], &["T1", "T2"]).bytes();
+    vec![rich.bytes(), plain.to_string().into_bytes(), exported, wrapped, features]
 }
 
 fn mutate(file: &mut Vec<u8>, random: &mut Random) {
@@ -122,6 +123,12 @@ fn assert_sound(imported: &Imported) {
         assert!(node.mesh.is_none_or(|m| (m as usize) < model.meshes.len()));
         assert!(node.parent_from_node.is_finite());
         assert!(model.nodes[..index].iter().all(|other| other.name != node.name));
+    }
+    for (mesh, names) in model.meshes.iter().zip(&model.features) {
+        assert!(names.iter().all(|name| !name.is_empty() && !name.contains('/')));
+        assert!(
+            mesh.triangles.iter().all(|&t| mesh.feature(t) == mesh.feature([t[1], t[2], t[0]]))
+        );
     }
     // Checks every index of meshes, materials and textures.
     busbar_gltf_export::write_glb(model).unwrap();

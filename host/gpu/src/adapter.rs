@@ -21,6 +21,8 @@ pub(crate) struct Adapter {
     pub(crate) can_draw_lines: bool,
     /// Whether the queue writes timestamps.
     pub(crate) has_timestamps: bool,
+    /// The processor draws.
+    pub(crate) is_software: bool,
     rank: u32,
 }
 
@@ -75,6 +77,7 @@ impl Adapter {
             limits: properties.limits,
             can_draw_lines: features.fill_mode_non_solid == vk::TRUE,
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
+            is_software: properties.device_type == vk::PhysicalDeviceType::CPU,
             rank: rank(properties.device_type),
         }))
     }

@@ -187,7 +187,7 @@ impl Binding<'_> {
                 matches!(buffer.usage(), BufferUsage::Uniform | BufferUsage::HostUniform)
             }
             (Self::Buffer(buffer), BindingKind::Storage) => {
-                buffer.usage() == BufferUsage::HostStorage
+                matches!(buffer.usage(), BufferUsage::Storage | BufferUsage::HostStorage)
             }
             (Self::Texture(image), BindingKind::Texture) => image.kind() == ImageKind::Texture,
             (Self::Sampler(_), BindingKind::Sampler) => true,

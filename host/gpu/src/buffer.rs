@@ -20,10 +20,14 @@ pub enum BufferUsage {
     Index,
     /// A uniform on the device, filled likewise.
     Uniform,
+    /// A storage buffer on the device, filled likewise.
+    Storage,
     /// A uniform that the CPU writes every frame.
     HostUniform,
     /// A storage buffer that the CPU writes every frame.
     HostStorage,
+    /// Vertex data that the CPU writes every frame.
+    HostVertex,
     /// Source of a copy to the device.
     Staging,
     /// Target of a copy to the CPU.
@@ -40,8 +44,12 @@ impl BufferUsage {
             Self::Uniform => {
                 vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST
             }
+            Self::Storage => {
+                vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST
+            }
             Self::HostUniform => vk::BufferUsageFlags::UNIFORM_BUFFER,
             Self::HostStorage => vk::BufferUsageFlags::STORAGE_BUFFER,
+            Self::HostVertex => vk::BufferUsageFlags::VERTEX_BUFFER,
             Self::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
             Self::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         }
@@ -49,8 +57,10 @@ impl BufferUsage {
 
     fn location(self) -> MemoryLocation {
         match self {
-            Self::Vertex | Self::Index | Self::Uniform => MemoryLocation::GpuOnly,
-            Self::HostUniform | Self::HostStorage | Self::Staging => MemoryLocation::CpuToGpu,
+            Self::Vertex | Self::Index | Self::Uniform | Self::Storage => MemoryLocation::GpuOnly,
+            Self::HostUniform | Self::HostStorage | Self::HostVertex | Self::Staging => {
+                MemoryLocation::CpuToGpu
+            }
             Self::Readback => MemoryLocation::GpuToCpu,
         }
     }
@@ -59,7 +69,7 @@ impl BufferUsage {
     fn limit(self, limits: &vk::PhysicalDeviceLimits) -> u64 {
         match self {
             Self::Uniform | Self::HostUniform => u64::from(limits.max_uniform_buffer_range),
-            Self::HostStorage => u64::from(limits.max_storage_buffer_range),
+            Self::Storage | Self::HostStorage => u64::from(limits.max_storage_buffer_range),
             _ => u64::MAX,
         }
     }

@@ -17,6 +17,7 @@ use crate::adapter::Adapter;
 use crate::bind::DescriptorPools;
 use crate::error::{allocating, at};
 use crate::garbage::Garbage;
+use crate::heap::keep_freed_memory;
 use crate::instance::Instance;
 
 /// How long submitted work may take before it counts as hung. Long, because a
@@ -272,6 +273,9 @@ impl Parts {
 }
 
 fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash::Device, GpuError> {
+    if adapter.is_software {
+        keep_freed_memory();
+    }
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(adapter.queue_family)

@@ -15,6 +15,7 @@ mod error;
 mod format;
 mod garbage;
 mod gpu;
+mod heap;
 mod image;
 mod instance;
 mod overlay;
@@ -37,7 +38,9 @@ pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
 pub use image::{Image, ImageDescription, ImageKind};
 pub use overlay::Overlay;
 pub use pass::{ClearColor, Draw, Pass, Targets, Viewport};
-pub use pipeline::{Blend, Pipeline, PipelineDescription, ShaderStage};
+pub use pipeline::{
+    AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
+};
 pub use recorder::Recorder;
 pub use sampler::{AddressMode, Sampler};
 pub use surface::WindowHandles;

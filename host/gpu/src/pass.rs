@@ -42,8 +42,10 @@ pub struct Draw<'a> {
     pub pipeline: &'a Pipeline,
     /// The groups that the pipeline's layout asks for.
     pub groups: &'a [&'a BindGroup],
-    /// Vertices.
+    /// Vertices: the pipeline's first vertex buffer.
     pub vertices: &'a Buffer,
+    /// Instances: its second.
+    pub instances: &'a Buffer,
     /// Indices, 32 bits each.
     pub indices: &'a Buffer,
     /// Which indices.
@@ -70,7 +72,7 @@ pub struct Pass<'r> {
 struct Bound {
     pipeline: vk::Pipeline,
     groups: Vec<vk::DescriptorSet>,
-    vertices: vk::Buffer,
+    vertices: [vk::Buffer; 2],
     indices: vk::Buffer,
     culling: Option<(bool, bool)>,
 }
@@ -193,9 +195,12 @@ impl Pass<'_> {
             return Err(GpuError::Misuse("bind groups made for another pipeline"));
         }
         if draw.vertices.usage() != BufferUsage::Vertex
+            || draw.instances.usage() != BufferUsage::HostVertex
             || draw.indices.usage() != BufferUsage::Index
         {
-            return Err(GpuError::Misuse("buffers that hold no vertices or no indices"));
+            return Err(GpuError::Misuse(
+                "buffers that hold no vertices, no instances or no indices",
+            ));
         }
         if u64::from(draw.index_range.end) * size_of::<u32>() as u64 > draw.indices.size() {
             return Err(GpuError::Misuse("a draw beyond its indices"));
@@ -220,9 +225,10 @@ impl Pass<'_> {
                 device.cmd_bind_descriptor_sets(commands, graphics, layout, 0, &groups, &[]);
                 bound.groups = groups;
             }
-            if bound.vertices != draw.vertices.raw() {
-                bound.vertices = draw.vertices.raw();
-                device.cmd_bind_vertex_buffers(commands, 0, &[bound.vertices], &[0]);
+            let vertices = [draw.vertices.raw(), draw.instances.raw()];
+            if bound.vertices != vertices {
+                bound.vertices = vertices;
+                device.cmd_bind_vertex_buffers(commands, 0, &vertices, &[0, 0]);
             }
             if bound.indices != draw.indices.raw() {
                 bound.indices = draw.indices.raw();

@@ -37,10 +37,8 @@ pub struct PipelineDescription<'a> {
     pub vertex: ShaderStage<'a>,
     /// Fragment shader.
     pub fragment: ShaderStage<'a>,
-    /// Bytes of one vertex.
-    pub vertex_bytes: u32,
-    /// Floats of each vertex attribute, 2 or 3, lying one after the other.
-    pub attribute_floats: &'a [u32],
+    /// What the vertex buffers hold, in the order in which they are bound.
+    pub vertex_buffers: &'a [VertexBuffer<'a>],
     /// Layouts of the groups, numbered from 0.
     pub groups: &'a [&'a BindGroupLayout],
     /// Format of the colour target.
@@ -51,6 +49,46 @@ pub struct PipelineDescription<'a> {
     pub blend: Blend,
     /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
     pub lines: bool,
+}
+
+/// What one vertex buffer holds.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexBuffer<'a> {
+    /// Bytes from one element to the next.
+    pub stride: u32,
+    /// An element an instance rather than a vertex.
+    pub per_instance: bool,
+    /// What a shader reads of an element.
+    pub attributes: &'a [VertexAttribute],
+}
+
+/// What a shader reads at one location.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexAttribute {
+    /// Location in the shader.
+    pub location: u32,
+    /// Its numbers.
+    pub kind: AttributeKind,
+    /// Bytes from the start of the element.
+    pub offset: u32,
+}
+
+/// Numbers of a vertex attribute, 32 bits each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AttributeKind {
+    /// Four floats.
+    Float4,
+    /// Four whole numbers.
+    Uint4,
+}
+
+impl AttributeKind {
+    fn vk(self) -> vk::Format {
+        match self {
+            Self::Float4 => vk::Format::R32G32B32A32_SFLOAT,
+            Self::Uint4 => vk::Format::R32G32B32A32_UINT,
+        }
+    }
 }
 
 /// A graphics pipeline.
@@ -92,6 +130,11 @@ impl Pipeline {
         Ok(pipeline)
     }
 
+    /// How many bind groups its shaders take.
+    pub fn group_count(&self) -> usize {
+        self.groups.len()
+    }
+
     fn compile(&self, description: &PipelineDescription<'_>) -> Result<vk::Pipeline, GpuError> {
         let vertex = Module::new(&self.device, description.vertex.words)?;
         let fragment = Module::new(&self.device, description.fragment.words)?;
@@ -99,9 +142,7 @@ impl Pipeline {
             vertex.stage(vk::ShaderStageFlags::VERTEX, description.vertex.entry),
             fragment.stage(vk::ShaderStageFlags::FRAGMENT, description.fragment.entry),
         ];
-        let bindings =
-            [vk::VertexInputBindingDescription::default().stride(description.vertex_bytes)];
-        let attributes = attributes(description.attribute_floats);
+        let (bindings, attributes) = vertex_input(description.vertex_buffers);
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&bindings)
             .vertex_attribute_descriptions(&attributes);
@@ -162,21 +203,29 @@ impl Drop for Pipeline {
     }
 }
 
-fn attributes(floats: &[u32]) -> Vec<vk::VertexInputAttributeDescription> {
-    let mut offset = 0;
-    (0..)
-        .zip(floats)
-        .map(|(location, &floats)| {
-            let format = match floats {
-                2 => vk::Format::R32G32_SFLOAT,
-                _ => vk::Format::R32G32B32_SFLOAT,
-            };
-            let attribute =
-                vk::VertexInputAttributeDescription { location, binding: 0, format, offset };
-            offset += floats * size_of::<f32>() as u32;
-            attribute
-        })
-        .collect()
+fn vertex_input(
+    buffers: &[VertexBuffer<'_>],
+) -> (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>) {
+    let binding_of = |(binding, buffer): (u32, &VertexBuffer<'_>)| {
+        let rate = match buffer.per_instance {
+            true => vk::VertexInputRate::INSTANCE,
+            false => vk::VertexInputRate::VERTEX,
+        };
+        let description = vk::VertexInputBindingDescription::default();
+        description.binding(binding).stride(buffer.stride).input_rate(rate)
+    };
+    let attributes_of = |(binding, buffer): (u32, &VertexBuffer<'_>)| {
+        let attribute = move |attribute: &VertexAttribute| {
+            vk::VertexInputAttributeDescription::default()
+                .binding(binding)
+                .location(attribute.location)
+                .format(attribute.kind.vk())
+                .offset(attribute.offset)
+        };
+        buffer.attributes.iter().map(attribute).collect::<Vec<_>>()
+    };
+    let bindings = (0..).zip(buffers).map(binding_of).collect();
+    (bindings, (0..).zip(buffers).flat_map(attributes_of).collect())
 }
 
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {

@@ -49,7 +49,8 @@ impl Recorder<'_> {
                 .dst_access_mask(
                     vk::AccessFlags2::INDEX_READ
                         | vk::AccessFlags2::VERTEX_ATTRIBUTE_READ
-                        | vk::AccessFlags2::UNIFORM_READ,
+                        | vk::AccessFlags2::UNIFORM_READ
+                        | vk::AccessFlags2::SHADER_STORAGE_READ,
                 )],
         );
         Ok(buffer)

@@ -74,6 +74,7 @@ impl View {
         let drawn = self.renderer.draw(&Frame {
             camera: CameraView::look_at(eye, target, Vec3::Y, 0.7, aspect, 0.05),
             instances: &self.instances,
+            object_highlights: &[],
             wireframe: number % 50 == 49,
             background: [0.68, 0.70, 0.72],
             overlay: Some(EguiFrame {

@@ -1,7 +1,7 @@
 //! The camera.
 
 use glam::camera::rh::{proj::vulkan, view};
-use glam::{Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec3};
 
 /// Where the picture is taken from, and through what lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,22 @@ impl CameraView {
         }
     }
 
+    /// From the eye through the upper left corner of a picture of `size` pixels,
+    /// and by what that changes a pixel to the right and a pixel down: world
+    /// space, of any length.
+    pub(crate) fn pixel_rays(&self, size: [u32; 2]) -> [Vec3; 3] {
+        let camera_from_clip = self.projection.inverse();
+        // By its rotation alone: far from the origin positions are coarse.
+        let world_from_camera = Mat3::from_mat4(self.camera_from_world).transpose();
+        let through = |x: f32, y: f32| {
+            world_from_camera * camera_from_clip.project_point3(Vec3::new(x, y, 1.0))
+        };
+        let corner = through(-1.0, -1.0);
+        let [width, height] = size.map(|pixels| pixels.max(1) as f32);
+        let right = (through(1.0, -1.0) - corner) / width;
+        [corner, right, (through(-1.0, 1.0) - corner) / height]
+    }
+
     /// World to clip space.
     pub fn clip_from_world(&self) -> Mat4 {
         self.projection * self.camera_from_world
@@ -52,6 +68,8 @@ impl CameraView {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
 
     fn project(camera: &CameraView, world: Vec3) -> Vec3 {
@@ -66,6 +84,19 @@ mod tests {
         assert!(project(&camera, Vec3::Z * -1e6).z < 1e-6);
         assert!(project(&camera, Vec3::Y).y < 0.0, "Vulkan's y points down");
         assert!(project(&camera, Vec3::X).x > 0.0);
+    }
+
+    #[test]
+    fn rays_lead_to_what_their_pixels_show() {
+        let size = [640, 360];
+        let eye = Vec3::new(40.0, -7.0, 12.0);
+        let camera = CameraView::look_at(eye, Vec3::ONE, Vec3::Y, 0.9, 16.0 / 9.0, 0.3);
+        let [corner, right, down] = camera.pixel_rays(size);
+        for world in [Vec3::ZERO, Vec3::new(3.0, 9.0, -4.0), Vec3::new(-20.0, 1.0, 2.0)] {
+            let pixel = (project(&camera, world).truncate() + 1.0) * Vec2::new(320.0, 180.0);
+            let ray = (corner + pixel.x * right + pixel.y * down).normalize();
+            assert!(ray.distance((world - eye).normalize()) < 1e-4, "{ray} to {world}");
+        }
     }
 
     #[test]

@@ -1,19 +1,35 @@
 //! Models and all they are drawn with; records frames and picks.
 
+use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
+use busbar_geometry::CollapseStacks;
+use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
+use rayon::prelude::*;
 
 use crate::batch::Plan;
-use crate::index_cache::{IndexCache, MAX_CACHED_INDEX_BYTES};
+use crate::features::FeatureKit;
+use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
-use crate::pick::{self, PickTargets};
+use crate::pick::PickTargets;
 use crate::pipelines::{Layouts, Pipelines};
+use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
-use crate::{Frame, FrameStats, RenderError};
+use crate::{Frame, FrameStats, MeshAtCursor, RenderError};
+
+/// Bytes of index buffers, resolved beside the frames, that one frame uploads;
+/// one buffer always, so that each arrives.
+pub const MAX_UPLOAD_BYTES_PER_FRAME: u64 = 4 << 20;
+
+/// What an upload costs besides its bytes, in bytes.
+const UPLOAD_OVERHEAD_BYTES: u64 = 32 << 10;
+
+/// Meshes that are resolved at once, before they are uploaded, where a frame
+/// cannot do without them.
+const MAX_RESOLVED_AT_ONCE: usize = 32;
 
 /// The stream of picks, after those of the frames in flight.
 const PICK_STREAM: usize = MAX_FRAMES_IN_FLIGHT;
@@ -22,11 +38,12 @@ const PICK_STREAM: usize = MAX_FRAMES_IN_FLIGHT;
 pub(crate) struct Content {
     pub(crate) models: Vec<Option<GpuModel>>,
     pub(crate) cache: IndexCache,
+    pub(crate) resolver: Resolver,
     pub(crate) kit: MaterialKit,
+    pub(crate) feature_kit: FeatureKit,
     layouts: Layouts,
     pipelines: Pipelines,
     streams: Vec<FrameStream>,
-    pub(crate) pick: PickTargets,
 }
 
 impl Content {
@@ -39,30 +56,85 @@ impl Content {
         Ok(Self {
             models: Vec::new(),
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
+            resolver: Resolver::new()?,
             kit: MaterialKit::new(gpu, layouts.material.clone())?,
-            pick: PickTargets::new(gpu)?,
+            feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
             layouts,
             pipelines,
             streams,
         })
     }
 
-    /// Puts the frame in order, writes it for the GPU and resolves meshes at
-    /// cursors that are new.
+    /// Asks for meshes at cursors, to be resolved beside the frames.
+    pub(crate) fn request(&mut self, wanted: impl Iterator<Item = MeshAtCursor>) {
+        let (models, cache) = (&self.models, &self.cache);
+        let found = wanted.filter_map(|at| find(models, &at));
+        self.resolver.request(found.filter(|(key, _)| cache.get(*key).is_none()));
+    }
+
+    /// Uploads what was resolved beside the frames, as much as a frame may.
+    fn upload_resolved(&mut self, recorder: &mut Recorder<'_>) -> Result<(), RenderError> {
+        let mut left = u64::MAX;
+        while let Some((key, resolved)) = self.resolver.take(left) {
+            // The first always fits.
+            left = left.min(MAX_UPLOAD_BYTES_PER_FRAME);
+            left = left.saturating_sub(resolved.bytes() + UPLOAD_OVERHEAD_BYTES);
+            if self.cache.get(key).is_none() {
+                self.cache.insert(recorder, key, &resolved)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Resolves what the frame cannot do without, on all cores.
+    fn resolve_missing(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        plan: &Plan,
+    ) -> Result<(), RenderError> {
+        let mut missing = Vec::new();
+        for batch in &plan.batches {
+            let is_new = missing.last().is_none_or(|(key, _)| *key != batch.key);
+            if let (true, None, Some(model)) =
+                (is_new, self.cache.get(batch.key), &self.models[batch.key.model as usize])
+            {
+                missing.push((batch.key, &model.meshes[batch.key.mesh as usize].stacks));
+            }
+        }
+        for some in missing.chunks(MAX_RESOLVED_AT_ONCE) {
+            let resolve = |&(key, stacks): &(IndexKey, &Arc<CollapseStacks>)| {
+                (key, ResolvedTriangles::of(stacks, key.cursor))
+            };
+            let resolved: Vec<_> = some.par_iter().map(resolve).collect();
+            for (key, resolved) in resolved {
+                self.cache.insert(recorder, key, &resolved)?;
+                self.cache.touch(key)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the frame in order, writes it for the GPU and resolves what is
+    /// missing.
     fn prepare(
         &mut self,
         recorder: &mut Recorder<'_>,
         stream: usize,
         frame: &Frame<'_>,
+        size: [u32; 2],
     ) -> Result<Plan, RenderError> {
-        let plan = Plan::of(&self.models, frame.instances)?;
+        let plan = Plan::of(&self.models, frame)?;
         let layout = &self.layouts.frame;
-        self.streams[stream].write(recorder.gpu(), layout, &frame.camera, &plan.instances)?;
+        self.streams[stream].write(
+            recorder.gpu(),
+            layout,
+            (&frame.camera, size),
+            &plan.instances,
+            &plan.feature_highlights,
+        )?;
+        self.resolve_missing(recorder, &plan)?;
         for batch in &plan.batches {
-            if let Some(model) = &self.models[batch.key.model as usize] {
-                let stacks = &model.meshes[batch.key.mesh as usize].stacks;
-                self.cache.require(recorder, batch.key, stacks)?;
-            }
+            self.cache.touch(batch.key)?;
         }
         Ok(plan)
     }
@@ -73,6 +145,8 @@ impl Content {
             cache: &self.cache,
             plan,
             frame_group: &self.streams[stream].group,
+            instances: &self.streams[stream].instances,
+            feature_kit: &self.feature_kit,
         }
     }
 
@@ -84,7 +158,8 @@ impl Content {
     ) -> Result<FrameStats, RenderError> {
         let resolving = Instant::now();
         let stream = recorder.slot();
-        let plan = self.prepare(recorder, stream, frame)?;
+        self.upload_resolved(recorder)?;
+        let plan = self.prepare(recorder, stream, frame, targets.size())?;
         let resolve_millis = millis_since(resolving);
         let drawer = self.drawer(&plan, stream);
         let pipelines = &self.pipelines;
@@ -92,18 +167,20 @@ impl Content {
             recorder.pass(&targets.cleared_to(frame.background), whole(targets.size()))?;
         let mut draw_calls = 0;
         if frame.wireframe {
-            draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All, false)?;
+            draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All)?;
             if let Some(lines) = &pipelines.wire_lines {
-                draw_calls += drawer.draw(&mut pass, lines, Sections::All, false)?;
+                draw_calls += drawer.draw(&mut pass, lines, Sections::All)?;
             }
         } else {
-            draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque, true)?;
+            draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque)?;
             draw_calls += drawer.draw_blended(&mut pass, &pipelines.blended, frame.camera.eye)?;
         }
         Ok(FrameStats {
             triangles: drawer.triangles(),
             draw_calls,
             resolve_millis,
+            resolved: self.cache.made(),
+            waiting: self.resolver.waiting() as u32,
             ..FrameStats::default()
         })
     }
@@ -111,16 +188,28 @@ impl Content {
     pub(crate) fn record_pick(
         &mut self,
         recorder: &mut Recorder<'_>,
+        targets: &PickTargets,
+        viewport: Viewport,
         frame: &Frame<'_>,
-        pixel: [u32; 2],
-        size: [u32; 2],
     ) -> Result<(), RenderError> {
-        let plan = self.prepare(recorder, PICK_STREAM, frame)?;
+        let plan = self.prepare(recorder, PICK_STREAM, frame, targets.id.size())?;
         let drawer = self.drawer(&plan, PICK_STREAM);
-        let mut pass = recorder.pass(&self.pick.cleared(), pick::around(pixel, size))?;
-        drawer.draw(&mut pass, &self.pipelines.pick, Sections::All, true)?;
+        let mut pass = recorder.pass(&targets.cleared(), viewport)?;
+        drawer.draw(&mut pass, &self.pipelines.pick, Sections::All)?;
         Ok(())
     }
+}
+
+/// The cache's key of a mesh at a cursor, and its stacks; `None` for what is
+/// not there.
+pub(crate) fn find<'a>(
+    models: &'a [Option<GpuModel>],
+    at: &MeshAtCursor,
+) -> Option<(IndexKey, &'a Arc<CollapseStacks>)> {
+    let model = models.get(at.model.0 as usize)?.as_ref()?;
+    let stacks = &model.meshes.get(at.mesh as usize)?.stacks;
+    let cursor = at.cursor.min(stacks.collapse_count());
+    Some((IndexKey { model: at.model.0, mesh: at.mesh, cursor }, stacks))
 }
 
 pub(crate) fn millis_since(start: Instant) -> f64 {

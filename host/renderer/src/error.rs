@@ -49,6 +49,17 @@ pub enum RenderError {
         /// The limit.
         limit: u64,
     },
+    /// The threads that resolve meshes cannot be started.
+    #[error("no threads to resolve meshes with: {0}; raise the limit of processes")]
+    NoThreads(String),
+    /// A frame without the tints of features that it shows.
+    #[error("object {object} has no highlight, only {count} have: give one for every object")]
+    NoHighlight {
+        /// The last object of an instance's features; 0 is none.
+        object: u32,
+        /// Highlights of the frame.
+        count: usize,
+    },
     /// A pixel outside the picture.
     #[error("pixel {pixel:?} lies outside the picture of {size:?} pixels")]
     OutsidePicture {

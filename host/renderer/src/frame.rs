@@ -11,6 +11,9 @@ pub struct Frame<'a> {
     pub camera: CameraView,
     /// What is drawn; may be empty.
     pub instances: &'a [DrawInstance],
+    /// Tints of the objects 1, 2 and so on, as [`DrawInstance::highlight`]; read
+    /// for features only, so that it may be empty where nothing drawn has any.
+    pub object_highlights: &'a [[f32; 4]],
     /// Triangles' edges over a light fill. On a device that cannot draw lines
     /// ([`Renderer::can_draw_wireframe`](crate::Renderer::can_draw_wireframe))
     /// the fill is shown without them.
@@ -36,6 +39,21 @@ pub struct DrawInstance {
     pub object: u32,
     /// Tint for hover, selection or alarm: linear rgb, strength from 0 to 1.
     pub highlight: [f32; 4],
+    /// Object of the mesh's feature 0, those of the others after it. Features
+    /// then stand in for this instance, in picking and in
+    /// [`Frame::object_highlights`]; `None` shows the mesh as one piece.
+    pub first_feature: Option<u32>,
+}
+
+/// A mesh of a model with so many collapses done; beyond the last it means all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshAtCursor {
+    /// The model.
+    pub model: ModelHandle,
+    /// Index into the model's meshes.
+    pub mesh: u32,
+    /// Collapses done.
+    pub cursor: u32,
 }
 
 /// egui's output for one frame. Every textures delta must reach the renderer
@@ -64,6 +82,11 @@ pub struct FrameStats {
     pub cpu_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,
+    /// Meshes at new cursors that came onto the device.
+    pub resolved: u32,
+    /// Requests ([`Renderer::request`](crate::Renderer::request)) that are not
+    /// done.
+    pub waiting: u32,
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use busbar_geometry::CollapseStacks;
 use busbar_gpu::{Buffer, BufferUsage, Recorder};
 
 use crate::RenderError;
+use crate::resolver::ResolvedTriangles;
 
 /// Bytes of index buffers that are kept beyond what the current frame needs.
 pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
@@ -34,7 +34,9 @@ pub(crate) struct ResolvedIndices {
     pub(crate) triangles: u32,
     bytes: u64,
     made_at: u64,
+    /// When it was made or drawn last: what ages it.
     used_at: u64,
+    drawn_at: u64,
 }
 
 /// Least-recently-used cache. A buffer that is evicted is freed once no frame
@@ -47,11 +49,13 @@ pub(crate) struct IndexCache {
     clock: u64,
     /// Bytes that the current frame has asked for.
     frame_bytes: u64,
+    /// Entries that the current frame made.
+    made: u32,
 }
 
 impl IndexCache {
     pub(crate) fn new(limit_bytes: u64) -> Self {
-        Self { entries: HashMap::new(), bytes: 0, limit_bytes, clock: 0, frame_bytes: 0 }
+        Self { entries: HashMap::new(), bytes: 0, limit_bytes, clock: 0, frame_bytes: 0, made: 0 }
     }
 
     pub(crate) fn set_limit(&mut self, limit_bytes: u64) {
@@ -67,24 +71,36 @@ impl IndexCache {
     pub(crate) fn begin_frame(&mut self) {
         self.clock += 1;
         self.frame_bytes = 0;
+        self.made = 0;
     }
 
-    /// Makes sure that the indices are there, and that the frame may have them.
-    pub(crate) fn require(
+    /// Entries that the current frame made.
+    pub(crate) fn made(&self) -> u32 {
+        self.made
+    }
+
+    /// Uploads a mesh at a cursor. It stays at least until the frame after.
+    pub(crate) fn insert(
         &mut self,
         recorder: &mut Recorder<'_>,
         key: IndexKey,
-        stacks: &CollapseStacks,
+        resolved: &ResolvedTriangles,
     ) -> Result<(), RenderError> {
-        if !self.entries.contains_key(&key) {
-            let entry = resolve(recorder, stacks, key.cursor, self.clock)?;
-            self.bytes += entry.bytes;
-            self.entries.insert(key, entry);
+        let entry = upload(recorder, resolved, self.clock)?;
+        self.made += 1;
+        self.bytes += entry.bytes;
+        if let Some(replaced) = self.entries.insert(key, entry) {
+            self.bytes -= replaced.bytes;
         }
+        Ok(())
+    }
+
+    /// Marks an entry as used by the current frame, if the frame may have it.
+    pub(crate) fn touch(&mut self, key: IndexKey) -> Result<(), RenderError> {
         if let Some(entry) = self.entries.get_mut(&key)
-            && entry.used_at != self.clock
+            && entry.drawn_at != self.clock
         {
-            entry.used_at = self.clock;
+            (entry.used_at, entry.drawn_at) = (self.clock, self.clock);
             self.frame_bytes += entry.bytes;
         }
         if self.frame_bytes > MAX_FRAME_INDEX_BYTES {
@@ -152,13 +168,11 @@ impl IndexCache {
     }
 }
 
-fn resolve(
+fn upload(
     recorder: &mut Recorder<'_>,
-    stacks: &CollapseStacks,
-    cursor: u32,
+    resolved: &ResolvedTriangles,
     clock: u64,
 ) -> Result<ResolvedIndices, RenderError> {
-    let resolved = stacks.resolve(cursor);
     let indices: &[u8] = bytemuck::cast_slice(&resolved.triangles);
     let buffer = match indices {
         [] => None,
@@ -170,6 +184,7 @@ fn resolve(
         triangles: resolved.triangles.len() as u32,
         bytes: indices.len() as u64 + ENTRY_BYTES,
         made_at: clock,
-        used_at: 0,
+        used_at: clock,
+        drawn_at: 0,
     })
 }

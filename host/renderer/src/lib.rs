@@ -5,12 +5,15 @@
 //!
 //! Vertices are uploaded once a model. What changes with a cursor is an index
 //! buffer, resolved when a (model, mesh, cursor) is first asked for and shared
-//! by all instances at that cursor.
+//! by all instances at that cursor. A frame waits for what it draws; whoever
+//! asks for it before ([`Renderer::request`]) and draws it when it is there
+//! ([`Renderer::triangles_at`]) never waits.
 
 mod batch;
 mod camera;
 mod content;
 mod error;
+mod features;
 mod frame;
 mod index_cache;
 mod material;
@@ -18,15 +21,18 @@ mod model;
 mod pick;
 mod pipelines;
 mod renderer;
+mod resolver;
 mod scene_pass;
 mod stream;
 mod targets;
 
 pub use busbar_gpu::{GpuError, ValidationLog, WindowHandles};
 pub use camera::CameraView;
+pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
 pub use error::RenderError;
-pub use frame::{DrawInstance, EguiFrame, Frame, FrameStats, Picture};
+pub use frame::{DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Picture};
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
 pub use model::{ModelHandle, ModelUpload};
 pub use renderer::{Renderer, RendererOptions};
-pub use stream::MAX_INSTANCES;
+pub use resolver::{MAX_PENDING_RESOLVE_BYTES, MAX_PENDING_RESOLVES};
+pub use stream::{MAX_FEATURE_HIGHLIGHTS, MAX_INSTANCES};

@@ -16,6 +16,8 @@ pub(crate) struct GpuMaterial {
     pub(crate) group: BindGroup,
     pub(crate) blends: bool,
     pub(crate) double_sided: bool,
+    /// Opaque and without textures.
+    pub(crate) plain: bool,
 }
 
 /// What all materials share.
@@ -91,6 +93,9 @@ impl MaterialKit {
             group: BindGroup::new(&self.layout, &bindings)?,
             blends: material.alpha == AlphaMode::Blend,
             double_sided: material.double_sided,
+            plain: material.alpha == AlphaMode::Opaque
+                && material.base_color_texture.is_none()
+                && material.metallic_roughness_texture.is_none(),
         })
     }
 }

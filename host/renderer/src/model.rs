@@ -9,6 +9,7 @@ use busbar_shaders::Vertex;
 use glam::Vec3;
 
 use crate::RenderError;
+use crate::features::{FeatureKit, MeshFeatures};
 use crate::material::{GpuMaterial, MaterialKit};
 
 /// Names an uploaded model.
@@ -37,6 +38,8 @@ pub(crate) struct GpuMesh {
     pub(crate) stacks: Arc<CollapseStacks>,
     /// `None` for a mesh without vertices.
     pub(crate) vertices: Option<Buffer>,
+    /// `None` for a mesh that is one piece.
+    pub(crate) features: Option<MeshFeatures>,
     /// Middle of the mesh, for sorting by distance; mesh space.
     pub(crate) center: Vec3,
     /// Whether any section blends.
@@ -47,13 +50,14 @@ impl GpuModel {
     pub(crate) fn upload(
         recorder: &mut Recorder<'_>,
         kit: &MaterialKit,
+        feature_kit: &FeatureKit,
         upload: ModelUpload<'_>,
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
         let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mesh = model.upload_mesh(recorder, stacks)?;
+            let mesh = model.upload_mesh(recorder, feature_kit, stacks)?;
             model.meshes.push(mesh);
         }
         Ok(model)
@@ -62,6 +66,7 @@ impl GpuModel {
     fn upload_mesh(
         &self,
         recorder: &mut Recorder<'_>,
+        feature_kit: &FeatureKit,
         stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
@@ -77,6 +82,7 @@ impl GpuModel {
         Ok(GpuMesh {
             stacks: Arc::clone(stacks),
             vertices,
+            features: feature_kit.upload(recorder, mesh)?,
             center: mesh.bounds().map_or(Vec3::ZERO, |bounds| bounds.center()),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
         })
@@ -98,9 +104,8 @@ fn vertices_of(mesh: &Mesh) -> Vec<Vertex> {
         .zip(&wedges.normal)
         .zip(&wedges.uv)
         .map(|((&position, normal), uv)| Vertex {
-            position: mesh.positions[position as usize].to_array(),
-            normal: normal.to_array(),
-            uv: uv.to_array(),
+            position_u: mesh.positions[position as usize].extend(uv.x).to_array(),
+            normal_v: normal.extend(uv.y).to_array(),
         })
         .collect()
 }

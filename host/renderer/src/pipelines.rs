@@ -3,19 +3,17 @@
 use std::ffi::CStr;
 
 use busbar_gpu::{
-    BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline, PipelineDescription,
-    ShaderStage,
+    AttributeKind, BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline,
+    PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-use busbar_shaders::{PICK, SCENE, Vertex, WIREFRAME};
+use busbar_shaders::{Attribute, Instance, PICK, SCENE, Vertex, WIREFRAME};
 
 use crate::pick::ID_FORMAT;
 
-/// Floats of [`Vertex`]'s position, normal and texture coordinate.
-const VERTEX_FLOATS: [u32; 3] = [3, 3, 2];
-
-/// Layouts of the two groups that `shaders/common/frame.wgsl` names.
+/// Layouts of the three groups that `shaders/common/frame.wgsl` names.
 pub(crate) struct Layouts {
     pub(crate) frame: BindGroupLayout,
+    pub(crate) features: BindGroupLayout,
     pub(crate) material: BindGroupLayout,
 }
 
@@ -24,6 +22,7 @@ impl Layouts {
         use BindingKind::{Sampler, Storage, Texture, Uniform};
         Ok(Self {
             frame: BindGroupLayout::new(gpu, &[Uniform, Storage])?,
+            features: BindGroupLayout::new(gpu, &[Storage])?,
             material: BindGroupLayout::new(gpu, &[Uniform, Texture, Sampler, Texture, Sampler])?,
         })
     }
@@ -31,12 +30,49 @@ impl Layouts {
 
 /// Compiled once, at start.
 pub(crate) struct Pipelines {
-    pub(crate) opaque: Pipeline,
-    pub(crate) blended: Pipeline,
-    pub(crate) wire_fill: Pipeline,
+    pub(crate) opaque: Shading,
+    pub(crate) blended: Shading,
+    pub(crate) wire_fill: Shading,
     /// `None` on a device that cannot draw lines.
-    pub(crate) wire_lines: Option<Pipeline>,
-    pub(crate) pick: Pipeline,
+    pub(crate) wire_lines: Option<Shading>,
+    pub(crate) pick: Shading,
+}
+
+/// What is highlighted of the instances that are drawn together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Highlights {
+    None,
+    /// Whole instances only.
+    OfInstances,
+    /// Some feature of some instance.
+    OfFeatures,
+}
+
+/// Pipelines of one look, each for what it has to look at.
+pub(crate) struct Shading {
+    /// Draws everything.
+    any: Pipeline,
+    /// Draws, faster, meshes of which no feature is highlighted.
+    without_features: Option<Pipeline>,
+    /// Draws, faster still, plain materials (opaque and without textures) where
+    /// nothing at all is highlighted.
+    plain: Option<Pipeline>,
+}
+
+impl Shading {
+    fn of_one(any: Pipeline) -> Self {
+        Self { any, without_features: None, plain: None }
+    }
+
+    /// The fastest pipeline that will do.
+    pub(crate) fn pipeline(&self, highlights: Highlights, plain: bool) -> &Pipeline {
+        let faster = match (highlights, plain) {
+            (Highlights::None, true) => self.plain.as_ref().or(self.without_features.as_ref()),
+            (Highlights::OfFeatures, _) => None,
+            _ => self.without_features.as_ref(),
+        };
+        faster.unwrap_or(&self.any)
+    }
 }
 
 impl Pipelines {
@@ -46,21 +82,29 @@ impl Pipelines {
         color: Format,
         samples: u32,
     ) -> Result<Self, GpuError> {
-        let shaded = [&layouts.frame, &layouts.material];
-        let plain = [&layouts.frame];
+        let shaded = [&layouts.frame, &layouts.features, &layouts.material];
+        let unlit = [&layouts.frame, &layouts.features];
         let scene = Recipe {
             name: "scene",
             words: SCENE,
-            vertex: c"vertex_main",
+            vertex: c"feature_vertex_main",
             fragment: c"fragment_main",
             groups: &shaded,
+        };
+        let without_features =
+            Recipe { name: "scene without features", vertex: c"vertex_main", ..scene };
+        let plain = Recipe {
+            name: "plain scene",
+            vertex: c"plain_vertex_main",
+            fragment: c"plain_fragment_main",
+            ..scene
         };
         let fill = Recipe {
             name: "wireframe fill",
             words: WIREFRAME,
             vertex: c"fill_vertex",
             fragment: c"fill_fragment",
-            groups: &plain,
+            groups: &unlit,
         };
         let lines = Recipe {
             name: "wireframe lines",
@@ -68,17 +112,28 @@ impl Pipelines {
             fragment: c"line_fragment",
             ..fill
         };
-        let pick = Recipe { name: "pick", words: PICK, ..scene };
+        let pick = Recipe { name: "pick", words: PICK, vertex: c"vertex_main", ..scene };
+        let solid =
+            |recipe: &Recipe<'_>| recipe.compile(gpu, color, samples, Blend::Replace, false);
+        let clear = |recipe: &Recipe<'_>| recipe.compile(gpu, color, samples, Blend::Over, false);
         let wire_lines = gpu
             .can_draw_lines()
             .then(|| lines.compile(gpu, color, samples, Blend::Replace, true))
             .transpose()?;
         Ok(Self {
-            opaque: scene.compile(gpu, color, samples, Blend::Replace, false)?,
-            blended: scene.compile(gpu, color, samples, Blend::Over, false)?,
-            wire_fill: fill.compile(gpu, color, samples, Blend::Replace, false)?,
-            wire_lines,
-            pick: pick.compile(gpu, ID_FORMAT, 1, Blend::Replace, false)?,
+            opaque: Shading {
+                any: solid(&scene)?,
+                without_features: Some(solid(&without_features)?),
+                plain: Some(solid(&plain)?),
+            },
+            blended: Shading {
+                any: clear(&scene)?,
+                without_features: Some(clear(&without_features)?),
+                plain: None,
+            },
+            wire_fill: Shading::of_one(solid(&fill)?),
+            wire_lines: wire_lines.map(Shading::of_one),
+            pick: Shading::of_one(pick.compile(gpu, ID_FORMAT, 1, Blend::Replace, false)?),
         })
     }
 }
@@ -102,14 +157,23 @@ impl Recipe<'_> {
         blend: Blend,
         lines: bool,
     ) -> Result<Pipeline, GpuError> {
+        let vertex = Vertex::ATTRIBUTES.map(attribute);
+        let instance = Instance::ATTRIBUTES.map(attribute);
+        let buffer = |stride: usize, per_instance, attributes| VertexBuffer {
+            stride: stride as u32,
+            per_instance,
+            attributes,
+        };
         Pipeline::new(
             gpu,
             &PipelineDescription {
                 name: self.name,
                 vertex: ShaderStage { words: self.words, entry: self.vertex },
                 fragment: ShaderStage { words: self.words, entry: self.fragment },
-                vertex_bytes: size_of::<Vertex>() as u32,
-                attribute_floats: &VERTEX_FLOATS,
+                vertex_buffers: &[
+                    buffer(size_of::<Vertex>(), false, &vertex),
+                    buffer(size_of::<Instance>(), true, &instance),
+                ],
                 groups: self.groups,
                 color,
                 samples,
@@ -118,4 +182,9 @@ impl Recipe<'_> {
             },
         )
     }
+}
+
+fn attribute(attribute: Attribute) -> VertexAttribute {
+    let kind = if attribute.whole { AttributeKind::Uint4 } else { AttributeKind::Float4 };
+    VertexAttribute { location: attribute.location, kind, offset: attribute.offset }
 }

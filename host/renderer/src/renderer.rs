@@ -3,13 +3,15 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, GpuOptions, Overlay, ValidationLog, WindowHandles};
+use busbar_gpu::{Gpu, GpuOptions, Overlay, ValidationLog, Viewport, WindowHandles};
 
-use crate::content::{Content, millis_since};
+use crate::content::{self, Content, millis_since};
 use crate::model::GpuModel;
-use crate::pick;
-use crate::targets::SceneTargets;
-use crate::{EguiFrame, Frame, FrameStats, ModelHandle, ModelUpload, Picture, RenderError};
+use crate::pick::{self, PickTargets};
+use crate::targets::{SceneTargets, whole};
+use crate::{
+    EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle, ModelUpload, Picture, RenderError,
+};
 
 /// Models that one renderer ever takes, removed ones included.
 const MAX_MODELS: usize = 1 << 20;
@@ -34,6 +36,7 @@ impl Default for RendererOptions {
 pub struct Renderer {
     content: Content,
     targets: Option<SceneTargets>,
+    one_pixel: PickTargets,
     overlay: Overlay,
     samples: u32,
     /// The picture's size; in a window, the window's.
@@ -80,11 +83,12 @@ impl Renderer {
             return Err(RenderError::BadSamples(samples));
         }
         let content = Content::new(&mut gpu, samples)?;
+        let one_pixel = PickTargets::new(&gpu, [1, 1])?;
         let overlay = Overlay::new(&gpu, gpu.picture_format())?;
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        Ok(Self { content, targets: None, overlay, samples, size, in_window, gpu })
+        Ok(Self { content, targets: None, one_pixel, overlay, samples, size, in_window, gpu })
     }
 
     /// Uploads a model: vertices, materials and textures, once.
@@ -98,7 +102,8 @@ impl Renderer {
             return Err(RenderError::TooMany { what: "models", asked, limit });
         }
         let mut recorder = self.gpu.begin_transfer()?;
-        let model = GpuModel::upload(&mut recorder, &self.content.kit, upload)?;
+        let model =
+            GpuModel::upload(&mut recorder, &self.content.kit, &self.content.feature_kit, upload)?;
         recorder.submit_and_wait()?;
         self.content.models.push(Some(model));
         Ok(ModelHandle(index as u32))
@@ -109,8 +114,27 @@ impl Renderer {
     pub fn remove_model(&mut self, model: ModelHandle) {
         if let Some(slot) = self.content.models.get_mut(model.0 as usize) {
             *slot = None;
+            self.content.resolver.drop_where(|key| key.model == model.0);
             self.content.cache.remove_model(model.0);
         }
+    }
+
+    /// Asks for meshes at cursors, the most urgent first, to be resolved beside
+    /// the frames and uploaded by them, each with a share of
+    /// [`MAX_UPLOAD_BYTES_PER_FRAME`](crate::MAX_UPLOAD_BYTES_PER_FRAME).
+    /// Replaces what was asked for before: what is not named any more is
+    /// dropped. What is beyond
+    /// [`MAX_PENDING_RESOLVES`](crate::MAX_PENDING_RESOLVES) is passed over:
+    /// ask again after the next frame.
+    pub fn request(&mut self, wanted: impl Iterator<Item = MeshAtCursor>) {
+        self.content.request(wanted);
+    }
+
+    /// The live triangles of a mesh at a cursor, if it can be drawn without
+    /// being resolved first.
+    pub fn triangles_at(&self, at: &MeshAtCursor) -> Option<u32> {
+        let (key, _) = content::find(&self.content.models, at)?;
+        Some(self.content.cache.get(key)?.triangles)
     }
 
     /// Changes the size of the picture from the next frame on. In a window,
@@ -201,31 +225,49 @@ impl Renderer {
     /// # Errors
     /// When the pixel lies outside the picture; otherwise as [`Renderer::draw`].
     pub fn pick(&mut self, frame: &Frame<'_>, pixel: [u32; 2]) -> Result<Option<u32>, RenderError> {
-        // What the user clicked on is the last picture shown.
-        let size = self.targets.as_ref().map_or(self.size, SceneTargets::size);
+        let size = self.picked_size();
         if pixel[0] >= size[0] || pixel[1] >= size[1] {
             return Err(RenderError::OutsidePicture { pixel, size });
         }
-        self.content.cache.begin_frame();
-        let picked = self.pick_sized(frame, pixel, size);
-        if picked.is_err() {
-            self.content.cache.abandon_frame();
-        }
-        picked
+        let picked = self.pick_into(None, pick::around(pixel, size), frame)?;
+        Ok(picked.first().copied().flatten())
     }
 
-    fn pick_sized(
+    /// The objects at all pixels, drawn as [`Renderer::pick`] does: rows from
+    /// the top. The width is that of [`Renderer::picked_size`].
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`].
+    pub fn pick_all(&mut self, frame: &Frame<'_>) -> Result<Vec<Option<u32>>, RenderError> {
+        let size = self.picked_size();
+        if size.contains(&0) {
+            return Ok(Vec::new());
+        }
+        let targets = PickTargets::new(&self.gpu, size)?;
+        self.pick_into(Some(&targets), whole(size), frame)
+    }
+
+    /// Size of the picture that picks refer to, pixels: what the user clicks on
+    /// is the last one shown.
+    pub fn picked_size(&self) -> [u32; 2] {
+        self.targets.as_ref().map_or(self.size, SceneTargets::size)
+    }
+
+    /// Draws ids, into a single pixel if not told otherwise.
+    fn pick_into(
         &mut self,
+        targets: Option<&PickTargets>,
+        viewport: Viewport,
         frame: &Frame<'_>,
-        pixel: [u32; 2],
-        size: [u32; 2],
-    ) -> Result<Option<u32>, RenderError> {
-        let mut recorder = self.gpu.begin_transfer()?;
-        self.content.record_pick(&mut recorder, frame, pixel, size)?;
-        let download = recorder.download(&self.content.pick.id)?;
-        recorder.submit_and_wait()?;
-        self.content.cache.evict();
-        Ok(pick::object_of(&download.pixels()?))
+    ) -> Result<Vec<Option<u32>>, RenderError> {
+        self.content.cache.begin_frame();
+        let targets = targets.unwrap_or(&self.one_pixel);
+        let picked = pick_with(&mut self.gpu, &mut self.content, targets, viewport, frame);
+        match picked {
+            Ok(_) => self.content.cache.evict(),
+            Err(_) => self.content.cache.abandon_frame(),
+        }
+        picked
     }
 
     /// Bounds the index buffers that are kept beyond the current frame's; at
@@ -258,4 +300,18 @@ impl Renderer {
     pub fn device_name(&self) -> &str {
         self.gpu.device_name()
     }
+}
+
+fn pick_with(
+    gpu: &mut Gpu,
+    content: &mut Content,
+    targets: &PickTargets,
+    viewport: Viewport,
+    frame: &Frame<'_>,
+) -> Result<Vec<Option<u32>>, RenderError> {
+    let mut recorder = gpu.begin_transfer()?;
+    content.record_pick(&mut recorder, targets, viewport, frame)?;
+    let download = recorder.download(&targets.id)?;
+    recorder.submit_and_wait()?;
+    Ok(pick::objects_of(&download.pixels()?).collect())
 }

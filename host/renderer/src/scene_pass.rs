@@ -1,11 +1,13 @@
 //! Records a plan's draws.
 
-use busbar_gpu::{BindGroup, Draw, GpuError, Pass, Pipeline};
-use glam::{Mat4, Vec3};
+use busbar_gpu::{BindGroup, Buffer, Draw, GpuError, Pass};
+use glam::{Vec3, Vec4};
 
 use crate::batch::{Batch, Plan};
+use crate::features::FeatureKit;
 use crate::index_cache::IndexCache;
 use crate::model::GpuModel;
+use crate::pipelines::Shading;
 
 /// Which sections of a mesh are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,21 +23,22 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) cache: &'a IndexCache,
     pub(crate) plan: &'a Plan,
     pub(crate) frame_group: &'a BindGroup,
+    /// The plan's instances on the device.
+    pub(crate) instances: &'a Buffer,
+    pub(crate) feature_kit: &'a FeatureKit,
 }
 
 impl SceneDrawer<'_> {
-    /// Draws all batches with one pipeline, and binds materials if it reads
-    /// them. Returns the number of draw calls.
+    /// Draws all batches. Returns the number of draw calls.
     pub(crate) fn draw(
         &self,
         pass: &mut Pass<'_>,
-        pipeline: &Pipeline,
+        shading: &Shading,
         sections: Sections,
-        materials: bool,
     ) -> Result<u32, GpuError> {
         let mut calls = 0;
         for batch in &self.plan.batches {
-            calls += self.draw_batch(pass, pipeline, batch, sections, materials)?;
+            calls += self.draw_batch(pass, shading, batch, sections)?;
         }
         Ok(calls)
     }
@@ -44,7 +47,7 @@ impl SceneDrawer<'_> {
     pub(crate) fn draw_blended(
         &self,
         pass: &mut Pass<'_>,
-        pipeline: &Pipeline,
+        shading: &Shading,
         eye: Vec3,
     ) -> Result<u32, GpuError> {
         let mut singles = Vec::new();
@@ -57,17 +60,17 @@ impl SceneDrawer<'_> {
                 continue;
             }
             for index in batch.instances.clone() {
-                let instance = &self.plan.instances[index as usize];
-                let world_from_mesh = Mat4::from_cols_array_2d(&instance.world_from_mesh);
-                let center = world_from_mesh.transform_point3(mesh.center);
+                let [x, y, z] = self.plan.instances[index as usize].world_from_mesh;
+                let rows = [x, y, z].map(Vec4::from_array);
+                let center = rows.map(|row| row.dot(mesh.center.extend(1.0)));
                 let single = Batch { instances: index..index + 1, ..batch.clone() };
-                singles.push((center.distance_squared(eye), single));
+                singles.push((Vec3::from_array(center).distance_squared(eye), single));
             }
         }
         singles.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         let mut calls = 0;
         for (_, single) in &singles {
-            calls += self.draw_batch(pass, pipeline, single, Sections::Blended, true)?;
+            calls += self.draw_batch(pass, shading, single, Sections::Blended)?;
         }
         Ok(calls)
     }
@@ -75,10 +78,9 @@ impl SceneDrawer<'_> {
     fn draw_batch(
         &self,
         pass: &mut Pass<'_>,
-        pipeline: &Pipeline,
+        shading: &Shading,
         batch: &Batch,
         wanted: Sections,
-        materials: bool,
     ) -> Result<u32, GpuError> {
         let Some(model) = &self.models[batch.key.model as usize] else {
             return Ok(0);
@@ -90,6 +92,7 @@ impl SceneDrawer<'_> {
         let (Some(vertices), Some(indices)) = (&mesh.vertices, &resolved.buffer) else {
             return Ok(0);
         };
+        let features = self.feature_kit.group(mesh.features.as_ref());
         let mut calls = 0;
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
@@ -101,11 +104,13 @@ impl SceneDrawer<'_> {
             if !is_wanted || range.is_empty() {
                 continue;
             }
-            let groups = [self.frame_group, &material.group];
+            let pipeline = shading.pipeline(batch.highlights, material.plain);
+            let groups = [self.frame_group, features, &material.group];
             pass.draw(&Draw {
                 pipeline,
-                groups: if materials { &groups } else { &groups[..1] },
+                groups: &groups[..pipeline.group_count()],
                 vertices,
+                instances: self.instances,
                 indices,
                 index_range: range.clone(),
                 instance_range: batch.instances.clone(),

@@ -5,38 +5,52 @@ use busbar_shaders::{FrameUniform, Instance};
 
 use crate::{CameraView, RenderError};
 
-/// Instances in one frame. Their buffer stays within the 128 MiB that every
-/// Vulkan device lets a shader see.
+/// Instances in one frame.
 pub const MAX_INSTANCES: usize = 1_000_000;
 
-/// Instances that the first buffer holds.
-const FIRST_CAPACITY: usize = 256;
+/// Highlights of features in one frame. Their buffer stays within the 128 MiB
+/// that every Vulkan device lets a shader see.
+pub const MAX_FEATURE_HIGHLIGHTS: usize = 4_000_000;
+
+/// Instances and highlights that the first buffers hold.
+const FIRST_CAPACITIES: Capacities = Capacities { instances: 256, highlights: 1 };
+
+/// How many elements buffers hold.
+#[derive(Clone, Copy)]
+struct Capacities {
+    instances: usize,
+    highlights: usize,
+}
 
 /// The buffers of one frame in flight, and the group that binds them.
 pub(crate) struct FrameStream {
     uniform: Buffer,
-    instances: Buffer,
+    pub(crate) instances: Buffer,
+    highlights: Buffer,
     pub(crate) group: BindGroup,
-    capacity: usize,
+    capacities: Capacities,
 }
 
 impl FrameStream {
     pub(crate) fn new(gpu: &Gpu, layout: &BindGroupLayout) -> Result<Self, RenderError> {
-        Self::with_capacity(gpu, layout, FIRST_CAPACITY)
+        Self::with_capacities(gpu, layout, FIRST_CAPACITIES)
     }
 
-    fn with_capacity(
+    fn with_capacities(
         gpu: &Gpu,
         layout: &BindGroupLayout,
-        capacity: usize,
+        capacities: Capacities,
     ) -> Result<Self, RenderError> {
         let uniform_bytes = size_of::<FrameUniform>() as u64;
-        let instance_bytes = (capacity * size_of::<Instance>()) as u64;
+        let instance_bytes = (capacities.instances * size_of::<Instance>()) as u64;
+        let highlight_bytes = (capacities.highlights * size_of::<[f32; 4]>()) as u64;
         let uniform = Buffer::new(gpu, "frame", BufferUsage::HostUniform, uniform_bytes)?;
-        let instances = Buffer::new(gpu, "instances", BufferUsage::HostStorage, instance_bytes)?;
-        let bindings = [Binding::Buffer(&uniform), Binding::Buffer(&instances)];
+        let instances = Buffer::new(gpu, "instances", BufferUsage::HostVertex, instance_bytes)?;
+        let highlights =
+            Buffer::new(gpu, "feature highlights", BufferUsage::HostStorage, highlight_bytes)?;
+        let bindings = [&uniform, &highlights].map(Binding::Buffer);
         let group = BindGroup::new(layout, &bindings)?;
-        Ok(Self { uniform, instances, group, capacity })
+        Ok(Self { uniform, instances, highlights, group, capacities })
     }
 
     /// Writes a frame; the last one in this stream must be finished.
@@ -44,26 +58,40 @@ impl FrameStream {
         &mut self,
         gpu: &Gpu,
         layout: &BindGroupLayout,
-        camera: &CameraView,
+        (camera, size): (&CameraView, [u32; 2]),
         instances: &[Instance],
+        highlights: &[[f32; 4]],
     ) -> Result<(), RenderError> {
-        if instances.len() > MAX_INSTANCES {
-            return Err(RenderError::TooMany {
-                what: "instances in one frame",
-                asked: instances.len() as u64,
-                limit: MAX_INSTANCES as u64,
-            });
+        bound("instances in one frame", instances.len(), MAX_INSTANCES)?;
+        bound("features in one frame", highlights.len(), MAX_FEATURE_HIGHLIGHTS)?;
+        let Capacities { instances: instance_capacity, highlights: highlight_capacity } =
+            self.capacities;
+        if instances.len() > instance_capacity || highlights.len() > highlight_capacity {
+            let grown = |needed: usize, limit| needed.next_power_of_two().min(limit);
+            let capacities = Capacities {
+                instances: grown(instances.len().max(instance_capacity), MAX_INSTANCES),
+                highlights: grown(highlights.len().max(highlight_capacity), MAX_FEATURE_HIGHLIGHTS),
+            };
+            *self = Self::with_capacities(gpu, layout, capacities)?;
         }
-        if instances.len() > self.capacity {
-            let capacity = instances.len().next_power_of_two().min(MAX_INSTANCES);
-            *self = Self::with_capacity(gpu, layout, capacity)?;
-        }
+        let [ray_corner, ray_right, ray_down] =
+            camera.pixel_rays(size).map(|ray| ray.extend(0.0).to_array());
         let uniform = FrameUniform {
             clip_from_world: camera.clip_from_world().to_cols_array_2d(),
-            eye: camera.eye.extend(1.0).to_array(),
+            ray_corner,
+            ray_right,
+            ray_down,
         };
         self.uniform.write(bytemuck::bytes_of(&uniform))?;
         self.instances.write(bytemuck::cast_slice(instances))?;
+        self.highlights.write(bytemuck::cast_slice(highlights))?;
         Ok(())
     }
+}
+
+fn bound(what: &'static str, asked: usize, limit: usize) -> Result<(), RenderError> {
+    if asked <= limit {
+        return Ok(());
+    }
+    Err(RenderError::TooMany { what, asked: asked as u64, limit: limit as u64 })
 }

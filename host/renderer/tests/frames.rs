@@ -2,7 +2,12 @@
 
 mod common;
 
-use busbar_renderer::{DrawInstance, EguiFrame, Frame, RenderError, Renderer, RendererOptions};
+use std::time::{Duration, Instant};
+
+use busbar_renderer::{
+    DrawInstance, EguiFrame, Frame, MAX_UPLOAD_BYTES_PER_FRAME, MeshAtCursor, RenderError,
+    Renderer, RendererOptions,
+};
 use busbar_scene::Material;
 use common::*;
 use glam::{Mat4, Vec3};
@@ -233,4 +238,64 @@ fn impossible_options_are_refused() {
         let error = Renderer::headless(options, SIZE).err().unwrap();
         assert!(matches!(error, RenderError::BadSamples(s) if s == samples));
     }
+}
+
+#[test]
+fn what_is_asked_for_comes_beside_the_frames() {
+    with_renderer(1, |renderer| {
+        let model = upload(renderer, grid(16, None), &[], &[]);
+        let at = |cursor| DrawInstance { cursor, ..instance(model, Mat4::IDENTITY, 1) };
+        let place = |cursor| MeshAtCursor { model, mesh: 0, cursor };
+        let waited = picture(renderer, &frame(&[at(100)]));
+        let triangles = renderer.triangles_at(&place(100));
+        renderer.set_index_cache_limit(0);
+        let shown = picture(renderer, &frame(&[at(0)]));
+        assert_eq!(renderer.triangles_at(&place(100)), None, "evicted");
+        renderer.set_index_cache_limit(1 << 20);
+
+        renderer.request([100, 100, 50].map(place).into_iter());
+        let start = Instant::now();
+        let mut resolved = 0;
+        while resolved < 2 && start.elapsed() < Duration::from_secs(10) {
+            let stats = renderer.draw(&frame(&[at(0)])).unwrap();
+            resolved += stats.resolved;
+            assert_eq!(stats.waiting + resolved, 2);
+            assert_eq!(renderer.read_picture().unwrap(), shown, "drawn as it was meanwhile");
+        }
+        assert_eq!(renderer.triangles_at(&place(100)), triangles);
+        assert!(renderer.triangles_at(&place(50)) > triangles);
+        let stats = renderer.draw(&frame(&[at(100)])).unwrap();
+        assert_eq!((stats.resolved, u64::from(triangles.unwrap())), (0, stats.triangles));
+        assert_eq!(renderer.read_picture().unwrap(), waited);
+        // Names of what is not there are passed over.
+        let absent = MeshAtCursor { mesh: 7, ..place(3) };
+        renderer.request([place(3), absent].into_iter());
+        renderer.remove_model(model);
+        assert_eq!(renderer.draw(&frame(&[])).unwrap().waiting, 0);
+        renderer.request([place(3)].into_iter());
+        assert_eq!(renderer.draw(&frame(&[])).unwrap().waiting, 0);
+    });
+}
+
+/// Each of these takes more than a frame uploads, so one a frame arrives.
+#[test]
+fn uploads_of_a_frame_are_bounded() {
+    with_renderer(1, |renderer| {
+        let model = upload(renderer, grid(420, None), &[], &[]);
+        let drawn = [DrawInstance { cursor: u32::MAX, ..instance(model, Mat4::IDENTITY, 1) }];
+        renderer.draw(&frame(&drawn)).unwrap();
+        renderer.request((0..3).map(|cursor| MeshAtCursor { model, mesh: 0, cursor }));
+        // Time for the workers to have all ready at once.
+        std::thread::sleep(Duration::from_secs(1));
+        let start = Instant::now();
+        let mut resolved = 0;
+        while resolved < 3 && start.elapsed() < Duration::from_secs(30) {
+            let before = renderer.index_cache_bytes();
+            resolved += renderer.draw(&frame(&drawn)).unwrap().resolved;
+            let uploaded = renderer.index_cache_bytes() - before;
+            assert!(uploaded < 2 * MAX_UPLOAD_BYTES_PER_FRAME, "{uploaded}");
+        }
+        assert_eq!(resolved, 3);
+        assert!(renderer.index_cache_bytes() > 3 * MAX_UPLOAD_BYTES_PER_FRAME);
+    });
 }

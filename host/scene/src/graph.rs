@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use busbar_geometry::Bounds;
+use busbar_geometry::{Bounds, Mesh};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
-use crate::{Model, ModelIndex};
+use crate::{Model, ModelIndex, ThetaPolicy, features};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
 pub type EquipmentId = String;
@@ -41,12 +41,16 @@ pub struct Placement {
     pub transform: Transform,
     /// Model shown here.
     pub model: Option<ModelIndex>,
+    /// How its theta is chosen here; none where the model's policy holds.
+    pub theta: Option<ThetaPolicy>,
 }
 
 /// A node of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneNode {
-    /// Equipment id; model nodes are called `placement/node`.
+    /// Equipment id; model nodes are called `placement/node`, features of their
+    /// meshes `placement/feature` or, where that would be ambiguous within the
+    /// model, `placement/node/feature`.
     pub id: EquipmentId,
     /// Parent, an earlier node.
     pub parent: Option<NodeIndex>,
@@ -55,6 +59,10 @@ pub struct SceneNode {
     /// World-space box around all that hangs under this node.
     pub bounds: Option<Bounds>,
 }
+
+/// Index of a theta policy in the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PolicyIndex(pub u32);
 
 /// One mesh drawn at one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,17 +75,49 @@ pub struct MeshInstance {
     pub mesh: u32,
     /// Transform from mesh space to the world.
     pub world_from_mesh: Mat4,
+    /// World-space box around the mesh; `None` without vertices.
+    pub bounds: Option<Bounds>,
+    /// The placement's own theta policy; none where the model's holds.
+    pub theta: Option<PolicyIndex>,
+    /// Node of the mesh's feature 0, those of the others after it; `None` for a
+    /// mesh without named features.
+    pub first_feature: Option<NodeIndex>,
 }
 
 /// Why placements make no scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum SceneError {
     /// Two nodes have one id.
-    #[error("equipment id '{0}' is used twice")]
-    DuplicateId(EquipmentId),
+    #[error(
+        "equipment id '{id}' is used twice: {} and {}",
+        place(first_parent),
+        place(second_parent)
+    )]
+    DuplicateId {
+        /// The id.
+        id: EquipmentId,
+        /// Parent of the node that has it.
+        first_parent: Option<EquipmentId>,
+        /// Parent of the node that was to have it too.
+        second_parent: Option<EquipmentId>,
+    },
     /// More nodes than [`MAX_NODES`].
     #[error("the scene has more than {MAX_NODES} nodes")]
     TooManyNodes,
+}
+
+impl SceneError {
+    /// What the reader of the message can do.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::DuplicateId { .. } => "give one of them another id, or its model other names",
+            Self::TooManyNodes => "place fewer or smaller models",
+        }
+    }
+}
+
+fn place(parent: &Option<EquipmentId>) -> String {
+    parent.as_ref().map_or("at the top".into(), |parent| format!("under '{parent}'"))
 }
 
 /// All nodes, parents before children, and the meshes they show.
@@ -85,6 +125,7 @@ pub enum SceneError {
 pub struct SceneGraph {
     nodes: Vec<SceneNode>,
     instances: Vec<MeshInstance>,
+    policies: Vec<ThetaPolicy>,
     by_id: HashMap<EquipmentId, NodeIndex>,
 }
 
@@ -116,7 +157,8 @@ impl SceneGraph {
             let node = graph.add(placement.id.clone(), parent, placement.transform.matrix())?;
             placed.push(node);
             if let Some(model) = placement.model {
-                graph.add_model(node, model, &models[model.0 as usize])?;
+                let theta = placement.theta.clone().map(|policy| graph.add_policy(policy));
+                graph.add_model(node, model, theta, &models[model.0 as usize])?;
             }
         }
         graph.measure(models);
@@ -136,6 +178,11 @@ impl SceneGraph {
     /// Meshes to draw.
     pub fn instances(&self) -> &[MeshInstance] {
         &self.instances
+    }
+
+    /// Theta policies that placements have of their own.
+    pub fn policies(&self) -> &[ThetaPolicy] {
+        &self.policies
     }
 
     /// The node of an equipment id.
@@ -159,8 +206,14 @@ impl SceneGraph {
             return Err(SceneError::TooManyNodes);
         }
         let index = NodeIndex(self.nodes.len() as u32);
-        if self.by_id.insert(id.clone(), index).is_some() {
-            return Err(SceneError::DuplicateId(id));
+        if let Some(first) = self.by_id.insert(id.clone(), index) {
+            let id_of = |node: NodeIndex| self.node(node).id.clone();
+            let first_parent = self.node(first).parent.map(id_of);
+            return Err(SceneError::DuplicateId {
+                id,
+                first_parent,
+                second_parent: parent.map(id_of),
+            });
         }
         let world_from_parent = parent.map_or(Mat4::IDENTITY, |p| self.node(p).world_from_node);
         let world_from_node = world_from_parent * parent_from_node;
@@ -168,40 +221,83 @@ impl SceneGraph {
         Ok(index)
     }
 
+    fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
+        self.policies.push(policy);
+        PolicyIndex(self.policies.len() as u32 - 1)
+    }
+
     fn add_model(
         &mut self,
         placement: NodeIndex,
         model_index: ModelIndex,
+        theta: Option<PolicyIndex>,
         model: &Model,
     ) -> Result<(), SceneError> {
         let prefix = self.node(placement).id.clone();
+        let short_ids = features::short_ids(model);
         let mut added: Vec<NodeIndex> = Vec::with_capacity(model.nodes.len());
         for node in &model.nodes {
             let parent = node.parent.map_or(placement, |p| added[p as usize]);
             let id = format!("{prefix}/{}", node.name);
-            let index = self.add(id, Some(parent), node.parent_from_node)?;
+            let index = self.add(id.clone(), Some(parent), node.parent_from_node)?;
             added.push(index);
             if let Some(mesh) = node.mesh {
+                let prefix = if short_ids[mesh as usize] { &prefix } else { &id };
+                let first_feature =
+                    self.add_features(index, prefix, model.feature_names(mesh as usize))?;
                 self.instances.push(MeshInstance {
                     node: index,
                     model: model_index,
                     mesh,
                     world_from_mesh: self.node(index).world_from_node,
+                    bounds: None,
+                    theta,
+                    first_feature,
                 });
             }
         }
         Ok(())
     }
 
+    /// Adds a node for each feature of the mesh at a node; the first one's index.
+    fn add_features(
+        &mut self,
+        node: NodeIndex,
+        prefix: &str,
+        names: &[String],
+    ) -> Result<Option<NodeIndex>, SceneError> {
+        let first = NodeIndex(self.nodes.len() as u32);
+        for name in names {
+            self.add(format!("{prefix}/{name}"), Some(node), Mat4::IDENTITY)?;
+        }
+        Ok((!names.is_empty()).then_some(first))
+    }
+
     /// Fills in bounds, from the meshes up to the roots.
     fn measure(&mut self, models: &[Model]) {
-        for instance in &self.instances {
-            let mesh = &models[instance.model.0 as usize].meshes[instance.mesh as usize];
-            let world = mesh.bounds().and_then(|b| {
-                let corners = b.corners().map(|c| instance.world_from_mesh.transform_point3(c));
-                Bounds::around(corners)
-            });
-            grow(&mut self.nodes[instance.node.0 as usize].bounds, world);
+        let meshes = models.iter().map(|m| m.meshes.iter().map(Mesh::bounds).collect());
+        let meshes: Vec<Vec<Option<Bounds>>> = meshes.collect();
+        let mut boxes = HashMap::new();
+        for instance in &mut self.instances {
+            let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
+            let to_world = |bounds: Option<Bounds>| {
+                bounds.and_then(|b| {
+                    let corners = b.corners();
+                    Bounds::around(corners.map(|c| instance.world_from_mesh.transform_point3(c)))
+                })
+            };
+            let bounds = to_world(meshes[model][mesh]);
+            if let Some(NodeIndex(first)) = instance.first_feature {
+                let boxes = boxes.entry((model, mesh)).or_insert_with(|| {
+                    let count = models[model].feature_names(mesh).len();
+                    features::boxes(&models[model].meshes[mesh], count)
+                });
+                for (node, &feature) in (first..).zip(boxes.iter()) {
+                    grow(&mut self.nodes[node as usize].bounds, to_world(feature));
+                }
+            }
+            grow(&mut self.nodes[instance.node.0 as usize].bounds, bounds);
+            instance.bounds = bounds;
         }
         for index in (0..self.nodes.len()).rev() {
             if let Some(parent) = self.nodes[index].parent {
@@ -217,63 +313,4 @@ fn grow(into: &mut Option<Bounds>, by: Option<Bounds>) {
         (Some(a), Some(b)) => Some(a.union(b)),
         (a, b) => a.or(b),
     };
-}
-
-#[cfg(test)]
-mod tests {
-    use busbar_geometry::{RawPrimitive, weld};
-
-    use super::*;
-    use crate::ModelNode;
-
-    fn model() -> Model {
-        let primitive = RawPrimitive {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            triangles: vec![[0, 1, 2]],
-            ..Default::default()
-        };
-        let node = |name: &str, parent, mesh| ModelNode {
-            name: name.into(),
-            parent,
-            parent_from_node: Mat4::from_translation(Vec3::Z),
-            mesh,
-        };
-        Model {
-            meshes: vec![weld(&[primitive]).unwrap().0],
-            nodes: vec![node("tank", None, None), node("bushing", Some(0), Some(0))],
-            ..Default::default()
-        }
-    }
-
-    fn placement(id: &str, parent: Option<usize>, x: f32) -> Placement {
-        let transform = Transform { translation: Vec3::X * x, ..Default::default() };
-        Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)) }
-    }
-
-    #[test]
-    fn model_nodes_hang_under_their_placement() {
-        let placements = [placement("T1", None, 10.0), placement("T2", Some(0), 5.0)];
-        let graph = SceneGraph::build(&placements, &[model()]).unwrap();
-        assert_eq!(graph.instances().len(), 2);
-        let bushing = graph.find("T2/bushing").unwrap();
-        let world = graph.node(bushing).world_from_node.transform_point3(Vec3::ZERO);
-        assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
-        let all = graph.bounds().unwrap();
-        assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
-    }
-
-    #[test]
-    fn an_id_used_twice_is_refused() {
-        let placements = [placement("T1", None, 0.0), placement("T1", None, 1.0)];
-        let error = SceneGraph::build(&placements, &[model()]).unwrap_err();
-        assert_eq!(error, SceneError::DuplicateId("T1".into()));
-    }
-
-    #[test]
-    fn rotations_apply_about_x_then_y_then_z() {
-        let transform =
-            Transform { rotation_degrees: Vec3::new(90.0, 0.0, 90.0), ..Default::default() };
-        let turned = transform.matrix().transform_vector3(Vec3::Y);
-        assert!((turned - Vec3::Z).length() < 1e-6, "y -> z about x; z stays about z");
-    }
 }

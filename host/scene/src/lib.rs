@@ -2,11 +2,14 @@
 //!
 //! Invariant: nothing here knows where a value comes from or how it is drawn.
 
+mod features;
 mod graph;
 mod model;
+mod theta;
 
 pub use graph::{
-    EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, SceneError, SceneGraph, SceneNode,
-    Transform,
+    EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, PolicyIndex, SceneError,
+    SceneGraph, SceneNode, Transform,
 };
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
+pub use theta::{DistanceLevel, DistanceTable, ThetaPolicy, distance_to_bounds};

@@ -128,6 +128,11 @@ impl Default for Material {
 }
 
 impl Model {
+    /// Names of a mesh's features; none for a mesh without named features.
+    pub fn feature_names(&self, mesh: usize) -> &[String] {
+        self.features.get(mesh).map_or(&[], Vec::as_slice)
+    }
+
     /// Transforms from each node's space to the model's.
     pub fn model_from_nodes(&self) -> Vec<Mat4> {
         let mut transforms: Vec<Mat4> = Vec::with_capacity(self.nodes.len());

@@ -104,7 +104,9 @@ fn side_panel(
     let part = ui.available_height() * MAX_PART_OF_PANEL;
     Panel::top("models").show_separator_line(false).frame(Frame::NONE).show(ui, |ui| {
         ui.heading("Models");
-        ScrollArea::vertical().id_salt("models").max_height(part).show(ui, |ui| {
+        let area = ScrollArea::vertical().id_salt("models").max_height(part);
+        // The bar stands at the edge, not over the rows.
+        area.auto_shrink([false, true]).show(ui, |ui| {
             model_panel::show(ui, model, commands);
         });
         model_panel::show_view_controls(ui, model, commands);

@@ -4,6 +4,9 @@ use egui::{RichText, Slider, Ui};
 
 use crate::{Command, ModelRow, ViewModel, theme};
 
+/// Points of a label with the slider after it, without the gap between.
+const LABEL_AND_SLIDER_WIDTH: f32 = 231.0;
+
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     for (index, row) in model.models.iter().enumerate() {
         ui.horizontal(|ui| {
@@ -25,18 +28,45 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
 }
 
 fn theta_slider(ui: &mut Ui, model: usize, row: &ModelRow, commands: &mut Vec<Command>) {
-    let mut percent = row.theta * 100.0;
+    let [least, greatest] = row.theta;
+    let mut percent = greatest * 100.0;
     ui.horizontal(|ui| {
-        ui.label("theta");
-        let slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
+        label_before_slider(ui, "theta");
+        let mut slider = Slider::new(&mut percent, 0.0..=100.0).suffix(" %").fixed_decimals(0);
+        if least < greatest {
+            slider = slider.custom_formatter(move |_, _| span(least, greatest));
+        }
         if ui.add(slider).changed() {
             commands.push(Command::SetTheta { model, theta: percent / 100.0 });
+        }
+        let mut by_policy = row.by_policy;
+        let hint = "Theta as configured: fixed, or by distance. The slider overrides it.";
+        if ui.checkbox(&mut by_policy, "auto").on_hover_text(hint).changed() {
+            commands.push(match by_policy {
+                true => Command::UsePolicy { model },
+                false => Command::SetTheta { model, theta: greatest },
+            });
         }
     });
 }
 
-/// What concerns the whole view: wireframe and cameras.
+/// A label, and so much width for the slider after it that all sliders end in
+/// one line.
+fn label_before_slider(ui: &mut Ui, text: &str) {
+    let label = ui.label(text);
+    ui.spacing_mut().slider_width = LABEL_AND_SLIDER_WIDTH - label.rect.width();
+}
+
+/// Percentages from the least to the greatest theta of a model's instances.
+fn span(least: f64, greatest: f64) -> String {
+    format!("{:.0}–{:.0}", least * 100.0, greatest * 100.0)
+}
+
+/// What concerns the whole view: the scale of all thetas, wireframe, cameras.
 pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
+    if model.models.iter().any(|row| row.s1 + row.s2 > 0) {
+        theta_scale_slider(ui, model, commands);
+    }
     ui.horizontal_wrapped(|ui| {
         let mut wireframe = model.wireframe;
         if ui.checkbox(&mut wireframe, "Wireframe").changed() {
@@ -49,6 +79,21 @@ pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut 
         }
         if ui.button("Fit").clicked() {
             commands.push(Command::FitAll);
+        }
+    });
+    // The panel ends here, and would cut off the buttons' frames.
+    ui.add_space(2.0);
+}
+
+fn theta_scale_slider(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
+    let mut scale = model.theta_scale;
+    ui.horizontal(|ui| {
+        label_before_slider(ui, "auto theta");
+        let range = 0.0..=model.max_theta_scale;
+        let slider = Slider::new(&mut scale, range).prefix("× ").fixed_decimals(2);
+        let hint = "Factor on every theta that a policy chooses; 0 shows all in full detail.";
+        if ui.add(slider).on_hover_text(hint).changed() {
+            commands.push(Command::SetThetaScale(scale));
         }
     });
 }
@@ -67,7 +112,12 @@ pub(crate) fn thousands(count: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::thousands;
+    use super::{span, thousands};
+
+    #[test]
+    fn a_span_is_in_percent() {
+        assert_eq!(span(0.0, 0.854), "0–85");
+    }
 
     #[test]
     fn thousands_are_set_apart() {

@@ -15,22 +15,29 @@ pub struct ViewModel {
     pub cameras: Vec<String>,
     /// Whether the scene is drawn as wireframe.
     pub wireframe: bool,
+    /// Factor on the thetas that policies choose.
+    pub theta_scale: f64,
+    /// The greatest that it may be.
+    pub max_theta_scale: f64,
     /// The line at the bottom.
     pub status: StatusLine,
     /// Equipment id of what is selected.
     pub selected: Option<String>,
 }
 
-/// A model and where its cursors stand.
+/// A model and where the cursors of its instances stand.
 #[derive(Clone, Debug, Default)]
 pub struct ModelRow {
     /// Name.
     pub name: String,
-    /// Proportion of vertices simplified, 0 to 1.
-    pub theta: f64,
-    /// Entries to be collapsed, over all meshes.
+    /// Proportion of vertices simplified, 0 to 1: the least and the greatest
+    /// of its instances.
+    pub theta: [f64; 2],
+    /// Whether the configured policies choose theta, and not the slider.
+    pub by_policy: bool,
+    /// Entries to be collapsed, summed over instances.
     pub s1: u64,
-    /// Entries collapsed, over all meshes.
+    /// Entries collapsed, summed over instances.
     pub s2: u64,
     /// Live triangles, summed over instances.
     pub triangles: u64,
@@ -170,13 +177,20 @@ pub struct StatusLine {
 /// What an operator asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// Set a model's theta.
+    /// Set the theta of all instances of a model.
     SetTheta {
         /// Index into [`ViewModel::models`].
         model: usize,
         /// 0 to 1.
         theta: f64,
     },
+    /// Let the configured policies choose the theta of a model's instances.
+    UsePolicy {
+        /// Index into [`ViewModel::models`].
+        model: usize,
+    },
+    /// Set the factor on the thetas that policies choose.
+    SetThetaScale(f64),
     /// Draw as wireframe, or not.
     SetWireframe(bool),
     /// Go to a named camera.

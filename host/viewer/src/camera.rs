@@ -44,7 +44,16 @@ pub(crate) struct Projection {
 impl OrbitCamera {
     /// A camera as configured.
     pub(crate) fn from_config(config: &CameraConfig) -> Self {
-        let (eye, target) = (Vec3::from(config.eye), Vec3::from(config.target));
+        let fov_y = config.fov_degrees.to_radians();
+        Self::looking(config.eye.into(), config.target.into(), fov_y)
+    }
+
+    /// A camera at `eye` that looks at `target`, with the angle of this one.
+    pub(crate) fn moved_to(&self, eye: Vec3, target: Vec3) -> Self {
+        Self::looking(eye, target, self.fov_y)
+    }
+
+    fn looking(eye: Vec3, target: Vec3, fov_y: f32) -> Self {
         let offset = eye - target;
         let distance = offset.length().max(*DISTANCE_RANGE.start());
         Self {
@@ -52,8 +61,13 @@ impl OrbitCamera {
             distance,
             yaw: offset.x.atan2(offset.z),
             pitch: (offset.y / distance).clamp(-1.0, 1.0).asin(),
-            fov_y: config.fov_degrees.to_radians(),
+            fov_y,
         }
+    }
+
+    /// Where it stands, metres.
+    pub(crate) fn eye(&self) -> Vec3 {
+        self.target + self.direction() * self.distance
     }
 
     /// A camera that has all of a box in view, from above a corner.
@@ -108,7 +122,7 @@ impl OrbitCamera {
     /// The view whose middle is that of `viewport`, in a picture as large as
     /// `screen`; both in points.
     pub(crate) fn view(&self, viewport: Rect, screen: Rect) -> CameraView {
-        let eye = self.target + self.direction() * self.distance;
+        let eye = self.eye();
         let viewport = if viewport.is_positive() { viewport } else { screen };
         let aspect = viewport.width() / viewport.height().max(1.0);
         let near = (self.distance * 0.005).clamp(0.01, 1.0);
@@ -166,7 +180,11 @@ impl OrbitCamera {
                         *self = Self::from_config(config);
                     }
                 }
-                Command::SetTheta { .. } | Command::SetWireframe(_) | Command::Pick(_) => {}
+                Command::SetTheta { .. }
+                | Command::UsePolicy { .. }
+                | Command::SetThetaScale(_)
+                | Command::SetWireframe(_)
+                | Command::Pick(_) => {}
             }
         }
     }

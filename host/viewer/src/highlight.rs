@@ -85,6 +85,7 @@ mod tests {
             parent,
             transform: Transform::default(),
             model: None,
+            theta: None,
         };
         let placements = [placement("bay", None), placement("breaker", Some(0))];
         SceneGraph::build(&placements, &[]).unwrap()

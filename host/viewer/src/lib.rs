@@ -7,6 +7,7 @@
 //! Invariant: no Vulkan type and no protocol word crosses this façade.
 
 mod camera;
+mod cursors;
 mod error;
 mod highlight;
 mod labels;
@@ -19,7 +20,7 @@ mod stacks;
 mod stats;
 mod viewer;
 
-pub use busbar_config::{Diagnostic, Severity, schema};
+pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
 pub use busbar_plugin_host::{Catalog, PluginInfo, Refused};
 pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
 pub use error::{LoadError, ViewError};

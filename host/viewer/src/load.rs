@@ -49,7 +49,6 @@ pub(crate) struct LoadedModel {
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
     pub(crate) materials: Vec<Material>,
     pub(crate) textures: Vec<Texture>,
-    pub(crate) theta: f64,
 }
 
 /// A tag bound to a node, resolved.

@@ -17,8 +17,18 @@ pub struct Stats {
     pub triangles: u64,
     /// Triangles at full detail.
     pub triangles_full: u64,
-    /// Theta by model.
+    /// Theta by model; the greatest where its instances differ.
     pub theta: BTreeMap<String, f64>,
+    /// Least and greatest theta of its instances by model.
+    pub theta_span: BTreeMap<String, [f64; 2]>,
+    /// CPU milliseconds that the last frame spent on meshes at new cursors.
+    pub resolve_ms: f64,
+    /// Meshes that came onto the device at new cursors so far.
+    pub resolved: u64,
+    /// Instances that wait for their mesh at another cursor.
+    pub waiting: usize,
+    /// Bytes of index buffers on the device.
+    pub index_cache_bytes: u64,
     /// Frames drawn so far.
     pub frames: u64,
     /// One over the median frame time of the last frames.

@@ -1,9 +1,10 @@
 //! One view of one scene, stepped frame by frame.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use busbar_config::MAX_THETA_SCALE;
 use busbar_plugin_host::Telemetry;
 use busbar_renderer::{
     DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer, RendererOptions,
@@ -15,10 +16,11 @@ use busbar_ui::{Command, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
 use crate::camera::{OrbitCamera, Projection};
+use crate::cursors::{Cursors, Place, policy_of};
 use crate::highlight::{self, Highlight};
 use crate::load::LoadedScene;
 use crate::running::{self, RunningOverlay};
-use crate::shown_model::{self, ShownModel};
+use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::{Stats, ViewError, labels, rows, stats};
 
@@ -37,6 +39,9 @@ pub struct Viewer {
     scene: LoadedScene,
     renderer: Renderer,
     models: Vec<ShownModel>,
+    cursors: Cursors,
+    /// Whether frames wait until every cursor is where it is wanted.
+    settles: bool,
     /// Triangles of all instances at theta 0.
     triangles_full: u64,
     panels: Panels,
@@ -50,6 +55,7 @@ pub struct Viewer {
     last: FrameStats,
     frame_millis: VecDeque<f64>,
     frames: u64,
+    resolved: u64,
 }
 
 /// What the platform must do after a frame.
@@ -95,6 +101,8 @@ impl Viewer {
         let start = Instant::now();
         let models = shown_model::upload(&scene, &mut renderer)?;
         scene.millis.insert("upload".into(), millis_since(start));
+        let policies = scene.config.models.values().map(|model| policy_of(&model.theta)).collect();
+        let theta_scale = scene.config.view.theta_scale;
         let tags = TagTable::new(scene.tags.clone());
         let overlays = running::start_overlays(&scene)?;
         let (telemetry, queues) = running::start_telemetry(&scene)?;
@@ -110,6 +118,8 @@ impl Viewer {
             overlays,
             tags,
             triangles_full: full_triangles(&scene),
+            cursors: Cursors::new(&scene.graph, &scene.models, policies, theta_scale),
+            settles: !in_window,
             scene,
             renderer,
             models,
@@ -124,6 +134,7 @@ impl Viewer {
             last: FrameStats::default(),
             frame_millis: VecDeque::new(),
             frames: 0,
+            resolved: 0,
         })
     }
 
@@ -151,11 +162,37 @@ impl Viewer {
         Ok(())
     }
 
-    /// Sets theta of every model.
+    /// Looks from `eye` at `target`, world space in metres, with the angle of
+    /// the camera before.
+    pub fn look_from(&mut self, eye: [f32; 3], target: [f32; 3]) {
+        self.camera = self.camera.moved_to(eye.into(), target.into());
+    }
+
+    /// Sets theta of every model, 0 to 1, instead of what their policies choose.
     pub fn set_theta(&mut self, theta: f64) {
-        for index in 0..self.models.len() {
-            self.set_model_theta(index, theta);
+        for model in 0..self.models.len() {
+            self.cursors.set_by_hand(model, Some(theta));
         }
+    }
+
+    /// Lets policies choose the theta of every model again.
+    pub fn use_policies(&mut self) {
+        for model in 0..self.models.len() {
+            self.cursors.set_by_hand(model, None);
+        }
+    }
+
+    /// Sets the factor on every theta that a policy chooses: 0 shows all in
+    /// full detail; at most [`MAX_THETA_SCALE`].
+    pub fn set_theta_scale(&mut self, scale: f64) {
+        self.cursors.set_scale(scale.clamp(0.0, MAX_THETA_SCALE));
+    }
+
+    /// Whether a frame waits until every instance is shown at the theta wanted.
+    /// Without a window it does, so that a picture does not depend on timing;
+    /// in a window an instance is shown as it was until the new mesh is there.
+    pub fn set_settles(&mut self, settles: bool) {
+        self.settles = settles;
     }
 
     /// Draws edges instead of surfaces.
@@ -195,23 +232,25 @@ impl Viewer {
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let highlights =
             highlight::of_nodes(&self.scene.graph, &overlaid.tints, &snapshot, self.selected);
+        self.move_cursors();
         let instances = self.draw_instances(&highlights);
         let overlay = EguiFrame {
             textures_delta: &egui.textures_delta,
             primitives: &primitives,
             pixels_per_point: egui.pixels_per_point,
         };
-        let drawn = self.renderer.draw(&self.picture_of(&instances, Some(overlay)));
+        let drawn = self.renderer.draw(&self.picture_of(&instances, &highlights, Some(overlay)));
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
         self.last = drawn?;
+        self.note_detail();
         if !self.in_window {
             // Nobody watches: a frame counts from its beginning to its end.
             self.renderer.finish()?;
         }
         if let Some(position) = picked_at {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
-            self.selected = match self.pick_node(&instances, pixel) {
+            self.selected = match self.pick_node(&instances, &highlights, pixel) {
                 // The window shrank since the click.
                 Err(ViewError::Render(RenderError::OutsidePicture { .. })) => None,
                 picked => picked?,
@@ -219,10 +258,13 @@ impl Viewer {
         }
         self.snapshot = snapshot;
         self.count_frame(started);
-        let repaint_after = egui
-            .viewport_output
-            .get(&egui::ViewportId::ROOT)
-            .map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
+        let is_coming =
+            self.cursors.waiting().len() > 0 && self.last.resolved + self.last.waiting > 0;
+        let repaint_after = match root {
+            _ if is_coming => Duration::ZERO,
+            root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),
+        };
         Ok(FrameOutput { platform: egui.platform_output, repaint_after })
     }
 
@@ -244,10 +286,30 @@ impl Viewer {
     /// # Errors
     /// The device's.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
-        let highlights = vec![[0.0; 4]; self.scene.graph.nodes().len()];
+        let highlights = self.no_highlights();
         let instances = self.draw_instances(&highlights);
-        self.selected = self.pick_node(&instances, pixel)?;
+        self.selected = self.pick_node(&instances, &highlights, pixel)?;
         Ok(self.selected_id())
+    }
+
+    /// Names what the last frame shows at each of many pixels, from one picture
+    /// of ids, and selects nothing.
+    ///
+    /// # Errors
+    /// The device's, or a pixel outside the picture.
+    pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
+        let size = self.renderer.picked_size();
+        let highlights = self.no_highlights();
+        let instances = self.draw_instances(&highlights);
+        let objects = self.renderer.pick_all(&self.picture_of(&instances, &highlights, None))?;
+        let id_at = |&pixel: &[u32; 2]| {
+            if pixel[0] >= size[0] || pixel[1] >= size[1] {
+                return Err(RenderError::OutsidePicture { pixel, size }.into());
+            }
+            let index = pixel[1] as usize * size[0] as usize + pixel[0] as usize;
+            Ok(node_of(objects[index]).map(|node| self.scene.graph.node(node).id.clone()))
+        };
+        pixels.iter().map(id_at).collect()
     }
 
     /// Numbers about the view as its last frame showed it.
@@ -259,12 +321,17 @@ impl Viewer {
             millis.get(rank).copied().unwrap_or(0.0)
         };
         let median = at(0.5);
-        let names = self.scene.models.iter().map(|m| m.name.clone());
+        let rows = self.models.iter().map(|model| &model.row);
         Stats {
             vertices: self.surviving_vertices(),
             triangles: self.last.triangles,
             triangles_full: self.triangles_full,
-            theta: names.zip(self.models.iter().map(|m| m.theta)).collect::<BTreeMap<_, _>>(),
+            theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
+            theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
+            resolve_ms: self.last.resolve_millis,
+            resolved: self.resolved,
+            waiting: self.cursors.waiting().len(),
+            index_cache_bytes: self.renderer.index_cache_bytes(),
             frames: self.frames,
             fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
             frame_ms_p99: at(0.99),
@@ -294,6 +361,8 @@ impl Viewer {
             plugins: self.plugin_rows(),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
             wireframe: self.wireframe,
+            theta_scale: self.cursors.scale(),
+            max_theta_scale: MAX_THETA_SCALE,
             status: StatusLine {
                 triangles: self.last.triangles,
                 triangles_full: self.triangles_full,
@@ -323,7 +392,11 @@ impl Viewer {
         let mut pick = None;
         for command in commands {
             match command {
-                Command::SetTheta { model, theta } => self.set_model_theta(*model, *theta),
+                Command::SetTheta { model, theta } => {
+                    self.cursors.set_by_hand(*model, Some(*theta));
+                }
+                Command::UsePolicy { model } => self.cursors.set_by_hand(*model, None),
+                Command::SetThetaScale(scale) => self.set_theta_scale(*scale),
                 Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
                 Command::Focus(id) => self.selected = self.scene.graph.find(id),
                 Command::Pick(position) => pick = Some(*position),
@@ -337,37 +410,53 @@ impl Viewer {
         pick
     }
 
-    fn set_model_theta(&mut self, index: usize, theta: f64) {
-        if let (Some(shown), Some(loaded)) =
-            (self.models.get_mut(index), self.scene.models.get(index))
-        {
-            shown.move_to(theta, &loaded.stacks);
+    /// Chooses cursors for where the camera is, and moves those that are ready.
+    fn move_cursors(&mut self) {
+        let Self { cursors, renderer, models, scene, .. } = self;
+        cursors.choose(self.camera.eye(), &scene.models);
+        cursors.advance(self.settles, |place| {
+            renderer.triangles_at(&on_device(models, place)).is_some()
+        });
+        renderer.request(cursors.waiting().map(|place| on_device(models, place)));
+    }
+
+    /// Brings what is said of models up to the frame drawn.
+    fn note_detail(&mut self) {
+        let Self { cursors, renderer, models, scene, .. } = self;
+        self.resolved += u64::from(self.last.resolved);
+        cursors.count_moved(|place| renderer.triangles_at(&on_device(models, place)));
+        if let Some(details) = cursors.changed_detail(&scene.models) {
+            models.iter_mut().zip(&details).for_each(|(model, detail)| model.note(detail));
         }
     }
 
+    fn no_highlights(&self) -> Vec<Highlight> {
+        vec![[0.0; 4]; self.scene.graph.nodes().len()]
+    }
+
     fn draw_instances(&self, highlights: &[Highlight]) -> Vec<DrawInstance> {
-        let instance = |instance: &busbar_scene::MeshInstance| {
-            let model = &self.models[instance.model.0 as usize];
-            DrawInstance {
-                model: model.handle,
-                mesh: instance.mesh,
-                cursor: model.cursors[instance.mesh as usize],
-                world_from_mesh: instance.world_from_mesh,
-                object: instance.node.0 + 1,
-                highlight: highlights[instance.node.0 as usize],
-            }
+        let instance = |(instance, place): (&busbar_scene::MeshInstance, Place)| DrawInstance {
+            model: self.models[place.model].handle,
+            mesh: instance.mesh,
+            cursor: place.cursor,
+            world_from_mesh: instance.world_from_mesh,
+            object: object_of(instance.node),
+            highlight: highlights[instance.node.0 as usize],
+            first_feature: instance.first_feature.map(object_of),
         };
-        self.scene.graph.instances().iter().map(instance).collect()
+        self.scene.graph.instances().iter().zip(self.cursors.shown()).map(instance).collect()
     }
 
     fn picture_of<'a>(
         &self,
         instances: &'a [DrawInstance],
+        object_highlights: &'a [Highlight],
         overlay: Option<EguiFrame<'a>>,
     ) -> Frame<'a> {
         Frame {
             camera: self.camera.view(self.viewport, self.screen),
             instances,
+            object_highlights,
             wireframe: self.wireframe,
             background: self.scene.config.view.background.map(linear_from_srgb),
             overlay,
@@ -377,11 +466,11 @@ impl Viewer {
     fn pick_node(
         &mut self,
         instances: &[DrawInstance],
+        highlights: &[Highlight],
         pixel: [u32; 2],
     ) -> Result<Option<NodeIndex>, ViewError> {
-        let frame = self.picture_of(instances, None);
-        let object = self.renderer.pick(&frame, pixel)?;
-        Ok(object.and_then(|object| object.checked_sub(1)).map(NodeIndex))
+        let frame = self.picture_of(instances, highlights, None);
+        Ok(node_of(self.renderer.pick(&frame, pixel)?))
     }
 
     fn selected_id(&self) -> Option<String> {
@@ -389,12 +478,10 @@ impl Viewer {
     }
 
     fn surviving_vertices(&self) -> u64 {
-        let surviving = |instance: &busbar_scene::MeshInstance| {
-            let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
-            let cursor = self.models[model].cursors[mesh];
-            u64::from(self.scene.models[model].stacks[mesh].surviving(cursor))
+        let surviving = |place: Place| {
+            u64::from(self.scene.models[place.model].stacks[place.mesh].surviving(place.cursor))
         };
-        self.scene.graph.instances().iter().map(surviving).sum()
+        self.cursors.shown().map(surviving).sum()
     }
 
     fn last_frame_millis(&self) -> f64 {
@@ -408,6 +495,15 @@ impl Viewer {
         }
         self.frame_millis.push_back(millis_since(started));
     }
+}
+
+/// Objects count from 1, nodes from 0.
+fn object_of(node: NodeIndex) -> u32 {
+    node.0 + 1
+}
+
+fn node_of(object: Option<u32>) -> Option<NodeIndex> {
+    object.and_then(|object| object.checked_sub(1)).map(NodeIndex)
 }
 
 fn full_triangles(scene: &LoadedScene) -> u64 {

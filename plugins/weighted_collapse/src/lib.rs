@@ -2,17 +2,42 @@
 //! Constructing Method for 3D Power Big Data Visualization", Journal of
 //! Communications 10 (10), 2015, pp. 773-777, as a Busbar optimiser plugin.
 //!
-//! Edges of the welded mesh are weighted by Eq. 1-10 ([`weights`]), sorted
-//! ascending, and collapsed in that static order: the smaller class of joined
-//! vertices moves onto the larger ([`order`]). Where the paper contradicts
-//! itself or leaves something open, the reading is documented at the function
-//! that makes it.
+//! Edges of the welded mesh are found (`edges`), measured by Eq. 1-4
+//! (`factors`), weighted by Eq. 5-10 (`weights`), sorted ascending (`sort`),
+//! and collapsed in that static order: the smaller class of joined vertices
+//! moves onto the larger (`forest`). Where the paper contradicts itself or
+//! leaves something open, a [`Reading`] says how it is taken. Beyond the paper,
+//! [`Order`] has two orders that keep the surface whole (`greedy`).
 
 mod edges;
-mod order;
+mod factors;
+mod forest;
+mod greedy;
+mod guards;
+mod moments;
+mod queue;
+mod reading;
+#[cfg(test)]
+mod reference;
+mod shares;
+mod sort;
+mod surface;
+mod threads;
+mod vector;
 mod weights;
 
-use busbar_plugin_sdk::{CollapseList, Error, Host, Mesh, MeshOptimizer, Plugin, Progress};
+use busbar_plugin_sdk::{Error, Host, MeshOptimizer, Plugin};
+
+pub use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, Progress};
+pub use reading::{BorderFlag, BorderWeight, Curvature, Reading};
+pub use shares::{VarianceShares, variance_shares};
+pub use threads::MAX_THREADS;
+
+/// Triangles of a mesh at most: their sides are counted in 32 bits.
+pub const MAX_TRIANGLES: usize = (u32::MAX / 3) as usize;
+
+/// Progress when the static order is known.
+const SORTED: f32 = 0.5;
 
 /// Settings of the optimiser.
 #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
@@ -21,12 +46,27 @@ struct Settings {
     /// Whether borders are kept longer: the paper's flag F, with curvature pi
     /// on borders. Off is the paper's Fig. 8.
     border_protection: bool,
+    /// Which edge is collapsed when.
+    order: Order,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { border_protection: true }
+        Self { border_protection: true, order: Order::Paper }
     }
+}
+
+/// Which edge is collapsed when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Order {
+    /// By W of the whole mesh, as the paper has it.
+    Paper,
+    /// By W of the whole mesh, but a collapse that would fold a face over or
+    /// change the topology waits until it would not.
+    Guarded,
+    /// By W of the mesh as it is after each collapse, guarded too.
+    Reweighted,
 }
 
 struct WeightedCollapse {
@@ -48,18 +88,97 @@ impl Plugin for WeightedCollapse {
 
 impl MeshOptimizer for WeightedCollapse {
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
-        let mut list = CollapseList::default();
-        let edges = list.stage("edges", || edges::find(&mesh));
-        progress.report(0.4)?;
-        let weights = list
-            .stage("weights", || weights::weigh(&mesh, &edges, self.settings.border_protection));
-        progress.report(0.6)?;
-        let sorted = list.stage("sort", || order::sort(&weights));
-        progress.report(0.8)?;
-        list.collapses = list.stage("collapse", || order::collapse(&mesh, &edges, &sorted));
-        progress.report(1.0)?;
-        Ok(list)
+        let protected = self.settings.border_protection;
+        let reading = if protected { Reading::BUSBAR } else { Reading::UNPROTECTED };
+        collapse_list(mesh, &reading, self.settings.order, MAX_THREADS, progress)
+    }
+}
+
+/// Makes the collapse sequence of a mesh, with the times of its stages: edges,
+/// weights, sort, collapse. Uses at most `max_threads` threads, and the result
+/// does not depend on how many.
+///
+/// # Errors
+/// A mesh of more than [`MAX_TRIANGLES`] or 2^31 - 1 vertices, or with a
+/// triangle that does not have three different ones of them; and
+/// [`Error::cancelled`] when `progress` says so.
+pub fn collapse_list(
+    mesh: Mesh<'_>,
+    reading: &Reading,
+    order: Order,
+    max_threads: usize,
+    progress: &mut Progress<'_>,
+) -> Result<CollapseList, Error> {
+    check(&mesh)?;
+    let threads = threads::count(mesh.triangles.len(), max_threads);
+    let mut list = CollapseList::default();
+    let edges = list.stage("edges", || edges::find(&mesh, threads));
+    progress.report(0.2)?;
+    let (weights, coefficients) = list.stage("weights", || {
+        let measured = weights::measure_all(&mesh, &edges, reading, threads);
+        let coefficients = measured.coefficients(reading);
+        (measured.weigh(&coefficients, threads), coefficients)
+    });
+    progress.report(0.4)?;
+    let sorted = list.stage("sort", || sort::sort(&weights, threads));
+    progress.report(SORTED)?;
+    list.collapses = list.stage("collapse", || match order {
+        Order::Paper => Ok(forest::collapse(&mesh, &edges, &sorted)),
+        Order::Guarded => {
+            let keys = greedy::Keys::Ranks(sort::ranks(&sorted));
+            greedy::collapse(mesh, &edges, &sorted, &keys, progress)
+        }
+        Order::Reweighted => {
+            let keys = greedy::Keys::Weights { weights: &weights, reading, coefficients };
+            greedy::collapse(mesh, &edges, &sorted, &keys, progress)
+        }
+    })?;
+    progress.report(1.0)?;
+    Ok(list)
+}
+
+/// Refuses what the stages cannot count or index.
+fn check(mesh: &Mesh<'_>) -> Result<(), Error> {
+    let vertices = mesh.positions.len();
+    let limits = [
+        ("triangles", mesh.triangles.len(), MAX_TRIANGLES),
+        ("vertices", vertices, forest::Classes::MAX_VERTICES),
+    ];
+    for (what, count, limit) in limits {
+        if count > limit {
+            return Err(Error::failed(format!(
+                "the mesh has {count} {what}, at most {limit} are possible: split it"
+            )));
+        }
+    }
+    let is_bad =
+        |&[a, b, c]: &[u32; 3]| a == b || b == c || c == a || a.max(b).max(c) as usize >= vertices;
+    match mesh.triangles.iter().position(is_bad) {
+        None => Ok(()),
+        Some(triangle) => Err(Error::failed(format!(
+            "triangle {triangle} has no three different corners among {vertices} vertices: weld \
+             the mesh and drop such triangles first"
+        ))),
     }
 }
 
 busbar_plugin_sdk::export_plugin!(WeightedCollapse: mesh_optimizer);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_that_cannot_be_are_refused() {
+        let positions = [[0.0; 3]; 3];
+        for corners in [[0, 1, 1], [2, 1, 2], [0, 0, 1], [0, 1, 3]] {
+            let mesh = Mesh { positions: &positions, triangles: &[[0, 1, 2], corners], wedges: None };
+            for order in [Order::Paper, Order::Guarded, Order::Reweighted] {
+                let progress = &mut Progress::unwatched();
+                let error = collapse_list(mesh, &Reading::BUSBAR, order, 1, progress).unwrap_err();
+                assert!(error.message().contains("triangle 1"), "{error}");
+            }
+            assert!(variance_shares(mesh, &Reading::BUSBAR).is_err());
+        }
+    }
+}

@@ -13,7 +13,8 @@ use crate::{Station, StationError};
 /// The flattened station.
 #[derive(Debug)]
 pub struct FlatStation {
-    /// One node with one mesh, a section a material.
+    /// One node with one mesh, a section a material, a feature a piece of
+    /// equipment.
     pub model: Model,
     /// Whose the triangles are, in order, covering all.
     pub runs: Vec<Run>,
@@ -34,8 +35,10 @@ pub struct Run {
 struct Flattener {
     materials: Vec<Material>,
     primitives: Vec<RawPrimitive>,
-    /// Equipment and triangle count, for each primitive.
-    owners: Vec<Vec<(String, usize)>>,
+    /// Equipment ids in the order of placements; the index is the feature.
+    equipment: Vec<String>,
+    /// Feature and triangle count, for each primitive.
+    owners: Vec<Vec<(u32, usize)>>,
     positions: usize,
 }
 
@@ -43,7 +46,8 @@ impl Station {
     /// Puts all triangles into one mesh, by material, then by equipment.
     ///
     /// # Errors
-    /// [`StationError`] if two shells share a position in the world.
+    /// [`StationError`] if two shells of one piece of equipment share a position
+    /// in the world.
     pub fn flatten(&self) -> Result<FlatStation, StationError> {
         let mut flattener = Flattener::default();
         for placement in &self.placements {
@@ -60,6 +64,8 @@ impl Station {
 impl Flattener {
     fn add(&mut self, entry: &Entry, equipment: &str, world_from_model: Mat4) {
         let model = &entry.model;
+        let feature = self.equipment.len() as u32;
+        self.equipment.push(equipment.to_owned());
         for (node, model_from_node) in model.nodes.iter().zip(model.model_from_nodes()) {
             let Some(mesh) = node.mesh.map(|mesh| &model.meshes[mesh as usize]) else { continue };
             let world_from_node = world_from_model * model_from_node;
@@ -85,12 +91,13 @@ impl Flattener {
                             let (position, normal) = place(wedge);
                             primitive.positions.push(position);
                             primitive.normals.push(normal);
+                            primitive.features.push(feature);
                             primitive.positions.len() as u32 - 1
                         })
                     });
                     primitive.triangles.push(triangle);
                 }
-                note_owner(&mut self.owners[slot], equipment, triangles.len());
+                note_owner(&mut self.owners[slot], feature, triangles.len());
             }
         }
     }
@@ -116,7 +123,8 @@ impl Flattener {
         }
         let mut runs = Vec::new();
         let mut first_triangle = 0;
-        for (equipment, triangle_count) in self.owners.into_iter().flatten() {
+        for (feature, triangle_count) in self.owners.into_iter().flatten() {
+            let equipment = self.equipment[feature as usize].clone();
             runs.push(Run { first_triangle, triangle_count, equipment });
             first_triangle += triangle_count;
         }
@@ -128,7 +136,7 @@ impl Flattener {
         };
         let model = Model {
             meshes: vec![mesh],
-            features: Vec::new(),
+            features: vec![self.equipment],
             materials: self.materials,
             textures: Vec::new(),
             nodes: vec![node],
@@ -137,13 +145,13 @@ impl Flattener {
     }
 }
 
-fn note_owner(owners: &mut Vec<(String, usize)>, equipment: &str, triangles: usize) {
+fn note_owner(owners: &mut Vec<(u32, usize)>, feature: u32, triangles: usize) {
     if triangles == 0 {
         return;
     }
     match owners.last_mut() {
-        Some((last, count)) if last == equipment => *count += triangles,
-        _ => owners.push((equipment.to_owned(), triangles)),
+        Some((last, count)) if *last == feature => *count += triangles,
+        _ => owners.push((feature, triangles)),
     }
 }
 

@@ -82,6 +82,20 @@ fn runs_cover_every_triangle_once_in_order() {
 }
 
 #[test]
+fn every_imported_triangle_has_the_feature_of_its_run() {
+    let mesh = &IMPORTED.meshes[0];
+    let [names] = IMPORTED.features.as_slice() else { panic!("not one list of names") };
+    assert_eq!(names.len(), STATION.placements.len());
+    for run in &FLAT.runs {
+        let triangles = &mesh.triangles[run.first_triangle..][..run.triangle_count];
+        for &triangle in triangles {
+            let feature = mesh.feature(triangle).expect("each triangle has a feature");
+            assert_eq!(names[feature as usize], run.equipment);
+        }
+    }
+}
+
+#[test]
 fn no_shell_belongs_to_two_owners() {
     let topology = IMPORTED.meshes[0].topology();
     let mut owner_of = vec![None; topology.positions.len()];

@@ -7,8 +7,10 @@
     reason = "what is done, and how it went, is this program's output"
 )]
 
+mod bench;
 mod demo;
 mod packages;
+mod paper;
 mod pictures;
 mod process;
 mod python;
@@ -46,6 +48,10 @@ enum Command {
     Test(test::Arguments),
     /// Run the long tests: fuzzing.
     Soak(soak::Arguments),
+    /// Run the benches and comparisons.
+    Bench(bench::Arguments),
+    /// Measure what the paper measured and judge what it says.
+    Paper(paper::Arguments),
     /// Make the README's pictures.
     Pictures,
 }
@@ -68,6 +74,8 @@ fn run(command: Command) -> Result<()> {
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Bench(arguments) => bench::run(&workspace, &arguments),
+        Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
 }

@@ -40,7 +40,7 @@ const TESTS: &[Package] = &[
     package("x11-utils", "window properties in window tests"),
     package("imagemagick", "screenshots"),
     package("gcc", "compiles the C header"),
-    package("g++", "compiles the C header as C++, and the fuzzer"),
+    package("g++", "compiles the C header as C++, the fuzzer, and what benches compare"),
 ];
 
 /// A Debian package and what Busbar wants it for.

@@ -57,7 +57,7 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
 
 /// Makes `libraries` the only libraries in `folder`. Each appears whole or not
 /// at all: a running viewer may be loading them.
-fn replace_libraries(folder: &Path, libraries: &[PathBuf]) -> Result<()> {
+pub(crate) fn replace_libraries(folder: &Path, libraries: &[PathBuf]) -> Result<()> {
     fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let mut staged = HashSet::new();

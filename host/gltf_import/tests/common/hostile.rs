@@ -1,6 +1,7 @@
 //! Hostile files: bytes, and what the error must say.
 
 mod data;
+mod features;
 mod floods;
 mod structure;
 
@@ -22,6 +23,9 @@ pub fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     data::numbers(&mut cases);
     data::values(&mut cases);
+    features::features(&mut cases);
+    features::tables(&mut cases);
+    features::floods(&mut cases);
     structure::structure(&mut cases);
     structure::text(&mut cases);
     structure::containers(&mut cases);

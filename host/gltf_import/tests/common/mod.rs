@@ -110,6 +110,37 @@ impl Builder {
     }
 }
 
+/// The square with a feature id a vertex, in rows of a table with these names.
+pub fn square_with_features(ids: [u16; 4], names: &[&str]) -> Builder {
+    let mut builder = Builder::square();
+    let bytes: Vec<u8> = ids.iter().flat_map(|id| [id.to_le_bytes(), [0; 2]].concat()).collect();
+    let accessor = builder.accessor(&bytes, 5123, "SCALAR", 4);
+    builder.json["bufferViews"][accessor]["byteStride"] = json!(4);
+    let values = builder.view(names.concat().as_bytes());
+    let ends = names.iter().scan(0, |end, name| {
+        *end += name.len() as u16;
+        Some(*end)
+    });
+    let offsets = builder.view(&shorts(&[0].into_iter().chain(ends).collect::<Vec<_>>()));
+    builder.primitive()["attributes"]["_FEATURE_ID_0"] = json!(accessor);
+    builder.primitive()["extensions"] = json!({ "EXT_mesh_features": { "featureIds": [
+        { "featureCount": names.len(), "attribute": 0, "propertyTable": 0 },
+    ] } });
+    builder.json["extensionsUsed"] = json!(["EXT_mesh_features", "EXT_structural_metadata"]);
+    builder.json["extensions"] = json!({ "EXT_structural_metadata": {
+        "schema": { "id": "plant", "classes": {
+            "piece": { "properties": { "tag": { "type": "STRING" } } },
+        } },
+        "propertyTables": [{ "class": "piece", "count": names.len(), "properties": {
+            "tag": { "values": values, "stringOffsets": offsets, "stringOffsetType": "UINT16" },
+        } }],
+    } });
+    builder
+}
+
+/// The property table of [`square_with_features`].
+pub const TABLE: &str = "/extensions/EXT_structural_metadata/propertyTables/0";
+
 pub fn push(array: &mut Value, value: Value) -> usize {
     let array = array.as_array_mut().unwrap();
     array.push(value);

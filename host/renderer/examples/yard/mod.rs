@@ -34,7 +34,15 @@ pub(crate) fn build(renderer: &mut Renderer) -> Result<Vec<DrawInstance>> {
     let mut placed = Vec::new();
     let mut place = |mesh: u32, world_from_mesh: Mat4, highlight: [f32; 4]| {
         let object = placed.len() as u32 + 1;
-        placed.push(DrawInstance { model, mesh, cursor: 0, world_from_mesh, object, highlight });
+        placed.push(DrawInstance {
+            model,
+            mesh,
+            cursor: 0,
+            world_from_mesh,
+            object,
+            highlight,
+            first_feature: None,
+        });
     };
     let at = |x: f32, y: f32, z: f32| Mat4::from_translation(Vec3::new(x, y, z));
     let plain = [0.0; 4];

@@ -87,7 +87,15 @@ pub(crate) fn upload(
 }
 
 pub(crate) fn instance(model: ModelHandle, world_from_mesh: Mat4, object: u32) -> DrawInstance {
-    DrawInstance { model, mesh: 0, cursor: 0, world_from_mesh, object, highlight: [0.0; 4] }
+    DrawInstance {
+        model,
+        mesh: 0,
+        cursor: 0,
+        world_from_mesh,
+        object,
+        highlight: [0.0; 4],
+        first_feature: None,
+    }
 }
 
 /// Four units before the origin, looking at it.
@@ -97,7 +105,14 @@ pub(crate) fn camera() -> CameraView {
 }
 
 pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
-    Frame { camera: camera(), instances, wireframe: false, background: BACKGROUND, overlay: None }
+    Frame {
+        camera: camera(),
+        instances,
+        object_highlights: &[],
+        wireframe: false,
+        background: BACKGROUND,
+        overlay: None,
+    }
 }
 
 pub(crate) fn picture(renderer: &mut Renderer, frame: &Frame<'_>) -> Picture {

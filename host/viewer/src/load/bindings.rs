@@ -10,6 +10,7 @@ use busbar_tags::{TagHandle, TagSpec, ValueKind};
 
 use super::models::ImportedModels;
 use super::{Binding, Faults, LoadedScene};
+use crate::cursors;
 
 /// Names listed when a node does not exist.
 const MAX_SUGGESTIONS: usize = 12;
@@ -35,11 +36,12 @@ pub(super) fn place(
                 scale: node.transform.scale.into(),
             },
             model: node.model.as_ref().and_then(model_index),
+            theta: node.theta.as_ref().map(cursors::policy_of),
         })
         .collect();
     SceneGraph::build(&placements, &imported.models)
         .map_err(|error| {
-            faults.add("/scene", error.to_string(), "place fewer or smaller models");
+            faults.add("/scene", error.to_string(), error.remedy());
         })
         .ok()
 }

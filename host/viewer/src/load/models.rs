@@ -110,7 +110,6 @@ impl Optimising<'_> {
                         stacks: built.stacks,
                         materials: model.materials,
                         textures: model.textures,
-                        theta: configured.theta,
                     });
                 }
                 Err(error) => {

@@ -1,0 +1,130 @@
+//! A column of strings of a property table (EXT_structural_metadata).
+
+use crate::buffers::Buffers;
+use crate::error::{Fault, ImportError};
+use crate::extensions::{Class, Column, PropertyTable};
+use crate::primitives::as_index;
+use crate::scan::pointer_step;
+
+/// Columns that are taken for names if a table has them, the best first;
+/// without any, its first column of strings is.
+const NAME_COLUMNS: [&str; 3] = ["equipment", "id", "name"];
+
+/// The names of a table's rows, all checked.
+pub(crate) struct NameTable<'a> {
+    /// From the first name to the last one's end.
+    text: &'a str,
+    offsets: Offsets<'a>,
+}
+
+/// Where each string begins, and where the last one ends.
+#[derive(Clone, Copy)]
+struct Offsets<'a> {
+    bytes: &'a [u8],
+    width: usize,
+}
+
+impl<'a> NameTable<'a> {
+    /// The names of a table's rows; `None` without a column of strings.
+    /// `place` is where the table stands; `charge` is told, before the time is
+    /// spent, how many bytes will be gone through.
+    pub(crate) fn of(
+        table: &PropertyTable,
+        class: &Class,
+        buffers: &Buffers<'a>,
+        place: &str,
+        charge: impl FnOnce(u64) -> Result<(), ImportError>,
+    ) -> Result<Option<Self>, ImportError> {
+        let wanted = NAME_COLUMNS.iter().find_map(|wanted| {
+            table.strings(class).find(|(name, _)| name.eq_ignore_ascii_case(wanted))
+        });
+        let Some((name, column)) = wanted.or_else(|| table.strings(class).next()) else {
+            return Ok(None);
+        };
+        let here = |field: &str| format!("{place}/properties/{}{field}", pointer_step(name));
+        let view = |index: u64, field: &str| buffers.view(as_index(index), || here(field));
+        let values = view(column.values, "/values")?.bytes;
+        let Some(offsets) = column.string_offsets else {
+            let fault = Fault::Invalid("a column of strings without stringOffsets".into());
+            return Err(fault.at(here("")));
+        };
+        let bytes = view(offsets, "/stringOffsets")?.bytes;
+        let offsets = Offsets::new(bytes, offset_width(column, &here)?, table.count)
+            .map_err(|fault| fault.at(here("/stringOffsets")))?;
+        charge((offsets.bytes.len() + values.len()) as u64)?;
+        let names = Self::new(values, offsets).map_err(|fault| fault.at(here("")))?;
+        Ok(Some(names))
+    }
+
+    fn new(values: &'a [u8], offsets: Offsets<'a>) -> Result<Self, Fault> {
+        let (first, last) = (offsets.get(0), offsets.get(offsets.count() - 1));
+        let text = usize::try_from(first)
+            .ok()
+            .zip(usize::try_from(last).ok())
+            .and_then(|(first, last)| values.get(first..last));
+        let Some(text) = text else {
+            let (needed, available) = (last.max(first), values.len() as u64);
+            return Err(Fault::Beyond { what: "the names", needed, available });
+        };
+        let text = std::str::from_utf8(text).map_err(|e| {
+            Fault::Invalid(format!("byte {} of the names is not UTF-8", e.valid_up_to()))
+        })?;
+        let mut before = first;
+        for row in 1..offsets.count() {
+            let end = offsets.get(row);
+            // Within the text: no end is before `first` or after `last`.
+            if end < before || end > last || !text.is_char_boundary((end - first) as usize) {
+                let what = format!("the name of row {} does not end at {end}", row - 1);
+                return Err(Fault::Invalid(what));
+            }
+            before = end;
+        }
+        Ok(Self { text, offsets })
+    }
+
+    /// The name of a row; `None` beyond the last.
+    pub(crate) fn get(&self, row: u32) -> Option<&'a str> {
+        let row = row as usize;
+        if row + 1 >= self.offsets.count() {
+            return None;
+        }
+        let at = |row| (self.offsets.get(row) - self.offsets.get(0)) as usize;
+        self.text.get(at(row)..at(row + 1))
+    }
+}
+
+impl<'a> Offsets<'a> {
+    /// Those of so many rows: one more than rows.
+    fn new(bytes: &'a [u8], width: usize, rows: u64) -> Result<Self, Fault> {
+        let needed = rows.saturating_add(1).saturating_mul(width as u64);
+        let available = bytes.len() as u64;
+        if needed > available {
+            return Err(Fault::Beyond { what: "a list of offsets", needed, available });
+        }
+        // At most the length of a slice.
+        Ok(Self { bytes: &bytes[..needed as usize], width })
+    }
+
+    fn count(&self) -> usize {
+        self.bytes.len() / self.width
+    }
+
+    fn get(&self, index: usize) -> u64 {
+        let bytes = &self.bytes[index * self.width..][..self.width];
+        bytes.iter().rev().fold(0, |value, &byte| value << 8 | u64::from(byte))
+    }
+}
+
+/// Bytes of one offset.
+fn offset_width(column: &Column, here: &impl Fn(&str) -> String) -> Result<usize, ImportError> {
+    match column.string_offset_type.as_deref() {
+        Some("UINT8") => Ok(1),
+        Some("UINT16") => Ok(2),
+        Some("UINT32") | None => Ok(4),
+        Some("UINT64") => Ok(8),
+        Some(_) => {
+            let fault = Fault::Invalid("unknown type of offsets".into());
+            Err(fault.at(here("/stringOffsetType")))
+        }
+    }
+}

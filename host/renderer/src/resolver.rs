@@ -1,0 +1,269 @@
+//! Resolves meshes at new cursors beside the frames.
+//!
+//! A request is a mesh at a cursor. It is worked on by few threads, then waits
+//! until a frame has bytes left to upload it. One that is not asked for again
+//! is dropped: a camera that flies past leaves no work behind.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use busbar_geometry::CollapseStacks;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::RenderError;
+use crate::index_cache::IndexKey;
+
+/// Requests that are worked on or wait for their upload. What is beyond them
+/// is asked for again in a later frame.
+pub const MAX_PENDING_RESOLVES: usize = 256;
+
+/// Bytes that all these may take, unless a single one takes more.
+pub const MAX_PENDING_RESOLVE_BYTES: u64 = 256 << 20;
+
+/// Threads that resolve. Half of the cores at most: the frames need theirs.
+const MAX_RESOLVE_THREADS: usize = 4;
+
+/// The live triangles of a mesh at a cursor, as the index buffer will hold them.
+pub(crate) struct ResolvedTriangles {
+    /// Corners as wedge indices.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// For each section, its range in `triangles`.
+    pub(crate) sections: Vec<std::ops::Range<u32>>,
+}
+
+impl ResolvedTriangles {
+    pub(crate) fn of(stacks: &CollapseStacks, cursor: u32) -> Self {
+        let resolved = stacks.resolve(cursor);
+        Self { triangles: resolved.triangles, sections: resolved.sections }
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        size_of_val(self.triangles.as_slice()) as u64
+    }
+}
+
+type Resolved = (IndexKey, ResolvedTriangles);
+
+/// Workers, and what they were asked for.
+pub(crate) struct Resolver {
+    pool: ThreadPool,
+    pending: HashMap<IndexKey, Pending>,
+    /// The most that all pending requests can give.
+    pending_bytes: u64,
+    /// Results in the order in which they came.
+    finished: VecDeque<Resolved>,
+    sender: Sender<Resolved>,
+    receiver: Receiver<Resolved>,
+}
+
+struct Pending {
+    bytes: u64,
+    dropped: Arc<AtomicBool>,
+}
+
+impl Resolver {
+    pub(crate) fn new() -> Result<Self, RenderError> {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let pool = ThreadPoolBuilder::new()
+            .num_threads((cores / 2).clamp(1, MAX_RESOLVE_THREADS))
+            .thread_name(|index| format!("resolve {index}"))
+            .build()
+            .map_err(|error| RenderError::NoThreads(error.to_string()))?;
+        let (sender, receiver) = channel();
+        Ok(Self {
+            pool,
+            pending: HashMap::new(),
+            pending_bytes: 0,
+            finished: VecDeque::new(),
+            sender,
+            receiver,
+        })
+    }
+
+    /// Replaces all requests, the most urgent first; those that were there
+    /// already go on.
+    pub(crate) fn request<'a>(
+        &mut self,
+        wanted: impl Iterator<Item = (IndexKey, &'a Arc<CollapseStacks>)>,
+    ) {
+        let mut seen = HashSet::new();
+        let wanted: Vec<_> = wanted.filter(|(key, _)| seen.insert(*key)).collect();
+        self.drop_where(|key| !seen.contains(key));
+        for (key, stacks) in wanted {
+            if !self.pending.contains_key(&key) && !self.begin(key, stacks) {
+                break;
+            }
+        }
+    }
+
+    /// Gives a request to the workers, unless there are too many.
+    fn begin(&mut self, key: IndexKey, stacks: &Arc<CollapseStacks>) -> bool {
+        let bytes = size_of_val(stacks.mesh().triangles.as_slice()) as u64;
+        let fits = self.pending_bytes + bytes <= MAX_PENDING_RESOLVE_BYTES;
+        if self.pending.len() >= MAX_PENDING_RESOLVES || !(fits || self.pending.is_empty()) {
+            return false;
+        }
+        let dropped = Arc::new(AtomicBool::new(false));
+        self.pending.insert(key, Pending { bytes, dropped: Arc::clone(&dropped) });
+        self.pending_bytes += bytes;
+        let (stacks, sender) = (Arc::clone(stacks), self.sender.clone());
+        self.pool.spawn_fifo(move || {
+            if !dropped.load(Ordering::Relaxed) {
+                // Nobody listens any more when the renderer has gone.
+                let _ = sender.send((key, ResolvedTriangles::of(&stacks, key.cursor)));
+            }
+        });
+        true
+    }
+
+    /// The next result if it has at most `max_bytes`; its request is then done.
+    pub(crate) fn take(&mut self, max_bytes: u64) -> Option<Resolved> {
+        self.finished.extend(self.receiver.try_iter());
+        // A dropped request may have been finished all the same.
+        while let Some((key, triangles)) = self.finished.front() {
+            if self.pending.contains_key(key) {
+                if triangles.bytes() > max_bytes {
+                    return None;
+                }
+                self.forget(*key);
+                return self.finished.pop_front();
+            }
+            self.finished.pop_front();
+        }
+        None
+    }
+
+    /// Requests that are not done.
+    pub(crate) fn waiting(&self) -> usize {
+        self.pending.len()
+    }
+
+    pub(crate) fn drop_where(&mut self, unwanted: impl Fn(&IndexKey) -> bool) {
+        let keys: Vec<IndexKey> = self.pending.keys().copied().filter(unwanted).collect();
+        for key in keys {
+            self.forget(key);
+        }
+    }
+
+    fn forget(&mut self, key: IndexKey) {
+        if let Some(pending) = self.pending.remove(&key) {
+            pending.dropped.store(true, Ordering::Relaxed);
+            self.pending_bytes -= pending.bytes;
+        }
+    }
+}
+
+impl Drop for Resolver {
+    fn drop(&mut self) {
+        self.drop_where(|_| true);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use busbar_geometry::{Collapse, CollapseSequence, RawPrimitive, weld};
+    use glam::Vec3;
+
+    use super::*;
+
+    /// A fan of triangles about one corner.
+    fn stacks(triangles: u32) -> Arc<CollapseStacks> {
+        let angle = |i: u32| i as f32 / (triangles + 1) as f32;
+        let rim = (0..=triangles).map(|i| Vec3::new(angle(i).cos(), angle(i).sin(), 0.0));
+        let primitive = RawPrimitive {
+            positions: std::iter::once(Vec3::ZERO).chain(rim).collect(),
+            triangles: (1..=triangles).map(|i| [0, i, i + 1]).collect(),
+            ..Default::default()
+        };
+        let mesh = weld(&[primitive]).unwrap().0;
+        let count = mesh.positions.len() as u32;
+        let entries = (1..count).map(|removed| Collapse { removed, kept: 0, error: 0.0 }).collect();
+        let sequence = CollapseSequence::new(entries, count).unwrap();
+        Arc::new(CollapseStacks::build(mesh, &sequence))
+    }
+
+    fn key(cursor: u32) -> IndexKey {
+        IndexKey { model: 0, mesh: 0, cursor }
+    }
+
+    fn wait_for_one(resolver: &mut Resolver, max_bytes: u64) -> Option<Resolved> {
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(10) {
+            if let Some(resolved) = resolver.take(max_bytes) {
+                return Some(resolved);
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        None
+    }
+
+    #[test]
+    fn results_are_those_of_resolving_at_once() {
+        let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
+        let cursors = [50, 0, 7, 50, 101, 7];
+        resolver.request(cursors.iter().map(|&cursor| (key(cursor), &stacks)));
+        assert_eq!(resolver.waiting(), 4, "each once");
+        for _ in 0..4 {
+            let (key, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
+            let expected = stacks.resolve(key.cursor);
+            assert_eq!(resolved.triangles, expected.triangles);
+            assert_eq!(resolved.sections, expected.sections);
+        }
+        assert_eq!((resolver.waiting(), resolver.pending_bytes), (0, 0));
+    }
+
+    #[test]
+    fn what_is_not_asked_for_again_is_dropped() {
+        let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(1000));
+        resolver.request((0..100).map(|cursor| (key(cursor), &stacks)));
+        resolver.request([(key(99), &stacks), (key(500), &stacks)].into_iter());
+        assert_eq!(resolver.waiting(), 2);
+        let mut cursors = [(); 2].map(|()| wait_for_one(&mut resolver, u64::MAX).unwrap().0.cursor);
+        cursors.sort_unstable();
+        assert_eq!(cursors, [99, 500]);
+        // Everything begun is through the queue once this one is.
+        resolver.request([(key(501), &stacks)].into_iter());
+        assert_eq!(wait_for_one(&mut resolver, u64::MAX).unwrap().0, key(501));
+        assert!(resolver.take(u64::MAX).is_none());
+    }
+
+    #[test]
+    fn requests_are_bounded_in_number_and_bytes() {
+        let (mut resolver, small) = (Resolver::new().unwrap(), stacks(2000));
+        resolver.request((0..2000).map(|cursor| (key(cursor), &small)));
+        assert_eq!(resolver.waiting(), MAX_PENDING_RESOLVES);
+        let mut done = 0;
+        while done < 2000 {
+            let (finished, _) = wait_for_one(&mut resolver, u64::MAX).unwrap();
+            done += 1;
+            let left = (0..2000).filter(|&cursor| cursor > finished.cursor);
+            resolver.request(left.map(|cursor| (key(cursor), &small)));
+            assert!(resolver.waiting() <= MAX_PENDING_RESOLVES);
+            done = done.max(finished.cursor + 1);
+        }
+        resolver.pending_bytes = MAX_PENDING_RESOLVE_BYTES;
+        resolver.request([(key(0), &small)].into_iter());
+        assert_eq!(resolver.waiting(), 1, "one always");
+        resolver.request([(key(0), &small), (key(1), &small)].into_iter());
+        assert_eq!(resolver.waiting(), 1);
+        resolver.pending_bytes -= MAX_PENDING_RESOLVE_BYTES;
+    }
+
+    #[test]
+    fn a_result_waits_until_it_fits() {
+        let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
+        resolver.request([(key(0), &stacks)].into_iter());
+        let bytes = ResolvedTriangles::of(&stacks, 0).bytes();
+        let start = Instant::now();
+        while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {
+            assert!(resolver.take(bytes - 1).is_none());
+        }
+        assert!(resolver.take(bytes - 1).is_none());
+        assert_eq!((resolver.waiting(), resolver.finished.len()), (1, 1));
+        assert!(resolver.take(bytes).is_some());
+    }
+}

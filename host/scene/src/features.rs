@@ -1,0 +1,43 @@
+//! Features of meshes as nodes: what they are called, and where they are.
+
+use std::collections::HashMap;
+
+use busbar_geometry::{Bounds, Mesh};
+
+use crate::Model;
+
+/// For each mesh of a model, whether its features are called
+/// `placement/feature`: the mesh is shown at one node, and no node and no other
+/// such feature of the model has one of the names. Else they are called
+/// `placement/node/feature`.
+pub(crate) fn short_ids(model: &Model) -> Vec<bool> {
+    let mut uses = vec![0; model.meshes.len()];
+    let mut names: HashMap<&str, u32> = HashMap::new();
+    for node in &model.nodes {
+        *names.entry(&node.name).or_default() += 1;
+        if let Some(mesh) = node.mesh {
+            uses[mesh as usize] += 1;
+        }
+    }
+    let shown_once = |mesh: &usize| uses[*mesh] == 1;
+    for mesh in (0..uses.len()).filter(shown_once) {
+        for name in model.feature_names(mesh) {
+            *names.entry(name).or_default() += 1;
+        }
+    }
+    let unique = |name: &String| names.get(name.as_str()) == Some(&1);
+    let is_short = |mesh| shown_once(&mesh) && model.feature_names(mesh).iter().all(unique);
+    (0..uses.len()).map(is_short).collect()
+}
+
+/// The box around each of a mesh's first `count` features, in the mesh's space.
+pub(crate) fn boxes(mesh: &Mesh, count: usize) -> Vec<Option<Bounds>> {
+    let mut boxes: Vec<Option<Bounds>> = vec![None; count];
+    for (&position, &feature) in mesh.positions.iter().zip(&mesh.features) {
+        if let Some(bounds) = boxes.get_mut(feature as usize) {
+            let point = Bounds { min: position, max: position };
+            *bounds = Some(bounds.map_or(point, |b| b.union(point)));
+        }
+    }
+    boxes
+}

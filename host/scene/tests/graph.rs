@@ -1,0 +1,158 @@
+//! Placements, nodes of models and features as one graph.
+
+#![allow(clippy::unwrap_used)]
+
+use busbar_geometry::{RawPrimitive, weld};
+use busbar_scene::{
+    Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneError, SceneGraph, ThetaPolicy,
+    Transform,
+};
+use glam::{Mat4, Vec3};
+
+fn model() -> Model {
+    let primitive = RawPrimitive {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..Default::default()
+    };
+    let node = |name: &str, parent, mesh| ModelNode {
+        name: name.into(),
+        parent,
+        parent_from_node: Mat4::from_translation(Vec3::Z),
+        mesh,
+    };
+    Model {
+        meshes: vec![weld(&[primitive]).unwrap().0],
+        nodes: vec![node("tank", None, None), node("bushing", Some(0), Some(0))],
+        ..Default::default()
+    }
+}
+
+fn placement(id: &str, parent: Option<usize>, x: f32) -> Placement {
+    let transform = Transform { translation: Vec3::X * x, ..Default::default() };
+    Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)), theta: None }
+}
+
+#[test]
+fn model_nodes_hang_under_their_placement() {
+    let placements = [placement("T1", None, 10.0), placement("T2", Some(0), 5.0)];
+    let graph = SceneGraph::build(&placements, &[model()]).unwrap();
+    assert_eq!(graph.instances().len(), 2);
+    let bushing = graph.find("T2/bushing").unwrap();
+    let world = graph.node(bushing).world_from_node.transform_point3(Vec3::ZERO);
+    assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
+    let all = graph.bounds().unwrap();
+    assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
+    let world = graph.instances()[1].bounds.unwrap();
+    assert_eq!((world.min, world.max), (Vec3::new(15.0, 0.0, 2.0), Vec3::new(16.0, 1.0, 2.0)));
+}
+
+#[test]
+fn a_placement_may_have_a_policy_of_its_own() {
+    let mut placements = [placement("T1", None, 0.0), placement("T2", None, 5.0)];
+    placements[1].theta = Some(ThetaPolicy::Fixed(0.5));
+    let graph = SceneGraph::build(&placements, &[model()]).unwrap();
+    let thetas: Vec<_> = graph.instances().iter().map(|i| i.theta).collect();
+    assert_eq!(thetas, [None, Some(PolicyIndex(0))]);
+    assert_eq!(graph.policies(), [ThetaPolicy::Fixed(0.5)]);
+}
+
+#[test]
+fn an_id_used_twice_is_refused() {
+    let placements = [placement("T1", None, 0.0), placement("T1", None, 1.0)];
+    let error = SceneGraph::build(&placements, &[model()]).unwrap_err();
+    let id = "T1".into();
+    let expected = SceneError::DuplicateId { id, first_parent: None, second_parent: None };
+    assert_eq!(error, expected);
+}
+
+/// A mesh of two triangles, at x = 0..1 and x = 4..5: the features 0 and 1.
+fn model_with_features(names: [&str; 2], nodes: &[&str]) -> Model {
+    let at = [0.0, 4.0];
+    let primitive = RawPrimitive {
+        positions: at
+            .iter()
+            .flat_map(|&x| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p + Vec3::X * x))
+            .collect(),
+        features: vec![0, 0, 0, 1, 1, 1],
+        triangles: vec![[0, 1, 2], [3, 4, 5]],
+        ..Default::default()
+    };
+    let node = |name: &&str| ModelNode {
+        name: (*name).into(),
+        parent: None,
+        parent_from_node: Mat4::from_translation(Vec3::Y),
+        mesh: Some(0),
+    };
+    Model {
+        meshes: vec![weld(&[primitive]).unwrap().0],
+        features: vec![names.map(String::from).to_vec()],
+        nodes: nodes.iter().map(node).collect(),
+        ..Default::default()
+    }
+}
+
+fn ids(graph: &SceneGraph) -> Vec<&str> {
+    graph.nodes().iter().map(|node| node.id.as_str()).collect()
+}
+
+#[test]
+fn features_are_nodes_under_their_mesh_with_boxes_of_their_own() {
+    let model = model_with_features(["QA1", "QB9"], &["body"]);
+    let graph = SceneGraph::build(&[placement("S", None, 10.0)], &[model]).unwrap();
+    assert_eq!(ids(&graph), ["S", "S/body", "S/QA1", "S/QB9"]);
+    let first = graph.instances()[0].first_feature;
+    assert_eq!(first, graph.find("S/QA1"));
+    for (id, from) in [("S/QA1", 10.0), ("S/QB9", 14.0), ("S/body", 10.0)] {
+        let node = graph.node(graph.find(id).unwrap());
+        let bounds = node.bounds.unwrap();
+        let to = if id == "S/body" { 15.0 } else { from + 1.0 };
+        assert_eq!([bounds.min.x, bounds.max.x, bounds.min.y], [from, to, 1.0], "{id}");
+    }
+    let parent = graph.node(graph.find("S/QB9").unwrap()).parent;
+    assert_eq!(parent, graph.find("S/body"));
+}
+
+#[test]
+fn features_that_would_share_an_id_are_called_after_their_node_too() {
+    let check = |model: Model, expected: &[&str]| {
+        let graph = SceneGraph::build(&[placement("S", None, 0.0)], &[model]).unwrap();
+        assert_eq!(ids(&graph), expected);
+        for instance in graph.instances() {
+            let first = graph.node(instance.first_feature.unwrap());
+            assert_eq!(first.parent, Some(instance.node));
+        }
+    };
+    check(
+        model_with_features(["a", "b"], &["left", "right"]),
+        &["S", "S/left", "S/left/a", "S/left/b", "S/right", "S/right/a", "S/right/b"],
+    );
+    check(
+        model_with_features(["a", "body"], &["body"]),
+        &["S", "S/body", "S/body/a", "S/body/body"],
+    );
+    // Exporters make a mesh a material: the same names in each.
+    let mut two = model_with_features(["a", "b"], &["steel", "paint"]);
+    two.meshes.push(two.meshes[0].clone());
+    two.features.push(vec!["b".into(), "c".into()]);
+    two.nodes[1].mesh = Some(1);
+    check(two, &["S", "S/steel", "S/steel/a", "S/steel/b", "S/paint", "S/paint/b", "S/paint/c"]);
+}
+
+#[test]
+fn a_feature_and_a_placement_of_one_id_are_both_named() {
+    let placements = [placement("S/QA1", None, 0.0), placement("S", None, 0.0)];
+    let bare = Placement { model: None, ..placements[0].clone() };
+    let model = model_with_features(["QA1", "QB9"], &["body"]);
+    let error = SceneGraph::build(&[bare, placements[1].clone()], &[model]).unwrap_err();
+    let expected = "equipment id 'S/QA1' is used twice: at the top and under 'S/body'";
+    assert_eq!(error.to_string(), expected);
+}
+
+#[test]
+fn rotations_apply_about_x_then_y_then_z() {
+    let transform =
+        Transform { rotation_degrees: Vec3::new(90.0, 0.0, 90.0), ..Default::default() };
+    let turned = transform.matrix().transform_vector3(Vec3::Y);
+    assert!((turned - Vec3::Z).length() < 1e-6, "y -> z about x; z stays about z");
+}

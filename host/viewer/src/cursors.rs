@@ -1,0 +1,282 @@
+//! Where the cursor of each instance stands, and where it is wanted.
+//!
+//! A frame chooses a level of detail for the instances whose policy follows
+//! the camera, and so the cursor that each is *wanted* at. It is *shown* there
+//! as soon as the mesh at that cursor is ready; until then it stays where it
+//! is. Popping and pushing (the paper's S1 and S2) are a cursor that grows or
+//! shrinks: no mesh is edited.
+
+use busbar_config::ThetaConfig;
+use busbar_geometry::Bounds;
+use busbar_scene::{DistanceLevel, DistanceTable, SceneGraph, ThetaPolicy, distance_to_bounds};
+use glam::Vec3;
+
+use crate::load::LoadedModel;
+
+/// The cursors of all mesh instances of a scene, in the order of its graph.
+pub(crate) struct Cursors {
+    /// The models', then those of placements.
+    policies: Vec<ThetaPolicy>,
+    /// A theta for all instances of a model, instead of their policies.
+    by_hand: Vec<Option<f64>>,
+    scale: f64,
+    instances: Vec<InstanceCursor>,
+    /// Instances whose level depends on where the eye is.
+    following: Vec<usize>,
+    /// Where the eye was; none when all must be chosen anew.
+    eye: Option<Vec3>,
+    /// Instances that are not shown where they are wanted.
+    moving: Vec<usize>,
+    /// Instances shown at another cursor than in the last frame.
+    moved: Vec<usize>,
+    /// Whether all were shown where they were wanted once.
+    has_settled: bool,
+    /// Whether counts by model are out of date.
+    has_changed: bool,
+}
+
+/// A mesh at a cursor, by the indices of model and mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) model: usize,
+    pub(crate) mesh: usize,
+    pub(crate) cursor: u32,
+}
+
+struct InstanceCursor {
+    model: u32,
+    mesh: u32,
+    /// Index of its policy.
+    policy: u32,
+    bounds: Option<Bounds>,
+    /// Level of the policy; none where the past plays no part.
+    level: Option<u32>,
+    /// The theta wanted.
+    theta: f64,
+    wanted: u32,
+    shown: u32,
+    /// Live triangles where it is shown.
+    triangles: u32,
+}
+
+/// What the instances of a model come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ModelDetail {
+    /// Least and greatest theta wanted.
+    pub(crate) theta: [f64; 2],
+    /// Whether policies choose, and not a hand.
+    pub(crate) by_policy: bool,
+    /// Entries to be collapsed.
+    pub(crate) s1: u64,
+    /// Entries collapsed.
+    pub(crate) s2: u64,
+    /// Live triangles.
+    pub(crate) triangles: u64,
+}
+
+impl InstanceCursor {
+    fn at(&self, cursor: u32) -> Place {
+        Place { model: self.model as usize, mesh: self.mesh as usize, cursor }
+    }
+}
+
+impl Cursors {
+    /// All instances in full detail. `policies` has one for each model.
+    pub(crate) fn new(
+        graph: &SceneGraph,
+        models: &[LoadedModel],
+        mut policies: Vec<ThetaPolicy>,
+        scale: f64,
+    ) -> Self {
+        let own_policies = policies.len() as u32;
+        policies.extend(graph.policies().iter().cloned());
+        let instance = |instance: &busbar_scene::MeshInstance| {
+            let (model, mesh) = (instance.model.0, instance.mesh);
+            let stacks = &models[model as usize].stacks[mesh as usize];
+            InstanceCursor {
+                model,
+                mesh,
+                policy: instance.theta.map_or(model, |theta| own_policies + theta.0),
+                bounds: instance.bounds,
+                level: None,
+                theta: 0.0,
+                wanted: 0,
+                shown: 0,
+                triangles: stacks.mesh().triangles.len() as u32,
+            }
+        };
+        Self {
+            policies,
+            by_hand: vec![None; models.len()],
+            scale,
+            instances: graph.instances().iter().map(instance).collect(),
+            following: Vec::new(),
+            eye: None,
+            moving: Vec::new(),
+            moved: Vec::new(),
+            has_settled: false,
+            has_changed: true,
+        }
+    }
+
+    /// Gives all instances of a model this theta, whatever their policies and
+    /// the scale say; `None` gives them back to their policies.
+    pub(crate) fn set_by_hand(&mut self, model: usize, theta: Option<f64>) {
+        if let Some(by_hand) = self.by_hand.get_mut(model) {
+            *by_hand = theta.map(|theta| theta.clamp(0.0, 1.0));
+            self.eye = None;
+        }
+    }
+
+    /// Sets the factor on the thetas of all policies.
+    pub(crate) fn set_scale(&mut self, scale: f64) {
+        self.scale = scale;
+        self.eye = None;
+    }
+
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Chooses the cursors that are wanted, for an eye in world space. Costs
+    /// nothing while nothing moves.
+    pub(crate) fn choose(&mut self, eye: Vec3, models: &[LoadedModel]) {
+        let last = self.eye.replace(eye);
+        if last == Some(eye) {
+            return;
+        }
+        if last.is_none() {
+            self.has_changed = true;
+            self.following.clear();
+            for index in 0..self.instances.len() {
+                self.choose_one(index, eye, models);
+                let InstanceCursor { model, policy, .. } = self.instances[index];
+                if self.by_hand[model as usize].is_none()
+                    && self.policies[policy as usize].follows_camera()
+                {
+                    self.following.push(index);
+                }
+            }
+        } else {
+            for following in 0..self.following.len() {
+                self.choose_one(self.following[following], eye, models);
+            }
+        }
+    }
+
+    fn choose_one(&mut self, index: usize, eye: Vec3, models: &[LoadedModel]) {
+        let instance = &mut self.instances[index];
+        let policy = &self.policies[instance.policy as usize];
+        let theta = if let Some(theta) = self.by_hand[instance.model as usize] {
+            instance.level = None;
+            theta
+        } else {
+            let distance = instance.bounds.map_or(0.0, |bounds| distance_to_bounds(eye, &bounds));
+            let level = policy.level(distance, instance.level);
+            instance.level = Some(level);
+            policy.theta(level, self.scale)
+        };
+        if theta == instance.theta {
+            return;
+        }
+        let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
+        let was_moving = instance.wanted != instance.shown;
+        (instance.theta, instance.wanted) = (theta, stacks.cursor_at(theta));
+        self.has_changed = true;
+        if !was_moving && instance.wanted != instance.shown {
+            self.moving.push(index);
+        }
+    }
+
+    /// Shows instances where they are wanted: those whose mesh is ready there,
+    /// or all, to settle. The first time it settles in any case: there is
+    /// nothing to show meanwhile.
+    pub(crate) fn advance(&mut self, settle: bool, is_ready: impl Fn(Place) -> bool) {
+        let settle = settle || !self.has_settled;
+        self.has_settled = true;
+        let Self { instances, moving, moved, .. } = self;
+        moving.retain(|&index| {
+            let instance = &mut instances[index];
+            // It may have come back meanwhile.
+            if instance.wanted == instance.shown {
+                return false;
+            }
+            let moves = settle || is_ready(instance.at(instance.wanted));
+            if moves {
+                instance.shown = instance.wanted;
+                moved.push(index);
+            }
+            !moves
+        });
+        self.has_changed |= !self.moved.is_empty();
+    }
+
+    /// Meshes at the cursors that instances wait for, with repetitions.
+    pub(crate) fn waiting(&self) -> impl ExactSizeIterator<Item = Place> {
+        self.moving.iter().map(|&index| {
+            let instance = &self.instances[index];
+            instance.at(instance.wanted)
+        })
+    }
+
+    /// Notes the live triangles of instances that moved, once they are drawn.
+    pub(crate) fn count_moved(&mut self, triangles_at: impl Fn(Place) -> Option<u32>) {
+        let Self { instances, moved, .. } = self;
+        // A frame of a minimised window draws nothing.
+        moved.retain(|&index| {
+            let instance = &mut instances[index];
+            let triangles = triangles_at(instance.at(instance.shown));
+            instance.triangles = triangles.unwrap_or(instance.triangles);
+            triangles.is_none()
+        });
+    }
+
+    /// Where each instance is shown.
+    pub(crate) fn shown(&self) -> impl ExactSizeIterator<Item = Place> {
+        self.instances.iter().map(|instance| instance.at(instance.shown))
+    }
+
+    /// What the instances of each model come to, if it changed since it was
+    /// last asked for.
+    pub(crate) fn changed_detail(&mut self, models: &[LoadedModel]) -> Option<Vec<ModelDetail>> {
+        if !std::mem::take(&mut self.has_changed) {
+            return None;
+        }
+        let mut details: Vec<Option<ModelDetail>> = vec![None; models.len()];
+        for instance in &self.instances {
+            let detail = details[instance.model as usize].get_or_insert(ModelDetail {
+                theta: [instance.theta; 2],
+                ..ModelDetail::default()
+            });
+            let [least, greatest] = detail.theta;
+            detail.theta = [least.min(instance.theta), greatest.max(instance.theta)];
+            let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
+            detail.s1 += u64::from(stacks.collapse_count() - instance.shown);
+            detail.s2 += u64::from(instance.shown);
+            detail.triangles += u64::from(instance.triangles);
+        }
+        let with_source = |(detail, by_hand): (Option<ModelDetail>, &Option<f64>)| ModelDetail {
+            by_policy: by_hand.is_none(),
+            ..detail.unwrap_or_default()
+        };
+        Some(details.into_iter().zip(&self.by_hand).map(with_source).collect())
+    }
+}
+
+/// The policy that a configuration words.
+pub(crate) fn policy_of(theta: &ThetaConfig) -> ThetaPolicy {
+    match theta {
+        ThetaConfig::Fixed(theta) => ThetaPolicy::Fixed(*theta),
+        ThetaConfig::Distance { levels, hysteresis } => {
+            let level = |level: &busbar_config::ThetaLevelConfig| DistanceLevel {
+                beyond: level.beyond as f32,
+                theta: level.theta,
+            };
+            let levels = levels.iter().map(level).collect();
+            ThetaPolicy::Distance(DistanceTable::new(levels, *hysteresis as f32))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,156 @@
+//! Cursors of a row of strips along x, without a device.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld};
+use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
+use glam::Mat4;
+
+use super::*;
+
+/// A strip of ten quads, one metre long, whose positions collapse one by one.
+fn strip() -> Mesh {
+    let point = |i: u32| Vec3::new((i / 2) as f32 * 0.1, (i % 2) as f32, 0.0);
+    let triangles = (0..20).map(|i| [i, i + 1, i + 2]).collect();
+    let primitive =
+        RawPrimitive { positions: (0..22).map(point).collect(), triangles, ..Default::default() };
+    weld(&[primitive]).unwrap().0
+}
+
+fn loaded(mesh: Mesh) -> LoadedModel {
+    let count = mesh.positions.len() as u32;
+    let entry = |removed: u32| Collapse { removed, kept: removed - 1, error: 0.0 };
+    let entries = (1..count).rev().map(entry).collect();
+    let sequence = CollapseSequence::new(entries, count).unwrap();
+    LoadedModel {
+        name: "strip".into(),
+        stacks: vec![Arc::new(CollapseStacks::build(mesh, &sequence))],
+        materials: Vec::new(),
+        textures: Vec::new(),
+    }
+}
+
+/// Strips beginning at these x, the last with this theta of its own.
+fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
+    let node = ModelNode {
+        name: "mesh".into(),
+        parent: None,
+        parent_from_node: Mat4::IDENTITY,
+        mesh: Some(0),
+    };
+    let model = Model { meshes: vec![strip()], nodes: vec![node], ..Default::default() };
+    let placement = |(index, &x): (usize, &f32)| Placement {
+        id: index.to_string(),
+        parent: None,
+        transform: Transform { translation: Vec3::X * x, ..Default::default() },
+        model: Some(ModelIndex(0)),
+        theta: last_theta.filter(|_| index + 1 == places.len()).map(ThetaPolicy::Fixed),
+    };
+    let placements: Vec<_> = places.iter().enumerate().map(placement).collect();
+    let graph = SceneGraph::build(&placements, std::slice::from_ref(&model)).unwrap();
+    let levels = [(0.0, 0.0), (10.0, 0.5), (100.0, 0.9)];
+    let levels = levels.map(|(beyond, theta)| DistanceLevel { beyond, theta }).to_vec();
+    let policies = vec![ThetaPolicy::Distance(DistanceTable::new(levels, 0.1))];
+    let models = vec![loaded(strip())];
+    (Cursors::new(&graph, &models, policies, 1.0), models)
+}
+
+/// Chooses for an eye at this x, shows what is ready, and gives the cursors.
+fn step(cursors: &mut Cursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
+    cursors.choose(Vec3::X * x, models);
+    cursors.advance(false, |_| is_ready);
+    cursors.count_moved(|place| {
+        Some(models[place.model].stacks[place.mesh].live_triangles(place.cursor) as u32)
+    });
+    cursors.shown().map(|place| place.cursor).collect()
+}
+
+#[test]
+fn each_instance_follows_its_own_distance_both_ways() {
+    let (mut cursors, models) = row(&[0.0, 50.0, 200.0, 0.0], Some(0.25));
+    // Of 22 positions: 11 and 20 at theta 0.5 and 0.9, 6 at 0.25.
+    let mut at = |x| step(&mut cursors, &models, x, true);
+    assert_eq!(at(0.0), [0, 11, 20, 6]);
+    assert_eq!(at(50.0), [11, 0, 20, 6]);
+    assert_eq!(at(200.0), [20, 20, 0, 6]);
+    assert_eq!(at(105.0), [20, 11, 11, 6], "back, but not far enough for the first");
+    assert_eq!(at(50.0), [11, 0, 20, 6]);
+    assert_eq!(at(0.0), [0, 11, 20, 6]);
+}
+
+#[test]
+fn a_cursor_stays_until_its_mesh_is_ready() {
+    let (mut cursors, models) = row(&[0.0, 0.0, 200.0], None);
+    assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "the first time settles");
+    assert_eq!(step(&mut cursors, &models, 50.0, false), [0, 0, 20]);
+    let place = Place { model: 0, mesh: 0, cursor: 11 };
+    assert_eq!(cursors.waiting().collect::<Vec<_>>(), [place, place]);
+    assert_eq!(step(&mut cursors, &models, 150.0, false), [0, 0, 20]);
+    assert_eq!(cursors.waiting().len(), 3, "one more, none twice");
+    assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "back before it came");
+    assert_eq!(cursors.waiting().len(), 0);
+    assert_eq!(step(&mut cursors, &models, 50.0, true), [11, 11, 20]);
+    cursors.choose(Vec3::ZERO, &models);
+    cursors.advance(true, |_| false);
+    assert!(cursors.shown().all(|place| place.cursor != 11), "settled");
+}
+
+#[test]
+fn a_hand_and_the_scale_override_policies_and_give_back() {
+    let (mut cursors, models) = row(&[0.0, 50.0, 200.0], Some(0.25));
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [0, 11, 6]);
+    cursors.set_scale(0.0);
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [0, 0, 0]);
+    cursors.set_scale(2.0);
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [0, 21, 11]);
+    cursors.set_by_hand(0, Some(0.5));
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [11; 3], "a hand is not scaled");
+    assert_eq!(step(&mut cursors, &models, 500.0, true), [11; 3]);
+    cursors.set_scale(1.0);
+    cursors.set_by_hand(0, None);
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [0, 11, 6]);
+}
+
+#[test]
+fn detail_is_summed_over_instances_and_told_once() {
+    let (mut cursors, models) = row(&[0.0, 50.0], None);
+    step(&mut cursors, &models, 0.0, true);
+    let detail = cursors.changed_detail(&models).unwrap();
+    let live = [0, 11].map(|cursor| models[0].stacks[0].live_triangles(cursor));
+    let expected = ModelDetail {
+        theta: [0.0, 0.5],
+        by_policy: true,
+        s1: 21 + 10,
+        s2: 11,
+        triangles: live[0] + live[1],
+    };
+    assert_eq!(detail, [expected]);
+    assert!(live[1] < live[0]);
+    step(&mut cursors, &models, 0.5, true);
+    assert_eq!(cursors.changed_detail(&models), None);
+    cursors.set_by_hand(0, Some(0.0));
+    step(&mut cursors, &models, 0.5, true);
+    let detail = cursors.changed_detail(&models).unwrap()[0];
+    assert_eq!((detail.theta, detail.by_policy, detail.s2), ([0.0; 2], false, 0));
+}
+
+/// Prints what choosing costs; a loaded machine in a debug build is slow, so
+/// the bound is loose.
+#[test]
+fn ten_thousand_instances_are_chosen_in_no_time() {
+    let places: Vec<f32> = (0..10_000).map(|i| (i % 400) as f32).collect();
+    let (mut cursors, models) = row(&places, None);
+    step(&mut cursors, &models, 0.0, true);
+    let frames = 1..=100;
+    let mut least = Duration::MAX;
+    for frame in frames {
+        let start = Instant::now();
+        cursors.choose(Vec3::X * frame as f32, &models);
+        least = least.min(start.elapsed());
+        cursors.advance(true, |_| true);
+    }
+    println!("10000 instances: {least:?}");
+    assert!(cursors.shown().any(|place| place.cursor > 0));
+    assert!(least < Duration::from_millis(5), "{least:?}");
+}

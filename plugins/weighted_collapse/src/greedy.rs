@@ -1,0 +1,226 @@
+//! Orders that look at the mesh as it is when an edge's turn comes.
+
+use busbar_plugin_sdk::{Collapse, Error, Mesh, Progress};
+
+use crate::edges::{Edges, Side};
+use crate::factors::measure;
+use crate::forest::{Classes, Errors};
+use crate::guards::Candidate;
+use crate::guards::MAX_VALENCE;
+use crate::queue::{Entry, Queue};
+use crate::reading::Reading;
+use crate::surface::{Ring, Spoke, Surface};
+use crate::weights::Coefficients;
+
+/// Edges tried between two looks at whether to go on.
+const EDGES_A_REPORT: usize = 1 << 14;
+
+/// The key of an edge in the queue; the least is collapsed first.
+pub(crate) enum Keys<'a> {
+    /// The place in the static order, edge by edge. Edges that become one go
+    /// when the first of them would.
+    Ranks(Vec<u32>),
+    /// W, edge by edge to begin with. After a collapse that of the edges around
+    /// the kept vertex is found anew: Eq. 1-4 of the mesh as it is, with the
+    /// maxima, deviations and proportion of borders of the whole mesh.
+    Weights { weights: &'a [f64], reading: &'a Reading, coefficients: Coefficients },
+}
+
+impl Keys<'_> {
+    fn of_edge(&self, edge: usize) -> u64 {
+        match self {
+            Self::Ranks(ranks) => u64::from(ranks[edge]),
+            // Weights are not negative, so their bits have their order.
+            Self::Weights { weights, .. } => weights[edge].to_bits(),
+        }
+    }
+}
+
+/// Collapses edges, given sorted by their keys, in the order of these, each only when it is legal:
+/// when it would fold no face over and keeps the topology (`guards`).
+///
+/// The smaller class moves onto the larger, as in the paper's order, unless
+/// only the other direction is legal. An edge that cannot go either way is put
+/// off until a collapse changes what is around one of its ends; one that never
+/// becomes legal is not collapsed.
+///
+/// A live edge is in the queue, or put off, or neither: once, whichever it is.
+/// A collapse queues the edges around the kept vertex, and those put off around
+/// its new neighbours.
+pub(crate) fn collapse(
+    mesh: Mesh<'_>,
+    edges: &Edges,
+    sorted: &[u32],
+    keys: &Keys<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<Vec<Collapse>, Error> {
+    let mut greedy = Greedy::new(mesh, edges, sorted, keys);
+    let mut tried = 0_usize;
+    while let Some(entry) = greedy.queue.pop() {
+        greedy.attempt(entry);
+        tried += 1;
+        if tried.is_multiple_of(EDGES_A_REPORT) {
+            let done = greedy.collapses.len() as f32 / mesh.positions.len() as f32;
+            progress.report(crate::SORTED + (1.0 - crate::SORTED) * done)?;
+        }
+    }
+    Ok(greedy.collapses)
+}
+
+struct Greedy<'a> {
+    surface: Surface<'a>,
+    keys: &'a Keys<'a>,
+    queue: Queue,
+    classes: Classes,
+    errors: Errors,
+    collapses: Vec<Collapse>,
+    /// The key of the edge that each side belongs to.
+    side_keys: Vec<u64>,
+    /// Whether that edge is put off.
+    is_put_off: Vec<bool>,
+    /// Whether an edge around the vertex may be put off.
+    may_wait: Vec<bool>,
+    rings: [Ring; 3],
+    sides: Vec<Side>,
+}
+
+impl<'a> Greedy<'a> {
+    fn new(mesh: Mesh<'a>, edges: &Edges, sorted: &[u32], keys: &'a Keys<'a>) -> Self {
+        let vertices = mesh.positions.len();
+        let surface = Surface::new(mesh);
+        let sorted = sorted.iter().map(|&edge| edge as usize);
+        let queue = Queue::new(vertices, sorted.map(|e| (keys.of_edge(e), edges.ends[e])));
+        let sides = surface.side_count();
+        let mut greedy = Self {
+            surface,
+            keys,
+            queue,
+            classes: Classes::new(vertices),
+            errors: Errors::new(vertices),
+            collapses: Vec::with_capacity(vertices),
+            side_keys: vec![0; sides],
+            is_put_off: vec![false; sides],
+            may_wait: vec![false; vertices],
+            rings: Default::default(),
+            sides: Vec::new(),
+        };
+        greedy.key_all_sides();
+        greedy
+    }
+
+    fn key_all_sides(&mut self) {
+        let ring = &mut self.rings[0];
+        let mut edge = 0;
+        for vertex in 0..self.may_wait.len() as u32 {
+            self.surface.ring(vertex, ring);
+            // Edges are numbered by smaller, then larger vertex, as rings are.
+            for spokes in ring.edges().filter(|spokes| spokes[0].neighbour > vertex) {
+                let key = self.keys.of_edge(edge);
+                spokes.iter().for_each(|spoke| self.side_keys[spoke.side] = key);
+                edge += 1;
+            }
+        }
+    }
+
+    fn attempt(&mut self, entry: Entry) {
+        let [low, high] = entry.ends;
+        let (removed, kept) = self.classes.rank(low, high);
+        let [removed_ring, kept_ring, _] = &mut self.rings;
+        self.surface.ring(removed, removed_ring);
+        self.surface.ring(kept, kept_ring);
+        let forwards = Candidate { removed, removed_ring, kept, kept_ring };
+        let backwards = Candidate {
+            removed: kept,
+            removed_ring: kept_ring,
+            kept: removed,
+            kept_ring: removed_ring,
+        };
+        if forwards.is_legal(&self.surface) {
+            self.collapse(removed, kept);
+        } else if backwards.is_legal(&self.surface) {
+            self.rings.swap(0, 1);
+            self.collapse(kept, removed);
+        } else {
+            for spoke in removed_ring.edge_to(kept) {
+                self.is_put_off[spoke.side] = true;
+            }
+            self.may_wait[low as usize] = true;
+            self.may_wait[high as usize] = true;
+        }
+    }
+
+    /// Collapses a legal edge; the first ring is that of the removed vertex.
+    fn collapse(&mut self, removed: u32, kept: u32) {
+        let error = self.errors.join(&self.surface.mesh, removed, kept);
+        self.collapses.push(Collapse { removed, kept, error });
+        self.classes.merge(removed, kept);
+        self.merge_keys(kept);
+        self.surface.collapse(removed, kept);
+        self.queue.renew(removed);
+        self.queue.renew(kept);
+        self.queue_edges_around(kept);
+        let removed_ring = std::mem::take(&mut self.rings[0]);
+        for spokes in removed_ring.edges() {
+            let neighbour = spokes[0].neighbour;
+            if self.may_wait[neighbour as usize] && self.surface.valence(neighbour) <= MAX_VALENCE {
+                self.queue_edges_put_off_around(neighbour);
+            }
+        }
+        self.rings[0] = removed_ring;
+    }
+
+    /// Edges that are about to become one take the lesser of their keys. Some of
+    /// their sides die, with what they know.
+    fn merge_keys(&mut self, kept: u32) {
+        let [removed_ring, kept_ring, _] = &self.rings;
+        for dying in removed_ring.edge_to(kept) {
+            let of_removed = removed_ring.edge_to(dying.opposite).iter();
+            let sides = || of_removed.clone().chain(kept_ring.edge_to(dying.opposite));
+            let least = sides().map(|spoke| self.side_keys[spoke.side]).min();
+            sides().for_each(|spoke| self.side_keys[spoke.side] = least.unwrap_or(u64::MAX));
+        }
+    }
+
+    fn queue_edges_around(&mut self, kept: u32) {
+        let ring = &mut self.rings[1];
+        self.surface.ring(kept, ring);
+        for spokes in ring.edges() {
+            let neighbour = spokes[0].neighbour;
+            let key = match self.keys {
+                Keys::Ranks(_) => {
+                    let keys = spokes.iter().map(|spoke| self.side_keys[spoke.side]);
+                    keys.min().unwrap_or(u64::MAX)
+                }
+                Keys::Weights { reading, coefficients, .. } => {
+                    let ends = [kept.min(neighbour), kept.max(neighbour)];
+                    let side = |spoke: &Spoke| Side::new(ends[1], spoke.opposite);
+                    self.sides.clear();
+                    self.sides.extend(spokes.iter().map(side));
+                    let factors = measure(&self.surface.mesh, ends, &self.sides, reading);
+                    coefficients.weigh(&factors).to_bits()
+                }
+            };
+            for spoke in spokes {
+                self.side_keys[spoke.side] = key;
+                self.is_put_off[spoke.side] = false;
+            }
+            self.queue.push(key, kept, neighbour);
+        }
+        self.may_wait[kept as usize] = false;
+    }
+
+    fn queue_edges_put_off_around(&mut self, vertex: u32) {
+        let ring = &mut self.rings[2];
+        self.surface.ring(vertex, ring);
+        for spokes in ring.edges().filter(|spokes| self.is_put_off[spokes[0].side]) {
+            self.queue.push(self.side_keys[spokes[0].side], vertex, spokes[0].neighbour);
+        }
+        for spoke in ring.edges().flatten() {
+            self.is_put_off[spoke.side] = false;
+        }
+        self.may_wait[vertex as usize] = false;
+    }
+}
+
+#[cfg(test)]
+mod tests;

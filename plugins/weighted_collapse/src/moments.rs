@@ -1,0 +1,93 @@
+//! Mean, deviation and maximum in one pass over fixed chunks.
+
+/// Values summed at a time. Sums over chunks are combined in the chunks' order,
+/// so they are the same for every number of threads.
+pub(crate) const CHUNK: usize = 4096;
+
+/// Running sums that are added up side by side, for the processor's sake.
+const LANES: usize = 4;
+
+/// What is known of a set of non-negative values.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Moments {
+    count: f64,
+    mean: f64,
+    /// Sum of squared differences to the mean.
+    squares: f64,
+    /// The largest value; 0 for none.
+    pub(crate) max: f64,
+}
+
+impl Moments {
+    /// Of one chunk: its mean first, so that the squares are of differences.
+    pub(crate) fn of(values: &[f64]) -> Self {
+        let count = values.len().max(1) as f64;
+        let mean = sum(values, |value| value) / count;
+        let squares = sum(values, |value| (value - mean) * (value - mean));
+        let max = values.iter().fold(0.0_f64, |max, &value| if value > max { value } else { max });
+        Self { count: values.len() as f64, mean, squares, max }
+    }
+
+    /// Of two sets together (Chan, Golub and LeVeque, 1979).
+    pub(crate) fn and(self, other: Self) -> Self {
+        let count = self.count + other.count;
+        if count == 0.0 {
+            return self;
+        }
+        let difference = other.mean - self.mean;
+        let share = other.count / count;
+        Self {
+            count,
+            mean: self.mean + difference * share,
+            squares: self.squares + other.squares + difference * difference * self.count * share,
+            max: self.max.max(other.max),
+        }
+    }
+
+    /// Population standard deviation; the paper's sum "from i = 0 to n" is read
+    /// as one over the n edges.
+    pub(crate) fn deviation(&self) -> f64 {
+        (self.squares / self.count.max(1.0)).sqrt()
+    }
+}
+
+fn sum(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let quads = values.chunks_exact(LANES);
+    let rest = quads.remainder();
+    for quad in quads {
+        for (lane, &value) in lanes.iter_mut().zip(quad) {
+            *lane += term(value);
+        }
+    }
+    lanes.iter().sum::<f64>() + rest.iter().map(|&value| term(value)).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(values: &[f64], deviation: f64, max: f64) {
+        for chunk in [1, 2, 3, 100] {
+            let moments =
+                values.chunks(chunk).map(Moments::of).fold(Moments::default(), Moments::and);
+            assert!((moments.deviation() - deviation).abs() < 1e-12, "{moments:?}");
+            assert_eq!(moments.max, max);
+        }
+    }
+
+    #[test]
+    fn chunks_add_up() {
+        check(&[], 0.0, 0.0);
+        check(&[3.0], 0.0, 3.0);
+        check(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0], 2.0, 9.0);
+    }
+
+    #[test]
+    fn a_large_mean_costs_no_digits() {
+        let values: Vec<f64> = (0..10_000).map(|i| 1e9 + f64::from(i % 2)).collect();
+        let moments = values.chunks(CHUNK).map(Moments::of).fold(Moments::default(), Moments::and);
+        assert!((moments.deviation() - 0.5).abs() < 1e-9, "{moments:?}");
+    }
+}

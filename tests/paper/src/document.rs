@@ -1,0 +1,155 @@
+//! A report as blocks, to be written as Markdown and as HTML.
+
+/// A report.
+#[derive(Clone, Debug, Default)]
+pub struct Document {
+    /// Its title.
+    pub title: String,
+    /// What it consists of.
+    pub blocks: Vec<Block>,
+}
+
+/// A part of a report. All text is plain.
+#[derive(Clone, Debug)]
+pub enum Block {
+    /// Heading of a section.
+    Heading(String),
+    /// Paragraph.
+    Text(String),
+    /// Table.
+    Table(Table),
+    /// Pictures side by side.
+    Sheet(Sheet),
+    /// Claims and what became of them.
+    Claims(Vec<Claim>),
+    /// Drawing.
+    Chart(Chart),
+}
+
+/// Rows under a head; the first column holds names, others figures.
+#[derive(Clone, Debug, Default)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// Names of columns.
+    pub head: Vec<String>,
+    /// As many cells each as the head.
+    pub rows: Vec<Vec<String>>,
+    /// Whether cells are words rather than figures.
+    pub is_words: bool,
+}
+
+/// A contact sheet.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    /// What it shows.
+    pub caption: String,
+    /// Pictures a row.
+    pub columns: usize,
+    /// The pictures.
+    pub pictures: Vec<Captioned>,
+}
+
+/// A picture with its words.
+#[derive(Clone, Debug)]
+pub struct Captioned {
+    /// File beside the report.
+    pub file: String,
+    /// Words under it.
+    pub caption: String,
+}
+
+/// A claim, judged.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// What the paper says.
+    pub claim: String,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// The figure that decides.
+    pub figure: String,
+}
+
+/// What became of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The figures bear it out.
+    Confirmed,
+    /// The figures contradict it.
+    Refuted,
+    /// A bar of this project that the figures reach.
+    Met,
+    /// A bar of this project that they do not reach.
+    Missed,
+}
+
+impl Verdict {
+    /// Confirmed if so, else refuted.
+    pub fn of_claim(holds: bool) -> Self {
+        if holds { Self::Confirmed } else { Self::Refuted }
+    }
+
+    /// Met if so, else missed.
+    pub fn of_bar(reached: bool) -> Self {
+        if reached { Self::Met } else { Self::Missed }
+    }
+
+    /// One word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::Refuted => "refuted",
+            Self::Met => "met",
+            Self::Missed => "missed",
+        }
+    }
+}
+
+/// A drawing.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// What it shows.
+    pub caption: String,
+    /// File that the drawing is written to, beside the report.
+    pub file: String,
+    /// SVG.
+    pub svg: String,
+}
+
+impl Document {
+    /// Begins a section.
+    pub fn heading(&mut self, text: &str) {
+        self.blocks.push(Block::Heading(text.to_owned()));
+    }
+
+    /// Adds a paragraph.
+    pub fn text(&mut self, text: impl Into<String>) {
+        self.blocks.push(Block::Text(text.into()));
+    }
+
+    /// Adds a table.
+    pub fn table(&mut self, caption: &str, head: &[&str], rows: Vec<Vec<String>>) {
+        let head = head.iter().map(|&name| name.to_owned()).collect();
+        self.blocks.push(Block::Table(Table {
+            caption: caption.to_owned(),
+            head,
+            rows,
+            is_words: false,
+        }));
+    }
+
+    /// Adds pictures, so many a row.
+    pub fn sheet(&mut self, caption: &str, columns: usize, pictures: Vec<Captioned>) {
+        let caption = caption.to_owned();
+        self.blocks.push(Block::Sheet(Sheet { caption, columns, pictures }));
+    }
+
+    /// Files that the report shows and does not write itself.
+    pub fn pictures(&self) -> impl Iterator<Item = &str> {
+        let sheets = self.blocks.iter().filter_map(|block| match block {
+            Block::Sheet(sheet) => Some(&sheet.pictures),
+            _ => None,
+        });
+        sheets.flatten().map(|picture| picture.file.as_str())
+    }
+}

@@ -1,0 +1,44 @@
+//! How much is measured.
+
+/// Amounts of one run.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Whether it is the short run.
+    pub quick: bool,
+    /// Frames of the camera path a theta, size and number of samples.
+    pub path_frames: usize,
+    /// Samples a pixel for which frames are timed.
+    pub samples: &'static [u32],
+    /// Changes of theta timed.
+    pub theta_changes: usize,
+    /// Moves of the lossless walk.
+    pub moves: usize,
+    /// Pixels picked.
+    pub pixels: usize,
+    /// Points drawn on each surface that is compared.
+    pub surface_samples: usize,
+}
+
+impl Effort {
+    /// What the report is meant to rest on.
+    pub const FULL: Self = Self {
+        quick: false,
+        path_frames: 60,
+        samples: &[1, 4],
+        theta_changes: 200,
+        moves: 10_000,
+        pixels: 10_000,
+        surface_samples: 20_000,
+    };
+
+    /// All of the report, resting on less.
+    pub const QUICK: Self = Self {
+        quick: true,
+        path_frames: 10,
+        samples: &[1],
+        theta_changes: 30,
+        moves: 500,
+        pixels: 10_000,
+        surface_samples: 4_000,
+    };
+}

@@ -1,0 +1,44 @@
+//! What is being measured, on a terminal.
+
+use anyhow::Result;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar a stage; hidden where the output is not a terminal.
+pub struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// A bar that stands at nothing.
+    ///
+    /// # Errors
+    /// When the bar's template is wrong.
+    pub fn new() -> Result<Self> {
+        let bar = ProgressBar::new(0);
+        bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} ({elapsed})")?);
+        Ok(Self { bar })
+    }
+
+    /// A bar that nobody sees.
+    pub fn hidden() -> Self {
+        Self { bar: ProgressBar::hidden() }
+    }
+
+    /// Begins a stage of `steps` steps.
+    pub fn stage(&self, name: &str, steps: usize) {
+        self.bar.set_length(steps as u64);
+        self.bar.set_position(0);
+        self.bar.set_message(name.to_owned());
+        self.bar.tick();
+    }
+
+    /// One step done.
+    pub fn step(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,79 @@
+//! What a change of theta of the whole scene costs.
+
+use std::time::Instant;
+
+use anyhow::Result;
+use busbar_geometry::CollapseStacks;
+use busbar_viewer::Viewer;
+use serde::Serialize;
+
+use crate::frames;
+use crate::progress::Progress;
+use crate::scene::OVERVIEW;
+use crate::series::Series;
+
+/// A frame in which theta changed may take at most this share of a frame at
+/// theta 0 longer than its neighbour.
+pub const MAX_SHARE_OF_FRAME: f64 = 0.1;
+
+/// Costs of a change of theta.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ThetaChange {
+    /// [`CollapseStacks::resolve`] alone, one thread.
+    pub resolve: Series,
+    /// What the frame in which theta changed took longer than the next one,
+    /// which shows the same: resolve and upload, and the setting itself.
+    pub change: Series,
+    /// Frames at theta 0 of the same view, measured between the changes.
+    pub full_frame: Series,
+    /// Pixels of that view.
+    pub size: [u32; 2],
+}
+
+impl ThetaChange {
+    /// Moves to `count` random thetas.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn measure(
+        stacks: &CollapseStacks,
+        viewer: &mut Viewer,
+        size: [u32; 2],
+        count: usize,
+        progress: &Progress,
+    ) -> Result<Self> {
+        viewer.resize(size);
+        viewer.use_camera(OVERVIEW)?;
+        let mut random = fastrand::Rng::with_seed(2015);
+        let (mut resolve, mut change) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut full_frame = Vec::with_capacity(count);
+        for _ in 0..count {
+            let theta = random.f64();
+            resolve.push(timed_resolve(stacks, theta));
+            let started = Instant::now();
+            viewer.set_theta(theta);
+            frames::draw(viewer)?;
+            let first = started.elapsed().as_secs_f64() * 1e3;
+            change.push(first - frames::timed_frame(viewer)?);
+            // Theta 0 is cached: its frame shows no change.
+            viewer.set_theta(0.0);
+            full_frame.push(frames::timed_frame(viewer)?);
+            progress.step();
+        }
+        Ok(Self {
+            resolve: Series::of(resolve),
+            change: Series::of(change),
+            full_frame: Series::of(full_frame),
+            size,
+        })
+    }
+}
+
+fn timed_resolve(stacks: &CollapseStacks, theta: f64) -> f64 {
+    let cursor = stacks.cursor_at(theta);
+    let started = Instant::now();
+    let resolved = stacks.resolve(cursor);
+    let millis = started.elapsed().as_secs_f64() * 1e3;
+    std::hint::black_box(&resolved);
+    millis
+}

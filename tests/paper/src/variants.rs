@@ -1,0 +1,154 @@
+//! The readings and orders that the report compares.
+
+use anyhow::{Result, anyhow};
+use busbar_geometry::{Collapse, CollapseSequence, Mesh, Topology};
+use weighted_collapse::{
+    BorderFlag, BorderWeight, Curvature, MAX_THREADS, Order, Progress as Unwatched, Reading,
+};
+
+use crate::peer;
+
+/// A way to simplify.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Variant {
+    pub(crate) id: &'static str,
+    pub(crate) name: &'static str,
+    maker: Maker,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Maker {
+    /// The paper's weights in some reading and order.
+    Weighted(Reading, Order),
+    /// meshoptimizer at as many vertices.
+    Peer,
+}
+
+const UNPROTECTED_FLAG: Reading = Reading { border_curvature: 0.0, ..Reading::BUSBAR };
+const UNWEIGHTED_FLAG: Reading = Reading { border_weight: BorderWeight::Zero, ..Reading::BUSBAR };
+const PRINTED_CURVATURE: Reading = Reading { curvature: Curvature::AsPrinted, ..Reading::BUSBAR };
+const PRINTED_FLAG: Reading = Reading { border_flag: BorderFlag::Equation2, ..Reading::BUSBAR };
+const LITERAL: Reading = Reading {
+    curvature: Curvature::AsPrinted,
+    border_flag: BorderFlag::Equation2,
+    border_curvature: 0.0,
+    border_weight: BorderWeight::Alpha,
+};
+
+/// The paper's order with one reading.
+const fn paper(id: &'static str, name: &'static str, reading: Reading) -> Variant {
+    Variant { id, name, maker: Maker::Weighted(reading, Order::Paper) }
+}
+
+const BUSBAR: Variant = paper("busbar", "paper, as Busbar reads it", Reading::BUSBAR);
+const UNPROTECTED: Variant =
+    paper("unprotected", "no border protection (border C = 0, w2 = 0)", Reading::UNPROTECTED);
+const PRINTED_EQ4: Variant = paper("eq4_printed", "Eq. 4 as printed", PRINTED_CURVATURE);
+
+/// What is compared on shells with borders, the reference reading first.
+pub(crate) const READINGS: [Variant; 7] = [
+    BUSBAR,
+    paper("c0_alpha", "border C = 0, w2 = alpha", UNPROTECTED_FLAG),
+    paper("cpi_zero", "border C = pi, w2 = 0", UNWEIGHTED_FLAG),
+    UNPROTECTED,
+    PRINTED_EQ4,
+    paper("eq2_printed", "Eq. 2 as printed", PRINTED_FLAG),
+    paper("literal", "Eq. 2 and 4 as printed, border C = 0", LITERAL),
+];
+/// What may differ on closed shells.
+pub(crate) const CLOSED: [Variant; 3] = [BUSBAR, UNPROTECTED, PRINTED_EQ4];
+/// What is compared on split vertices.
+pub(crate) const SPLIT: [Variant; 2] = [BUSBAR, UNPROTECTED];
+/// Other orders of the same weights, and the peer.
+pub(crate) const ORDERS: [Variant; 3] = [
+    Variant {
+        id: "guarded",
+        name: "paper's order, collapses that fold put off",
+        maker: Maker::Weighted(Reading::BUSBAR, Order::Guarded),
+    },
+    Variant {
+        id: "reweighted",
+        name: "W anew after each collapse, none that folds",
+        maker: Maker::Weighted(Reading::BUSBAR, Order::Reweighted),
+    },
+    Variant { id: "meshoptimizer", name: "meshoptimizer", maker: Maker::Peer },
+];
+/// What a variant made of a mesh.
+pub(crate) enum Made<const N: usize> {
+    /// Collapses that reach every theta.
+    Sequence(CollapseSequence),
+    /// A mesh of its own for each theta.
+    Levels([Mesh; N]),
+}
+
+impl Variant {
+    /// Simplifies a mesh.
+    pub(crate) fn make<const N: usize>(
+        &self,
+        mesh: &Topology,
+        thetas: [f64; N],
+    ) -> Result<Made<N>> {
+        match self.maker {
+            Maker::Weighted(reading, order) => Ok(Made::Sequence(sequence(mesh, &reading, order)?)),
+            Maker::Peer => Ok(Made::Levels(peer::levels(mesh, thetas)?)),
+        }
+    }
+}
+
+/// The collapse sequence of a mesh in some reading and order.
+fn sequence(mesh: &Topology, reading: &Reading, order: Order) -> Result<CollapseSequence> {
+    let mut progress = Unwatched::unwatched();
+    let list = weighted_collapse::collapse_list(
+        plugin_mesh(mesh),
+        reading,
+        order,
+        MAX_THREADS,
+        &mut progress,
+    )
+    .map_err(|error| anyhow!("{}", error.message()))?;
+    let collapse = |c: &weighted_collapse::Collapse| Collapse {
+        removed: c.removed,
+        kept: c.kept,
+        error: c.error,
+    };
+    let entries = list.collapses.iter().map(collapse).collect();
+    Ok(CollapseSequence::new(entries, mesh.positions.len() as u32)?)
+}
+
+fn plugin_mesh(mesh: &Topology) -> weighted_collapse::Mesh<'_> {
+    weighted_collapse::Mesh {
+        positions: bytemuck::cast_slice(&mesh.positions),
+        triangles: &mesh.triangles,
+        wedges: None,
+    }
+}
+
+/// Shares of length, flag, area and curvature in the variance of W, as Busbar
+/// reads the paper.
+pub(crate) fn variance_shares(mesh: &Topology) -> Result<[f64; 4]> {
+    let shares = weighted_collapse::variance_shares(plugin_mesh(mesh), &Reading::BUSBAR)
+        .map_err(|error| anyhow!("{}", error.message()))?;
+    Ok([shares.length, shares.flag, shares.area, shares.curvature])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn readings_differ_in_what_their_names_say() {
+        assert_eq!(UNPROTECTED_FLAG.border_curvature, 0.0);
+        assert_eq!(UNWEIGHTED_FLAG.border_curvature, PI);
+        assert_eq!(UNPROTECTED_FLAG.border_weight, BorderWeight::Alpha);
+        assert_eq!(
+            Reading { border_weight: BorderWeight::Zero, ..UNPROTECTED_FLAG },
+            Reading::UNPROTECTED
+        );
+        let mut ids: Vec<_> = READINGS.iter().chain(&ORDERS).map(|variant| variant.id).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), READINGS.len() + ORDERS.len());
+    }
+}
