@@ -145,12 +145,28 @@ impl CollapseStacks {
         standing
     }
 
-    /// The mesh at a cursor: a relabelling pass and a filter, nothing else.
+    /// The mesh at a cursor: a filter and a relabelling, nothing else.
     pub fn resolve(&self, cursor: u32) -> ResolvedMesh<'_> {
-        let standing = self.standing_wedges(cursor);
+        let live = self.live_triangles(cursor) as usize;
+        let few_corners = 3 * live < self.mesh.wedges.len();
+        if few_corners && self.max_depth() <= MAX_CLIMBED_DEPTH {
+            let surviving = self.surviving(cursor);
+            self.resolve_with(cursor, live, |wedge| self.climb(wedge, surviving))
+        } else {
+            let standing = self.standing_wedges(cursor);
+            self.resolve_with(cursor, live, |wedge| standing[wedge as usize])
+        }
+    }
+
+    fn resolve_with(
+        &self,
+        cursor: u32,
+        live: usize,
+        stand: impl Fn(u32) -> u32,
+    ) -> ResolvedMesh<'_> {
         let mut resolved = ResolvedMesh {
             stacks: self,
-            triangles: Vec::with_capacity(self.mesh.triangles.len()),
+            triangles: Vec::with_capacity(live),
             sections: Vec::with_capacity(self.mesh.sections.len()),
         };
         for section in &self.mesh.sections {
@@ -160,11 +176,19 @@ impl CollapseStacks {
             let triangles = self.mesh.triangles[all.clone()].iter();
             let deaths = &self.tables.death_index[all];
             let live = triangles.zip(deaths).filter(|&(_, &death)| death > cursor);
-            let stand = |corners: &[u32; 3]| corners.map(|wedge| standing[wedge as usize]);
-            resolved.triangles.extend(live.map(|(corners, _)| stand(corners)));
+            resolved.triangles.extend(live.map(|(corners, _)| corners.map(&stand)));
             resolved.sections.push(start..resolved.triangles.len() as u32);
         }
         resolved
+    }
+
+    /// The first ancestor of a wedge whose position survives.
+    fn climb(&self, wedge: u32, surviving: u32) -> u32 {
+        let mut wedge = wedge as usize;
+        while self.mesh.wedges.position[wedge] >= surviving {
+            wedge = self.parent(wedge);
+        }
+        wedge as u32
     }
 
     /// The wedge that stands for a wedge once its position is removed.
@@ -175,6 +199,10 @@ impl CollapseStacks {
         start as usize + usize::from(self.tables.parent_offset[wedge])
     }
 }
+
+/// Chains up to this length are climbed by each corner of a live triangle if
+/// corners are few; otherwise every chain is climbed once and remembered.
+const MAX_CLIMBED_DEPTH: u32 = 16;
 
 /// No wedge has this index.
 const UNKNOWN: u32 = u32::MAX;

@@ -185,7 +185,10 @@ mod tests {
     fn each_edge_has_its_triangles() {
         let triangles = [[0, 1, 2], [2, 1, 3], [1, 2, 4]];
         for threads in 1..4 {
-            let edges = find(&Mesh { positions: &[[0.0; 3]; 5], triangles: &triangles, wedges: None }, threads);
+            let edges = find(
+                &Mesh { positions: &[[0.0; 3]; 5], triangles: &triangles, wedges: None },
+                threads,
+            );
             assert_eq!(edges.len(), 7);
             assert!(edges.ends.is_sorted());
             assert_eq!(opposites(&edges, [1, 2]), [0, 3, 4]);
@@ -197,8 +200,14 @@ mod tests {
     #[test]
     fn an_empty_mesh_has_no_edges() {
         for threads in 1..3 {
-            assert_eq!(find(&Mesh { positions: &[], triangles: &[], wedges: None }, threads).len(), 0);
-            assert_eq!(find(&Mesh { positions: &[[0.0; 3]], triangles: &[], wedges: None }, threads).len(), 0);
+            assert_eq!(
+                find(&Mesh { positions: &[], triangles: &[], wedges: None }, threads).len(),
+                0
+            );
+            assert_eq!(
+                find(&Mesh { positions: &[[0.0; 3]], triangles: &[], wedges: None }, threads).len(),
+                0
+            );
         }
     }
 

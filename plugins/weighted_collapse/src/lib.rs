@@ -172,7 +172,8 @@ mod tests {
     fn triangles_that_cannot_be_are_refused() {
         let positions = [[0.0; 3]; 3];
         for corners in [[0, 1, 1], [2, 1, 2], [0, 0, 1], [0, 1, 3]] {
-            let mesh = Mesh { positions: &positions, triangles: &[[0, 1, 2], corners], wedges: None };
+            let mesh =
+                Mesh { positions: &positions, triangles: &[[0, 1, 2], corners], wedges: None };
             for order in [Order::Paper, Order::Guarded, Order::Reweighted] {
                 let progress = &mut Progress::unwatched();
                 let error = collapse_list(mesh, &Reading::BUSBAR, order, 1, progress).unwrap_err();

@@ -115,7 +115,8 @@ mod tests {
     fn a_collapse_moves_corners_and_kills() {
         let positions = [[0.0; 3]; 5];
         let triangles = [[0, 1, 2], [2, 1, 3], [2, 3, 4]];
-        let mut surface = Surface::new(Mesh { positions: &positions, triangles: &triangles, wedges: None });
+        let mut surface =
+            Surface::new(Mesh { positions: &positions, triangles: &triangles, wedges: None });
         let ring_of = |surface: &Surface<'_>, vertex| {
             let mut ring = Ring::default();
             surface.ring(vertex, &mut ring);

@@ -34,8 +34,11 @@ impl Scene {
 
     /// The collapse sequence of the whole mesh.
     pub(crate) fn optimize(&self, order: Order, max_threads: usize) -> Result<CollapseList> {
-        let mesh =
-            weighted_collapse::Mesh { positions: &self.positions, triangles: &self.triangles, wedges: None };
+        let mesh = weighted_collapse::Mesh {
+            positions: &self.positions,
+            triangles: &self.triangles,
+            wedges: None,
+        };
         let progress = &mut Progress::unwatched();
         Ok(weighted_collapse::collapse_list(mesh, &Reading::BUSBAR, order, max_threads, progress)?)
     }

@@ -32,6 +32,15 @@ const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
 const WINDOWS: &[(&str, &[[u32; 2]])] =
     &[("window", &[]), ("window_theta", &[[52, 172], [90, 172], [140, 172], [184, 172]])];
 
+/// Pictures of the generated substation: name, and options.
+const SUBSTATION: &[(&str, &[&str])] = &[
+    ("substation", &[]),
+    ("substation_bay", &["--camera", "bay"]),
+    ("substation_theta70", &["--camera", "bay", "--theta", "0.7"]),
+];
+/// Where the substation is generated.
+const SUBSTATION_FOLDER: &str = "target/substation";
+
 const SCREEN: &str = "1280x720";
 /// From the window's start to its first frame, on a software rasteriser.
 const MAX_FIRST_FRAME: Duration = Duration::from_secs(60);
@@ -47,6 +56,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     let folder = workspace.path(FOLDER);
     fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    render_substation(workspace, &folder)?;
     let (name, options) = LINK_DOWN;
     render(workspace, options, &picture(&folder, name))?;
     let _simulator = simulator::start(workspace, Profile::Release)?;
@@ -67,6 +77,25 @@ fn render(workspace: &Workspace, options: &[&str], out: &Path) -> Result<()> {
     let mut command = busbar(workspace);
     command.args(["render", SCENE]).args(PICTURE_OPTIONS);
     process::run(command.args(options).arg("--out").arg(out))
+}
+
+/// Generates the substation, lends it the staged plugins, and renders it.
+fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
+    let station = workspace.path(SUBSTATION_FOLDER);
+    let mut generate = process::cargo();
+    generate.args(["run", "--release", "-p", "substation", "--"]).arg(&station);
+    process::run(generate.current_dir(&workspace.root))?;
+    let plugins = station.join("plugins");
+    if !plugins.exists() {
+        std::os::unix::fs::symlink(workspace.path("config/plugins"), &plugins)
+            .with_context(|| format!("cannot make {}", plugins.display()))?;
+    }
+    for (name, options) in SUBSTATION {
+        let mut command = busbar(workspace);
+        command.arg("render").arg(station.join("station.json")).args(*options);
+        process::run(command.arg("--out").arg(picture(pictures, name)))?;
+    }
+    Ok(())
 }
 
 /// Opens a window on a display in memory and takes a picture of that display.
