@@ -7,20 +7,28 @@ use e2e::glb::{self, WeldedMesh};
 use e2e::{Output, Scene, Stats, busbar, finish, model};
 use serde_json::Value;
 
+/// The optimisers that reach every theta.
+const PLUGINS: [&str; 2] = ["weighted_collapse", "quadric_collapse"];
 const THETAS: [f64; 5] = [0.0, 0.3, 0.7, 0.85, 0.95];
 
-/// Runs the optimiser with further arguments; writes `out.glb` and `stats.json`.
-fn optimize(scene: &Scene, model: &Path, theta: f64, more: &[&str]) -> Output {
+/// Runs an optimiser with further arguments; writes `out.glb` and `stats.json`.
+fn optimize(plugin: &str, scene: &Scene, model: &Path, theta: f64, more: &[&str]) -> Output {
     let mut command = busbar();
-    command.arg("optimize").arg(model).args(["--plugin", "weighted_collapse"]);
+    command.arg("optimize").arg(model).args(["--plugin", plugin]);
     command.args(["--theta", &theta.to_string()]).args(more);
     command.arg("--plugin-directory").arg(scene.path("plugins"));
     command.arg("--out").arg(scene.path("out.glb")).arg("--stats").arg(scene.path("stats.json"));
     finish(&mut command)
 }
 
-fn optimized(scene: &Scene, model: &Path, theta: f64, more: &[&str]) -> (Vec<u8>, Stats) {
-    optimize(scene, model, theta, more).expect_code(0);
+fn optimized(
+    plugin: &str,
+    scene: &Scene,
+    model: &Path,
+    theta: f64,
+    more: &[&str],
+) -> (Vec<u8>, Stats) {
+    optimize(plugin, scene, model, theta, more).expect_code(0);
     let written = std::fs::read(scene.path("out.glb")).expect("the model is written");
     (written, Stats::read(&scene.path("stats.json")))
 }
@@ -31,7 +39,7 @@ fn surviving(mesh: &WeldedMesh, theta: f64) -> usize {
     vertices - usize::min((theta * vertices as f64).round() as usize, vertices - mesh.components())
 }
 
-fn check_counts(name: &str) {
+fn check_counts(plugin: &str, name: &str) {
     let scene = Scene::without_tags();
     let path = model(name);
     let imported = glb::read(&std::fs::read(&path).expect("it is staged"));
@@ -40,8 +48,8 @@ fn check_counts(name: &str) {
     };
     let mut last_triangles = u64::MAX;
     for theta in THETAS {
-        let (written, stats) = optimized(&scene, &path, theta, &[]);
-        let context = format!("{name} at theta {theta}");
+        let (written, stats) = optimized(plugin, &scene, &path, theta, &[]);
+        let context = format!("{plugin}: {name} at theta {theta}");
         let expected = sum(&imported, &|mesh| surviving(mesh, theta));
         assert_eq!(stats.count("vertices"), expected, "{context}");
 
@@ -73,19 +81,19 @@ fn corners(meshes: &[WeldedMesh]) -> impl Iterator<Item = [[u32; 3]; 3]> {
 
 #[test]
 fn counts_of_the_transformer_are_those_of_the_formula() {
-    check_counts("transformer.glb");
+    PLUGINS.map(|plugin| check_counts(plugin, "transformer.glb"));
 }
 
 #[test]
 fn counts_of_the_breaker_are_those_of_the_formula() {
-    check_counts("breaker.glb");
+    PLUGINS.map(|plugin| check_counts(plugin, "breaker.glb"));
 }
 
 #[test]
 fn theta_zero_writes_the_imported_triangles() {
     let scene = Scene::without_tags();
     let path = model("breaker.glb");
-    let (written, _) = optimized(&scene, &path, 0.0, &[]);
+    let (written, _) = optimized(PLUGINS[0], &scene, &path, 0.0, &[]);
     let imported = std::fs::read(&path).expect("it is staged");
     assert!(corners(&glb::read(&written)).eq(corners(&glb::read(&imported))));
 }
@@ -94,25 +102,32 @@ fn theta_zero_writes_the_imported_triangles() {
 fn a_thousand_round_trips_are_lossless() {
     let scene = Scene::without_tags();
     let path = model("breaker.glb");
-    let output = optimize(&scene, &path, 0.5, &["--round-trip", "1000"]).expect_code(0);
-    assert!(output.stdout.contains("1000 round trips: every byte identical"), "{}", output.stdout);
-    let stats = Stats::read(&scene.path("stats.json"));
-    assert_eq!((stats.count("round_trips"), &stats.0["lossless"]), (1000, &Value::Bool(true)));
+    for plugin in PLUGINS {
+        let walk = ["--round-trip", "1000"];
+        let output = optimize(plugin, &scene, &path, 0.5, &walk).expect_code(0);
+        let said = output.stdout;
+        assert!(said.contains("1000 round trips: every byte identical"), "{plugin}: {said}");
+        let stats = Stats::read(&scene.path("stats.json"));
+        assert_eq!((stats.count("round_trips"), &stats.0["lossless"]), (1000, &Value::Bool(true)));
+    }
 }
 
 #[test]
 fn two_runs_write_the_same_bytes_and_numbers() {
     let scene = Scene::without_tags();
     let path = model("transformer.glb");
-    let run = || {
-        let (written, mut stats) = optimized(&scene, &path, 0.7, &["--round-trip", "3"]);
+    let run = |plugin| {
+        let walk = ["--round-trip", "3"];
+        let (written, mut stats) = optimized(plugin, &scene, &path, 0.7, &walk);
         let times = stats.0.as_object_mut().and_then(|stats| stats.remove("build_ms"));
         assert!(times.is_some_and(|times| times.is_object()));
         (written, stats.0)
     };
-    let (first, second) = (run(), run());
-    assert!(first.0 == second.0, "the models differ");
-    assert_eq!(first.1, second.1);
+    for plugin in PLUGINS {
+        let (first, second) = (run(plugin), run(plugin));
+        assert!(first.0 == second.0, "{plugin}: the models differ");
+        assert_eq!(first.1, second.1);
+    }
 }
 
 /// A flat grid, whose border is a square.
@@ -130,7 +145,7 @@ fn border_protection_keeps_the_border_of_an_open_grid() {
     let grid = open_grid(12);
     std::fs::write(&path, glb::write(&grid)).expect("the folder can be written");
     assert_eq!(grid.border_edges(), 4 * 11);
-    let at_half = |setting: &str| optimized(&scene, &path, 0.5, &["--set", setting]);
+    let at_half = |setting: &str| optimized(PLUGINS[0], &scene, &path, 0.5, &["--set", setting]);
 
     let (protected, kept) = at_half("border_protection=true");
     let (unprotected, lost) = at_half("border_protection=false");
@@ -154,7 +169,7 @@ fn a_wrong_setting_is_told() {
     let scene = Scene::without_tags();
     let path = model("breaker.glb");
     let check = |setting: &str, expected: &[&str]| {
-        let output = optimize(&scene, &path, 0.5, &["--set", setting]).expect_code(1);
+        let output = optimize(PLUGINS[0], &scene, &path, 0.5, &["--set", setting]).expect_code(1);
         for words in expected {
             assert!(output.stderr.contains(words), "no '{words}' in: {}", output.stderr);
         }
