@@ -7,6 +7,9 @@ use crate::{Placement, Station};
 /// Folder of the models, beside the configuration.
 const MODEL_FOLDER: &str = "station";
 
+/// Houses, walls and roads have less: there is nothing to take from them.
+const MIN_REDUCED_TRIANGLES: usize = 1000;
+
 impl Station {
     /// The configuration that places the models: bays, devices in them, poles
     /// as instances. It has no tags yet.
@@ -14,25 +17,23 @@ impl Station {
         let models: Map<String, Value> = self
             .catalogue
             .iter()
-            .map(|(name, _)| {
+            .map(|(name, entry)| {
                 let file = format!("{MODEL_FOLDER}/{name}.glb");
-                let optimized = !matches!(name, "ground" | "road");
-                let model = if optimized {
-                    json!({ "file": file, "optimizer": "optimizer" })
+                let meshes = entry.model.meshes.iter();
+                let triangles: usize = meshes.map(|mesh| mesh.triangles.len()).sum();
+                let configured = if triangles >= MIN_REDUCED_TRIANGLES {
+                    json!({ "file": file, "optimizer": "optimizer", "theta": theta() })
                 } else {
                     json!({ "file": file })
                 };
-                (name.to_owned(), model)
+                (name.to_owned(), configured)
             })
             .collect();
         json!({
             "version": 1,
             "plugin_directories": ["plugins"],
             "plugins": {
-                "optimizer": {
-                    "plugin": "weighted_collapse",
-                    "settings": { "border_protection": true }
-                },
+                "optimizer": { "plugin": "quadric_collapse" },
                 "values": { "plugin": "power_overlay" }
             },
             "models": models,
@@ -50,6 +51,18 @@ impl Station {
             "view": { "camera": "overview", "samples": 4, "size": [1280, 720] }
         })
     }
+}
+
+/// Full detail of what stands near, less of what is far.
+fn theta() -> Value {
+    json!({
+        "distance": [
+            { "beyond": 0, "theta": 0 },
+            { "beyond": 35, "theta": 0.5 },
+            { "beyond": 80, "theta": 0.7 },
+            { "beyond": 160, "theta": 0.85 }
+        ]
+    })
 }
 
 /// Runs of equal keys, in order of first use.
