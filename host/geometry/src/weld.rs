@@ -96,10 +96,8 @@ pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError
     if corner_total > (u32::MAX - 1) as usize {
         return Err(WeldError::TooLarge);
     }
-    let mut welder = Welder::default();
-    if primitives.iter().any(|primitive| !primitive.features.is_empty()) {
-        welder.with_features = true;
-    }
+    let with_features = primitives.iter().any(|primitive| !primitive.features.is_empty());
+    let mut welder = Welder { with_features, ..Welder::default() };
     for (index, primitive) in primitives.iter().enumerate() {
         check(index, primitive)?;
         welder.add(primitive);

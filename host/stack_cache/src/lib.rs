@@ -23,9 +23,6 @@ use thiserror::Error;
 
 pub use key::{CacheKey, Maker};
 
-/// Bytes that a cache keeps at most; beyond, what was used longest ago goes.
-pub const MAX_CACHE_BYTES: u64 = 1 << 30;
-
 /// A directory of stacks, one file a mesh.
 #[derive(Clone, Debug)]
 pub struct StackCache {
@@ -74,7 +71,8 @@ pub enum CacheError {
 }
 
 impl StackCache {
-    /// Opens a directory, and makes it if it is missing.
+    /// Opens a directory, and makes it if it is missing. Beyond the limit, what
+    /// was used longest ago goes.
     ///
     /// # Errors
     /// When it cannot be made, or others than its owner may write into it.

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use busbar_geometry::{
     Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, removal_ranks, weld,
 };
-use busbar_stack_cache::{CacheError, CacheKey, Lookup, MAX_CACHE_BYTES, Maker, StackCache};
+use busbar_stack_cache::{CacheError, CacheKey, Lookup, Maker, StackCache};
 use glam::Vec3;
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -27,6 +27,9 @@ fn strip(quads: u32) -> Mesh {
     weld(&[primitive]).unwrap().0
 }
 
+/// More than any test stores.
+const ROOMY_BYTES: u64 = 1 << 30;
+
 /// A mesh, its stacks, and a cache that has them.
 struct Stored {
     folder: TempDir,
@@ -38,7 +41,7 @@ struct Stored {
 
 fn stored() -> Stored {
     let folder = tempfile::tempdir().unwrap();
-    let cache = StackCache::open(&folder.path().join("a/b"), MAX_CACHE_BYTES).unwrap();
+    let cache = StackCache::open(&folder.path().join("a/b"), ROOMY_BYTES).unwrap();
     let mesh = strip(20);
     let count = mesh.positions.len() as u32;
     let entries = (0..30).map(|i| Collapse { removed: i, kept: i + 1, error: i as f32 }).collect();
@@ -124,10 +127,10 @@ fn a_directory_that_others_may_write_is_refused() {
     let directory = stored.folder.path().join("open");
     fs::create_dir(&directory).unwrap();
     fs::set_permissions(&directory, fs::Permissions::from_mode(0o777)).unwrap();
-    let refused = StackCache::open(&directory, MAX_CACHE_BYTES);
+    let refused = StackCache::open(&directory, ROOMY_BYTES);
     assert!(matches!(refused, Err(CacheError::NotPrivate { .. })), "{refused:?}");
     let file = stored.cache.path(stored.key);
-    let refused = StackCache::open(&file, MAX_CACHE_BYTES);
+    let refused = StackCache::open(&file, ROOMY_BYTES);
     assert!(matches!(refused, Err(CacheError::Directory { .. })), "{refused:?}");
 }
 

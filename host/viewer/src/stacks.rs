@@ -93,13 +93,12 @@ impl StackBuilder<'_> {
 
     fn build_one(
         &self,
-        mut mesh: Mesh,
+        mesh: Mesh,
         built: &mut BuiltStacks,
     ) -> Result<CollapseSequence, PluginError> {
         let sequence = match self.optimizer {
             None => CollapseSequence::none(mesh.positions.len() as u32),
             Some(optimizer) => {
-                mesh.group_wedges();
                 let start = Instant::now();
                 let optimised = optimizer.optimize(&mesh, |_| true)?;
                 built.millis.insert("optimize".into(), millis_since(start));

@@ -93,7 +93,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_gltf_import", &["busbar_gltf_export"]),
-    ("quadric_collapse", &["busbar_geometry", "busbar_gltf_import", "busbar_scene"]),
+    ("quadric_collapse", &["busbar_geometry", "busbar_gltf_import"]),
     ("substation", &["busbar_config", "busbar_gltf_import"]),
 ];
 /// Crates from elsewhere that only these may import, in tests and examples too.
