@@ -58,6 +58,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "weighted_collapse",
         ],
     ),
+    ("corpus", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("demo_model", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("substation", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model"]),
     ("modbus_simulator", &[]),
@@ -93,6 +94,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_gltf_import", &["busbar_gltf_export"]),
+    ("corpus", &["busbar_gltf_import"]),
     ("quadric_collapse", &["busbar_geometry", "busbar_gltf_import"]),
     ("substation", &["busbar_config", "busbar_gltf_import"]),
 ];
