@@ -90,7 +90,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { threads: usize::MAX, part_triangles: 400_000 }
+        Self { threads: usize::MAX, part_triangles: 1 << 16 }
     }
 }
 
