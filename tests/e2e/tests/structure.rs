@@ -90,6 +90,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_scene",
             "busbar_viewer",
+            "corpus",
             "substation",
         ],
     ),
