@@ -61,6 +61,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("corpus", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("demo_model", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("substation", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model"]),
+    ("document", &[]),
+    ("measure", &["busbar_geometry"]),
     ("modbus_simulator", &[]),
     (
         "paper",
@@ -72,6 +74,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_renderer",
             "busbar_scene",
             "busbar_viewer",
+            "document",
+            "measure",
             "substation",
             "weighted_collapse",
         ],
