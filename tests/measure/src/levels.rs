@@ -44,24 +44,27 @@ pub fn used_alone(mesh: &Topology, triangles: &[[u32; 3]]) -> Topology {
 }
 
 /// The number of triangles to ask a simplifier for so that it leaves about
-/// `wanted` vertices, by at most `max_calls` calls. `full` is the mesh's number
-/// of triangles and of vertices; `vertices` calls the simplifier.
+/// `wanted` vertices, by at most `max_calls` calls, the first for `first`
+/// triangles if that lies between none and all. `full` is the mesh's number of
+/// triangles and of vertices; `vertices` calls the simplifier.
 ///
 /// # Errors
 /// The simplifier's.
 pub fn search<E>(
     full: [usize; 2],
+    first: Option<usize>,
     wanted: usize,
     max_calls: usize,
     mut vertices: impl FnMut(usize) -> Result<usize, E>,
 ) -> Result<usize, E> {
     let (mut low, mut high) = ([0, 0], full);
     let mut best = full;
-    for _ in 0..max_calls {
+    for call in 0..max_calls {
         let [triangles, counts] = [0, 1].map(|i| (low[i] as f64, high[i] as f64));
         let share = (wanted as f64 - counts.0) / (counts.1 - counts.0).max(1.0);
         let share = share.clamp(INWARD, 1.0 - INWARD);
-        let guess = (triangles.0 + (triangles.1 - triangles.0) * share).round() as usize;
+        let between = (triangles.0 + (triangles.1 - triangles.0) * share).round() as usize;
+        let guess = first.filter(|_| call == 0).unwrap_or(between);
         if guess <= low[0] || guess >= high[0] {
             break;
         }
@@ -118,16 +121,23 @@ mod tests {
                 calls += 1;
                 Ok::<_, Infallible>(vertices(triangles))
             };
-            let Ok(found) = search(full, wanted, 12, count);
+            let Ok(found) = search(full, None, wanted, 12, count);
             let error = vertices(found).abs_diff(wanted) as f64 / wanted as f64;
             assert!(error < 0.01 && calls < 12, "{error} after {calls} calls");
+            let mut calls = 0;
+            let Ok(again) = search(full, Some(found), wanted, 12, |triangles| {
+                calls += 1;
+                Ok::<_, Infallible>(vertices(triangles))
+            });
+            assert_eq!((again, calls), (found, 1), "a good guess is the end");
         }
     }
 
     #[test]
     fn a_search_that_cannot_arrive_ends_at_the_nearest() {
         // Stops short of 500 vertices.
-        let Ok(found) = search([10_000, 5_000], 250, 8, |t| Ok::<_, Infallible>((t / 2).max(500)));
+        let Ok(found) =
+            search([10_000, 5_000], None, 250, 8, |t| Ok::<_, Infallible>((t / 2).max(500)));
         assert!(found <= 1_000, "{found}");
     }
 }

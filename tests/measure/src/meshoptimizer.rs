@@ -96,7 +96,7 @@ impl<'a> Input<'a> {
     /// As [`Input::simplify`].
     pub fn at_vertices(&self, kind: Kind, wanted: usize) -> Result<Vec<[u32; 3]>> {
         let full = [self.triangles.len(), vertices_in_use(self.triangles)];
-        let target = search(full, wanted, MAX_CALLS, |triangles| {
+        let target = search(full, None, wanted, MAX_CALLS, |triangles| {
             anyhow::Ok(vertices_in_use(&self.simplify(kind, triangles)?))
         })?;
         self.simplify(kind, target)
