@@ -8,9 +8,9 @@ For each number of VERTICES the peer's target is searched, from TRIANGLES on and
 with at most CALLS calls, until its level has about as many; levels go to OUT_DIR
 as 0.mesh, 1.mesh and so on, in the same form.
 
-Prints one line of JSON: seconds of the first level and of all, each the time of
-one call alone, and the bytes by which the process's resident memory grew at most
-in its first call. The process stays on one core.
+Prints one line of JSON: seconds of processor time of the first level and of all,
+each that of one call alone, and the bytes by which the process's resident memory
+grew at most in its first call. The process stays on one core.
 """
 
 import json
@@ -51,9 +51,9 @@ def resident(field):
 
 
 def timed(simplify, triangles):
-    start = time.perf_counter()
+    start = time.process_time()
     level = simplify(triangles)
-    return time.perf_counter() - start, level
+    return time.process_time() - start, level
 
 
 def search(simplify, arrays, full, wanted, guess, calls):

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{Catalog, MeshOptimizer};
+use busbar_plugin_sdk::CollapseList;
 use indicatif::ProgressBar;
 use measure::meshoptimizer::{Input as PeerInput, Kind};
 use serde_json::{Map, Value};
@@ -23,13 +24,6 @@ const TARGET: f64 = 0.30;
 const PAPER_BAR: f64 = 0.25;
 /// The same for the order by quadric error.
 const QUADRIC_BAR: f64 = 1.5;
-/// Stages of the paper's order, as `weighted_collapse` names them.
-const STAGES: [(&str, &str); 4] = [
-    ("edges", "paper_edges"),
-    ("weights", "paper_weights"),
-    ("sort", "paper_sort"),
-    ("collapse", "paper_collapse"),
-];
 
 /// Measures without the plugins' boundary, and with it where `plugins` is a
 /// folder of libraries.
@@ -46,10 +40,9 @@ pub(crate) fn run(
     let through = plugins.map(Through::load).transpose()?;
 
     let mut simplify = Series::new("meshoptimizer_simplify", "ms");
-    let mut stages = STAGES.map(|(_, name)| Series::new(name, "ms"));
-    let mut paper = Series::new("paper_sequence", "ms");
+    let mut paper = Sequence::new("paper");
     let mut stacks = Series::new("paper_stacks", "ms");
-    let mut quadric = Series::new("quadric_sequence", "ms");
+    let mut quadric = Sequence::new("quadric");
     let mut ratios = [
         Series::new("paper_with_stacks_to_meshoptimizer", "").at_most(PAPER_BAR),
         Series::new("quadric_to_meshoptimizer", "").at_most(QUADRIC_BAR),
@@ -59,16 +52,12 @@ pub(crate) fn run(
     let mut reached = 0;
     for _ in 0..rounds {
         reached = simplify.time(|| peer.simplify(Kind::Plain, wanted))?.len();
-        let list = paper.time(|| input.weighted(Order::Paper, 1))?;
-        for (series, (stage, _)) in stages.iter_mut().zip(STAGES) {
-            let times = list.stages().iter().filter(|(name, _)| *name == stage);
-            series.push(times.map(|(_, millis)| millis).sum());
-        }
+        let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
         let (mesh, count) = (scene.mesh.clone(), scene.mesh.positions.len());
         stacks.time(|| anyhow::Ok(CollapseStacks::build(mesh, &sequence(&list, count)?)))?;
-        quadric.time(|| input.quadric())?;
-        ratios[0].push((paper.last() + stacks.last()) / simplify.last());
-        ratios[1].push(quadric.last() / simplify.last());
+        quadric.measure(|| input.quadric())?;
+        ratios[0].push((paper.total.last() + stacks.last()) / simplify.last());
+        ratios[1].push(quadric.total.last() / simplify.last());
         if let Some(through) = &through {
             for (series, plugin) in transport.iter_mut().zip(&through.plugins) {
                 series.time(|| plugin.optimize(&scene.mesh, |_| true))?;
@@ -78,14 +67,46 @@ pub(crate) fn run(
     }
     let reached = reached as f64 / scene.topology.triangles.len() as f64;
     let mut series =
-        vec![Series::exact("meshoptimizer_reached_of_triangles", "", reached), simplify, paper];
-    series.extend(stages);
-    series.extend([stacks, quadric]);
+        vec![Series::exact("meshoptimizer_reached_of_triangles", "", reached), simplify];
+    series.extend(paper.into_series());
+    series.push(stacks);
+    series.extend(quadric.into_series());
     series.extend(ratios);
     if through.is_some() {
         series.extend(transport);
     }
     Ok(Section { series })
+}
+
+/// Times of a sequence, and of its stages as the optimiser names them.
+struct Sequence {
+    name: &'static str,
+    total: Series,
+    stages: Vec<Series>,
+}
+
+impl Sequence {
+    fn new(name: &'static str) -> Self {
+        Self { name, total: Series::new(format!("{name}_sequence"), "ms"), stages: Vec::new() }
+    }
+
+    fn measure(&mut self, work: impl FnOnce() -> Result<CollapseList>) -> Result<CollapseList> {
+        let list = self.total.time(work)?;
+        for (stage, millis) in list.stages() {
+            let name = format!("{}_{stage}", self.name);
+            let known = self.stages.iter().position(|series| series.name == name);
+            let index = known.unwrap_or_else(|| {
+                self.stages.push(Series::new(name, "ms"));
+                self.stages.len() - 1
+            });
+            self.stages[index].push(*millis);
+        }
+        Ok(list)
+    }
+
+    fn into_series(self) -> impl Iterator<Item = Series> {
+        std::iter::once(self.total).chain(self.stages)
+    }
 }
 
 /// The optimisers as a viewer has them.

@@ -58,7 +58,7 @@ impl Section {
     }
 
     pub(crate) fn json(&self) -> Value {
-        let figures = self.series.iter().map(|series| (series.name.to_owned(), series.json()));
+        let figures = self.series.iter().map(|series| (series.name.clone(), series.json()));
         Value::Object(figures.collect::<Map<_, _>>())
     }
 }
@@ -69,7 +69,7 @@ fn quantiles(series: &Series) -> [f64; 4] {
 
 fn label(series: &Series) -> String {
     match series.unit {
-        "" => series.name.to_owned(),
+        "" => series.name.clone(),
         unit => format!("{} [{unit}]", series.name),
     }
 }

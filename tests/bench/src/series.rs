@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 /// Measurements of one figure, at least one once it is reported.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// What the values are in: "ms", or "" for a ratio.
     pub(crate) unit: &'static str,
     values: Vec<f64>,
@@ -17,12 +17,12 @@ pub(crate) struct Series {
 
 impl Series {
     /// A figure without measurements yet.
-    pub(crate) fn new(name: &'static str, unit: &'static str) -> Self {
-        Self { name, unit, values: Vec::new(), bar: None }
+    pub(crate) fn new(name: impl Into<String>, unit: &'static str) -> Self {
+        Self { name: name.into(), unit, values: Vec::new(), bar: None }
     }
 
     /// A figure that is the same every time.
-    pub(crate) fn exact(name: &'static str, unit: &'static str, value: f64) -> Self {
+    pub(crate) fn exact(name: impl Into<String>, unit: &'static str, value: f64) -> Self {
         Self { values: vec![value], ..Self::new(name, unit) }
     }
 

@@ -14,13 +14,14 @@ const COST_HEAD: [&str; 6] = [
     "peak memory, MiB",
     "bytes a triangle",
 ];
-const LEVEL_HEAD: [&str; 13] = [
+const LEVEL_HEAD: [&str; 14] = [
     "method",
     "vertices",
     "triangles",
     "mean distance",
     "RMS",
     "greatest",
+    "claimed",
     "normals, degrees",
     "SSIM",
     "silhouette",
@@ -34,8 +35,8 @@ const LEVEL_HEAD: [&str; 13] = [
 pub(crate) fn write(document: &mut Document, levels: &Levels) {
     document.heading("Levels of detail, ours and the field's");
     document.text(
-        "Each method runs on one core in a process of its own. Seconds are those of the call \
-         alone; ours makes the whole sequence once and takes every level from it, others make a \
+        "Each method runs on one core in a process of its own. Seconds are processor time \
+         of the call alone; ours makes the whole sequence once and takes every level from it, others make a \
          call a level, whose target was searched beforehand. Memory is by how much the process's \
          resident memory grew at most in the first call, whoever allocated it (VmHWM). Theta \
          counts welded positions; a peer's level is the one whose vertices in use are nearest to \
@@ -43,7 +44,8 @@ pub(crate) fn write(document: &mut Document, levels: &Levels) {
     );
     document.text(
         "Distances are shares of the diagonal, over 100,000 points drawn by area on each of both \
-         surfaces by one seed: mean and RMS of both ways, the greatest of both. Normals are those \
+         surfaces by one seed: mean and RMS of both ways, the greatest of both; claimed is the error that the \
+         plugin gives the level. Normals are those \
          of faces, at the sampled and the nearest point. SSIM and silhouette (pixels that only \
          one covers, over those that the original covers) are means over 8 parallel views of \
          512 x 512 pixels, with normals made from faces alike for original and levels (crease at \
@@ -86,7 +88,7 @@ fn write_subject(document: &mut Document, subject: &SubjectResult) {
 }
 
 fn cost_row(subject: &SubjectResult, method: &MethodResult) -> Vec<String> {
-    let (cost, triangles) = (method.cost, subject.counts.triangles as f64);
+    let (cost, triangles) = (&method.cost, subject.counts.triangles as f64);
     vec![
         method.id.to_owned(),
         format!("{:.3}", cost.one_seconds),
@@ -108,6 +110,7 @@ fn level_row(subject: &SubjectResult, method: &MethodResult, level: usize) -> Ve
         share(figures.error.map(|error| error.mean_of_both())),
         share(figures.error.map(|error| error.rms_of_both())),
         share(figures.error.map(|error| error.max())),
+        share(method.cost.claimed.get(level).map(|&error| f64::from(error) / subject.diagonal)),
         figures.error.map_or_else(|| "-".to_owned(), |e| format!("{:.2}", e.degrees_of_both())),
         format!("{:.4}", picture.ssim),
         percent(picture.silhouette),

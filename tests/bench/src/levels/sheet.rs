@@ -8,7 +8,7 @@ use font8x8::UnicodeFonts;
 use glam::Vec3;
 use image::imageops::{self, FilterType};
 use image::{GrayImage, Luma};
-use measure::{View, creased_normals, draw};
+use measure::{View, creased_normals, draw, used_alone};
 
 use crate::levels::THETAS;
 use crate::levels::method::Method;
@@ -32,24 +32,25 @@ const CREASE_DEGREES: f32 = 40.0;
 pub(crate) struct Sheet {
     name: &'static str,
     view: View,
+    part: Bounds,
     canvas: GrayImage,
 }
 
 impl Sheet {
-    /// A sheet of a part of a mesh.
+    /// A sheet of the part of a mesh that reaches into a box.
     pub(crate) fn new(
         name: &'static str,
         original: &Topology,
-        bounds: Bounds,
+        part: Bounds,
         towards_eye: Vec3,
     ) -> Self {
         let aspect = SIZE[0] as f32 / SIZE[1] as f32;
-        let view = View::of_box(bounds, towards_eye, aspect);
+        let view = View::of_box(part, towards_eye, aspect);
         let (width, height) = (COLUMNS.len() as u32 + 1, THETAS.len() as u32);
         let canvas =
             GrayImage::from_pixel(width * SIZE[0], height * (SIZE[1] + LABEL), Luma([PAPER]));
-        let original = picture(original, &view);
-        let mut sheet = Self { name, view, canvas };
+        let original = picture(original, &view, part);
+        let mut sheet = Self { name, view, part, canvas };
         for row in 0..THETAS.len() {
             sheet.put([0, row], &original, "original");
         }
@@ -61,7 +62,7 @@ impl Sheet {
         let Some(column) = COLUMNS.iter().position(|&id| id == method.id) else { return };
         for (row, (level, theta)) in levels.iter().zip(THETAS).enumerate() {
             let label = format!("{} {:.0} %", method.id, theta * 100.0);
-            let picture = picture(level, &self.view);
+            let picture = picture(level, &self.view, self.part);
             self.put([column + 1, row], &picture, &label);
         }
     }
@@ -81,7 +82,13 @@ impl Sheet {
     }
 }
 
-fn picture(mesh: &Topology, view: &View) -> GrayImage {
+fn picture(mesh: &Topology, view: &View, part: Bounds) -> GrayImage {
+    let is_inside = |&v: &u32| {
+        let point = mesh.positions[v as usize];
+        point.cmpge(part.min).all() && point.cmple(part.max).all()
+    };
+    let triangles = mesh.triangles.iter().filter(|corners| corners.iter().any(is_inside));
+    let mesh = &used_alone(mesh, &triangles.copied().collect::<Vec<_>>());
     let normals = creased_normals(mesh, CREASE_DEGREES);
     let shot = draw(mesh, &normals, view, SIZE.map(|pixels| pixels * SAMPLES));
     imageops::resize(&shot.shades, SIZE[0], SIZE[1], FilterType::Triangle)

@@ -11,8 +11,8 @@ use glam::{Mat3, Mat4, Vec3};
 use crate::levels::ply;
 use crate::scene::Scene;
 
-/// The bay of the station that is pictured.
-const BAY: &str = "=S12D1Q3";
+/// Devices of the bay of the station that is pictured.
+const BAY: &str = "=S12D1Q3-";
 /// Towards the eye, in pictures.
 const DIRECTION: Vec3 = Vec3::new(-0.52, 0.36, -0.78);
 /// The same for the bay: along the yard, so that no other bay is in front.

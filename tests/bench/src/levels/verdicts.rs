@@ -202,7 +202,12 @@ mod tests {
         };
         let picture = PictureError { ssim: 0.99, silhouette: 0.01 };
         let level = Figures { counts: COUNTS, error: Some(error), picture };
-        let cost = Cost { one_seconds: seconds, all_seconds: seconds, peak_bytes: 100_000 };
+        let cost = Cost {
+            one_seconds: seconds,
+            all_seconds: seconds,
+            peak_bytes: 100_000,
+            claimed: Vec::new(),
+        };
         MethodResult { id, is_peer: id != OURS, cost, levels: vec![level; 3] }
     }
 
