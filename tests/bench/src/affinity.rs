@@ -1,7 +1,16 @@
-//! Work on one core.
+//! Work on one core, and the time that the core spends on it.
 
 use anyhow::{Context, Result};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use rustix::time::{ClockId, clock_gettime};
+
+/// Seconds that this process has spent on cores. On one core, with nobody
+/// waiting, this is how long work takes on a machine that does nothing else,
+/// whatever this one does.
+pub(crate) fn processor_seconds() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
 
 /// Keeps this thread, and those that it starts, on the first of its cores until
 /// dropped.
@@ -32,6 +41,13 @@ mod tests {
     use std::thread::available_parallelism;
 
     use super::*;
+
+    #[test]
+    fn work_takes_processor_time() {
+        let start = processor_seconds();
+        let sum = (0..20_000_000_u64).fold(0, |sum, i| std::hint::black_box(sum ^ i));
+        assert!(processor_seconds() > start, "{sum}");
+    }
 
     #[test]
     fn one_core_is_held_and_given_back() {

@@ -1,5 +1,5 @@
 //! Whole sequences, which hold every level, beside one level made by
-//! meshoptimizer's `simplify`; all on one core.
+//! meshoptimizer's `simplify`; all on one core, in its processor time.
 
 use std::path::Path;
 
@@ -51,16 +51,16 @@ pub(crate) fn run(
         [Series::new("paper_through_plugin", "ms"), Series::new("quadric_through_plugin", "ms")];
     let mut reached = 0;
     for _ in 0..rounds {
-        reached = simplify.time(|| peer.simplify(Kind::Plain, wanted))?.len();
+        reached = simplify.processor(|| peer.simplify(Kind::Plain, wanted))?.len();
         let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
         let (mesh, count) = (scene.mesh.clone(), scene.mesh.positions.len());
-        stacks.time(|| anyhow::Ok(CollapseStacks::build(mesh, &sequence(&list, count)?)))?;
+        stacks.processor(|| anyhow::Ok(CollapseStacks::build(mesh, &sequence(&list, count)?)))?;
         quadric.measure(|| input.quadric())?;
         ratios[0].push((paper.total.last() + stacks.last()) / simplify.last());
         ratios[1].push(quadric.total.last() / simplify.last());
         if let Some(through) = &through {
             for (series, plugin) in transport.iter_mut().zip(&through.plugins) {
-                series.time(|| plugin.optimize(&scene.mesh, |_| true))?;
+                series.processor(|| plugin.optimize(&scene.mesh, |_| true))?;
             }
         }
         progress.inc(1);
@@ -91,7 +91,7 @@ impl Sequence {
     }
 
     fn measure(&mut self, work: impl FnOnce() -> Result<CollapseList>) -> Result<CollapseList> {
-        let list = self.total.time(work)?;
+        let list = self.total.processor(work)?;
         for (stage, millis) in list.stages() {
             let name = format!("{}_{stage}", self.name);
             let known = self.stages.iter().position(|series| series.name == name);

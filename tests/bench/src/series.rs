@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use crate::affinity::processor_seconds;
+
 /// Measurements of one figure, at least one once it is reported.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
@@ -37,7 +39,15 @@ impl Series {
         self.values.push(value);
     }
 
-    /// Runs work and adds its milliseconds.
+    /// Runs work on one core and adds its milliseconds of processor time.
+    pub(crate) fn processor<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let start = processor_seconds();
+        let result = work();
+        self.push((processor_seconds() - start) * 1e3);
+        result
+    }
+
+    /// Runs work and adds its milliseconds by the clock.
     pub(crate) fn time<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();

@@ -1,4 +1,5 @@
-//! Welding, the collapse stacks, and the mesh at a new theta; on one core.
+//! Welding, the collapse stacks, and the mesh at a new theta; on one core, in
+//! its processor time.
 
 use std::hint::black_box;
 
@@ -41,14 +42,14 @@ pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Resul
         RESOLVES.map(|(_, name, _)| Series::new(name, "ms").at_most(RESOLVE_BAR));
     let mut exact = Vec::new();
     for _ in 0..rounds {
-        let (mesh, _) = weld_time.time(|| weld(&primitives))?;
+        let (mesh, _) = weld_time.processor(|| weld(&primitives))?;
         let sequence = sequence.clone();
-        let stacks = build_time.time(|| CollapseStacks::build(mesh, &sequence));
+        let stacks = build_time.processor(|| CollapseStacks::build(mesh, &sequence));
         for _ in 0..RESOLVES_A_ROUND {
             for ((theta, ..), time) in RESOLVES.into_iter().zip(&mut resolve_times) {
                 let cursor = stacks.cursor_at(theta);
                 // What is resolved is dropped outside the time.
-                black_box(time.time(|| stacks.resolve(cursor)));
+                black_box(time.processor(|| stacks.resolve(cursor)));
             }
         }
         exact = facts(&stacks);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::raster::{Shot, View, draw};
-use crate::shading::creased_normals;
+use crate::shading::{CREASE_DEGREES, creased_normals};
 use crate::similarity::ssim;
 
 /// Towards the eye: the corners of a cube, a little turned, so that no view
@@ -24,8 +24,6 @@ const VIEWS: [Vec3; 8] = [
 ];
 /// Pixels of a picture.
 const SIZE: [u32; 2] = [512, 512];
-/// Faces that meet at less are shaded smoothly, in original and level alike.
-const CREASE_DEGREES: f32 = 40.0;
 
 /// An original's pictures.
 pub struct Gallery {

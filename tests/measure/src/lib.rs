@@ -26,5 +26,5 @@ pub use gallery::{Gallery, PictureError};
 pub use levels::{level, search, used_alone, vertices_in_use};
 pub use raster::{Shot, View, draw};
 pub use sets::Sets;
-pub use shading::creased_normals;
+pub use shading::{CREASE_DEGREES, creased_normals};
 pub use similarity::ssim;

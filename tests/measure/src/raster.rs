@@ -172,6 +172,14 @@ mod tests {
     }
 
     #[test]
+    fn a_shift_by_a_pixel_changes_one_column_on_each_side() {
+        let [still, shifted] = [1.0, 2.0].map(|x| shot(&square(x, 0.0, 3.0)));
+        let changed = |i: &usize| still.covered[*i] != shifted.covered[*i];
+        let changed: Vec<_> = (0..64).filter(changed).collect();
+        assert_eq!(changed, [41, 44, 49, 52, 57, 60]);
+    }
+
+    #[test]
     fn the_nearer_surface_shows() {
         let (mut both, far) = (square(0.0, 0.5, 4.0), square(0.0, -0.5, 8.0));
         both.positions.extend(far.positions);

@@ -3,6 +3,10 @@
 use busbar_geometry::Topology;
 use glam::Vec3;
 
+/// Faces that meet at less are shaded smoothly in pictures, in those of originals
+/// and of levels alike.
+pub const CREASE_DEGREES: f32 = 40.0;
+
 /// The normal of each triangle's corners: that of the faces around the vertex,
 /// weighted by area, that differ from the triangle by less than an angle.
 pub fn creased_normals(mesh: &Topology, crease_degrees: f32) -> Vec<[Vec3; 3]> {

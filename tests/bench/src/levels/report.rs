@@ -49,7 +49,7 @@ pub(crate) fn write(document: &mut Document, levels: &Levels) {
          of faces, at the sampled and the nearest point. SSIM and silhouette (pixels that only \
          one covers, over those that the original covers) are means over 8 parallel views of \
          512 x 512 pixels, with normals made from faces alike for original and levels (crease at \
-         40 degrees). No method is given a second ruler.",
+         40 degrees).",
     );
     for remark in &levels.remarks {
         document.text(remark.clone());

@@ -8,7 +8,7 @@ use font8x8::UnicodeFonts;
 use glam::Vec3;
 use image::imageops::{self, FilterType};
 use image::{GrayImage, Luma};
-use measure::{View, creased_normals, draw, used_alone};
+use measure::{CREASE_DEGREES, View, creased_normals, draw, used_alone};
 
 use crate::levels::THETAS;
 use crate::levels::method::Method;
@@ -25,8 +25,6 @@ const LABEL: u32 = 24;
 const DOT: u32 = 2;
 const PAPER: u8 = 255;
 const INK: u8 = 20;
-/// As in the pictures that are compared.
-const CREASE_DEGREES: f32 = 40.0;
 
 /// A sheet in the making.
 pub(crate) struct Sheet {

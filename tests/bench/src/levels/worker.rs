@@ -12,11 +12,10 @@ use anyhow::{Context, Result, bail, ensure};
 use busbar_geometry::{Mesh, Topology, theta_to_cursor};
 use measure::meshoptimizer::{Input as PeerInput, Kind};
 use measure::{level, search, used_alone, vertices_in_use};
-use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 use weighted_collapse::MAX_THREADS;
 
-use crate::affinity::OneCore;
+use crate::affinity::{OneCore, processor_seconds};
 use crate::levels::exchange;
 use crate::levels::method::{Method, Work};
 use crate::memory;
@@ -238,16 +237,11 @@ fn runs(seconds: f64) -> usize {
     if seconds < SHORT_SECONDS { RUNS } else { 1 }
 }
 
-/// Work, and the seconds that its core spent on it: the time that it takes on a
-/// machine with nothing else to do, whatever this one does.
+/// Work, and its seconds of processor time.
 fn timed<T>(work: impl FnOnce() -> Result<T>) -> Result<(f64, T)> {
-    let seconds = || {
-        let time = clock_gettime(ClockId::ProcessCPUTime);
-        time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
-    };
-    let start = seconds();
+    let start = processor_seconds();
     let result = work()?;
-    Ok((seconds() - start, result))
+    Ok((processor_seconds() - start, result))
 }
 
 #[cfg(test)]
