@@ -1,92 +1,128 @@
-//! The paper's sequence, which holds every level, beside one level made by
-//! meshoptimizer's `simplify`.
+//! Whole sequences, which hold every level, beside one level made by
+//! meshoptimizer's `simplify`; all on one core, in its processor time.
 
-use anyhow::Result;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use busbar_geometry::CollapseStacks;
+use busbar_plugin_host::{Catalog, MeshOptimizer};
+use busbar_plugin_sdk::CollapseList;
 use indicatif::ProgressBar;
-use meshopt::{SimplifyOptions, VertexDataAdapter};
-use weighted_collapse::{CollapseList, MAX_THREADS, Order};
+use measure::meshoptimizer::{Input as PeerInput, Kind};
+use serde_json::{Map, Value};
+use weighted_collapse::Order;
 
+use crate::affinity::OneCore;
+use crate::optimizers::{Input, sequence};
 use crate::report::Section;
 use crate::scene::Scene;
 use crate::series::Series;
 
-/// The part of the indices that `simplify` is to leave.
-const TARGET: f64 = 0.15;
-/// More than any error of the scene, so that the target alone ends `simplify`.
-const TARGET_ERROR: f32 = 1e9;
-/// The part of its time that the sequence may take.
-const BAR: f64 = 1.0 / 3.0;
-/// Stages of the sequence, as `weighted_collapse` names them.
-const STAGES: [&str; 4] = ["edges", "weights", "sort", "collapse"];
+/// The part of the triangles that `simplify` is to leave.
+const TARGET: f64 = 0.30;
+/// What the paper's order may take of its time, from positions to death indices.
+const PAPER_BAR: f64 = 0.25;
+/// The same for the order by quadric error.
+const QUADRIC_BAR: f64 = 1.5;
 
-pub(crate) fn run(scene: &Scene, rounds: usize, progress: &ProgressBar) -> Result<Section> {
-    let indices = scene.triangles.as_flattened();
-    let bytes = meshopt::typed_to_bytes(&scene.positions);
-    let vertices = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0)?;
-    let wanted = (indices.len() as f64 * TARGET) as usize / 3 * 3;
+/// Measures without the plugins' boundary, and with it where `plugins` is a
+/// folder of libraries.
+pub(crate) fn run(
+    scene: &Scene,
+    rounds: usize,
+    plugins: Option<&Path>,
+    progress: &ProgressBar,
+) -> Result<Section> {
+    let _core = OneCore::hold()?;
+    let peer = PeerInput::new(&scene.topology)?;
+    let wanted = (scene.topology.triangles.len() as f64 * TARGET) as usize;
+    let input = Input::new(&scene.mesh);
+    let through = plugins.map(Through::load).transpose()?;
 
-    let mut simplify = Series::new("meshopt_simplify", "ms");
-    let mut one_thread = Run::new([
-        "one_thread",
-        "one_thread_edges",
-        "one_thread_weights",
-        "one_thread_sort",
-        "one_thread_collapse",
-    ]);
-    let mut all_cores = Run::new([
-        "all_cores",
-        "all_cores_edges",
-        "all_cores_weights",
-        "all_cores_sort",
-        "all_cores_collapse",
-    ]);
-    let mut one_thread_ratio = Series::new("one_thread_to_meshopt", "").at_most(BAR);
-    let mut all_cores_ratio = Series::new("all_cores_to_meshopt", "").at_most(BAR);
+    let mut simplify = Series::new("meshoptimizer_simplify", "ms");
+    let mut paper = Sequence::new("paper");
+    let mut stacks = Series::new("paper_stacks", "ms");
+    let mut quadric = Sequence::new("quadric");
+    let mut ratios = [
+        Series::new("paper_with_stacks_to_meshoptimizer", "").at_most(PAPER_BAR),
+        Series::new("quadric_to_meshoptimizer", "").at_most(QUADRIC_BAR),
+    ];
+    let mut transport =
+        [Series::new("paper_through_plugin", "ms"), Series::new("quadric_through_plugin", "ms")];
     let mut reached = 0;
     for _ in 0..rounds {
-        let left = simplify.time(|| {
-            let options = SimplifyOptions::None;
-            meshopt::simplify(indices, &vertices, wanted, TARGET_ERROR, options, None)
-        });
-        reached = left.len();
-        one_thread.measure(|| scene.optimize(Order::Paper, 1))?;
-        all_cores.measure(|| scene.optimize(Order::Paper, MAX_THREADS))?;
-        one_thread_ratio.push(one_thread.total.last() / simplify.last());
-        all_cores_ratio.push(all_cores.total.last() / simplify.last());
+        reached = simplify.processor(|| peer.simplify(Kind::Plain, wanted))?.len();
+        let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
+        let (mesh, count) = (scene.mesh.clone(), scene.mesh.positions.len());
+        stacks.processor(|| anyhow::Ok(CollapseStacks::build(mesh, &sequence(&list, count)?)))?;
+        quadric.measure(|| input.quadric())?;
+        ratios[0].push((paper.total.last() + stacks.last()) / simplify.last());
+        ratios[1].push(quadric.total.last() / simplify.last());
+        if let Some(through) = &through {
+            for (series, plugin) in transport.iter_mut().zip(&through.plugins) {
+                series.processor(|| plugin.optimize(&scene.mesh, |_| true))?;
+            }
+        }
         progress.inc(1);
     }
-    let reached = reached as f64 / indices.len() as f64;
+    let reached = reached as f64 / scene.topology.triangles.len() as f64;
     let mut series =
-        vec![Series::exact("meshopt_reached_of_indices", "", reached).at_most(TARGET), simplify];
-    for run in [one_thread, all_cores] {
-        series.push(run.total);
-        series.extend(run.stages);
+        vec![Series::exact("meshoptimizer_reached_of_triangles", "", reached), simplify];
+    series.extend(paper.into_series());
+    series.push(stacks);
+    series.extend(quadric.into_series());
+    series.extend(ratios);
+    if through.is_some() {
+        series.extend(transport);
     }
-    series.extend([one_thread_ratio, all_cores_ratio]);
     Ok(Section { series })
 }
 
-/// Times of the sequence, and of its stages.
-struct Run {
+/// Times of a sequence, and of its stages as the optimiser names them.
+struct Sequence {
+    name: &'static str,
     total: Series,
-    stages: [Series; STAGES.len()],
+    stages: Vec<Series>,
 }
 
-impl Run {
-    fn new([total, edges, weights, sort, collapse]: [&'static str; 5]) -> Self {
-        let stages = [edges, weights, sort, collapse];
-        Self {
-            total: Series::new(total, "ms"),
-            stages: stages.map(|stage| Series::new(stage, "ms")),
-        }
+impl Sequence {
+    fn new(name: &'static str) -> Self {
+        Self { name, total: Series::new(format!("{name}_sequence"), "ms"), stages: Vec::new() }
     }
 
-    fn measure(&mut self, work: impl FnOnce() -> Result<CollapseList>) -> Result<()> {
-        let list = self.total.time(work)?;
-        for (series, stage) in self.stages.iter_mut().zip(STAGES) {
-            let times = list.stages().iter().filter(|(name, _)| *name == stage);
-            series.push(times.map(|(_, millis)| millis).sum());
+    fn measure(&mut self, work: impl FnOnce() -> Result<CollapseList>) -> Result<CollapseList> {
+        let list = self.total.processor(work)?;
+        for (stage, millis) in list.stages() {
+            let name = format!("{}_{stage}", self.name);
+            let known = self.stages.iter().position(|series| series.name == name);
+            let index = known.unwrap_or_else(|| {
+                self.stages.push(Series::new(name, "ms"));
+                self.stages.len() - 1
+            });
+            self.stages[index].push(*millis);
         }
-        Ok(())
+        Ok(list)
+    }
+
+    fn into_series(self) -> impl Iterator<Item = Series> {
+        std::iter::once(self.total).chain(self.stages)
+    }
+}
+
+/// The optimisers as a viewer has them.
+struct Through {
+    plugins: [MeshOptimizer; 2],
+}
+
+impl Through {
+    fn load(folder: &Path) -> Result<Self> {
+        let catalog = Catalog::discover(&[folder.to_owned()]);
+        let load = |id: &str| {
+            let plugin = catalog.create(id, id, &Value::Object(Map::new()));
+            plugin
+                .and_then(MeshOptimizer::of)
+                .with_context(|| format!("no plugin {id} in {}: build it there", folder.display()))
+        };
+        Ok(Self { plugins: [load("weighted_collapse")?, load("quadric_collapse")?] })
     }
 }

@@ -1,12 +1,10 @@
-//! Figures as a table and as JSON.
+//! Figures as a table, as a document and as JSON.
 
 use std::fmt::Write;
-use std::thread;
 
-use anyhow::Result;
-use serde_json::{Map, Value, json};
+use document::{Block, Claim, Document, Verdict};
+use serde_json::{Map, Value};
 
-use crate::scene::Scene;
 use crate::series::Series;
 
 /// What one bench found.
@@ -14,65 +12,81 @@ pub(crate) struct Section {
     pub(crate) series: Vec<Series>,
 }
 
-/// What all benches found.
-pub(crate) struct Report {
-    head: Value,
-    sections: Map<String, Value>,
-}
-
 impl Section {
     /// The figures as lines.
     pub(crate) fn table(&self, name: &str) -> String {
         let mut text = format!(
-            "{name:<34}{:>11}{:>11}{:>11}{:>11}{:>7}  bar\n",
+            "{name:<38}{:>11}{:>11}{:>11}{:>11}{:>7}  bar\n",
             "median", "min", "max", "p99", "count"
         );
         for series in &self.series {
-            let label = match series.unit {
-                "" => series.name.to_owned(),
-                unit => format!("{} [{unit}]", series.name),
-            };
-            let [median, min, max, p99] = [0.5, 0.0, 1.0, 0.99].map(|q| series.quantile(q));
-            let bar = match (series.bar, series.is_met()) {
-                (Some(bar), Some(true)) => format!("<= {bar:.3}: met"),
-                (Some(bar), _) => format!("<= {bar:.3}: MISSED"),
-                (None, _) => String::new(),
-            };
+            let [median, min, max, p99] = quantiles(series);
             // Writing to a string does not fail.
             let _ = writeln!(
                 text,
-                "  {label:<32}{median:>11.3}{min:>11.3}{max:>11.3}{p99:>11.3}{:>7}  {bar}",
-                series.len()
+                "  {:<36}{median:>11.3}{min:>11.3}{max:>11.3}{p99:>11.3}{:>7}  {}",
+                label(series),
+                series.len(),
+                verdict(series)
             );
         }
         text
     }
 
-    fn json(&self) -> Value {
-        self.series.iter().map(|series| (series.name.to_owned(), series.json())).collect()
+    /// The figures as a table of the report.
+    pub(crate) fn write(&self, document: &mut Document, name: &str) {
+        let row = |series: &Series| {
+            let figures = quantiles(series).map(|figure| format!("{figure:.3}"));
+            let ends = [series.len().to_string(), verdict(series)];
+            std::iter::once(label(series)).chain(figures).chain(ends).collect()
+        };
+        let head = [name, "median", "min", "max", "p99", "count", "bar"];
+        document.table(name, &head, self.series.iter().map(row).collect());
+    }
+
+    /// The bars, met or missed.
+    pub(crate) fn bars(&self, name: &str) -> Vec<Claim> {
+        let claim = |series: &Series| {
+            let bar = series.bar?;
+            Some(Claim {
+                claim: format!("{name}: {} at most {bar}", label(series)),
+                verdict: Verdict::of_bar(series.is_met()?),
+                figure: format!("{:.3}", series.quantile(0.5)),
+            })
+        };
+        self.series.iter().filter_map(claim).collect()
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        let figures = self.series.iter().map(|series| (series.name.clone(), series.json()));
+        Value::Object(figures.collect::<Map<_, _>>())
     }
 }
 
-impl Report {
-    /// A report without sections.
-    pub(crate) fn new(scene: &Scene, rounds: usize) -> Self {
-        let head = json!({
-            "cores": thread::available_parallelism().map_or(1, usize::from),
-            "rounds": rounds,
-            "vertices": scene.positions.len(),
-            "triangles": scene.triangles.len(),
-        });
-        Self { head, sections: Map::new() }
-    }
+fn quantiles(series: &Series) -> [f64; 4] {
+    [0.5, 0.0, 1.0, 0.99].map(|share| series.quantile(share))
+}
 
-    pub(crate) fn add(&mut self, name: &str, section: &Section) {
-        self.sections.insert(name.to_owned(), section.json());
+fn label(series: &Series) -> String {
+    match series.unit {
+        "" => series.name.clone(),
+        unit => format!("{} [{unit}]", series.name),
     }
+}
 
-    /// The whole report.
-    pub(crate) fn json(mut self) -> Result<String> {
-        self.head["sections"] = Value::Object(self.sections);
-        Ok(serde_json::to_string_pretty(&self.head)?)
+fn verdict(series: &Series) -> String {
+    match (series.bar, series.is_met()) {
+        (Some(bar), Some(true)) => format!("<= {bar:.3}: met"),
+        (Some(bar), _) => format!("<= {bar:.3}: MISSED"),
+        (None, _) => String::new(),
+    }
+}
+
+/// Adds a heading and claims under it.
+pub(crate) fn claims(document: &mut Document, heading: &str, claims: Vec<Claim>) {
+    if !claims.is_empty() {
+        document.heading(heading);
+        document.blocks.push(Block::Claims(claims));
     }
 }
 
@@ -90,5 +104,7 @@ mod tests {
         assert!(line("bad").ends_with("<= 0.500: MISSED"));
         assert_eq!(section.json()["bad"]["met"], Value::Bool(false));
         assert_eq!(section.json()["good"]["median"], 0.25);
+        let verdicts: Vec<_> = section.bars("test").iter().map(|claim| claim.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Met, Verdict::Missed]);
     }
 }

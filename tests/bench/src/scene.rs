@@ -1,10 +1,12 @@
 //! What is measured on: the paper's substation as one mesh, imported.
 
 use anyhow::{Context, Result};
-use busbar_geometry::{CollapseSequence, Mesh, RawPrimitive};
+use busbar_geometry::{Bounds, CollapseSequence, Mesh, NO_FEATURE, RawPrimitive, Topology};
 use busbar_gltf_import::ImportLimits;
 use substation::Station;
-use weighted_collapse::{CollapseList, Order, Progress, Reading};
+use weighted_collapse::{MAX_THREADS, Order};
+
+use crate::optimizers::{Input, sequence};
 
 /// Decides how the equipment stands; as the generator does by itself.
 const SEED: u64 = 1;
@@ -12,8 +14,9 @@ const SEED: u64 = 1;
 /// The mesh as imported, and as optimisers see it.
 pub(crate) struct Scene {
     pub(crate) mesh: Mesh,
-    pub(crate) positions: Vec<[f32; 3]>,
-    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Names of the mesh's features.
+    features: Vec<String>,
+    pub(crate) topology: Topology,
 }
 
 impl Scene {
@@ -22,36 +25,29 @@ impl Scene {
         let flat = Station::generate(SEED)?.flatten()?;
         let bytes = busbar_gltf_export::write_glb(&flat.model)?;
         let imported = busbar_gltf_import::import_bytes(&bytes, None, &ImportLimits::default())?;
-        let meshes = imported.model.meshes.into_iter();
-        Ok(Self::of(meshes.last().context("the scene has no mesh")?))
+        let mut model = imported.model;
+        let features = model.features.pop().unwrap_or_default();
+        Ok(Self::of(model.meshes.pop().context("the scene has no mesh")?, features))
     }
 
-    fn of(mesh: Mesh) -> Self {
-        let topology = mesh.topology();
-        let positions = topology.positions.iter().map(|p| p.to_array()).collect();
-        Self { mesh, positions, triangles: topology.triangles }
-    }
-
-    /// The collapse sequence of the whole mesh.
-    pub(crate) fn optimize(&self, order: Order, max_threads: usize) -> Result<CollapseList> {
-        let mesh = weighted_collapse::Mesh {
-            positions: &self.positions,
-            triangles: &self.triangles,
-            wedges: None,
-        };
-        let progress = &mut Progress::unwatched();
-        Ok(weighted_collapse::collapse_list(mesh, &Reading::BUSBAR, order, max_threads, progress)?)
+    fn of(mesh: Mesh, features: Vec<String>) -> Self {
+        Self { topology: mesh.topology(), mesh, features }
     }
 
     /// The paper's sequence, checked.
     pub(crate) fn sequence(&self) -> Result<CollapseSequence> {
-        let list = self.optimize(Order::Paper, weighted_collapse::MAX_THREADS)?;
-        let entries = list.collapses.iter().map(|c| busbar_geometry::Collapse {
-            removed: c.removed,
-            kept: c.kept,
-            error: c.error,
-        });
-        Ok(CollapseSequence::new(entries.collect(), self.positions.len() as u32)?)
+        let list = Input::new(&self.mesh).weighted(Order::Paper, MAX_THREADS)?;
+        sequence(&list, self.mesh.positions.len())
+    }
+
+    /// The box around all equipment whose id begins so; `None` if there is none.
+    pub(crate) fn bounds_of(&self, start: &str) -> Option<Bounds> {
+        let is_meant = |&feature: &u32| {
+            let name = (feature != NO_FEATURE).then(|| self.features.get(feature as usize));
+            name.flatten().is_some_and(|name| name.starts_with(start))
+        };
+        let points = self.mesh.positions.iter().zip(&self.mesh.features);
+        Bounds::around(points.filter(|(_, feature)| is_meant(feature)).map(|(&point, _)| point))
     }
 
     /// The mesh as a file would give it, a primitive a section.
@@ -102,7 +98,7 @@ mod tests {
         };
         let (mesh, report) = weld(&[square(0.0, 0), square(1.0, 1)]).unwrap();
         assert!(report.positions < report.vertices_in, "an edge is shared");
-        let scene = Scene::of(mesh.clone());
+        let scene = Scene::of(mesh.clone(), Vec::new());
         assert_eq!(weld(&scene.primitives()).unwrap().0, mesh);
         let sequence = scene.sequence().unwrap();
         assert_eq!(sequence.len() as usize, mesh.positions.len() - 1);

@@ -4,10 +4,12 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use crate::affinity::processor_seconds;
+
 /// Measurements of one figure, at least one once it is reported.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// What the values are in: "ms", or "" for a ratio.
     pub(crate) unit: &'static str,
     values: Vec<f64>,
@@ -17,12 +19,12 @@ pub(crate) struct Series {
 
 impl Series {
     /// A figure without measurements yet.
-    pub(crate) fn new(name: &'static str, unit: &'static str) -> Self {
-        Self { name, unit, values: Vec::new(), bar: None }
+    pub(crate) fn new(name: impl Into<String>, unit: &'static str) -> Self {
+        Self { name: name.into(), unit, values: Vec::new(), bar: None }
     }
 
     /// A figure that is the same every time.
-    pub(crate) fn exact(name: &'static str, unit: &'static str, value: f64) -> Self {
+    pub(crate) fn exact(name: impl Into<String>, unit: &'static str, value: f64) -> Self {
         Self { values: vec![value], ..Self::new(name, unit) }
     }
 
@@ -37,7 +39,15 @@ impl Series {
         self.values.push(value);
     }
 
-    /// Runs work and adds its milliseconds.
+    /// Runs work on one core and adds its milliseconds of processor time.
+    pub(crate) fn processor<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let start = processor_seconds();
+        let result = work();
+        self.push((processor_seconds() - start) * 1e3);
+        result
+    }
+
+    /// Runs work and adds its milliseconds by the clock.
     pub(crate) fn time<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();

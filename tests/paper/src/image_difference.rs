@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use busbar_viewer::Picture;
 use image::{GrayImage, RgbaImage};
-use image_compare::Algorithm;
+use measure::ssim;
 use serde::Serialize;
 
 /// Largest value of a channel.
@@ -29,8 +29,7 @@ impl ImageDifference {
         let sizes = [first, second].map(|p| (p.width, p.height));
         ensure!(sizes[0] == sizes[1], "pictures of {:?} and {:?} pixels", sizes[0], sizes[1]);
         let (a, b) = (luma(first)?, luma(second)?);
-        let ssim = image_compare::gray_similarity_structure(&Algorithm::MSSIMSimple, &a, &b)?.score;
-        Ok(Self { ssim, psnr_db: psnr(&first.rgba8, &second.rgba8) })
+        Ok(Self { ssim: ssim(&a, &b)?, psnr_db: psnr(&first.rgba8, &second.rgba8) })
     }
 }
 

@@ -1,19 +1,15 @@
 //! Reproduces what the paper measured, and judges what it says: Table I,
 //! Figures 5 to 8, and each claim in one line with its figure.
 //!
-//! [`measure`] gives [`Results`]; [`report`] turns them into a [`Document`];
+//! [`measure`] gives [`Results`]; [`report`] turns them into a [`document::Document`];
 //! [`write_report`] writes that as Markdown, as HTML, and the figures as JSON.
 //! Every figure comes from the run, and so does every verdict.
 
-pub mod chart;
-pub mod document;
 pub mod effort;
 pub mod frames;
-pub mod html;
 pub mod image_difference;
 pub mod lossless;
 pub mod machine;
-pub mod markdown;
 pub mod optimise;
 pub mod peer;
 pub mod picks;
@@ -26,15 +22,12 @@ pub mod scene;
 pub mod series;
 pub mod studio;
 pub mod study;
-pub mod surface_error;
 pub mod theta_change;
 pub mod topology;
 mod variants;
 mod verdicts;
-mod words;
 mod writer;
 
-pub use document::Document;
 pub use effort::Effort;
 pub use progress::Progress;
 pub use report::report;

@@ -8,10 +8,12 @@ mod proofs;
 mod table_one;
 mod ways;
 
-use crate::document::Block;
 use crate::verdicts;
-use crate::words::grouped;
-use crate::{Document, Results};
+use document::Block;
+use document::Document;
+use document::words::grouped;
+
+use crate::Results;
 
 /// The report.
 pub fn report(results: &Results) -> Document {

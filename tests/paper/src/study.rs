@@ -11,9 +11,9 @@ use serde::Serialize;
 use crate::progress::Progress;
 use crate::scene::SingleMesh;
 use crate::studio::{Studio, Subject, save};
-use crate::surface_error::{Reference, SurfaceError};
 use crate::topology::{Shells, TopologyCounts, live};
 use crate::variants::{self, CLOSED, Made, ORDERS, READINGS, SPLIT, Variant};
+use measure::{Reference, SurfaceError};
 
 /// Thetas at which variants are compared.
 pub const THETAS: [f64; 3] = [0.7, 0.85, 0.95];

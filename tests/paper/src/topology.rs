@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use busbar_geometry::{CollapseStacks, Topology};
 use glam::{DVec3, Vec3};
+use measure::{Edges, Sets, vertices_in_use};
 use serde::Serialize;
 
 /// A set of points is flat when all lie this close to one plane, as a share of
@@ -87,15 +88,13 @@ impl Shells {
     /// Counts of what is left of the mesh: triangles between points that it
     /// had, and `surviving` vertices.
     pub fn count(&self, live: &Topology, surviving: u32) -> TopologyCounts {
-        let edges = EdgeCounts::of(live.positions.len(), &live.triangles);
-        let mut used = live.triangles.as_flattened().to_vec();
-        used.sort_unstable();
-        used.dedup();
+        let edges = Edges::of(live.positions.len(), &live.triangles);
         let pieces = Pieces::of(self.points.len(), &self.by_points(live));
         let triangles = live.triangles.len();
         let mut counts = TopologyCounts {
             vertices: u64::from(surviving),
-            unused_vertices: u64::from(surviving).saturating_sub(used.len() as u64),
+            unused_vertices: u64::from(surviving)
+                .saturating_sub(vertices_in_use(&live.triangles) as u64),
             triangles: triangles as u64,
             two_v_minus_t: 2 * i64::from(surviving) - triangles as i64,
             border_loops: edges.border_loops,
@@ -205,62 +204,6 @@ impl Pieces {
             pieces.points[piece as usize].push(position);
         }
         pieces
-    }
-}
-
-struct EdgeCounts {
-    border: u64,
-    non_manifold: u64,
-    border_loops: u64,
-}
-
-impl EdgeCounts {
-    fn of(position_count: usize, triangles: &[[u32; 3]]) -> Self {
-        let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-        edges.sort_unstable();
-        let mut counts = Self { border: 0, non_manifold: 0, border_loops: 0 };
-        let mut loops = Sets::new(position_count);
-        let mut joins = 0;
-        let mut ends = Vec::new();
-        for run in edges.chunk_by(|a, b| a == b) {
-            counts.non_manifold += u64::from(run.len() > 2);
-            if let &[[a, b]] = run {
-                counts.border += 1;
-                joins += u64::from(loops.join(a, b));
-                ends.extend([a, b]);
-            }
-        }
-        ends.sort_unstable();
-        ends.dedup();
-        counts.border_loops = ends.len() as u64 - joins;
-        counts
-    }
-}
-
-/// Disjoint sets with path halving.
-struct Sets {
-    parent: Vec<u32>,
-}
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self { parent: (0..count as u32).collect() }
-    }
-
-    fn root(&mut self, mut x: u32) -> u32 {
-        while self.parent[x as usize] != x {
-            self.parent[x as usize] = self.parent[self.parent[x as usize] as usize];
-            x = self.parent[x as usize];
-        }
-        x
-    }
-
-    /// Whether they were two.
-    fn join(&mut self, a: u32, b: u32) -> bool {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-        a != b
     }
 }
 

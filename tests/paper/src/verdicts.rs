@@ -1,12 +1,12 @@
 //! The paper's claims, each judged by a figure of the run.
 
-use crate::document::{Claim, Verdict};
 use crate::reference::PrintedRow;
 use crate::results::{MAX_CACHED_SHARE, Results};
 use crate::run::{LARGE, SMALL};
 use crate::study::{Level, SubjectStudy, THETAS};
 use crate::theta_change::MAX_SHARE_OF_FRAME;
-use crate::words::{factor, grouped, millis, percent, signed, theta};
+use document::words::{factor, grouped, millis, percent, signed, theta};
+use document::{Claim, Verdict};
 
 /// Mean structural similarity from which a picture counts as "almost full".
 const ALMOST_FULL_SSIM: f64 = 0.95;

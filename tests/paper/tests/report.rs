@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use paper::document::{Block, Verdict};
+use document::{Block, Document, Verdict};
+use measure::SurfaceError;
 use paper::frames::{FrameRow, FrameTimes};
 use paper::image_difference::ImageDifference;
 use paper::lossless::{FixedPlace, LosslessWalk};
@@ -13,10 +14,9 @@ use paper::picks::PickChanges;
 use paper::results::{Results, SceneLevel, Stages};
 use paper::series::Series;
 use paper::study::{Level, Study, SubjectStudy, THETAS, VariantResult};
-use paper::surface_error::SurfaceError;
 use paper::theta_change::ThetaChange;
 use paper::topology::TopologyCounts;
-use paper::{Document, report, write_report};
+use paper::{report, write_report};
 
 const VARIANTS: [&str; 7] = [
     "busbar",
@@ -72,7 +72,16 @@ fn level(id: &str, theta: f64) -> Level {
     Level {
         theta,
         counts: counts(theta),
-        error: Some(SurfaceError { mean_forth, max_forth, mean_back, max_back }),
+        error: Some(SurfaceError {
+            mean_forth,
+            rms_forth: mean_forth,
+            max_forth,
+            degrees_forth: 0.0,
+            mean_back,
+            rms_back: mean_back,
+            max_back,
+            degrees_back: 0.0,
+        }),
         area_share: 1.0 - theta / 2.0,
         volume_share: Some(1.0 - theta),
         picture: format!("{id}-{theta}.png"),
@@ -167,7 +176,7 @@ fn tables_are_complete_and_nothing_is_not_a_number() {
         }
     }
     assert!(tables >= 12, "{tables} tables");
-    let text = paper::markdown::markdown(&document) + &paper::html::html(&document);
+    let text = document::markdown(&document) + &document::html(&document);
     for wrong in ["NaN", " inf", ">inf"] {
         assert!(!text.contains(wrong), "{wrong}");
     }

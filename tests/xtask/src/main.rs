@@ -14,6 +14,7 @@ mod paper;
 mod pictures;
 mod process;
 mod python;
+mod scan;
 mod simulator;
 mod soak;
 mod stage;

@@ -43,6 +43,13 @@ const TESTS: &[Package] = &[
     package("g++", "compiles the C header as C++, the fuzzer, and what benches compare"),
 ];
 
+const BENCH: &[Package] = &[
+    package("g++", "what benches compare"),
+    package("libusb-1.0-0", "Open3D, which benches compare with"),
+    package("libegl1", "Open3D, which benches compare with"),
+    package("libgl1", "Open3D, which benches compare with"),
+];
+
 /// A Debian package and what Busbar wants it for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Package {
@@ -63,6 +70,8 @@ pub(crate) enum Purpose {
     Window,
     /// To run every test.
     Tests,
+    /// To run the benches.
+    Bench,
 }
 
 /// Installs what is missing where that is possible, lists it elsewhere.
@@ -83,6 +92,24 @@ pub(crate) fn ensure(purpose: Purpose) -> Result<()> {
 }
 
 fn wanted(purpose: Purpose) -> Vec<Package> {
+    let mut wanted = Vec::new();
+    if purpose == Purpose::Bench {
+        // Nothing is drawn.
+        wanted.extend(BENCH);
+    } else {
+        wanted.extend(driver(purpose));
+    }
+    let asks_python = matches!(purpose, Purpose::Tests | Purpose::Bench);
+    if asks_python
+        && !process::succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"]))
+    {
+        wanted.push(PYTHON_VENV);
+    }
+    wanted
+}
+
+/// What drawing takes.
+fn driver(purpose: Purpose) -> Vec<Package> {
     let mut wanted = VULKAN.to_vec();
     // Reference pictures are the software rasteriser's, whatever else is there.
     if purpose == Purpose::Tests || !has_other_driver(&driver_files()) {
@@ -93,9 +120,6 @@ fn wanted(purpose: Purpose) -> Vec<Package> {
     }
     if purpose == Purpose::Tests {
         wanted.extend(TESTS);
-        if !process::succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"])) {
-            wanted.push(PYTHON_VENV);
-        }
     }
     wanted
 }

@@ -1,4 +1,5 @@
-//! The Python environment of the protocol peers that tests talk to.
+//! Python environments of the peers: those that tests talk to, and those that
+//! the bench compares with.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -10,18 +11,34 @@ use anyhow::{Context, Result};
 use crate::process;
 use crate::workspace::Workspace;
 
-const REQUIREMENTS: &str = "tests/peers/requirements.txt";
+/// An environment: its folder, and the file that says what is installed in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Environment {
+    folder: &'static str,
+    requirements: &'static str,
+}
+
+/// Peers that tests talk to.
+pub(crate) const TESTS: Environment =
+    Environment { folder: "target/venv", requirements: "tests/peers/requirements.txt" };
+/// Peers that the bench compares with.
+pub(crate) const BENCH: Environment =
+    Environment { folder: "target/bench-venv", requirements: "tests/peers/bench_requirements.txt" };
 
 /// The environment's interpreter, with the peers' requirements installed;
 /// nothing if there are no peers.
-pub(crate) fn ensure_environment(workspace: &Workspace) -> Result<Option<PathBuf>> {
-    let requirements = workspace.path(REQUIREMENTS);
+pub(crate) fn ensure_environment(
+    workspace: &Workspace,
+    environment: Environment,
+) -> Result<Option<PathBuf>> {
+    let Environment { folder, requirements: name } = environment;
+    let requirements = workspace.path(name);
     let wanted = match fs::read(&requirements) {
         Ok(wanted) => wanted,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(error).with_context(|| format!("cannot read {REQUIREMENTS}")),
+        Err(error) => return Err(error).with_context(|| format!("cannot read {name}")),
     };
-    let folder = workspace.path("target/venv");
+    let folder = workspace.path(folder);
     let python = folder.join("bin/python");
     if !is_current(&folder, &wanted) || !process::succeeds(Command::new(&python).arg("--version")) {
         make(&folder, &python, &requirements).with_context(|| {

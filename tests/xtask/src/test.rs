@@ -59,7 +59,7 @@ fn run_steps(
     }
     steps.run("build", || process::run(process::cargo().args(["build", "--workspace"])))?;
     steps.run("stage", || stage::stage(workspace, Profile::Dev))?;
-    let python = steps.run("python", || python::ensure_environment(workspace))?;
+    let python = steps.run("python", || python::ensure_environment(workspace, python::TESTS))?;
     if filter.is_none() {
         steps.run("doc tests", || {
             let mut doc_tests = process::cargo();

@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 
 use crate::theta_change::MAX_SHARE_OF_FRAME;
-use crate::words::{millis, percent, size};
-use crate::{Document, Results};
+use document::Document;
+use document::words::{millis, percent, size};
+
+use crate::Results;
 
 /// Stages in the order of their happening; others follow by name.
 const ORDER: [&str; 13] = [

@@ -1,11 +1,13 @@
 //! Figures 5 to 8.
 
-use crate::document::Captioned;
 use crate::results::SceneLevel;
 use crate::study::{Level, SubjectStudy};
 use crate::topology::TopologyCounts;
-use crate::words::{grouped, percent, theta};
-use crate::{Document, Results};
+use document::Captioned;
+use document::Document;
+use document::words::{grouped, percent, theta};
+
+use crate::Results;
 
 /// The theta of Figures 7 and 8.
 pub(super) const LAST: f64 = 0.95;

@@ -1,12 +1,14 @@
 //! Frames per second, and what bounds them.
 
-use crate::chart::LineChart;
-use crate::document::{Block, Chart};
 use crate::frames::{FrameTimes, pixel_share};
 use crate::reference::{PrintedRow, TABLE_I};
 use crate::run::{LARGE, SMALL};
-use crate::words::{factor, grouped, millis, percent, size, theta};
-use crate::{Document, Results};
+use document::Document;
+use document::chart::LineChart;
+use document::words::{factor, grouped, millis, percent, size, theta};
+use document::{Block, Chart};
+
+use crate::Results;
 
 pub(super) fn write(document: &mut Document, results: &Results) {
     document.heading("Frame rate");

@@ -1,8 +1,10 @@
 //! The lossless walk, and picks.
 
 use crate::run::PICK_THETA;
-use crate::words::{grouped, percent, theta};
-use crate::{Document, Results};
+use document::Document;
+use document::words::{grouped, percent, theta};
+
+use crate::Results;
 
 pub(super) fn write(document: &mut Document, results: &Results) {
     let walk = &results.lossless;

@@ -2,8 +2,10 @@
 
 use crate::reference::PrintedRow;
 use crate::topology::FLAT_SHARE;
-use crate::words::{grouped, percent, signed, theta};
-use crate::{Document, Results};
+use document::Document;
+use document::words::{grouped, percent, signed, theta};
+
+use crate::Results;
 
 pub(super) fn write(document: &mut Document, results: &Results) {
     document.heading("Table I");

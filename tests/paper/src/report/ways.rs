@@ -1,11 +1,13 @@
 //! Readings and orders, side by side.
 
 use super::figures::{LAST, LEVEL_HEAD, caption, level_row};
-use crate::chart::LineChart;
-use crate::document::{Block, Captioned, Chart};
 use crate::study::{Level, SubjectStudy, THETAS, VariantResult};
-use crate::words::{grouped, millis, percent, theta};
-use crate::{Document, Results};
+use document::Document;
+use document::chart::LineChart;
+use document::words::{grouped, millis, percent, theta};
+use document::{Block, Captioned, Chart};
+
+use crate::Results;
 
 const ERROR_HEAD: [&str; 8] = [
     "way",

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::document::{Block, Claim, Document, Sheet, Table};
+use crate::{Block, Claim, Document, Sheet, Table};
 
 /// Calm on a screen, and on paper.
 const STYLE: &str = include_str!("style.css");

@@ -1,4 +1,16 @@
-//! A report as blocks, to be written as Markdown and as HTML.
+//! A report as blocks, written as Markdown and as HTML.
+//!
+//! Words and figures come from who makes the report; this crate knows none.
+
+pub mod chart;
+mod html;
+mod markdown;
+pub mod words;
+mod writer;
+
+pub use html::html;
+pub use markdown::markdown;
+pub use writer::write;
 
 /// A report.
 #[derive(Clone, Debug, Default)]

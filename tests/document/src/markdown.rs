@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::document::{Block, Claim, Document, Table};
+use crate::{Block, Claim, Document, Table};
 
 /// Writes a document as Markdown.
 pub fn markdown(document: &Document) -> String {

@@ -1,7 +1,7 @@
 //! Figures in words.
 
 /// Thousands apart: `1,057,086`.
-pub(crate) fn grouped(value: u64) -> String {
+pub fn grouped(value: u64) -> String {
     let digits = value.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
     for (index, digit) in digits.chars().enumerate() {
@@ -14,13 +14,13 @@ pub(crate) fn grouped(value: u64) -> String {
 }
 
 /// The same with a sign.
-pub(crate) fn signed(value: i64) -> String {
+pub fn signed(value: i64) -> String {
     let sign = if value < 0 { "-" } else { "" };
     format!("{sign}{}", grouped(value.unsigned_abs()))
 }
 
 /// A share as per cent, with as many decimals as a small one needs.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     // Minus nothing is nothing.
     let percent = share * 100.0 + 0.0;
     match percent.abs() {
@@ -33,17 +33,17 @@ pub(crate) fn percent(share: f64) -> String {
 }
 
 /// A theta as the paper writes it: `70 %`.
-pub(crate) fn theta(theta: f64) -> String {
+pub fn theta(theta: f64) -> String {
     format!("{:.0} %", theta * 100.0)
 }
 
 /// `1280 x 720`.
-pub(crate) fn size([width, height]: [u32; 2]) -> String {
+pub fn size([width, height]: [u32; 2]) -> String {
     format!("{width} x {height}")
 }
 
 /// Milliseconds with about three digits.
-pub(crate) fn millis(value: f64) -> String {
+pub fn millis(value: f64) -> String {
     match value.abs() {
         v if v >= 100.0 => format!("{value:.0}"),
         v if v >= 10.0 => format!("{value:.1}"),
@@ -52,7 +52,7 @@ pub(crate) fn millis(value: f64) -> String {
 }
 
 /// A factor with two decimals, or `-`.
-pub(crate) fn factor(value: Option<f64>) -> String {
+pub fn factor(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
 }
 

@@ -1,0 +1,81 @@
+//! A level's figures, each by the same ruler.
+
+use anyhow::{Context, Result};
+use busbar_geometry::{Topology, components};
+use measure::{Edges, Gallery, PictureError, Reference, SurfaceError, duplicates, vertices_in_use};
+use serde::Serialize;
+
+/// Points drawn on each surface, and what they are drawn by.
+const SAMPLES: usize = 100_000;
+const SEED: u64 = 20_150_773;
+
+/// What a level is compared with.
+pub(crate) struct Original {
+    reference: Reference,
+    gallery: Gallery,
+    /// Counts before any simplification.
+    pub(crate) counts: Counts,
+}
+
+/// Counts of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Counts {
+    /// Vertices that triangles use.
+    pub(crate) vertices: usize,
+    pub(crate) triangles: usize,
+    /// Connected components.
+    pub(crate) components: u32,
+    /// Connected sets of edges with one triangle.
+    pub(crate) border_loops: u64,
+    /// Edges with more than two triangles.
+    pub(crate) non_manifold: u64,
+    /// Triangles on the same vertices as another, as a share of all.
+    pub(crate) duplicates: f64,
+}
+
+/// Figures of a level.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Figures {
+    pub(crate) counts: Counts,
+    /// Distances and normals; none without a surface.
+    pub(crate) error: Option<SurfaceError>,
+    pub(crate) picture: PictureError,
+}
+
+impl Counts {
+    fn of(mesh: &Topology) -> Self {
+        let edges = Edges::of(mesh.positions.len(), &mesh.triangles);
+        let triangles = mesh.triangles.len();
+        Self {
+            vertices: vertices_in_use(&mesh.triangles),
+            triangles,
+            components: components(mesh.positions.len() as u32, &mesh.triangles).referenced,
+            border_loops: edges.border_loops,
+            non_manifold: edges.non_manifold,
+            duplicates: duplicates(&mesh.triangles) as f64 / triangles.max(1) as f64,
+        }
+    }
+}
+
+impl Original {
+    pub(crate) fn new(mesh: &Topology) -> Result<Self> {
+        Ok(Self {
+            reference: Reference::new(mesh, SAMPLES, SEED)?,
+            gallery: Gallery::new(mesh)?,
+            counts: Counts::of(mesh),
+        })
+    }
+
+    /// The diagonal that distances are relative to, metres.
+    pub(crate) fn diagonal(&self) -> f64 {
+        self.reference.diagonal()
+    }
+
+    pub(crate) fn figures(&self, level: &Topology) -> Result<Figures> {
+        Ok(Figures {
+            counts: Counts::of(level),
+            error: self.reference.compare(level),
+            picture: self.gallery.compare(level).context("pictures cannot be compared")?,
+        })
+    }
+}

@@ -1,0 +1,29 @@
+//! Disjoint sets.
+
+/// Disjoint sets with path halving.
+pub struct Sets {
+    parent: Vec<u32>,
+}
+
+impl Sets {
+    /// So many sets of one.
+    pub fn new(count: usize) -> Self {
+        Self { parent: (0..count as u32).collect() }
+    }
+
+    /// The least member of a set.
+    pub fn root(&mut self, mut x: u32) -> u32 {
+        while self.parent[x as usize] != x {
+            self.parent[x as usize] = self.parent[self.parent[x as usize] as usize];
+            x = self.parent[x as usize];
+        }
+        x
+    }
+
+    /// Makes two sets one; whether they were two.
+    pub fn join(&mut self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+        a != b
+    }
+}

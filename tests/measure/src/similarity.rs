@@ -1,0 +1,14 @@
+//! How alike two pictures are.
+
+use anyhow::Result;
+use image::GrayImage;
+use image_compare::Algorithm;
+
+/// Mean structural similarity of two pictures of equal size (Wang et al.
+/// 2004), 1 for equal ones.
+///
+/// # Errors
+/// When their sizes differ.
+pub fn ssim(a: &GrayImage, b: &GrayImage) -> Result<f64> {
+    Ok(image_compare::gray_similarity_structure(&Algorithm::MSSIMSimple, a, b)?.score)
+}
