@@ -1,4 +1,4 @@
-//! Capability `busbar.overlay/1`: values of tags to things drawn at equipment.
+//! Capability `busbar.overlay/1-draft`: values of tags to things drawn at equipment.
 //!
 //! The plugin says what to show; the host decides how it looks, and marks
 //! whatever rests on a value that is not good, whatever the plugin says.
@@ -6,7 +6,7 @@
 use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
 
 /// Id of the capability.
-pub const OVERLAY_ID: &str = "busbar.overlay/1";
+pub const OVERLAY_ID: &str = "busbar.overlay/1-draft";
 
 /// A tag bound to a node. Array element.
 #[repr(C)]
@@ -122,7 +122,7 @@ pub struct BusbarOverlayOutput {
     pub text: *mut u8,
 }
 
-/// Table of `busbar.overlay/1`.
+/// Table of `busbar.overlay/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlay {

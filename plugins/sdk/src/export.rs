@@ -223,7 +223,7 @@ unsafe extern "C" fn get_capability<P: Exported>(
     found.map_or(std::ptr::null(), |capability| capability.table.as_ptr())
 }
 
-/// `busbar.mesh-optimizer/1` of a type.
+/// `busbar.mesh-optimizer/1-draft` of a type.
 pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
     unsafe extern "C" fn optimize<P: MeshOptimizer>(
         plugin: *const abi::BusbarPlugin,
@@ -251,7 +251,7 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
     }
 }
 
-/// `busbar.telemetry/1` of a type.
+/// `busbar.telemetry/1-draft` of a type.
 pub const fn telemetry<P: Telemetry>() -> Capability {
     unsafe extern "C" fn check<P: Telemetry>(
         plugin: *const abi::BusbarPlugin,
@@ -331,7 +331,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
     }
 }
 
-/// `busbar.overlay/1` of a type.
+/// `busbar.overlay/1-draft` of a type.
 pub const fn overlay<P: Overlay>() -> Capability {
     unsafe extern "C" fn configure<P: Overlay>(
         plugin: *const abi::BusbarPlugin,

@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1`.
+//! Capability `busbar.telemetry/1-draft`.
 
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
