@@ -46,6 +46,8 @@
 
 pub use busbar_plugin_abi as abi;
 
+mod border;
+mod clock;
 mod error;
 pub mod export;
 mod host;
@@ -54,6 +56,7 @@ mod overlay;
 mod telemetry;
 pub mod testing;
 mod value;
+mod worker;
 
 pub use error::Error;
 pub use host::{Host, LogLevel};
@@ -61,6 +64,7 @@ pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, 
 pub use overlay::{Binding, Canvas, Overlay, OverlayFrame, Severity, TagValue};
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
+pub use worker::{MAX_STOP, Running, Worker};
 
 /// A plugin: what it is, its settings, and how an instance is made.
 pub trait Plugin: Sized + Send + Sync + 'static {

@@ -147,6 +147,12 @@ impl SampleSink {
         .unwrap_or(0)
     }
 
+    /// Says of every tag that it has no usable value now, and why.
+    pub fn publish_bad(&self, tags: impl IntoIterator<Item = u32>, reason: Reason) -> usize {
+        let samples: Vec<_> = tags.into_iter().map(|tag| Sample::bad(tag, reason)).collect();
+        self.publish(&samples)
+    }
+
     /// Tells operators how the link is, in a sentence.
     pub fn report_link(&self, state: LinkState, message: &str) {
         let state = match state {
@@ -188,12 +194,12 @@ pub(crate) unsafe fn read_specs(
     count: usize,
 ) -> Result<Vec<TagSpec>, Error> {
     // SAFETY: the host gives `count` elements.
-    let tags = unsafe { crate::export::slice(tags, count)? };
+    let tags = unsafe { crate::border::slice(tags, count)? };
     tags.iter()
         .map(|raw| {
             // SAFETY: the host's texts are valid for the call.
             let (id, address) =
-                unsafe { (crate::export::text(raw.id)?, crate::export::text(raw.address_json)?) };
+                unsafe { (crate::border::text(raw.id)?, crate::border::text(raw.address_json)?) };
             let kind = ValueKind::from_abi(raw.kind)
                 .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
             let address = serde_json::from_str(address)
