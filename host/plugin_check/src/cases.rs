@@ -3,6 +3,7 @@
 mod arguments;
 mod factory;
 mod instance;
+mod leaks;
 mod library;
 mod optimizer;
 mod overlay;
@@ -64,6 +65,8 @@ pub(crate) const CASES: &[Case] = cases! {
         "every plugin says what it is, in UTF-8, and stays with it";
     "init-order" Scope::Library, ["descriptors"], library::order:
         "deinit before init, and init twice, do no harm";
+    "library-leaks" Scope::Library, ["descriptors"], leaks::of_library:
+        "starting and ending the library leaves no thread, descriptor or memory";
     "schema" Scope::Plugin, ["descriptors"], settings::schema:
         "the settings schema is valid and accepts the sample settings";
     "create" Scope::Plugin, ["descriptors"], instance::create:

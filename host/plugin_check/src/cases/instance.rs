@@ -1,27 +1,12 @@
 //! Instances: made, used from other threads, ended, and what is left of them.
 
-use std::time::{Duration, Instant};
-
 use busbar_plugin_abi as abi;
 
 use super::Instance;
-use super::{optimizer, overlay, telemetry};
-use crate::environment;
-use crate::finding::{Finding, Outcome, Stop};
+use super::{leaks, optimizer, overlay, telemetry};
+use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
 use crate::text;
-
-/// Instances made before memory is first looked at, and most made between the looks.
-const WARM_UP_CYCLES: usize = 20;
-const MAX_CYCLES: usize = 200;
-/// Fewer say nothing.
-const MIN_CYCLES: usize = 20;
-/// How long the cycles may take.
-const MAX_CYCLING: Duration = Duration::from_secs(4);
-/// Heap that a cycle may keep, bytes: rounding of the allocator.
-const MAX_HEAP_A_CYCLE: usize = 128;
-/// RAM that all cycles may keep, bytes: heaps of threads, and pages of the allocator.
-const MAX_RESIDENT_GROWTH: usize = 8 << 20;
 
 pub(crate) fn create(probe: &Probe) -> Outcome {
     let subject = probe.subject()?;
@@ -115,64 +100,17 @@ pub(crate) fn threads(probe: &Probe) -> Outcome {
 }
 
 pub(crate) fn left_behind(probe: &Probe) -> Outcome {
-    // Once before, so that what a library keeps for ever is there.
     let subject = probe.subject()?;
-    cycle(probe, &subject)?;
-    environment::settle(|| environment::threads().len() == 1);
-    let (threads, descriptors) = (environment::threads(), environment::descriptors());
-    for _ in 0..3 {
-        cycle(probe, &subject)?;
-    }
-    let gone = || environment::threads().is_subset(&threads);
-    if !environment::settle(gone) {
-        let left: Vec<_> = environment::threads()
-            .difference(&threads)
-            .map(|&id| environment::thread_name(id))
-            .collect();
-        probe.find(Finding::new(
-            format!("{} threads outlive the instance: {}", left.len(), left.join(", ")),
-            "end and join every thread in `stop` or `destroy`",
-        ));
-    }
-    let after = environment::descriptors();
-    let fault = format!("{descriptors} descriptors were open before, {after} are after");
-    probe.expect(after <= descriptors, fault, "close what was opened in `stop` or `destroy`");
-    Ok(())
+    leaks::threads(probe, &|| cycle(probe, &subject))
+}
+
+pub(crate) fn leaks(probe: &Probe) -> Outcome {
+    let subject = probe.subject()?;
+    leaks::memory(probe, &|| cycle(probe, &subject))
 }
 
 fn cycle(probe: &Probe, subject: &Subject) -> Outcome {
     let instance = subject.make(probe)?;
     use_briefly(probe, subject, &instance)?;
     instance.destroy()
-}
-
-pub(crate) fn leaks(probe: &Probe) -> Outcome {
-    let subject = probe.subject()?;
-    let until = Instant::now() + probe.time_left().min(MAX_CYCLING);
-    for _ in 0..WARM_UP_CYCLES {
-        cycle(probe, &subject)?;
-    }
-    let state = || {
-        let (heap, resident) = (environment::heap_bytes(), environment::resident_bytes());
-        (heap, resident, environment::descriptors())
-    };
-    let before = state();
-    let mut cycles = 0;
-    while cycles < MAX_CYCLES && (cycles < MIN_CYCLES || Instant::now() < until) {
-        cycle(probe, &subject)?;
-        cycles += 1;
-    }
-    environment::settle(|| environment::heap_bytes() <= before.0 + MAX_HEAP_A_CYCLE * cycles);
-    let after = state();
-    let heap = after.0.saturating_sub(before.0) / cycles;
-    let fault = format!("each of {cycles} instances left {heap} bytes of heap");
-    let remedy = "free in `destroy` what `create` and the capabilities allocated";
-    probe.expect(heap <= MAX_HEAP_A_CYCLE, fault, remedy);
-    let resident = after.1.saturating_sub(before.1);
-    let fault = format!("{cycles} instances left {} KiB in RAM", resident >> 10);
-    probe.expect(resident <= MAX_RESIDENT_GROWTH, fault, remedy);
-    let fault = format!("descriptors grew from {} to {} in {cycles} instances", before.2, after.2);
-    let remedy = "close in `destroy` what `create` and the capabilities opened";
-    probe.expect(after.2 <= before.2, fault, remedy);
-    Ok(())
 }

@@ -120,6 +120,13 @@ pub(crate) fn use_briefly(probe: &Probe, instance: &Instance<'_>) -> Outcome {
     let tags = Tags::of(&probe.request.sample.tags);
     // One for all: a sink lives for ever, and memory is what some cases watch.
     let sink = probe.brief_sink.get_or_init(|| tags.sink());
+    let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
+    if let Some(check) = table.check {
+        let mut error = abi::BusbarError::empty();
+        let (raw, count) = tags.as_parts();
+        let status = probe.check(check, instance.as_ptr(), raw, count, &mut error);
+        probe.expect_ok("check", status, &error)?;
+    }
     start_into(probe, instance, &tags, sink)?.stop(probe)
 }
 
