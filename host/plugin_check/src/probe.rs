@@ -172,23 +172,34 @@ impl Probe {
         error: &abi::BusbarError,
         allowed: &[abi::BusbarStatus],
     ) {
+        let as_wanted = self.expect_status(case, status, error, allowed);
+        if as_wanted && status != abi::BUSBAR_OK {
+            self.expect_message(case, error);
+        }
+    }
+
+    /// As [`Probe::expect_refused`], whatever the words are; whether it is so.
+    pub(crate) fn expect_status(
+        &self,
+        case: &str,
+        status: abi::BusbarStatus,
+        error: &abi::BusbarError,
+        allowed: &[abi::BusbarStatus],
+    ) -> bool {
         if status == abi::BUSBAR_INTERNAL {
             let message = text::message_of(error).unwrap_or_default();
-            return self.find(Finding::new(
+            self.find(Finding::new(
                 format!("{case}: a fault of the plugin's own, BUSBAR_INTERNAL: \"{message}\""),
                 "mend what panicked; check arguments before using them",
             ));
+            return false;
         }
-        if !allowed.contains(&status) {
-            let names: Vec<_> = allowed.iter().map(|&status| text::status_name(status)).collect();
-            let (got, wanted) = (text::status_name(status), names.join(" or "));
-            let remedy =
-                "check every argument before using it, and return the status of the header";
-            return self.find(Finding::new(format!("{case}: {got} instead of {wanted}"), remedy));
-        }
-        if status != abi::BUSBAR_OK {
-            self.expect_message(case, error);
-        }
+        let names: Vec<_> = allowed.iter().map(|&status| text::status_name(status)).collect();
+        let (got, wanted) = (text::status_name(status), names.join(" or "));
+        let remedy = "check every argument before using it, and return the status of the header";
+        let as_wanted = allowed.contains(&status);
+        self.expect(as_wanted, format!("{case}: {got} instead of {wanted}"), remedy);
+        as_wanted
     }
 
     /// A failure says why, readably.

@@ -523,11 +523,11 @@ typedef struct BusbarOverlayPrimitive {
   uint32_t severity;
   // Caption: offset into the text buffer, bytes.
   uint32_t caption_offset;
-  // Caption: length, bytes.
+  // Caption: length, at most 256 bytes.
   uint32_t caption_len;
   // Value text: offset into the text buffer, bytes.
   uint32_t text_offset;
-  // Value text: length, bytes.
+  // Value text: length, at most 256 bytes.
   uint32_t text_len;
 } BusbarOverlayPrimitive;
 

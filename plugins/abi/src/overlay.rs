@@ -91,11 +91,11 @@ pub struct BusbarOverlayPrimitive {
     pub severity: u32,
     /// Caption: offset into the text buffer, bytes.
     pub caption_offset: u32,
-    /// Caption: length, bytes.
+    /// Caption: length, at most 256 bytes.
     pub caption_len: u32,
     /// Value text: offset into the text buffer, bytes.
     pub text_offset: u32,
-    /// Value text: length, bytes.
+    /// Value text: length, at most 256 bytes.
     pub text_len: u32,
 }
 

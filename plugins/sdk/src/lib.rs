@@ -61,7 +61,7 @@ mod worker;
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
-pub use overlay::{Binding, Canvas, Overlay, OverlayFrame, Severity, TagValue};
+pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
 pub use worker::{MAX_STOP, Running, Worker};

@@ -7,6 +7,9 @@ use busbar_plugin_abi as abi;
 use crate::border::{copy_out, given, given_mut};
 use crate::{Error, Plugin, Quality, Value, ValueKind};
 
+/// Bytes of a caption, and of a value; the canvas cuts what is longer.
+pub const MAX_LINE_TEXT: usize = 256;
+
 /// Shows values at equipment.
 pub trait Overlay: Plugin {
     /// Says which tags are bound to which nodes, before the first `draw`.
@@ -91,7 +94,7 @@ pub struct Canvas<'a> {
 impl Canvas<'_> {
     /// A line of the label at a node. `binding` is the index of the binding
     /// that the text rests on; the host hatches the line when its value is not
-    /// good.
+    /// good. Caption and text are cut at [`MAX_LINE_TEXT`] bytes.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -147,6 +150,7 @@ impl Canvas<'_> {
     }
 
     fn text(&mut self, text: &str) -> Result<(u32, u32), Error> {
+        let text = &text[..text.floor_char_boundary(MAX_LINE_TEXT)];
         let offset = self.output.text_len;
         let room = self.output.text_capacity.saturating_sub(offset) as usize;
         if text.len() > room {

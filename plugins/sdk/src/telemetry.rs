@@ -62,6 +62,38 @@ impl TagSpec {
     }
 }
 
+impl TagSpec {
+    /// Reads the addresses of all tags, each beside its tag.
+    ///
+    /// # Errors
+    /// [`Error::settings`] that names every tag at fault.
+    ///
+    /// ```
+    /// use busbar_plugin_sdk::testing::tag_spec;
+    /// use busbar_plugin_sdk::{TagSpec, ValueKind};
+    ///
+    /// let tag = |id, address| tag_spec(0, id, ValueKind::F64, address);
+    /// let good = TagSpec::parse_all::<String>(&[tag("Oil", "oil".into())])?;
+    /// assert_eq!(good[0].0, "oil");
+    /// let tags = [tag("Oil", 1.into()), tag("Load", "load".into()), tag("Tap", 2.into())];
+    /// let fault = TagSpec::parse_all::<String>(&tags).unwrap_err();
+    /// assert!(fault.message().contains("'Oil'") && fault.message().contains("'Tap'"));
+    /// # Ok::<(), busbar_plugin_sdk::Error>(())
+    /// ```
+    pub fn parse_all<A: serde::de::DeserializeOwned>(
+        tags: &[Self],
+    ) -> Result<Vec<(A, Self)>, Error> {
+        let (mut parsed, mut faults) = (Vec::with_capacity(tags.len()), Vec::new());
+        for tag in tags {
+            match tag.parse_address() {
+                Ok(address) => parsed.push((address, tag.clone())),
+                Err(fault) => faults.push(fault.message().to_owned()),
+            }
+        }
+        if faults.is_empty() { Ok(parsed) } else { Err(Error::settings(faults.join("; "))) }
+    }
+}
+
 /// One update of one tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {

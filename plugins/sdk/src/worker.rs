@@ -6,13 +6,16 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::clock::Clock;
-use crate::{Error, Host, LogLevel};
+use crate::{Error, Host, LinkState, LogLevel, Reason, SampleSink, TagSpec};
 
 /// How long dropping a [`Worker`] waits for its thread. The host gives `stop` two
 /// seconds.
 pub const MAX_STOP: Duration = Duration::from_millis(1500);
 /// How often it looks whether the thread has ended.
 const STOP_CHECK: Duration = Duration::from_millis(1);
+/// Shortest and longest delay between two sessions of [`Worker::serve`].
+const MIN_RETRY: Duration = Duration::from_millis(500);
+const MAX_RETRY: Duration = Duration::from_secs(30);
 
 /// A thread that runs until it is dropped.
 ///
@@ -81,6 +84,41 @@ impl Worker {
             .map_err(|error| Error::failed(format!("cannot start the thread {name}: {error}")))?;
         Ok(Self { running, thread: Some(thread), host: host.clone(), name: name.to_owned() })
     }
+
+    /// Starts a thread that serves `tags` from a device: it runs `session`, which
+    /// connects, says that the link is up, and publishes for as long as all is well.
+    /// When it ends, the link is reported as down, the tags are bad (communication),
+    /// and it is run again after half a second, then a second, and so on up to thirty.
+    ///
+    /// # Errors
+    /// As [`Worker::start`].
+    pub fn serve<E: std::fmt::Display>(
+        host: &Host,
+        name: &str,
+        tags: &[TagSpec],
+        sink: SampleSink,
+        mut session: impl FnMut(&SampleSink, &Running) -> Result<(), E> + Send + 'static,
+    ) -> Result<Self, Error> {
+        let tags: Vec<_> = tags.iter().map(|tag| tag.tag).collect();
+        Self::start(host, name, move |running| {
+            let mut delay = MIN_RETRY;
+            sink.report_link(LinkState::Connecting, "connecting");
+            while running.is_running() {
+                let started = Instant::now();
+                let fault = match session(&sink, running) {
+                    _ if !running.is_running() => return,
+                    Ok(()) => "the connection ended".to_owned(),
+                    Err(fault) => fault.to_string(),
+                };
+                // What held for a while deserves a quick second try.
+                delay = if started.elapsed() > MAX_RETRY { MIN_RETRY } else { delay };
+                sink.report_link(LinkState::Down, &fault);
+                sink.publish_bad(tags.iter().copied(), Reason::Communication);
+                running.wait(delay);
+                delay = (delay * 2).min(MAX_RETRY);
+            }
+        })
+    }
 }
 
 impl Drop for Worker {
@@ -108,7 +146,8 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
-    use crate::testing::{TestClock, host};
+    use crate::testing::{Recorder, TestClock, host, tag_spec};
+    use crate::{Quality, ValueKind};
 
     const LONG: Duration = Duration::from_secs(3600);
 
@@ -135,5 +174,28 @@ mod tests {
         ticks.recv_timeout(Duration::from_secs(5)).unwrap();
         drop(worker.unwrap());
         assert!(ticks.recv().is_err());
+    }
+
+    #[test]
+    fn a_session_that_fails_is_tried_again_later_and_later() {
+        let (clock, recorder) = (TestClock::new(), Recorder::new());
+        let tags = [tag_spec(4, "a", ValueKind::F64, "a".into())];
+        let (sender, tries) = channel();
+        let session = move |_: &SampleSink, _: &Running| {
+            sender.send(()).unwrap();
+            Err("no answer")
+        };
+        let worker = Worker::serve(&clock.host(), "test", &tags, recorder.sink(), session).unwrap();
+        for delay in [MIN_RETRY, MIN_RETRY * 2, MIN_RETRY * 4] {
+            tries.recv_timeout(Duration::from_secs(5)).unwrap();
+            clock.advance(delay / 2);
+            assert!(tries.recv_timeout(Duration::from_millis(20)).is_err(), "{delay:?}");
+            clock.advance(delay / 2);
+        }
+        drop(worker);
+        let recording = recorder.recording();
+        let bad = Quality::Bad(Reason::Communication);
+        assert!(recording.samples.iter().all(|sample| sample.tag == 4 && sample.quality == bad));
+        assert_eq!(recording.links.back().unwrap().1, "no answer");
     }
 }

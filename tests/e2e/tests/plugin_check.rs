@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use e2e::{Output, built, built_folder, busbar, finish, workspace_path};
 use fault_injector::{At, FAULT_VARIABLE, Fault, Kind};
@@ -11,6 +12,8 @@ use serde_json::{Value, json};
 
 /// Longest time of a case that is told to hang, seconds.
 const HANG_SECONDS: &str = "4";
+/// Checks that run side by side: most of their time they wait.
+const CHECKED_AT_ONCE: usize = 4;
 /// One fault a kind, each somewhere else: what CI runs of all.
 const SAMPLE: &[(Kind, At)] = &[
     (Kind::Panic, At::Configure),
@@ -127,19 +130,26 @@ fn every_fault_is_found_everywhere() {
 }
 
 fn find_all(faults: impl Iterator<Item = (Kind, At)>) {
-    let mut wrong = Vec::new();
-    let mut count = 0;
-    for (kind, at) in faults {
-        count += 1;
-        let output = check_with(Fault { kind, at, after_calls: 0 });
-        let failures: Vec<_> =
-            output.stdout.lines().filter(|l| l.starts_with("        ")).collect();
-        let explained = failures.iter().any(|line| explains(kind, at, line));
-        if output.code != Some(1) || !explained {
-            wrong.push(format!("{kind:?} at {at:?}: {:?}\n{}", output.code, output.stdout));
+    let faults: Vec<_> = faults.collect();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut missed = Vec::new();
+        while let Some(&(kind, at)) = faults.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let output = check_with(Fault { kind, at, after_calls: 0 });
+            let mut lines = output.stdout.lines().filter(|line| line.starts_with("        "));
+            if output.code != Some(1) || !lines.any(|line| explains(kind, at, line)) {
+                let code = output.code;
+                missed.push(format!("{kind:?} at {at:?}: {code:?}\n{}", output.stdout));
+            }
         }
-    }
-    assert!(wrong.is_empty(), "{} of {count} not found:\n{}", wrong.len(), wrong.join("\n\n"));
+        missed
+    };
+    let missed: Vec<String> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..CHECKED_AT_ONCE).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().expect("it runs")).collect()
+    });
+    let (count, all) = (missed.len(), faults.len());
+    assert!(missed.is_empty(), "{count} of {all} not found:\n{}", missed.join("\n\n"));
 }
 
 /// Checks the injector with a fault, told by settings as far as they reach.

@@ -44,7 +44,14 @@ const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
     text_offset: 0,
     text_len: 0,
 };
-const TEXTS: [&str; 4] = ["Top oil", "Öl °C µV – ×", "", "a caption of more words than fit"];
+const TEXTS: [&str; 4] = ["Top oil", "Öl °C µV – ×", "", LONG_NAME];
+/// Longer than a caption may be, with a character of two bytes at the very limit.
+const LONG_NAME: &str = concat!(
+    "x",
+    "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
+    "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
+    "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
+);
 const KINDS: [u8; 4] = [
     abi::BUSBAR_VALUE_F64,
     abi::BUSBAR_VALUE_I64,
