@@ -4,6 +4,7 @@
 //! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
+//! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
 //!
 //! ```no_run
 //! use busbar_plugin_sdk::{Error, Host, Plugin, Sample, SampleSink, TagSpec, Telemetry, Value};
@@ -46,6 +47,7 @@
 
 pub use busbar_plugin_abi as abi;
 
+pub mod book;
 mod border;
 mod clock;
 mod error;

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use e2e::picture::{self, difference};
-use e2e::{Process, Stats, built, built_folder, busbar, finish, workspace_path};
+use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, workspace_path};
 use rustix::process::Signal;
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// Lines of code in a new telemetry plugin in Rust.
@@ -132,6 +132,29 @@ fn assert_telemetry_works(project: &Project, mut command: Command) {
     assert_eq!(stats.tag("Temperature").quality, "bad");
 }
 
+/// Telemetry beside all else of the demo: its value is among the tags.
+fn assert_runs_in_demo(project: &Project, mut command: Command) {
+    let (_device, port) = simulator(&mut command);
+    let mut scene = Scene::demo(1);
+    let folder = project.library().parent().expect("it is in a folder").to_owned();
+    scene.config["plugin_directories"] = json!(["plugins", folder]);
+    let id = format!("com.example.{}", project.name);
+    let settings = json!({ "address": format!("127.0.0.1:{port}") });
+    scene.config["plugins"]["added"] = json!({ "plugin": id, "settings": settings });
+    scene.config["tags"]["Added"] = json!({
+        "name": "Added", "type": "f64", "unit": "°C", "freshness_millis": 3000,
+        "source": { "plugin": "added", "address": "temperature" },
+    });
+    let stats = scene.path("stats.json");
+    let mut command = busbar();
+    command.arg("render").arg(scene.write()).args(["--size", "320x180", "--seconds", "1.5"]);
+    command.arg("--out").arg(scene.path("picture.png"));
+    finish(command.arg("--stats").arg(&stats)).expect_code(0);
+    let added = Stats::read(&stats).tag("Added");
+    assert_eq!(added.quality, "good", "{added:?}");
+    assert!((55.0..=65.0).contains(&added.value.as_f64().expect("it is a number")));
+}
+
 fn assert_overlay_works(project: &Project) {
     let program = built(built_folder().join("modbus_simulator"));
     let (_device, port) = simulator(Command::new(program).args(["--listen", "127.0.0.1:0"]));
@@ -193,9 +216,13 @@ fn c_projects_work_as_their_readme_says() {
         match kind {
             "telemetry" => {
                 project.run("make", &["build/simulator"]);
-                let mut command = Command::new(project.path("build/simulator"));
-                command.arg("0");
-                assert_telemetry_works(&project, command);
+                let device = || {
+                    let mut command = Command::new(project.path("build/simulator"));
+                    command.arg("0");
+                    command
+                };
+                assert_telemetry_works(&project, device());
+                assert_runs_in_demo(&project, device());
             }
             "overlay" => assert_overlay_works(&project),
             _ => assert_optimizer_works(&project),
