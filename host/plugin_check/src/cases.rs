@@ -98,7 +98,7 @@ pub(crate) const CASES: &[Case] = cases! {
     "optimizer-arguments" OPTIMIZER, ["create"], arguments::optimizer:
         "null, misaligned, short and contradictory arguments are refused";
     "optimizer-limits" OPTIMIZER, ["create"], optimizer::limits:
-        "empty, tiny, degenerate and huge-valued meshes give valid sequences";
+        "empty, tiny, large and degenerate meshes give valid sequences";
     "optimizer-sequence" OPTIMIZER, ["create"], optimizer::sequence:
         "sequences are valid, lossless, and the same each time and on each thread";
     "optimizer-cancel" OPTIMIZER, ["create"], optimizer::cancel:

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Resource, Rlimit, setrlimit};
+use rustix::process::{Resource, Rlimit, Signal, set_parent_process_death_signal, setrlimit};
 
 /// Address space of a case's process.
 const MAX_MEMORY_BYTES: u64 = 4 << 30;
 /// Descriptors of a case's process.
 const MAX_DESCRIPTORS: u64 = 512;
-/// Bytes of a file that it may write.
-const MAX_FILE_BYTES: u64 = 256 << 20;
+/// Bytes of a file that it may write, its own output included.
+const MAX_FILE_BYTES: u64 = 16 << 20;
 /// Descriptors that are opened only to see whether they stay open.
 const SENTINELS: usize = 16;
 /// How long what ends may take to be gone.
@@ -18,8 +18,11 @@ const MAX_SETTLE: Duration = Duration::from_secs(2);
 /// Between two looks.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
-/// Bounds what a plugin can take from the machine.
+/// Bounds what a plugin can take from the machine, and for how long.
 pub(crate) fn limit_resources() {
+    // A checker that is interrupted leaves no plugin that hangs. Where this cannot be
+    // set, the time limit of the case still holds while the checker lives.
+    let _ = set_parent_process_death_signal(Some(Signal::KILL));
     for (resource, most) in [
         (Resource::As, MAX_MEMORY_BYTES),
         (Resource::Nofile, MAX_DESCRIPTORS),

@@ -201,7 +201,8 @@ typedef struct BusbarPluginDescriptor {
   uint32_t struct_size;
   // Number of capabilities, at most 64.
   uint32_t capability_count;
-  // Unique id in reverse notation, such as `com.example.mine`.
+  // Unique id in reverse notation, such as `com.example.mine`: letters, digits,
+  // `.`, `_` and `-`, at most 128.
   struct BusbarStr id;
   // Name for people.
   struct BusbarStr name;

@@ -2,7 +2,8 @@
 //! misbehave wherever it can happen.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -109,6 +110,34 @@ fn the_frozen_plugin_passes() {
     assert_eq!(catalog.refused(), []);
     let made = catalog.create("frozen", "com.example.frozen", &json!({}));
     assert!(made.is_ok_and(|instance| instance.info().version == "1.0.0"));
+}
+
+#[test]
+fn what_cannot_be_checked_is_told_in_words() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let text = folder.path().join("libtext.so");
+    std::fs::write(&text, "no library").expect("it can be written");
+    let sample = folder.path().join("sample.json");
+    std::fs::write(&sample, "{\"tag\": []}").expect("it can be written");
+    let plugin = library("power_overlay");
+    let sample_arguments = ["--sample".as_ref(), sample.as_os_str()];
+    let only = ["--only".as_ref(), "no-such-case".as_ref()];
+    let refused = |library: &Path, more: &[&OsStr], words: &[&str]| {
+        let output = finish(busbar().args(["plugin", "check"]).arg(library).args(more));
+        let output = output.expect_code(1);
+        let said = output.stdout + &output.stderr;
+        assert!(words.iter().all(|word| said.contains(word)), "{words:?}: {said}");
+    };
+    refused(&folder.path().join("absent.so"), &[], &["absent.so", "give the path"]);
+    refused(&text, &[], &["FAIL  load", "cannot be loaded", "-> build it", "needs `load`"]);
+    refused(&plugin, &sample_arguments, &["sample.json", "unknown field `tag`", "write {"]);
+    refused(&plugin, &only, &["no-such-case", "report lists"]);
+    // A case by its name, and those that it needs, and no others.
+    let mut command = busbar();
+    command.args(["plugin", "check"]).arg(&plugin).args(["--only", "overlay-draw"]);
+    let output = finish(&mut command).expect_code(0);
+    assert!(output.stdout.contains("pass  overlay-draw"), "{}", output.stdout);
+    assert!(output.stdout.contains("6 passed, 0 failed, 0 skipped"), "{}", output.stdout);
 }
 
 #[test]

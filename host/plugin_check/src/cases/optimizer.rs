@@ -213,6 +213,8 @@ pub(crate) fn limits(probe: &Probe) -> Outcome {
         let sequence = optimized(probe, &instance, &raw_mesh(&mesh), what)?;
         round_trip(probe, &mesh, &sequence, what);
     }
+    let large = meshes::hilly(LARGE_SIDE, LARGE_SIDE);
+    optimized(probe, &instance, &raw_mesh(&large), "a surface of 51,200 triangles")?;
     // As from a host without attributes.
     let mesh = meshes::hilly(8, 8);
     let mut bare = raw_mesh(&mesh);
