@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 /// Longest time of a case that is told to hang, seconds.
 const HANG_SECONDS: &str = "4";
 /// Checks that run side by side: most of their time they wait.
-const CHECKED_AT_ONCE: usize = 4;
+const CHECKED_AT_ONCE: usize = 8;
 /// One fault a kind, each somewhere else: what CI runs of all.
 const SAMPLE: &[(Kind, At)] = &[
     (Kind::Panic, At::Configure),
