@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// 3D viewer of live power equipment.
 ///
@@ -47,6 +47,72 @@ pub(crate) enum PluginCommand {
         #[arg(long)]
         schema: bool,
     },
+    /// Find what is wrong with a plugin library
+    Check(PluginCheckOptions),
+    /// Make the project of a new plugin
+    New(PluginNewOptions),
+    /// Run one case of a check, in a process of its own
+    #[command(hide = true)]
+    RunCase {
+        /// What to run
+        request: PathBuf,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PluginCheckOptions {
+    /// Plugin library, such as target/debug/libmine.so
+    pub(crate) library: PathBuf,
+    /// Settings and tags to check with: {"settings": {...}, "tags": [{"kind": "f64", "address": ...}]}
+    #[arg(long, value_name = "F.json")]
+    pub(crate) sample: Option<PathBuf>,
+    /// Write the report here too
+    #[arg(long, value_name = "F.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Run only this case, and those that it needs; may be given again
+    #[arg(long, value_name = "CASE")]
+    pub(crate) only: Vec<String>,
+    /// The longest that one case may take, seconds
+    #[arg(long, value_name = "S", value_parser = parse_limit, default_value = "30")]
+    pub(crate) limit: Duration,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PluginNewOptions {
+    /// Name of the plugin and of its folder: lower-case letters, digits and `_`
+    pub(crate) name: String,
+    /// What it does
+    #[arg(long, value_enum)]
+    pub(crate) kind: PluginKind,
+    /// Language
+    #[arg(long, value_enum, default_value = "rust")]
+    pub(crate) lang: PluginLanguage,
+    /// Folder to make it in [default: the working directory]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) path: Option<PathBuf>,
+    /// Busbar's `plugins/sdk` [default: that of the sources this program was built from]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) sdk: Option<PathBuf>,
+}
+
+/// What a new plugin does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PluginKind {
+    /// Brings values from devices
+    Telemetry,
+    /// Shows values at the equipment
+    Overlay,
+    /// Simplifies meshes
+    Optimizer,
+}
+
+/// What a new plugin is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PluginLanguage {
+    /// Rust, with the SDK
+    Rust,
+    /// C, with the header alone
+    C,
 }
 
 #[derive(Debug, Args)]
@@ -163,6 +229,18 @@ fn parse_seconds(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(seconds).map_err(|_| "a number of seconds from 0".into())
 }
 
+/// The longest that one case of a check may take, seconds.
+const MAX_CASE_SECONDS: f64 = 3600.0;
+
+fn parse_limit(text: &str) -> Result<Duration, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=MAX_CASE_SECONDS).contains(&seconds) => {
+            Ok(Duration::from_secs_f64(seconds))
+        }
+        _ => Err(format!("a number of seconds from 0.1 to {MAX_CASE_SECONDS}")),
+    }
+}
+
 fn parse_setting(text: &str) -> Result<(String, serde_json::Value), String> {
     let (key, value) = text.split_once('=').ok_or("write it as key=value")?;
     let value = serde_json::from_str(value).unwrap_or_else(|_| value.into());
@@ -182,6 +260,8 @@ mod tests {
         assert!(parse_theta("1.01").is_err());
         assert!(parse_theta("NaN").is_err());
         assert_eq!(parse_seconds("1.5"), Ok(Duration::from_millis(1500)));
+        assert_eq!(parse_limit("0.5"), Ok(Duration::from_millis(500)));
+        assert!(["NaN", "inf", "0"].iter().all(|text| parse_limit(text).is_err()));
         assert!(["NaN", "inf", "-1"].iter().all(|text| parse_seconds(text).is_err()));
         assert_eq!(parse_setting("a=true"), Ok(("a".into(), true.into())));
         assert_eq!(parse_setting("a=b=c"), Ok(("a".into(), "b=c".into())));

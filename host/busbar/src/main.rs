@@ -45,8 +45,11 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Check { config } => check::run(&config),
         Command::Optimize(options) => optimize::run(&options),
         Command::Schema => output::json(&busbar_viewer::schema()),
-        Command::Plugin { command: PluginCommand::List { config, schema } } => {
-            plugin::list(config.as_deref(), schema)
-        }
+        Command::Plugin { command } => match command {
+            PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
+            PluginCommand::Check(options) => plugin::check::run(&options),
+            PluginCommand::New(options) => plugin::new::run(&options),
+            PluginCommand::RunCase { request } => Ok(plugin::check::case(&request)),
+        },
     }
 }

@@ -1,5 +1,8 @@
 //! `busbar plugin`, and where plugins are without a configuration.
 
+pub(crate) mod check;
+pub(crate) mod new;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! Capability `busbar.mesh-optimizer/1`.
+//! Capability `busbar.mesh-optimizer/1-draft`.
 
 use std::ffi::c_void;
 use std::sync::Arc;

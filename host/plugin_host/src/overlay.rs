@@ -1,4 +1,4 @@
-//! Capability `busbar.overlay/1`.
+//! Capability `busbar.overlay/1-draft`.
 
 use std::collections::HashSet;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1`.
+//! Capability `busbar.telemetry/1-draft`.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;

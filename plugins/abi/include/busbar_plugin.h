@@ -1,6 +1,33 @@
 /* Busbar plugin ABI 1.0, the contract between host and plugins.
  * Generated from plugins/abi by cbindgen; the test `header` compares the two.
  * SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * A library exports one symbol, `busbar_plugin_entry`. From it the host gets a
+ * factory, from the factory plugins, from a plugin its capabilities: tables of
+ * functions, found by id. What holds everywhere:
+ *
+ * - Every table and every struct passed alone starts with `struct_size`, its size
+ *   in bytes, so that fields can be added at the end. Array elements (marked so)
+ *   have a frozen layout instead.
+ * - Text is UTF-8 with a length, without a terminating zero.
+ * - What a caller passes is valid during the call only, unless said otherwise:
+ *   copy what you keep. No call hands over memory; results go into buffers of
+ *   the caller.
+ * - A function that can fail returns BUSBAR_OK or a code, and then writes the
+ *   reason into the caller's BusbarError, unless that is null or too small.
+ * - A pointer that is null or misaligned where an object is wanted, a struct_size
+ *   that is too small, or an unknown id is refused with BUSBAR_INVALID_ARGUMENT
+ *   (null where a pointer is returned), and nothing is touched; `destroy` and
+ *   `stop` then do nothing. So are calls out of order, such as a second `start`.
+ * - No exception may leave a function; never exit, abort or change signal handlers.
+ * - Tags in brackets say who calls when: [main-thread] never two such calls at
+ *   once on one instance (without an instance: on one library), though not always
+ *   on the same thread; [any-thread] any thread, also several at once; [idle]
+ *   before `start` or after `stop`; [active] between them.
+ *
+ * Entry, factory, descriptor, plugin, host table and error are frozen: a library
+ * built against this header loads in every 1.x. Capabilities whose id ends in
+ * `-draft` may still change; rebuild with the header of the host.
  */
 
 #ifndef BUSBAR_PLUGIN_H
@@ -11,9 +38,9 @@
 
 // Ids of the factory and of the capabilities.
 #define BUSBAR_PLUGIN_FACTORY_ID "busbar.plugin-factory/1"
-#define BUSBAR_MESH_OPTIMIZER_ID "busbar.mesh-optimizer/1"
-#define BUSBAR_TELEMETRY_ID "busbar.telemetry/1"
-#define BUSBAR_OVERLAY_ID "busbar.overlay/1"
+#define BUSBAR_MESH_OPTIMIZER_ID "busbar.mesh-optimizer/1-draft"
+#define BUSBAR_TELEMETRY_ID "busbar.telemetry/1-draft"
+#define BUSBAR_OVERLAY_ID "busbar.overlay/1-draft"
 
 // Marks the one symbol that a library exports:
 //   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
@@ -174,7 +201,8 @@ typedef struct BusbarPluginDescriptor {
   uint32_t struct_size;
   // Number of capabilities, at most 64.
   uint32_t capability_count;
-  // Unique id in reverse notation, such as `com.example.mine`.
+  // Unique id in reverse notation, such as `com.example.mine`: letters, digits,
+  // `.`, `_` and `-`, at most 128.
   struct BusbarStr id;
   // Name for people.
   struct BusbarStr name;
@@ -336,7 +364,7 @@ typedef struct BusbarCollapseOutput {
   struct BusbarStage *stages;
 } BusbarCollapseOutput;
 
-// Table of `busbar.mesh-optimizer/1`.
+// Table of `busbar.mesh-optimizer/1-draft`.
 typedef struct BusbarMeshOptimizer {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -404,7 +432,7 @@ typedef struct BusbarSampleSink {
   void (*report_link)(void *context, uint32_t state, struct BusbarStr message);
 } BusbarSampleSink;
 
-// Table of `busbar.telemetry/1`.
+// Table of `busbar.telemetry/1-draft`.
 typedef struct BusbarTelemetry {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -496,11 +524,11 @@ typedef struct BusbarOverlayPrimitive {
   uint32_t severity;
   // Caption: offset into the text buffer, bytes.
   uint32_t caption_offset;
-  // Caption: length, bytes.
+  // Caption: length, at most 256 bytes.
   uint32_t caption_len;
   // Value text: offset into the text buffer, bytes.
   uint32_t text_offset;
-  // Value text: length, bytes.
+  // Value text: length, at most 256 bytes.
   uint32_t text_len;
 } BusbarOverlayPrimitive;
 
@@ -525,7 +553,7 @@ typedef struct BusbarOverlayOutput {
   uint8_t *text;
 } BusbarOverlayOutput;
 
-// Table of `busbar.overlay/1`.
+// Table of `busbar.overlay/1-draft`.
 typedef struct BusbarOverlay {
   // Size of this struct, bytes.
   uint32_t struct_size;

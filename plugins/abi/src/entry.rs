@@ -143,7 +143,8 @@ pub struct BusbarPluginDescriptor {
     pub struct_size: u32,
     /// Number of capabilities, at most 64.
     pub capability_count: u32,
-    /// Unique id in reverse notation, such as `com.example.mine`.
+    /// Unique id in reverse notation, such as `com.example.mine`: letters, digits,
+    /// `.`, `_` and `-`, at most 128.
     pub id: BusbarStr,
     /// Name for people.
     pub name: BusbarStr,

@@ -3,7 +3,7 @@
 //! A plugin library exports one symbol, [`ENTRY_SYMBOL`], a
 //! [`BusbarPluginEntry`]. From it the host gets a factory, from the factory
 //! plugins, from a plugin its capabilities: tables of functions found by a
-//! string id with a revision, such as `busbar.telemetry/1`.
+//! string id with a revision, such as `busbar.telemetry/1-draft`.
 //!
 //! Conventions that hold for every item here:
 //! - every table and every struct passed alone starts with its size in bytes,
@@ -17,13 +17,27 @@
 //!   results go into buffers that the caller owns. So every call can be carried
 //!   across a process border;
 //! - a function that can fail returns a [`BusbarStatus`] and, when it is not
-//!   [`BUSBAR_OK`], writes the reason into the caller's [`BusbarError`];
+//!   [`BUSBAR_OK`], writes the reason into the caller's [`BusbarError`], unless
+//!   that is null or its `struct_size` is too small for it;
+//! - a pointer that is null or misaligned where this contract wants an object, a
+//!   `struct_size` that is too small, or an unknown id is refused with
+//!   [`BUSBAR_INVALID_ARGUMENT`] (null where a pointer is returned) and nothing
+//!   is touched; `destroy` and `stop` then do nothing. So are calls out of order,
+//!   such as a second `start`;
 //! - no panic or exception may leave a function;
 //! - the tags in brackets say from which thread and in which state a function
 //!   may be called: `[main-thread]` never two such calls at once on one
 //!   instance (for calls without an instance: on one library), though not always
 //!   on the same thread; `[any-thread]` any thread, also several at once;
 //!   `[idle]` before `start` or after `stop`; `[active]` between them.
+//!
+//! # What is frozen
+//!
+//! Entry, factory, descriptor, plugin, host table and error are frozen: they only
+//! grow at their ends, and a library built against 1.0 loads in every 1.x. A
+//! capability whose id ends in `-draft` may still change with any release: rebuild
+//! with the host's SDK. Once frozen it loses that ending, and a later revision
+//! comes beside it under a new number.
 
 #![no_std]
 

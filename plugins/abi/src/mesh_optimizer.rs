@@ -1,11 +1,11 @@
-//! Capability `busbar.mesh-optimizer/1`: a mesh in, a collapse sequence out.
+//! Capability `busbar.mesh-optimizer/1-draft`: a mesh in, a collapse sequence out.
 
 use core::ffi::c_void;
 
 use crate::{BusbarError, BusbarPlugin, BusbarStatus};
 
 /// Id of the capability.
-pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1";
+pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1-draft";
 
 /// A triangle mesh over welded positions, and the wedges that split them.
 ///
@@ -111,7 +111,7 @@ pub struct BusbarProgress {
     pub report: Option<unsafe extern "C" fn(context: *mut c_void, fraction: f32) -> u32>,
 }
 
-/// Table of `busbar.mesh-optimizer/1`.
+/// Table of `busbar.mesh-optimizer/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarMeshOptimizer {

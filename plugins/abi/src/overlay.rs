@@ -1,4 +1,4 @@
-//! Capability `busbar.overlay/1`: values of tags to things drawn at equipment.
+//! Capability `busbar.overlay/1-draft`: values of tags to things drawn at equipment.
 //!
 //! The plugin says what to show; the host decides how it looks, and marks
 //! whatever rests on a value that is not good, whatever the plugin says.
@@ -6,7 +6,7 @@
 use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
 
 /// Id of the capability.
-pub const OVERLAY_ID: &str = "busbar.overlay/1";
+pub const OVERLAY_ID: &str = "busbar.overlay/1-draft";
 
 /// A tag bound to a node. Array element.
 #[repr(C)]
@@ -91,11 +91,11 @@ pub struct BusbarOverlayPrimitive {
     pub severity: u32,
     /// Caption: offset into the text buffer, bytes.
     pub caption_offset: u32,
-    /// Caption: length, bytes.
+    /// Caption: length, at most 256 bytes.
     pub caption_len: u32,
     /// Value text: offset into the text buffer, bytes.
     pub text_offset: u32,
-    /// Value text: length, bytes.
+    /// Value text: length, at most 256 bytes.
     pub text_len: u32,
 }
 
@@ -122,7 +122,7 @@ pub struct BusbarOverlayOutput {
     pub text: *mut u8,
 }
 
-/// Table of `busbar.overlay/1`.
+/// Table of `busbar.overlay/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlay {

@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1`: samples from devices into the tag table.
+//! Capability `busbar.telemetry/1-draft`: samples from devices into the tag table.
 //!
 //! Adapters are read-only: nothing here lets Busbar command equipment.
 
@@ -7,7 +7,7 @@ use core::ffi::c_void;
 use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
 
 /// Id of the capability.
-pub const TELEMETRY_ID: &str = "busbar.telemetry/1";
+pub const TELEMETRY_ID: &str = "busbar.telemetry/1-draft";
 
 /// Value kind: none; the sample says something about quality only.
 pub const BUSBAR_VALUE_NONE: u8 = 0;
@@ -120,7 +120,7 @@ pub struct BusbarSampleSink {
         Option<unsafe extern "C" fn(context: *mut c_void, state: u32, message: BusbarStr)>,
 }
 
-/// Table of `busbar.telemetry/1`.
+/// Table of `busbar.telemetry/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarTelemetry {

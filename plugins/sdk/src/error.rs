@@ -2,6 +2,8 @@
 
 use busbar_plugin_abi as abi;
 
+use crate::border::given_mut;
+
 /// Why a call failed: who must act, and a sentence with fault and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
@@ -48,9 +50,7 @@ impl Error {
     /// `into` is null or points to a `BusbarError` that may be written.
     pub(crate) unsafe fn write(self, into: *mut abi::BusbarError) -> abi::BusbarStatus {
         // SAFETY: the caller vouches for the pointer.
-        if let Some(into) = unsafe { into.as_mut() }
-            && into.struct_size as usize >= size_of::<abi::BusbarError>()
-        {
+        if let Ok(into) = unsafe { given_mut(into, "the error") } {
             let len = self.message.floor_char_boundary(into.message.len());
             into.message[..len].copy_from_slice(&self.message.as_bytes()[..len]);
             into.message_len = len as u32;

@@ -9,7 +9,12 @@ use std::sync::{Mutex, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
-use crate::{Error, Host, MeshOptimizer, Overlay, Plugin, SampleSink, Telemetry};
+use crate::border::{given, guard, text};
+use crate::{Error, Host, Plugin, SampleSink};
+
+mod tables;
+
+pub use tables::{mesh_optimizer, overlay, telemetry};
 
 /// Exports one plugin type with its capabilities:
 /// `export_plugin!(Type: mesh_optimizer, telemetry, overlay);`
@@ -162,10 +167,12 @@ unsafe extern "C" fn create<P: Exported>(
     error: *mut abi::BusbarError,
 ) -> *mut abi::BusbarPlugin {
     let mut made = std::ptr::null_mut();
-    // SAFETY: the host keeps its table until `destroy` returned, which closes
-    // this; after a failure it is closed below.
-    let host = unsafe { Host::from_raw(host) };
+    let table = host;
+    let host = Host::closed();
     let work = || {
+        // SAFETY: the host keeps its table until `destroy` returned, which closes
+        // this; after a failure it is closed below.
+        unsafe { host.open(given(table, "create: the host's table")?) };
         // SAFETY: the host's texts are valid for the call.
         let (id, settings) = unsafe { (text(plugin_id)?, text(settings_json)?) };
         if id != P::ID {
@@ -198,7 +205,8 @@ unsafe extern "C" fn create<P: Exported>(
 
 unsafe extern "C" fn destroy<P: Exported>(plugin: *mut abi::BusbarPlugin) {
     let _ = catch_unwind(AssertUnwindSafe(|| {
-        if plugin.is_null() {
+        // SAFETY: the host's pointer is null or what `create` made.
+        if unsafe { given(plugin.cast_const(), "the plugin") }.is_err() {
             return;
         }
         // SAFETY: `create` made both boxes, and the host gives them back once.
@@ -223,221 +231,12 @@ unsafe extern "C" fn get_capability<P: Exported>(
     found.map_or(std::ptr::null(), |capability| capability.table.as_ptr())
 }
 
-/// `busbar.mesh-optimizer/1` of a type.
-pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
-    unsafe extern "C" fn optimize<P: MeshOptimizer>(
-        plugin: *const abi::BusbarPlugin,
-        mesh: *const abi::BusbarMesh,
-        progress: *const abi::BusbarProgress,
-        output: *mut abi::BusbarCollapseOutput,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.read();
-                let plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::mesh_optimizer::run(&*plugin, mesh, progress, output)
-            })
-        }
-    }
-    Capability {
-        id: abi::MESH_OPTIMIZER_ID,
-        table: Table::MeshOptimizer(abi::BusbarMeshOptimizer {
-            struct_size: size_of::<abi::BusbarMeshOptimizer>() as u32,
-            reserved: 0,
-            optimize: Some(optimize::<P>),
-        }),
-    }
-}
-
-/// `busbar.telemetry/1` of a type.
-pub const fn telemetry<P: Telemetry>() -> Capability {
-    unsafe extern "C" fn check<P: Telemetry>(
-        plugin: *const abi::BusbarPlugin,
-        tags: *const abi::BusbarTagSpec,
-        tag_count: usize,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let tags = crate::telemetry::read_specs(tags, tag_count)?;
-                let plugin = instance::<P>(plugin)?.plugin.read();
-                plugin.unwrap_or_else(PoisonError::into_inner).check(&tags)
-            })
-        }
-    }
-    unsafe extern "C" fn start<P: Telemetry>(
-        plugin: *const abi::BusbarPlugin,
-        tags: *const abi::BusbarTagSpec,
-        tag_count: usize,
-        sink: *const abi::BusbarSampleSink,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        let mut opened = None;
-        // SAFETY: the host passes what `create` made, and valid pointers; the
-        // sink stays valid until `stop` returns, which closes it first.
-        let status = unsafe {
-            guard(error, || {
-                let instance = instance::<P>(plugin)?;
-                if sink.is_null() {
-                    return Err(Error::argument("start: sink is null"));
-                }
-                let tags = crate::telemetry::read_specs(tags, tag_count)?;
-                let sink = SampleSink::open(sink);
-                let mut open = instance.sink.lock().unwrap_or_else(PoisonError::into_inner);
-                if open.is_some() {
-                    return Err(Error::argument("start: already started"));
-                }
-                *open = Some(sink.clone());
-                opened = Some(instance);
-                drop(open);
-                let mut plugin = instance.plugin.write().unwrap_or_else(PoisonError::into_inner);
-                plugin.start(tags, sink)
-            })
-        };
-        if let (Some(instance), true) = (opened, status != abi::BUSBAR_OK) {
-            end(instance);
-        }
-        status
-    }
-    unsafe extern "C" fn stop<P: Telemetry>(plugin: *const abi::BusbarPlugin) {
-        // SAFETY: the host passes what `create` made.
-        unsafe {
-            guard(std::ptr::null_mut(), || {
-                end(instance::<P>(plugin)?);
-                Ok(())
-            })
-        };
-    }
-    /// Closes the sink first, so that what a straggling thread sends goes
-    /// nowhere: after a failed `start`, a panic too, the host frees it at once.
-    fn end<P: Telemetry>(instance: &Instance<P>) {
-        instance.close_sink();
-        let _ = catch_unwind(AssertUnwindSafe(|| {
-            instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop();
-        }));
-    }
-    Capability {
-        id: abi::TELEMETRY_ID,
-        table: Table::Telemetry(abi::BusbarTelemetry {
-            struct_size: size_of::<abi::BusbarTelemetry>() as u32,
-            reserved: 0,
-            check: Some(check::<P>),
-            start: Some(start::<P>),
-            stop: Some(stop::<P>),
-        }),
-    }
-}
-
-/// `busbar.overlay/1` of a type.
-pub const fn overlay<P: Overlay>() -> Capability {
-    unsafe extern "C" fn configure<P: Overlay>(
-        plugin: *const abi::BusbarPlugin,
-        bindings: *const abi::BusbarBinding,
-        binding_count: usize,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let bindings = crate::overlay::read_bindings(bindings, binding_count)?;
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                plugin.unwrap_or_else(PoisonError::into_inner).configure(bindings)
-            })
-        }
-    }
-    unsafe extern "C" fn draw<P: Overlay>(
-        plugin: *const abi::BusbarPlugin,
-        frame: *const abi::BusbarOverlayFrame,
-        output: *mut abi::BusbarOverlayOutput,
-        error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
-        // SAFETY: the host passes what `create` made, and valid pointers.
-        unsafe {
-            guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::overlay::run(&mut *plugin, frame, output)
-            })
-        }
-    }
-    Capability {
-        id: abi::OVERLAY_ID,
-        table: Table::Overlay(abi::BusbarOverlay {
-            struct_size: size_of::<abi::BusbarOverlay>() as u32,
-            reserved: 0,
-            configure: Some(configure::<P>),
-            draw: Some(draw::<P>),
-        }),
-    }
-}
-
-/// Runs the body of a call: no panic leaves, and errors become a status.
-///
-/// # Safety
-/// `error` is null or may be written.
-unsafe fn guard(
-    error: *mut abi::BusbarError,
-    work: impl FnOnce() -> Result<(), Error>,
-) -> abi::BusbarStatus {
-    let result = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
-        let what = payload
-            .downcast_ref::<&str>()
-            .map(|text| (*text).to_owned())
-            .or_else(|| payload.downcast_ref::<String>().cloned())
-            .unwrap_or_else(|| "no message".into());
-        Err(Error::internal(format!("the plugin panicked: {what}")))
-    });
-    match result {
-        Ok(()) => abi::BUSBAR_OK,
-        // SAFETY: the caller vouches for `error`.
-        Err(reason) => unsafe { reason.write(error) },
-    }
-}
-
 /// # Safety
 /// `plugin` is null or was made by `create` of the same type and not destroyed.
 unsafe fn instance<'a, P>(plugin: *const abi::BusbarPlugin) -> Result<&'a Instance<P>, Error> {
     // SAFETY: the caller vouches for the pointer.
-    let plugin = unsafe { plugin.as_ref() }.ok_or_else(|| Error::argument("plugin is null"))?;
+    let plugin = unsafe { given(plugin, "the plugin")? };
     // SAFETY: `create` put an `Instance<P>` there.
     unsafe { plugin.data.cast::<Instance<P>>().as_ref() }
         .ok_or_else(|| Error::argument("plugin has no data"))
-}
-
-/// # Safety
-/// `ptr` leads to `count` elements that live for `'a`, or `count` is 0.
-pub(crate) unsafe fn slice<'a, T>(ptr: *const T, count: usize) -> Result<&'a [T], Error> {
-    if count == 0 {
-        return Ok(&[]);
-    }
-    if ptr.is_null() || !ptr.is_aligned() {
-        return Err(Error::argument("an array is null or misaligned"));
-    }
-    // SAFETY: checked as far as can be; the caller vouches for the rest.
-    Ok(unsafe { std::slice::from_raw_parts(ptr, count) })
-}
-
-/// # Safety
-/// `text` leads to `len` bytes that live for `'a`.
-pub(crate) unsafe fn text<'a>(text: abi::BusbarStr) -> Result<&'a str, Error> {
-    // SAFETY: the caller vouches for the bytes.
-    let bytes = unsafe { slice(text.ptr, text.len)? };
-    std::str::from_utf8(bytes).map_err(|_| Error::argument("a text is not UTF-8"))
-}
-
-/// # Safety
-/// `into` has room for all of `from`.
-pub(crate) unsafe fn copy_out<T: Copy>(from: &[T], into: *mut T) -> Result<(), Error> {
-    if from.is_empty() {
-        return Ok(());
-    }
-    if into.is_null() || !into.is_aligned() {
-        return Err(Error::argument("an output buffer is null or misaligned"));
-    }
-    // SAFETY: the caller vouches for the room; the host's buffer is not ours.
-    unsafe { std::ptr::copy_nonoverlapping(from.as_ptr(), into, from.len()) };
-    Ok(())
 }

@@ -5,6 +5,8 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
+use crate::clock::Clock;
+
 /// How important a log line is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogLevel {
@@ -23,6 +25,7 @@ pub enum LogLevel {
 #[derive(Clone, Debug)]
 pub struct Host {
     raw: Arc<RwLock<Option<RawHost>>>,
+    clock: Clock,
 }
 
 #[derive(Debug)]
@@ -38,14 +41,26 @@ unsafe impl Send for RawHost {}
 unsafe impl Sync for RawHost {}
 
 impl Host {
+    /// A handle that does nothing.
+    pub(crate) fn closed() -> Self {
+        Self::with_clock(Clock::default())
+    }
+
+    /// A handle that does nothing but tell the time.
+    pub(crate) fn with_clock(clock: Clock) -> Self {
+        Self { raw: Arc::default(), clock }
+    }
+
+    /// The clock by which [`crate::Worker`]s wait.
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
     /// # Safety
-    /// `host` is null or points to a `BusbarHost` that stays valid until
-    /// [`Host::close`] returned.
-    pub(crate) unsafe fn from_raw(host: *const abi::BusbarHost) -> Self {
-        // SAFETY: the caller vouches for the pointer.
-        let raw = unsafe { host.as_ref() }
-            .and_then(|host| Some(RawHost { context: host.context, log: host.log? }));
-        Self { raw: Arc::new(RwLock::new(raw)) }
+    /// What the table leads to stays valid until [`Host::close`] returned.
+    pub(crate) unsafe fn open(&self, host: &abi::BusbarHost) {
+        let raw = host.log.map(|log| RawHost { context: host.context, log });
+        *self.raw.write().unwrap_or_else(PoisonError::into_inner) = raw;
     }
 
     pub(crate) fn close(&self) {

@@ -4,6 +4,7 @@
 //! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
+//! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
 //!
 //! ```no_run
 //! use busbar_plugin_sdk::{Error, Host, Plugin, Sample, SampleSink, TagSpec, Telemetry, Value};
@@ -46,6 +47,9 @@
 
 pub use busbar_plugin_abi as abi;
 
+pub mod book;
+mod border;
+mod clock;
 mod error;
 pub mod export;
 mod host;
@@ -54,13 +58,15 @@ mod overlay;
 mod telemetry;
 pub mod testing;
 mod value;
+mod worker;
 
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
-pub use overlay::{Binding, Canvas, Overlay, OverlayFrame, Severity, TagValue};
+pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
+pub use worker::{MAX_STOP, Running, Worker};
 
 /// A plugin: what it is, its settings, and how an instance is made.
 pub trait Plugin: Sized + Send + Sync + 'static {

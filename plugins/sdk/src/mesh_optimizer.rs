@@ -1,11 +1,11 @@
-//! Capability `busbar.mesh-optimizer/1`.
+//! Capability `busbar.mesh-optimizer/1-draft`.
 
 use std::mem::offset_of;
 use std::time::Instant;
 
 use busbar_plugin_abi as abi;
 
-use crate::export::slice;
+use crate::border::{given, given_mut, slice};
 use crate::{Error, Plugin};
 
 /// Orders the half-edge collapses of meshes.
@@ -118,9 +118,11 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     output: *mut abi::BusbarCollapseOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (view, raw, output) = unsafe { (read_mesh(mesh)?, progress.as_ref(), output.as_mut()) };
-    let Some(output) = output else {
-        return Err(Error::argument("optimize: output is null"));
+    let (view, output) = unsafe { (read_mesh(mesh)?, given_mut(output, "optimize: output")?) };
+    let raw = match progress.is_null() {
+        true => None,
+        // SAFETY: as above.
+        false => Some(unsafe { given(progress, "optimize: progress")? }),
     };
     let list = plugin.optimize(view, &mut Progress { raw })?;
     let room = output.collapse_capacity as usize;
@@ -131,8 +133,8 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     let stages = &stages[..stages.len().min(output.stage_capacity as usize)];
     // SAFETY: the host gives room for `capacity` elements behind each pointer.
     unsafe {
-        crate::export::copy_out(&list.collapses, output.collapses)?;
-        crate::export::copy_out(stages, output.stages)?;
+        crate::border::copy_out(&list.collapses, output.collapses)?;
+        crate::border::copy_out(stages, output.stages)?;
     }
     output.collapse_count = list.collapses.len() as u32;
     output.stage_count = stages.len() as u32;

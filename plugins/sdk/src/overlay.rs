@@ -1,10 +1,14 @@
-//! Capability `busbar.overlay/1`.
+//! Capability `busbar.overlay/1-draft`.
 
 use std::time::Duration;
 
 use busbar_plugin_abi as abi;
 
+use crate::border::{copy_out, given, given_mut};
 use crate::{Error, Plugin, Quality, Value, ValueKind};
+
+/// Bytes of a caption, and of a value; the canvas cuts what is longer.
+pub const MAX_LINE_TEXT: usize = 256;
 
 /// Shows values at equipment.
 pub trait Overlay: Plugin {
@@ -90,7 +94,7 @@ pub struct Canvas<'a> {
 impl Canvas<'_> {
     /// A line of the label at a node. `binding` is the index of the binding
     /// that the text rests on; the host hatches the line when its value is not
-    /// good.
+    /// good. Caption and text are cut at [`MAX_LINE_TEXT`] bytes.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -138,23 +142,23 @@ impl Canvas<'_> {
             let room = self.output.primitive_capacity;
             return Err(Error::buffer(format!("more than {room} overlay primitives")));
         }
+        let end = self.output.primitives.wrapping_add(self.output.primitive_count as usize);
         // SAFETY: the host gives room for `primitive_capacity` elements.
-        unsafe {
-            let end = self.output.primitives.add(self.output.primitive_count as usize);
-            end.write(primitive);
-        }
+        unsafe { copy_out(&[primitive], end)? };
         self.output.primitive_count += 1;
         Ok(())
     }
 
     fn text(&mut self, text: &str) -> Result<(u32, u32), Error> {
+        let text = &text[..text.floor_char_boundary(MAX_LINE_TEXT)];
         let offset = self.output.text_len;
         let room = self.output.text_capacity.saturating_sub(offset) as usize;
         if text.len() > room {
             return Err(Error::buffer("the overlay's text does not fit the host's buffer"));
         }
+        let end = self.output.text.wrapping_add(offset as usize);
         // SAFETY: the host gives `text_capacity` bytes.
-        unsafe { crate::export::copy_out(text.as_bytes(), self.output.text.add(offset as usize))? };
+        unsafe { copy_out(text.as_bytes(), end)? };
         self.output.text_len += text.len() as u32;
         Ok((offset, text.len() as u32))
     }
@@ -168,14 +172,12 @@ pub(crate) unsafe fn run<P: Overlay>(
     output: *mut abi::BusbarOverlayOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (frame, output) = unsafe { (frame.as_ref(), output.as_mut()) };
-    let (Some(frame), Some(output)) = (frame, output) else {
-        return Err(Error::argument("draw: frame or output is null"));
-    };
+    let (frame, output) =
+        unsafe { (given(frame, "draw: the frame")?, given_mut(output, "draw: the output")?) };
     output.primitive_count = 0;
     output.text_len = 0;
     // SAFETY: the host gives `value_count` elements.
-    let values = unsafe { crate::export::slice(frame.values, frame.value_count as usize)? };
+    let values = unsafe { crate::border::slice(frame.values, frame.value_count as usize)? };
     plugin.draw(&OverlayFrame { values }, &mut Canvas { output })
 }
 
@@ -186,10 +188,10 @@ pub(crate) unsafe fn read_bindings(
     count: usize,
 ) -> Result<Vec<Binding>, Error> {
     // SAFETY: the host gives `count` elements.
-    let bindings = unsafe { crate::export::slice(bindings, count)? };
+    let bindings = unsafe { crate::border::slice(bindings, count)? };
     let owned = |text| {
         // SAFETY: the host's texts are valid for the call.
-        unsafe { crate::export::text(text) }.map(str::to_owned)
+        unsafe { crate::border::text(text) }.map(str::to_owned)
     };
     let limit = |value: f64| (!value.is_nan()).then_some(value);
     bindings

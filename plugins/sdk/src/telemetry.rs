@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1`.
+//! Capability `busbar.telemetry/1-draft`.
 
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -59,6 +59,38 @@ impl TagSpec {
                 error.inner()
             ))
         })
+    }
+}
+
+impl TagSpec {
+    /// Reads the addresses of all tags, each beside its tag.
+    ///
+    /// # Errors
+    /// [`Error::settings`] that names every tag at fault.
+    ///
+    /// ```
+    /// use busbar_plugin_sdk::testing::tag_spec;
+    /// use busbar_plugin_sdk::{TagSpec, ValueKind};
+    ///
+    /// let tag = |id, address| tag_spec(0, id, ValueKind::F64, address);
+    /// let good = TagSpec::parse_all::<String>(&[tag("Oil", "oil".into())])?;
+    /// assert_eq!(good[0].0, "oil");
+    /// let tags = [tag("Oil", 1.into()), tag("Load", "load".into()), tag("Tap", 2.into())];
+    /// let fault = TagSpec::parse_all::<String>(&tags).unwrap_err();
+    /// assert!(fault.message().contains("'Oil'") && fault.message().contains("'Tap'"));
+    /// # Ok::<(), busbar_plugin_sdk::Error>(())
+    /// ```
+    pub fn parse_all<A: serde::de::DeserializeOwned>(
+        tags: &[Self],
+    ) -> Result<Vec<(A, Self)>, Error> {
+        let (mut parsed, mut faults) = (Vec::with_capacity(tags.len()), Vec::new());
+        for tag in tags {
+            match tag.parse_address() {
+                Ok(address) => parsed.push((address, tag.clone())),
+                Err(fault) => faults.push(fault.message().to_owned()),
+            }
+        }
+        if faults.is_empty() { Ok(parsed) } else { Err(Error::settings(faults.join("; "))) }
     }
 }
 
@@ -147,6 +179,12 @@ impl SampleSink {
         .unwrap_or(0)
     }
 
+    /// Says of every tag that it has no usable value now, and why.
+    pub fn publish_bad(&self, tags: impl IntoIterator<Item = u32>, reason: Reason) -> usize {
+        let samples: Vec<_> = tags.into_iter().map(|tag| Sample::bad(tag, reason)).collect();
+        self.publish(&samples)
+    }
+
     /// Tells operators how the link is, in a sentence.
     pub fn report_link(&self, state: LinkState, message: &str) {
         let state = match state {
@@ -188,12 +226,12 @@ pub(crate) unsafe fn read_specs(
     count: usize,
 ) -> Result<Vec<TagSpec>, Error> {
     // SAFETY: the host gives `count` elements.
-    let tags = unsafe { crate::export::slice(tags, count)? };
+    let tags = unsafe { crate::border::slice(tags, count)? };
     tags.iter()
         .map(|raw| {
             // SAFETY: the host's texts are valid for the call.
             let (id, address) =
-                unsafe { (crate::export::text(raw.id)?, crate::export::text(raw.address_json)?) };
+                unsafe { (crate::border::text(raw.id)?, crate::border::text(raw.address_json)?) };
             let kind = ValueKind::from_abi(raw.kind)
                 .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
             let address = serde_json::from_str(address)

@@ -11,27 +11,30 @@
 //! assert!(recorder.wait_until(Duration::from_secs(1), |seen| seen.samples.len() == 1));
 //! ```
 
-use std::collections::VecDeque;
+mod clock;
+mod mesh;
+mod overlay;
+mod recorder;
+
 use std::ffi::c_void;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::{Host, LinkState, Progress, Quality, Sample, SampleSink, TagSpec, Value, ValueKind};
+use crate::{Host, Progress, TagSpec, ValueKind};
 
-/// Samples, and link reports, that a [`Recorder`] keeps; older ones go.
-pub const MAX_RECORDED: usize = 100_000;
+pub use clock::TestClock;
+pub use mesh::{Grid, check_sequence};
+pub use overlay::{Drawing, DrawnLine, draw};
+pub use recorder::{MAX_RECORDED, Recorder, Recording};
 
 /// A host without a log.
 pub fn host() -> Host {
-    // SAFETY: null is allowed.
-    unsafe { Host::from_raw(std::ptr::null()) }
+    Host::closed()
 }
 
 /// A tag with a freshness limit of five seconds and `id` as its name.
 pub fn tag_spec(tag: u32, id: &str, kind: ValueKind, address: serde_json::Value) -> TagSpec {
-    TagSpec { tag, kind, freshness: Duration::from_secs(5), id: id.to_owned(), address }
+    TagSpec { tag, kind, freshness: std::time::Duration::from_secs(5), id: id.to_owned(), address }
 }
 
 /// Runs work with a progress that asks to stop after so many reports.
@@ -51,220 +54,4 @@ pub fn stopping_after<T>(reports: u32, work: impl FnOnce(&mut Progress<'_>) -> T
         report: Some(count_down),
     };
     work(&mut Progress::from_raw(&raw))
-}
-
-/// What came, in order.
-#[derive(Clone, Debug, Default)]
-pub struct Recording {
-    /// Samples, the oldest first.
-    pub samples: VecDeque<Sample>,
-    /// Link reports, the oldest first.
-    pub links: VecDeque<(LinkState, String)>,
-}
-
-impl Recording {
-    /// The newest sample of a tag.
-    pub fn latest(&self, tag: u32) -> Option<Sample> {
-        self.samples.iter().rfind(|s| s.tag == tag).copied()
-    }
-}
-
-/// A host's end of [`SampleSink`] that keeps what it is given. Samples pass
-/// through the C ABI on their way, as they do in the real host.
-pub struct Recorder {
-    sink: SampleSink,
-    raw: *mut abi::BusbarSampleSink,
-    shared: *mut Shared,
-}
-
-// SAFETY: both pointers lead to memory that this recorder owns until it is
-// dropped; `Shared` is behind a lock and the raw sink never changes.
-unsafe impl Send for Recorder {}
-// SAFETY: as above.
-unsafe impl Sync for Recorder {}
-
-#[derive(Default)]
-struct Shared {
-    recording: Mutex<Recording>,
-    changed: Condvar,
-}
-
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Recording> {
-        self.recording.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Default for Recorder {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl Recorder {
-    /// An empty recording.
-    pub fn new() -> Self {
-        let shared = Box::into_raw(Box::new(Shared::default()));
-        let raw = Box::into_raw(Box::new(abi::BusbarSampleSink {
-            struct_size: size_of::<abi::BusbarSampleSink>() as u32,
-            reserved: 0,
-            context: shared.cast(),
-            publish: Some(publish),
-            report_link: Some(report_link),
-        }));
-        Self {
-            // SAFETY: `drop` closes the sink before it frees `raw`.
-            sink: unsafe { SampleSink::open(raw) },
-            raw,
-            shared,
-        }
-    }
-
-    /// The sink to hand to a plugin. After the recorder is dropped it takes
-    /// nothing more.
-    pub fn sink(&self) -> SampleSink {
-        self.sink.clone()
-    }
-
-    /// All that came so far.
-    pub fn recording(&self) -> Recording {
-        self.shared().lock().clone()
-    }
-
-    /// The newest sample of a tag.
-    pub fn latest(&self, tag: u32) -> Option<Sample> {
-        self.shared().lock().latest(tag)
-    }
-
-    /// Forgets what came so far.
-    pub fn clear(&self) {
-        *self.shared().lock() = Recording::default();
-    }
-
-    /// Waits until the recording is as wanted; false if it is not in time.
-    pub fn wait_until(&self, timeout: Duration, wanted: impl Fn(&Recording) -> bool) -> bool {
-        let deadline = Instant::now() + timeout;
-        let shared = self.shared();
-        let mut recording = shared.lock();
-        while !wanted(&recording) {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return false;
-            }
-            let waited = shared.changed.wait_timeout(recording, left);
-            recording = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-        true
-    }
-
-    fn shared(&self) -> &Shared {
-        // SAFETY: `new` made it and only `drop` frees it.
-        unsafe { &*self.shared }
-    }
-}
-
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        // Waits for calls under way; later ones find nothing.
-        self.sink.close();
-        // SAFETY: `new` made both boxes, and the closed sink names neither.
-        unsafe {
-            drop(Box::from_raw(self.raw));
-            drop(Box::from_raw(self.shared));
-        }
-    }
-}
-
-unsafe extern "C" fn publish(
-    context: *mut c_void,
-    samples: *const abi::BusbarSample,
-    count: usize,
-) -> usize {
-    // SAFETY: the context is the recorder's `Shared`, which outlives the sink.
-    let shared = unsafe { &*context.cast::<Shared>() };
-    // SAFETY: `SampleSink::publish` gives `count` samples.
-    let Ok(samples) = (unsafe { crate::export::slice(samples, count) }) else {
-        return 0;
-    };
-    let mut recording = shared.lock();
-    for sample in samples {
-        push(&mut recording.samples, from_abi(sample));
-    }
-    shared.changed.notify_all();
-    count
-}
-
-unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi::BusbarStr) {
-    // SAFETY: the context is the recorder's `Shared`, which outlives the sink.
-    let shared = unsafe { &*context.cast::<Shared>() };
-    // SAFETY: `SampleSink::report_link` gives a text that lives for the call.
-    let message = unsafe { crate::export::text(message) }.unwrap_or("not UTF-8");
-    let state = match state {
-        abi::BUSBAR_LINK_UP => LinkState::Up,
-        abi::BUSBAR_LINK_DOWN => LinkState::Down,
-        _ => LinkState::Connecting,
-    };
-    push(&mut shared.lock().links, (state, message.to_owned()));
-    shared.changed.notify_all();
-}
-
-fn push<T>(queue: &mut VecDeque<T>, item: T) {
-    if queue.len() == MAX_RECORDED {
-        queue.pop_front();
-    }
-    queue.push_back(item);
-}
-
-fn from_abi(sample: &abi::BusbarSample) -> Sample {
-    let nanos = sample.source_time_unix_nanos;
-    Sample {
-        tag: sample.tag,
-        value: Value::from_abi(sample.kind, sample.value),
-        quality: Quality::from_abi(sample.quality, sample.reason),
-        source_time: u64::try_from(nanos)
-            .ok()
-            .map(|nanos| UNIX_EPOCH + Duration::from_nanos(nanos)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{DoublePoint, Reason};
-
-    #[test]
-    fn samples_survive_the_abi() {
-        let recorder = Recorder::new();
-        let sent = [
-            Sample::good(1, Value::F64(-1.5)),
-            Sample::good(2, Value::I64(-7)),
-            Sample::good(3, Value::Bool(true)),
-            Sample::good(4, Value::DoublePoint(DoublePoint::On)),
-            Sample::bad(5, Reason::Configuration),
-            Sample {
-                source_time: Some(UNIX_EPOCH + Duration::from_nanos(1_700_000_000_123_456_789)),
-                ..Sample::good(6, Value::I64(i64::MIN))
-            },
-        ];
-        assert_eq!(recorder.sink().publish(&sent), sent.len());
-        assert_eq!(Vec::from(recorder.recording().samples), sent);
-    }
-
-    #[test]
-    fn link_reports_keep_their_order() {
-        let recorder = Recorder::new();
-        recorder.sink().report_link(LinkState::Connecting, "a");
-        recorder.sink().report_link(LinkState::Down, "b");
-        let links = Vec::from(recorder.recording().links);
-        let expected = [(LinkState::Connecting, "a".to_owned()), (LinkState::Down, "b".to_owned())];
-        assert_eq!(links, expected);
-    }
-
-    #[test]
-    fn a_dropped_recorder_takes_nothing_more() {
-        let recorder = Recorder::new();
-        let sink = recorder.sink();
-        drop(recorder);
-        assert_eq!(sink.publish(&[Sample::bad(1, Reason::Stale)]), 0);
-    }
 }

@@ -95,6 +95,34 @@ impl Value {
 }
 
 impl ValueKind {
+    /// A value of this kind from text: a number; `true`, `false`, `1` or `0`; or
+    /// a double point as its two bits, 0 to 3. `None` if it is none.
+    ///
+    /// ```
+    /// use busbar_plugin_sdk::{DoublePoint, Value, ValueKind};
+    ///
+    /// assert_eq!(ValueKind::F64.parse("-1.5"), Some(Value::F64(-1.5)));
+    /// assert_eq!(ValueKind::Bool.parse("1"), Some(Value::Bool(true)));
+    /// assert_eq!(ValueKind::DoublePoint.parse("2"), Some(Value::DoublePoint(DoublePoint::On)));
+    /// assert_eq!(ValueKind::I64.parse("1.5"), None);
+    /// ```
+    pub fn parse(self, text: &str) -> Option<Value> {
+        let text = text.trim();
+        match self {
+            Self::F64 => text.parse().ok().map(Value::F64),
+            Self::I64 => text.parse().ok().map(Value::I64),
+            Self::Bool => match text {
+                "true" | "1" => Some(Value::Bool(true)),
+                "false" | "0" => Some(Value::Bool(false)),
+                _ => None,
+            },
+            Self::DoublePoint => match text.parse().ok()? {
+                bits @ 0..=3 => Some(Value::DoublePoint(DoublePoint::from_bits(bits))),
+                _ => None,
+            },
+        }
+    }
+
     pub(crate) fn from_abi(kind: u32) -> Option<Self> {
         match u8::try_from(kind).ok()? {
             abi::BUSBAR_VALUE_F64 => Some(Self::F64),

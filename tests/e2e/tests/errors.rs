@@ -68,9 +68,9 @@ fn a_configuration_that_names_what_is_not_there() {
 #[test]
 fn a_plugin_that_cannot_do_what_is_asked() {
     let cases = [
-        ("/models/breaker/optimizer", json!("values"), "busbar.mesh-optimizer/1"),
-        ("/overlays/0", json!("optimizer"), "busbar.overlay/1"),
-        ("/tags/T1.U12/source/plugin", json!("optimizer"), "busbar.telemetry/1"),
+        ("/models/breaker/optimizer", json!("values"), "busbar.mesh-optimizer/1-draft"),
+        ("/overlays/0", json!("optimizer"), "busbar.overlay/1-draft"),
+        ("/tags/T1.U12/source/plugin", json!("optimizer"), "busbar.telemetry/1-draft"),
     ];
     for (pointer, value, capability) in cases {
         let scene = with(pointer, value);

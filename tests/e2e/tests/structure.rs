@@ -11,7 +11,7 @@ use serde_json::Value;
 
 /// What each crate may import from this workspace, by design.md, section 1.
 const ALLOWED: &[(&str, &[&str])] = &[
-    ("busbar", &["busbar_viewer"]),
+    ("busbar", &["busbar_plugin_check", "busbar_viewer"]),
     (
         "busbar_viewer",
         &[
@@ -32,6 +32,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &[]),
+    ("busbar_plugin_check", &["busbar_geometry", "busbar_plugin_abi"]),
     (
         "busbar_plugin_host",
         &["busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
@@ -44,6 +45,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_ui", &[]),
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
+    ("fault_injector", &["busbar_plugin_sdk"]),
     ("modbus_adapter", &["busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
@@ -103,6 +105,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_scene",
             "busbar_viewer",
             "corpus",
+            "fault_injector",
             "substation",
         ],
     ),
@@ -117,7 +120,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("ash-window", &["busbar_gpu"]),
     ("gpu-allocator", &["busbar_gpu"]),
     ("egui-ash-renderer", &["busbar_gpu"]),
-    ("libloading", &["busbar_plugin_host"]),
+    ("libloading", &["busbar_plugin_check", "busbar_plugin_host"]),
     ("gltf", &["busbar_gltf_import"]),
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
@@ -127,7 +130,14 @@ const RESERVED: &[(&str, &[&str])] = &[
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
 /// Crates that may have unsafe code: they call Vulkan or speak the C ABI.
-const UNSAFE: [&str; 4] = ["host/gpu", "host/plugin_host", "plugins/abi", "plugins/sdk"];
+const UNSAFE: [&str; 6] = [
+    "host/gpu",
+    "host/plugin_check",
+    "host/plugin_host",
+    "plugins/abi",
+    "plugins/fault_injector",
+    "plugins/sdk",
+];
 /// Documents whose links are followed.
 const DOCUMENTS: [&str; 3] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"];
 

@@ -43,7 +43,7 @@ pub(crate) struct Workspace {
     pub(crate) root: PathBuf,
     /// Cargo's target folder.
     target: PathBuf,
-    /// Packages under `plugins/` that make a loadable library.
+    /// Packages under `plugins/` that make a loadable library for users.
     pub(crate) plugins: Vec<String>,
 }
 
@@ -59,6 +59,8 @@ struct Package {
     name: String,
     manifest_path: PathBuf,
     targets: Vec<Target>,
+    #[serde(default)]
+    metadata: serde_json::Value,
 }
 
 #[derive(Deserialize)]
@@ -86,6 +88,7 @@ impl Workspace {
         let plugins = metadata.packages.into_iter().filter(|package| {
             let mut targets = package.targets.iter();
             package.manifest_path.starts_with(&plugins_folder)
+                && package.metadata["busbar"]["test"] != true
                 && targets.any(|target| target.crate_types.iter().any(|kind| kind == "cdylib"))
         });
         Ok(Self {
@@ -124,6 +127,8 @@ mod tests {
              "targets": [{"crate_types": ["lib"]}]},
             {"name": "an-overlay", "manifest_path": "/repo/plugins/an-overlay/Cargo.toml",
              "targets": [{"crate_types": ["cdylib", "rlib"]}, {"crate_types": ["bin"]}]},
+            {"name": "faults", "manifest_path": "/repo/plugins/faults/Cargo.toml",
+             "targets": [{"crate_types": ["cdylib"]}], "metadata": {"busbar": {"test": true}}},
             {"name": "embed", "manifest_path": "/repo/host/embed/Cargo.toml",
              "targets": [{"crate_types": ["cdylib"]}]}]}"#;
         let workspace = Workspace::parse(metadata.as_bytes()).unwrap();

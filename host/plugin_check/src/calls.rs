@@ -1,0 +1,189 @@
+//! Calls into a plugin, each noted in the journal before it is made.
+//!
+//! They are not marked as what they are, dangerous: cases pass null, misaligned and
+//! wrong pointers on purpose. That is sound where it matters, outside: whatever a
+//! plugin does with them happens to a process that was made to be lost.
+
+use std::ffi::c_void;
+
+use busbar_plugin_abi as abi;
+
+use crate::journal::Entry;
+use crate::probe::Probe;
+
+type Status = abi::BusbarStatus;
+type Create = unsafe extern "C" fn(
+    abi::BusbarStr,
+    abi::BusbarStr,
+    *const abi::BusbarHost,
+    *mut abi::BusbarError,
+) -> *mut abi::BusbarPlugin;
+type Start = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarTagSpec,
+    usize,
+    *const abi::BusbarSampleSink,
+    *mut abi::BusbarError,
+) -> Status;
+type Check = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarTagSpec,
+    usize,
+    *mut abi::BusbarError,
+) -> Status;
+type Optimize = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarMesh,
+    *const abi::BusbarProgress,
+    *mut abi::BusbarCollapseOutput,
+    *mut abi::BusbarError,
+) -> Status;
+type Configure = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarBinding,
+    usize,
+    *mut abi::BusbarError,
+) -> Status;
+type Draw = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarOverlayFrame,
+    *mut abi::BusbarOverlayOutput,
+    *mut abi::BusbarError,
+) -> Status;
+
+/// Notes the name and makes the call.
+macro_rules! call {
+    ($probe:expr, $name:literal, $function:ident($($argument:expr),*)) => {{
+        $probe.journal.note(Entry::Calling($name.into()));
+        // SAFETY: see the module; the process of a case may be lost.
+        let result = unsafe { $function($($argument),*) };
+        $probe.journal.note(Entry::Calling(concat!("nothing, after `", $name, "` returned").into()));
+        result
+    }};
+}
+
+impl Probe {
+    pub(crate) fn init(
+        &self,
+        init: unsafe extern "C" fn(*mut abi::BusbarError) -> Status,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "init", init(error))
+    }
+
+    pub(crate) fn deinit(&self, deinit: unsafe extern "C" fn()) {
+        call!(self, "deinit", deinit());
+    }
+
+    pub(crate) fn get_factory(
+        &self,
+        get_factory: unsafe extern "C" fn(abi::BusbarStr) -> *const c_void,
+        id: abi::BusbarStr,
+    ) -> *const c_void {
+        call!(self, "get_factory", get_factory(id))
+    }
+
+    pub(crate) fn count(&self, count: unsafe extern "C" fn() -> u32) -> u32 {
+        call!(self, "count", count())
+    }
+
+    pub(crate) fn descriptor(
+        &self,
+        descriptor: unsafe extern "C" fn(u32) -> *const abi::BusbarPluginDescriptor,
+        index: u32,
+    ) -> *const abi::BusbarPluginDescriptor {
+        call!(self, "descriptor", descriptor(index))
+    }
+
+    pub(crate) fn create(
+        &self,
+        create: Create,
+        id: abi::BusbarStr,
+        settings: abi::BusbarStr,
+        host: *const abi::BusbarHost,
+        error: *mut abi::BusbarError,
+    ) -> *mut abi::BusbarPlugin {
+        call!(self, "create", create(id, settings, host, error))
+    }
+
+    pub(crate) fn destroy(
+        &self,
+        destroy: unsafe extern "C" fn(*mut abi::BusbarPlugin),
+        plugin: *mut abi::BusbarPlugin,
+    ) {
+        call!(self, "destroy", destroy(plugin));
+    }
+
+    pub(crate) fn get_capability(
+        &self,
+        get: unsafe extern "C" fn(*const abi::BusbarPlugin, abi::BusbarStr) -> *const c_void,
+        plugin: *const abi::BusbarPlugin,
+        id: abi::BusbarStr,
+    ) -> *const c_void {
+        call!(self, "get_capability", get(plugin, id))
+    }
+
+    pub(crate) fn check(
+        &self,
+        check: Check,
+        plugin: *const abi::BusbarPlugin,
+        tags: *const abi::BusbarTagSpec,
+        count: usize,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "check", check(plugin, tags, count, error))
+    }
+
+    pub(crate) fn start(
+        &self,
+        start: Start,
+        plugin: *const abi::BusbarPlugin,
+        tags: (*const abi::BusbarTagSpec, usize),
+        sink: *const abi::BusbarSampleSink,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "start", start(plugin, tags.0, tags.1, sink, error))
+    }
+
+    pub(crate) fn stop(
+        &self,
+        stop: unsafe extern "C" fn(*const abi::BusbarPlugin),
+        plugin: *const abi::BusbarPlugin,
+    ) {
+        call!(self, "stop", stop(plugin));
+    }
+
+    pub(crate) fn optimize(
+        &self,
+        optimize: Optimize,
+        plugin: *const abi::BusbarPlugin,
+        mesh: *const abi::BusbarMesh,
+        progress: *const abi::BusbarProgress,
+        output: *mut abi::BusbarCollapseOutput,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "optimize", optimize(plugin, mesh, progress, output, error))
+    }
+
+    pub(crate) fn configure(
+        &self,
+        configure: Configure,
+        plugin: *const abi::BusbarPlugin,
+        bindings: *const abi::BusbarBinding,
+        count: usize,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "configure", configure(plugin, bindings, count, error))
+    }
+
+    pub(crate) fn draw(
+        &self,
+        draw: Draw,
+        plugin: *const abi::BusbarPlugin,
+        frame: *const abi::BusbarOverlayFrame,
+        output: *mut abi::BusbarOverlayOutput,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "draw", draw(plugin, frame, output, error))
+    }
+}

@@ -1,0 +1,116 @@
+//! Instances: made, used from other threads, ended, and what is left of them.
+
+use busbar_plugin_abi as abi;
+
+use super::Instance;
+use super::{leaks, optimizer, overlay, telemetry};
+use crate::finding::{Outcome, Stop};
+use crate::probe::{Probe, Subject};
+use crate::text;
+
+pub(crate) fn create(probe: &Probe) -> Outcome {
+    let subject = probe.subject()?;
+    let instance = subject.make(probe)?;
+    for id in &subject.capabilities {
+        match id.as_str() {
+            abi::TELEMETRY_ID => {
+                let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
+                super::required(table.start, "start")?;
+                super::required(table.stop, "stop")?;
+            }
+            abi::MESH_OPTIMIZER_ID => {
+                let table: &abi::BusbarMeshOptimizer =
+                    instance.capability(abi::MESH_OPTIMIZER_ID)?;
+                super::required(table.optimize, "optimize")?;
+            }
+            abi::OVERLAY_ID => {
+                let table: &abi::BusbarOverlay = instance.capability(abi::OVERLAY_ID)?;
+                super::required(table.configure, "configure")?;
+                super::required(table.draw, "draw")?;
+            }
+            _ => {}
+        }
+    }
+    for known in [abi::TELEMETRY_ID, abi::MESH_OPTIMIZER_ID, abi::OVERLAY_ID] {
+        if !subject.capabilities.iter().any(|id| id == known) {
+            let hidden = !instance.ask(abi::BusbarStr::from_static(known)).is_null();
+            let fault = format!("it gives {known}, which its descriptor does not list");
+            probe.expect(!hidden, fault, "list every capability, or return null");
+        }
+    }
+    let longer = "busbar.telemetry/1-draft-of-something-else";
+    for (what, id) in [
+        ("an unknown capability", abi::BusbarStr::from_static(longer)),
+        ("an empty id", abi::BusbarStr { ptr: std::ptr::null(), len: 0 }),
+        ("an id that is not UTF-8", text::of_bytes(&[0xc3, 0x28])),
+    ] {
+        let fault = format!("`get_capability` gives something for {what}");
+        let remedy = "compare the whole id, and return null otherwise";
+        probe.expect(instance.ask(id).is_null(), fault, remedy);
+    }
+    instance.destroy()
+}
+
+pub(crate) fn two(probe: &Probe) -> Outcome {
+    let subject = probe.subject()?;
+    let first = subject.make(probe)?;
+    let second = subject.make(probe)?;
+    let fault = "two instances have the same address";
+    probe.expect(first.as_ptr() != second.as_ptr(), fault, "allocate each instance");
+    use_briefly(probe, &subject, &first)?;
+    first.destroy()?;
+    use_briefly(probe, &subject, &second)?;
+    second.destroy()?;
+    // After the library was ended and started once more.
+    let entry = probe.entry()?;
+    if let Some(deinit) = entry.deinit {
+        probe.deinit(deinit);
+    }
+    let subject = probe.subject()?;
+    let third = subject.make(probe)?;
+    use_briefly(probe, &subject, &third)?;
+    third.destroy()
+}
+
+/// Each capability once, on little.
+fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Outcome {
+    for id in &subject.capabilities {
+        match id.as_str() {
+            abi::TELEMETRY_ID => telemetry::use_briefly(probe, instance)?,
+            abi::MESH_OPTIMIZER_ID => optimizer::use_briefly(probe, instance)?,
+            abi::OVERLAY_ID => overlay::use_briefly(probe, instance)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn threads(probe: &Probe) -> Outcome {
+    let subject = probe.subject()?;
+    let elsewhere = |work: &(dyn Fn() -> Outcome + Sync)| -> Outcome {
+        let done = std::thread::scope(|scope| scope.spawn(work).join());
+        done.unwrap_or_else(|_| Err(Stop::Skip("the checker itself failed".into())))
+    };
+    let made = std::thread::scope(|scope| scope.spawn(|| subject.make(probe)).join());
+    let instance = made.unwrap_or_else(|_| Err(Stop::Skip("the checker itself failed".into())))?;
+    elsewhere(&|| use_briefly(probe, &subject, &instance))?;
+    elsewhere(&|| use_briefly(probe, &subject, &instance))?;
+    let done = std::thread::scope(|scope| scope.spawn(move || instance.destroy()).join());
+    done.unwrap_or_else(|_| Err(Stop::Skip("the checker itself failed".into())))
+}
+
+pub(crate) fn left_behind(probe: &Probe) -> Outcome {
+    let subject = probe.subject()?;
+    leaks::threads(probe, &|| cycle(probe, &subject))
+}
+
+pub(crate) fn leaks(probe: &Probe) -> Outcome {
+    let subject = probe.subject()?;
+    leaks::memory(probe, &|| cycle(probe, &subject))
+}
+
+fn cycle(probe: &Probe, subject: &Subject) -> Outcome {
+    let instance = subject.make(probe)?;
+    use_briefly(probe, subject, &instance)?;
+    instance.destroy()
+}

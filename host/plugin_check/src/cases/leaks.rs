@@ -1,0 +1,90 @@
+//! What is left in the process when all is over, measured over many rounds.
+
+use std::time::{Duration, Instant};
+
+use crate::environment;
+use crate::finding::{Finding, Outcome};
+use crate::probe::Probe;
+
+/// Rounds before memory is first looked at, and most between the looks.
+const WARM_UP_CYCLES: usize = 20;
+const MAX_CYCLES: usize = 200;
+/// Fewer say nothing.
+const MIN_CYCLES: usize = 20;
+/// How long the rounds may take.
+const MAX_CYCLING: Duration = Duration::from_secs(4);
+/// Heap that a round may keep, bytes: rounding of the allocator.
+const MAX_HEAP_A_CYCLE: usize = 128;
+/// RAM that all rounds may keep, bytes: heaps of threads, and pages of the allocator.
+const MAX_RESIDENT_GROWTH: usize = 8 << 20;
+
+/// Starting and ending a library leaves nothing.
+pub(crate) fn of_library(probe: &Probe) -> Outcome {
+    let cycle = || {
+        let factory = probe.initialised()?;
+        if let Some(count) = factory.count {
+            probe.count(count);
+        }
+        if let Some(descriptor) = factory.descriptor {
+            probe.descriptor(descriptor, 0);
+        }
+        if let Some(deinit) = probe.entry()?.deinit {
+            probe.deinit(deinit);
+        }
+        Ok(())
+    };
+    threads(probe, &cycle)?;
+    memory(probe, &cycle)
+}
+
+/// No thread outlives a round, and no descriptor.
+pub(crate) fn threads(probe: &Probe, cycle: &dyn Fn() -> Outcome) -> Outcome {
+    // Once before, so that what a library keeps for ever is there.
+    cycle()?;
+    environment::settle(|| environment::threads().len() == 1);
+    let (threads, descriptors) = (environment::threads(), environment::descriptors());
+    for _ in 0..3 {
+        cycle()?;
+    }
+    if !environment::settle(|| environment::threads().is_subset(&threads)) {
+        let left: Vec<_> = environment::threads()
+            .difference(&threads)
+            .map(|&id| environment::thread_name(id))
+            .collect();
+        probe.find(Finding::new(
+            format!("{} threads are left behind: {}", left.len(), left.join(", ")),
+            "end and join every thread in `stop`, `destroy` or `deinit`",
+        ));
+    }
+    let after = environment::descriptors();
+    let fault = format!("{descriptors} descriptors were open before, {after} are after");
+    probe.expect(after <= descriptors, fault, "close what was opened");
+    Ok(())
+}
+
+/// Memory and descriptors do not grow.
+pub(crate) fn memory(probe: &Probe, cycle: &dyn Fn() -> Outcome) -> Outcome {
+    let until = Instant::now() + probe.time_left().min(MAX_CYCLING);
+    for _ in 0..WARM_UP_CYCLES {
+        cycle()?;
+    }
+    let before = (environment::heap_bytes(), environment::resident_bytes());
+    let open = environment::descriptors();
+    let mut cycles = 0;
+    while cycles < MAX_CYCLES && (cycles < MIN_CYCLES || Instant::now() < until) {
+        cycle()?;
+        cycles += 1;
+    }
+    environment::settle(|| environment::heap_bytes() <= before.0 + MAX_HEAP_A_CYCLE * cycles);
+    let heap = environment::heap_bytes().saturating_sub(before.0) / cycles;
+    let fault = format!("each of {cycles} rounds left {heap} bytes of heap");
+    let remedy = "free at the end what was allocated at the start and in between";
+    probe.expect(heap <= MAX_HEAP_A_CYCLE, fault, remedy);
+    let resident = environment::resident_bytes().saturating_sub(before.1);
+    let fault = format!("{cycles} rounds left {} KiB in RAM", resident >> 10);
+    probe.expect(resident <= MAX_RESIDENT_GROWTH, fault, remedy);
+    let after = environment::descriptors();
+    let fault = format!("descriptors grew from {open} to {after} in {cycles} rounds");
+    probe.expect(after <= open, fault, "close what was opened");
+    Ok(())
+}

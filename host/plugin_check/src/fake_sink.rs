@@ -1,0 +1,189 @@
+//! The sample sink that a telemetry plugin gets here: it looks at every sample.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::c_void;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_abi as abi;
+
+use crate::finding::Finding;
+use crate::text;
+
+/// Samples in one batch that the host takes.
+const MAX_BATCH: usize = 1 << 20;
+/// How far ahead of this clock a source's may be.
+const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
+/// Bytes of what a plugin says of its link.
+const MAX_LINK_BYTES: usize = 512;
+
+/// A sink that lives as long as the process.
+pub(crate) struct FakeSink {
+    raw: abi::BusbarSampleSink,
+    shared: &'static Mutex<Seen>,
+}
+
+// SAFETY: the table never changes, and what its pointers lead to is static and locked.
+unsafe impl Send for FakeSink {}
+// SAFETY: as above.
+unsafe impl Sync for FakeSink {}
+
+/// What came through a sink.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Seen {
+    /// `BUSBAR_VALUE_*` wanted, by tag.
+    wanted: BTreeMap<u32, u32>,
+    /// Tags of which at least one sample came.
+    pub(crate) tags: BTreeSet<u32>,
+    /// Samples that came.
+    pub(crate) samples: u64,
+    /// Link reports that came.
+    pub(crate) links: u64,
+    /// Calls that came while the plugin was idle.
+    pub(crate) late: u64,
+    open: bool,
+    faults: BTreeSet<String>,
+}
+
+impl FakeSink {
+    /// A sink for tags with the kinds that are wanted of them.
+    pub(crate) fn new(wanted: impl IntoIterator<Item = (u32, u32)>) -> &'static Self {
+        let seen = Seen { wanted: wanted.into_iter().collect(), ..Seen::default() };
+        let shared: &'static Mutex<Seen> = Box::leak(Box::new(Mutex::new(seen)));
+        let raw = abi::BusbarSampleSink {
+            struct_size: size_of::<abi::BusbarSampleSink>() as u32,
+            reserved: 0,
+            context: std::ptr::from_ref(shared).cast_mut().cast(),
+            publish: Some(publish),
+            report_link: Some(report_link),
+        };
+        Box::leak(Box::new(Self { raw, shared }))
+    }
+
+    pub(crate) fn as_ptr(&self) -> *const abi::BusbarSampleSink {
+        &raw const self.raw
+    }
+
+    /// Whether the plugin is active, so that it may call.
+    pub(crate) fn set_open(&self, open: bool) {
+        self.lock().open = open;
+    }
+
+    /// What came so far.
+    pub(crate) fn seen(&self) -> Seen {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Seen> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Seen {
+    /// What was wrong with calls so far.
+    pub(crate) fn findings(&self) -> Vec<Finding> {
+        let remedy = "see BusbarSample and BusbarSampleSink in the header";
+        self.faults.iter().map(|fault| Finding::new(fault.clone(), remedy)).collect()
+    }
+
+    fn note_call(&mut self) {
+        self.late += u64::from(!self.open);
+    }
+
+    fn fault(&mut self, what: String) {
+        if self.faults.len() < 16 {
+            self.faults.insert(what);
+        }
+    }
+
+    fn look_at(&mut self, sample: &abi::BusbarSample) {
+        let tag = sample.tag;
+        let Some(&wanted) = self.wanted.get(&tag) else {
+            return self.fault(format!("a sample names tag {tag}, which `start` did not give"));
+        };
+        self.tags.insert(tag);
+        let kind = sample.kind;
+        if kind != abi::BUSBAR_VALUE_NONE && u32::from(kind) != wanted {
+            self.fault(format!("a sample of tag {tag} has value kind {kind}, not {wanted}"));
+        }
+        match kind {
+            abi::BUSBAR_VALUE_F64 if sample.quality == abi::BUSBAR_QUALITY_GOOD => {
+                let value = f64::from_bits(sample.value);
+                if !value.is_finite() {
+                    self.fault(format!("a sample of tag {tag} is {value} and says it is good"));
+                }
+            }
+            abi::BUSBAR_VALUE_BOOL if sample.value > 1 => {
+                self.fault(format!("a bool sample of tag {tag} has value {}", sample.value));
+            }
+            abi::BUSBAR_VALUE_DOUBLE_POINT if sample.value > 3 => {
+                self.fault(format!("a double point of tag {tag} has value {}", sample.value));
+            }
+            abi::BUSBAR_VALUE_NONE if sample.quality == abi::BUSBAR_QUALITY_GOOD => {
+                self.fault(format!("a sample of tag {tag} is good and has no value"));
+            }
+            _ => {}
+        }
+        if sample.quality > abi::BUSBAR_QUALITY_BAD {
+            self.fault(format!("a sample of tag {tag} has quality {}", sample.quality));
+        }
+        match sample.reason {
+            abi::BUSBAR_REASON_STALE => {
+                self.fault(format!("a sample of tag {tag} is stale: only the host says that"));
+            }
+            reason if reason > abi::BUSBAR_REASON_STALE => {
+                self.fault(format!("a sample of tag {tag} has reason {reason}"));
+            }
+            _ => {}
+        }
+        if sample.source_time_unix_nanos != abi::BUSBAR_NO_TIME {
+            let now = SystemTime::now() + MAX_CLOCK_AHEAD;
+            let now = now.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+            if i128::from(sample.source_time_unix_nanos) > now as i128 {
+                self.fault(format!("a sample of tag {tag} has a source time in the future"));
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn publish(
+    context: *mut c_void,
+    samples: *const abi::BusbarSample,
+    count: usize,
+) -> usize {
+    // SAFETY: a plugin passes the static context of its sink, or breaks the ABI.
+    let Some(seen) = (unsafe { context.cast::<Mutex<Seen>>().as_ref() }) else { return 0 };
+    let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
+    seen.note_call();
+    if count > MAX_BATCH || (count > 0 && (samples.is_null() || !samples.is_aligned())) {
+        seen.fault(format!("a batch of {count} samples is null, misaligned or too large"));
+        return 0;
+    }
+    if count == 0 {
+        return 0;
+    }
+    // SAFETY: not null and aligned; the plugin vouches for `count` samples.
+    for sample in unsafe { std::slice::from_raw_parts(samples, count) } {
+        seen.look_at(sample);
+    }
+    seen.samples += count as u64;
+    count
+}
+
+unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi::BusbarStr) {
+    // SAFETY: as in `publish`.
+    let Some(seen) = (unsafe { context.cast::<Mutex<Seen>>().as_ref() }) else { return };
+    let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
+    seen.note_call();
+    seen.links += 1;
+    if state > abi::BUSBAR_LINK_DOWN {
+        seen.fault(format!("a link report has the unknown state {state}"));
+    }
+    match text::read(message) {
+        Err(what) => seen.fault(format!("the text of a link report {what}")),
+        Ok(text) if text.len() > MAX_LINK_BYTES => {
+            seen.fault(format!("the text of a link report has more than {MAX_LINK_BYTES} bytes"));
+        }
+        Ok(_) => {}
+    }
+}

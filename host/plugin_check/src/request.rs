@@ -1,0 +1,126 @@
+//! What is to be checked, as told to the checker and to a case's process.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use thiserror::Error;
+
+/// Bytes of a sample file.
+const MAX_SAMPLE_BYTES: u64 = 1 << 20;
+/// Tags of a sample.
+const MAX_SAMPLE_TAGS: usize = 256;
+
+/// How to check.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The longest that one case may take.
+    pub case_limit: Duration,
+    /// Settings and tags to check with.
+    pub sample: Sample,
+    /// Cases to run, those they need included; empty for all.
+    pub only: Vec<String>,
+}
+
+/// Settings and tags with which a plugin can work.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sample {
+    /// Settings; without them the least that the plugin's schema accepts.
+    pub settings: Option<Value>,
+    /// Tags that a telemetry plugin can serve, with their addresses.
+    pub tags: Vec<SampleTag>,
+}
+
+/// A tag of a sample.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SampleTag {
+    /// `f64`, `i64`, `bool` or `double_point`.
+    pub kind: TagKind,
+    /// The address, as a configuration has it.
+    pub address: Value,
+}
+
+/// The kind of a tag's values, as configurations word it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TagKind {
+    /// A measurement.
+    F64,
+    /// A counter.
+    I64,
+    /// A single point.
+    Bool,
+    /// A switch position.
+    DoublePoint,
+}
+
+/// Why a sample cannot be used.
+#[derive(Debug, Error)]
+pub enum RequestError {
+    /// The file cannot be read.
+    #[error("cannot read the sample '{path}': {source}; check the path")]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is too large.
+    #[error(
+        "the sample '{path}' is too large: at most {MAX_SAMPLE_BYTES} bytes and {MAX_SAMPLE_TAGS} tags"
+    )]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is no sample.
+    #[error(
+        "the sample '{path}': {source}; write {{\"settings\": {{...}}, \"tags\": [{{\"kind\": \"f64\", \"address\": ...}}]}}"
+    )]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+}
+
+impl Sample {
+    /// Reads a sample file.
+    ///
+    /// # Errors
+    /// [`RequestError`].
+    pub fn read(path: &Path) -> Result<Self, RequestError> {
+        let unreadable = |source| RequestError::Unreadable { path: path.to_owned(), source };
+        if std::fs::metadata(path).map_err(unreadable)?.len() > MAX_SAMPLE_BYTES {
+            return Err(RequestError::TooLarge { path: path.to_owned() });
+        }
+        let text = std::fs::read(path).map_err(unreadable)?;
+        let sample: Self = serde_json::from_slice(&text)
+            .map_err(|source| RequestError::Malformed { path: path.to_owned(), source })?;
+        if sample.tags.len() > MAX_SAMPLE_TAGS {
+            return Err(RequestError::TooLarge { path: path.to_owned() });
+        }
+        Ok(sample)
+    }
+}
+
+/// What the process of one case is told.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Request {
+    /// The library.
+    pub(crate) library: PathBuf,
+    /// Name of the case.
+    pub(crate) case: String,
+    /// Which plugin of the library, for cases of plugins.
+    pub(crate) plugin: u32,
+    /// Settings and tags.
+    pub(crate) sample: Sample,
+    /// Where the case writes what it does and finds.
+    pub(crate) journal: PathBuf,
+    /// The longest it may take, milliseconds.
+    pub(crate) limit_millis: u64,
+}

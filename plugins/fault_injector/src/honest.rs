@@ -1,0 +1,186 @@
+//! The good plugin of every kind, which strikes where it is told to.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
+use busbar_plugin_sdk::{
+    Binding, Canvas, Collapse, CollapseList, DoublePoint, Error, Host, LinkState, Mesh,
+    MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, Running, Sample, SampleSink, Severity,
+    TagSpec, Telemetry, Value, ValueKind, Worker, export,
+};
+
+use crate::fault::{At, Fault, Kind, set};
+use crate::strike::strike;
+
+/// Time between two batches.
+pub const PUBLISH_PERIOD: Duration = Duration::from_millis(10);
+/// Collapses between two reports of progress.
+const REPORT_EVERY: usize = 1024;
+/// A handle that no tag has.
+const NO_TAG: u32 = u32::MAX - 7;
+
+/// Settings: a fault, or none.
+#[derive(Debug, Default, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// What happens; without it nothing does.
+    kind: Option<Kind>,
+    /// Where.
+    at: Option<At>,
+    /// Calls there that go well before.
+    after_calls: u64,
+}
+
+/// The plugin.
+pub struct FaultInjector {
+    host: Host,
+    worker: Option<Worker>,
+    bindings: Vec<Binding>,
+}
+
+impl Plugin for FaultInjector {
+    const ID: &'static str = "fault_injector";
+    const NAME: &'static str = "Fault injector";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str = "Misbehaves as it is told to.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
+        let after_calls = settings.after_calls;
+        match (settings.kind, settings.at) {
+            (None, None) => set(None),
+            (Some(kind), Some(at)) if kind.reaches(at) => {
+                set(Some(Fault { kind, at, after_calls }));
+            }
+            (Some(kind), Some(at)) => {
+                let text = format!("settings: {kind:?} cannot happen at {at:?}; choose another");
+                return Err(Error::settings(text));
+            }
+            _ => return Err(Error::settings("settings: give `kind` and `at`, or neither")),
+        }
+        strike(At::Create);
+        Ok(Self { host, worker: None, bindings: Vec::new() })
+    }
+}
+
+impl Drop for FaultInjector {
+    fn drop(&mut self) {
+        self.worker = None;
+        strike(At::Destroy);
+    }
+}
+
+impl Telemetry for FaultInjector {
+    fn check(&self, _tags: &[TagSpec]) -> Result<(), Error> {
+        strike(At::Check);
+        Ok(())
+    }
+
+    fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
+        strike(At::Start);
+        let work = move |running: &Running| publish(&tags, &sink, running);
+        self.worker = Some(Worker::start(&self.host, "fault_injector", work)?);
+        Ok(())
+    }
+
+    fn stop(&mut self) {
+        self.worker = None;
+        strike(At::Stop);
+    }
+}
+
+/// Publishes a ramp of every tag until it is told to stop.
+fn publish(tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+    for step in 0_u32.. {
+        let kind = strike(At::Publish);
+        let mut batch: Vec<_> =
+            tags.iter().map(|tag| Sample::good(tag.tag, value_of(tag.kind, step))).collect();
+        for sample in &mut batch {
+            match kind {
+                Some(Kind::NotFinite) => sample.value = Some(Value::F64(f64::NAN)),
+                Some(Kind::OutOfRange) => sample.tag = NO_TAG,
+                _ => {}
+            }
+        }
+        if !batch.is_empty() {
+            sink.publish(&batch);
+        }
+        if step == 0 && !batch.is_empty() {
+            sink.report_link(LinkState::Up, "a ramp");
+        }
+        let flood = kind == Some(Kind::Flood);
+        if !running.wait(if flood { Duration::ZERO } else { PUBLISH_PERIOD }) {
+            return;
+        }
+    }
+}
+
+fn value_of(kind: ValueKind, step: u32) -> Value {
+    match kind {
+        ValueKind::F64 => Value::F64(f64::from(step)),
+        ValueKind::I64 => Value::I64(i64::from(step)),
+        ValueKind::Bool => Value::Bool(step % 2 == 1),
+        ValueKind::DoublePoint => Value::DoublePoint(DoublePoint::from_bits(u64::from(step))),
+    }
+}
+
+impl Overlay for FaultInjector {
+    fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
+        strike(At::Configure);
+        self.bindings = bindings;
+        Ok(())
+    }
+
+    fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        strike(At::Draw);
+        for (index, (binding, state)) in self.bindings.iter().zip(frame.values()).enumerate() {
+            let text = if state.value.is_some() { "a value" } else { "none" };
+            canvas.line(index, binding.node, Severity::Normal, &binding.tag_name, text)?;
+        }
+        Ok(())
+    }
+}
+
+impl MeshOptimizer for FaultInjector {
+    /// Shortest edges first, as far as both ends are live.
+    fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
+        progress.report(0.0)?;
+        strike(At::Optimize);
+        let mut lengths = HashMap::new();
+        for &[a, b, c] in mesh.triangles {
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                let [p, q] = [a, b].map(|index| mesh.positions[index as usize]);
+                let squared: f64 =
+                    (0..3).map(|i| (f64::from(p[i]) - f64::from(q[i])).powi(2)).sum();
+                lengths.insert((a.min(b), a.max(b)), squared.sqrt() as f32);
+            }
+        }
+        let mut edges: Vec<_> = lengths.into_iter().collect();
+        edges.sort_by(|(a, x), (b, y)| x.total_cmp(y).then(a.cmp(b)));
+        let mut removed = vec![false; mesh.positions.len()];
+        let mut list = CollapseList::default();
+        let count = edges.len().max(1) as f32;
+        for (index, ((kept, from), error)) in edges.into_iter().enumerate() {
+            if index % REPORT_EVERY == 0 {
+                progress.report(index as f32 / count)?;
+            }
+            if !removed[kept as usize] && !removed[from as usize] {
+                removed[from as usize] = true;
+                list.collapses.push(Collapse { removed: from, kept, error });
+            }
+        }
+        Ok(list)
+    }
+}
+
+// What `export_plugin!` would write, but for the entry, which is `tables`' own.
+impl Exported for FaultInjector {
+    const CAPABILITIES: &'static [Capability] =
+        &[export::telemetry::<Self>(), export::overlay::<Self>(), export::mesh_optimizer::<Self>()];
+
+    fn descriptor() -> &'static Descriptor {
+        static DESCRIPTOR: std::sync::OnceLock<Descriptor> = std::sync::OnceLock::new();
+        DESCRIPTOR.get_or_init(export::describe::<Self>)
+    }
+}

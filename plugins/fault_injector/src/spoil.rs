@@ -1,0 +1,250 @@
+//! The tables of capabilities, whose results are spoiled on their way to the host.
+
+use std::ffi::c_void;
+use std::time::{Duration, Instant};
+
+use busbar_plugin_sdk::abi;
+
+use crate::fault::{At, Kind, is_set};
+use crate::tables::{SHORT, honest_table};
+
+/// Text that is none.
+pub(crate) const NOT_UTF8: abi::BusbarStr = abi::BusbarStr { ptr: BAD_BYTES.as_ptr(), len: 4 };
+static BAD_BYTES: [u8; 4] = [b'a', 0xff, 0xfe, b'z'];
+/// How long samples come after `stop`.
+const AFTERWARDS: Duration = Duration::from_secs(5);
+
+/// The kind that spoils this call, which was counted already.
+pub(crate) fn due_again(at: At) -> Option<Kind> {
+    let kinds = [Kind::LieAboutSize, Kind::NotUtf8, Kind::NullResult, Kind::NotFinite]
+        .into_iter()
+        .chain([Kind::OutOfRange, Kind::Overrun]);
+    kinds.into_iter().find(|&kind| is_set(kind, at))
+}
+
+/// Writes a message that is not UTF-8.
+///
+/// # Safety
+/// `error` is null or may be written.
+pub(crate) unsafe fn error(error: *mut abi::BusbarError) {
+    // SAFETY: the caller vouches for it.
+    if let Some(error) = unsafe { error.as_mut() } {
+        error.status = abi::BUSBAR_FAILED;
+        error.message[..4].copy_from_slice(&BAD_BYTES);
+        error.message_len = 4;
+    }
+}
+
+/// A status after its error was spoiled, if it is to be.
+///
+/// # Safety
+/// `into` is null or may be written.
+unsafe fn status(
+    at: At,
+    status: abi::BusbarStatus,
+    into: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    if due_again(at) != Some(Kind::NotUtf8) || status != abi::BUSBAR_OK {
+        return status;
+    }
+    // SAFETY: the caller vouches for it.
+    unsafe { error(into) };
+    abi::BUSBAR_FAILED
+}
+
+const fn telemetry(struct_size: u32) -> abi::BusbarTelemetry {
+    let (check, start, stop) = (Some(check as _), Some(start as _), Some(stop as _));
+    abi::BusbarTelemetry { struct_size, reserved: 0, check, start, stop }
+}
+
+const fn overlay(struct_size: u32) -> abi::BusbarOverlay {
+    let (configure, draw) = (Some(configure as _), Some(draw as _));
+    abi::BusbarOverlay { struct_size, reserved: 0, configure, draw }
+}
+
+const fn optimizer(struct_size: u32) -> abi::BusbarMeshOptimizer {
+    abi::BusbarMeshOptimizer { struct_size, reserved: 0, optimize: Some(optimize as _) }
+}
+
+/// Each table as it is, and as the lie has it.
+static TELEMETRY: [abi::BusbarTelemetry; 2] =
+    [telemetry(size_of::<abi::BusbarTelemetry>() as u32), telemetry(SHORT)];
+static OVERLAY: [abi::BusbarOverlay; 2] =
+    [overlay(size_of::<abi::BusbarOverlay>() as u32), overlay(SHORT)];
+static OPTIMIZER: [abi::BusbarMeshOptimizer; 2] =
+    [optimizer(size_of::<abi::BusbarMeshOptimizer>() as u32), optimizer(SHORT)];
+
+/// The table of a capability that the plugin has.
+pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
+    // SAFETY: the host's text is valid for the call; the SDK found it to be an id.
+    let id = unsafe { std::slice::from_raw_parts(id.ptr, id.len) };
+    let index = usize::from(short);
+    match std::str::from_utf8(id) {
+        Ok(abi::TELEMETRY_ID) => std::ptr::from_ref(&TELEMETRY[index]).cast(),
+        Ok(abi::OVERLAY_ID) => std::ptr::from_ref(&OVERLAY[index]).cast(),
+        Ok(abi::MESH_OPTIMIZER_ID) => std::ptr::from_ref(&OPTIMIZER[index]).cast(),
+        _ => std::ptr::null(),
+    }
+}
+
+unsafe extern "C" fn check(
+    plugin: *const abi::BusbarPlugin,
+    tags: *const abi::BusbarTagSpec,
+    tag_count: usize,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let honest = honest_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.check);
+    let Some(check) = honest else { return abi::BUSBAR_INTERNAL };
+    // SAFETY: handed on as it came.
+    unsafe { status(At::Check, check(plugin, tags, tag_count, error), error) }
+}
+
+unsafe extern "C" fn start(
+    plugin: *const abi::BusbarPlugin,
+    tags: *const abi::BusbarTagSpec,
+    tag_count: usize,
+    sink: *const abi::BusbarSampleSink,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let honest = honest_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID);
+    let Some((start, stop)) = honest.and_then(|t| t.start.zip(t.stop)) else {
+        return abi::BUSBAR_INTERNAL;
+    };
+    // SAFETY: handed on as it came.
+    let started = unsafe { start(plugin, tags, tag_count, sink, error) };
+    if started != abi::BUSBAR_OK {
+        return started;
+    }
+    match due_again(At::Publish) {
+        Some(Kind::NotUtf8) => say_nonsense(sink),
+        _ if is_set(Kind::AfterStop, At::Publish) => publish_afterwards(sink),
+        _ => {}
+    }
+    // SAFETY: the host's error is null or valid.
+    let spoiled = unsafe { status(At::Start, started, error) };
+    if spoiled != abi::BUSBAR_OK {
+        // SAFETY: it was started just now; one that failed is idle.
+        unsafe { stop(plugin) };
+    }
+    spoiled
+}
+
+unsafe extern "C" fn stop(plugin: *const abi::BusbarPlugin) {
+    let honest = honest_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.stop);
+    if let Some(stop) = honest {
+        // SAFETY: handed on as it came.
+        unsafe { stop(plugin) };
+    }
+}
+
+/// Reports a link in text that is none.
+fn say_nonsense(sink: *const abi::BusbarSampleSink) {
+    // SAFETY: the SDK just found it good; it stays so until `stop`.
+    let sink = unsafe { &*sink };
+    if let Some(report) = sink.report_link {
+        // SAFETY: the bytes are static.
+        unsafe { report(sink.context, abi::BUSBAR_LINK_UP, NOT_UTF8) };
+    }
+}
+
+/// Publishes for a while, whatever `stop` says.
+fn publish_afterwards(sink: *const abi::BusbarSampleSink) {
+    struct Sink(abi::BusbarSampleSink);
+    // SAFETY: none after `stop`; using it too late is the fault, which is the purpose.
+    unsafe impl Send for Sink {}
+    // SAFETY: the SDK just found it good.
+    let sink = Sink(unsafe { *sink });
+    std::thread::spawn(move || {
+        let Sink(sink) = { sink };
+        let until = Instant::now() + AFTERWARDS;
+        while Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(5));
+            if let Some(report) = sink.report_link {
+                let text = abi::BusbarStr::from_static("still here");
+                // SAFETY: as above.
+                unsafe { report(sink.context, abi::BUSBAR_LINK_UP, text) };
+            }
+        }
+    });
+}
+
+unsafe extern "C" fn configure(
+    plugin: *const abi::BusbarPlugin,
+    bindings: *const abi::BusbarBinding,
+    binding_count: usize,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let honest = honest_table::<abi::BusbarOverlay>(abi::OVERLAY_ID).and_then(|t| t.configure);
+    let Some(configure) = honest else { return abi::BUSBAR_INTERNAL };
+    // SAFETY: handed on as it came.
+    unsafe { status(At::Configure, configure(plugin, bindings, binding_count, error), error) }
+}
+
+unsafe extern "C" fn draw(
+    plugin: *const abi::BusbarPlugin,
+    frame: *const abi::BusbarOverlayFrame,
+    output: *mut abi::BusbarOverlayOutput,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let honest = honest_table::<abi::BusbarOverlay>(abi::OVERLAY_ID).and_then(|t| t.draw);
+    let Some(draw) = honest else { return abi::BUSBAR_INTERNAL };
+    // SAFETY: handed on as it came.
+    let drawn = unsafe { draw(plugin, frame, output, error) };
+    if drawn != abi::BUSBAR_OK {
+        return drawn;
+    }
+    // SAFETY: the SDK found it good.
+    let output = unsafe { &mut *output };
+    let some = output.primitive_count > 0;
+    match due_again(At::Draw) {
+        Some(Kind::NotUtf8) if output.text_len > 0 => {
+            // SAFETY: there is text, so there is a first byte.
+            unsafe { output.text.write(0xff) };
+        }
+        Some(Kind::OutOfRange) if some => {
+            // SAFETY: there is a first primitive.
+            unsafe { (*output.primitives).binding = u32::MAX };
+        }
+        Some(Kind::Overrun) => {
+            // SAFETY: none; writing beyond the end is the fault, which is the purpose.
+            unsafe { output.text.add(output.text_capacity as usize).write_bytes(0x11, 8) };
+        }
+        _ => {}
+    }
+    drawn
+}
+
+unsafe extern "C" fn optimize(
+    plugin: *const abi::BusbarPlugin,
+    mesh: *const abi::BusbarMesh,
+    progress: *const abi::BusbarProgress,
+    output: *mut abi::BusbarCollapseOutput,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let honest = honest_table::<abi::BusbarMeshOptimizer>(abi::MESH_OPTIMIZER_ID);
+    let Some(optimize) = honest.and_then(|t| t.optimize) else { return abi::BUSBAR_INTERNAL };
+    // SAFETY: handed on as it came.
+    let done = unsafe { optimize(plugin, mesh, progress, output, error) };
+    if done != abi::BUSBAR_OK {
+        return done;
+    }
+    // SAFETY: the SDK found it good.
+    let result = unsafe { &mut *output };
+    let some = result.collapse_count > 0;
+    match due_again(At::Optimize) {
+        // SAFETY: there is a first collapse.
+        Some(Kind::NotFinite) if some => unsafe { (*result.collapses).error = f32::NAN },
+        // SAFETY: as above.
+        Some(Kind::OutOfRange) if some => unsafe { (*result.collapses).kept = u32::MAX },
+        Some(Kind::Overrun) => {
+            // SAFETY: none; writing beyond the end is the fault, which is the purpose.
+            unsafe {
+                let end = result.collapses.add(result.collapse_capacity as usize);
+                end.write_bytes(0x11, 1);
+            }
+        }
+        _ => {}
+    }
+    // SAFETY: the host's error is null or valid.
+    unsafe { status(At::Optimize, done, error) }
+}

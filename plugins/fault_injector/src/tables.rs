@@ -1,0 +1,152 @@
+//! The entry, the factory and the tables: those of the SDK, struck and spoiled.
+
+use std::ffi::c_void;
+use std::sync::OnceLock;
+
+use busbar_plugin_sdk::abi;
+
+use crate::fault::{At, Kind};
+use crate::honest::FaultInjector;
+use crate::spoil;
+use crate::strike::strike;
+
+const HONEST: abi::BusbarPluginEntry = busbar_plugin_sdk::export::entry::<FaultInjector>();
+/// What a lie about a size says.
+pub(crate) const SHORT: u32 = 8;
+/// More plugins, and capabilities, than a library may have.
+const TOO_MANY: u32 = 1000;
+
+type GetCapability =
+    unsafe extern "C" fn(*const abi::BusbarPlugin, abi::BusbarStr) -> *const c_void;
+/// That of the SDK, which an instance no longer names.
+static HONEST_GET_CAPABILITY: OnceLock<GetCapability> = OnceLock::new();
+
+/// The entry of this plugin library.
+// SAFETY: no other symbol of this name is in a plugin library.
+#[unsafe(no_mangle)]
+pub static busbar_plugin_entry: abi::BusbarPluginEntry = abi::BusbarPluginEntry {
+    init: Some(init),
+    deinit: Some(deinit),
+    get_factory: Some(get_factory),
+    ..HONEST
+};
+
+const fn factory(struct_size: u32) -> abi::BusbarPluginFactory {
+    abi::BusbarPluginFactory {
+        struct_size,
+        reserved: 0,
+        count: Some(count),
+        descriptor: Some(descriptor),
+        create: Some(create),
+    }
+}
+
+static FACTORY: abi::BusbarPluginFactory = factory(size_of::<abi::BusbarPluginFactory>() as u32);
+static SHORT_FACTORY: abi::BusbarPluginFactory = factory(SHORT);
+
+unsafe extern "C" fn init(_error: *mut abi::BusbarError) -> abi::BusbarStatus {
+    strike(At::Init);
+    abi::BUSBAR_OK
+}
+
+unsafe extern "C" fn deinit() {
+    strike(At::Deinit);
+}
+
+unsafe extern "C" fn get_factory(id: abi::BusbarStr) -> *const c_void {
+    let kind = strike(At::GetFactory);
+    // SAFETY: handed on as it came.
+    let honest = HONEST.get_factory.map_or(std::ptr::null(), |get| unsafe { get(id) });
+    match kind {
+        _ if honest.is_null() => honest,
+        Some(Kind::NullResult) => std::ptr::null(),
+        Some(Kind::LieAboutSize) => std::ptr::from_ref(&SHORT_FACTORY).cast(),
+        _ => std::ptr::from_ref(&FACTORY).cast(),
+    }
+}
+
+fn honest_factory() -> Option<&'static abi::BusbarPluginFactory> {
+    let id = abi::BusbarStr::from_static(abi::PLUGIN_FACTORY_ID);
+    // SAFETY: the SDK gives its static factory for this id.
+    unsafe { HONEST.get_factory?(id).cast::<abi::BusbarPluginFactory>().as_ref() }
+}
+
+unsafe extern "C" fn count() -> u32 {
+    if strike(At::Count) == Some(Kind::OutOfRange) { TOO_MANY } else { 1 }
+}
+
+unsafe extern "C" fn descriptor(index: u32) -> *const abi::BusbarPluginDescriptor {
+    let kind = strike(At::Descriptor);
+    let honest = honest_factory().and_then(|factory| factory.descriptor);
+    // SAFETY: handed on as it came.
+    let honest = honest.map_or(std::ptr::null(), |descriptor| unsafe { descriptor(index) });
+    // SAFETY: the SDK's descriptor is static.
+    let Some(copy) = (unsafe { honest.as_ref() }).copied() else { return honest };
+    let spoiled = match kind {
+        Some(Kind::NullResult) => return std::ptr::null(),
+        Some(Kind::LieAboutSize) => abi::BusbarPluginDescriptor { struct_size: SHORT, ..copy },
+        Some(Kind::NotUtf8) => abi::BusbarPluginDescriptor { name: spoil::NOT_UTF8, ..copy },
+        Some(Kind::OutOfRange) => {
+            abi::BusbarPluginDescriptor { capability_count: TOO_MANY, ..copy }
+        }
+        _ => return honest,
+    };
+    Box::leak(Box::new(spoiled))
+}
+
+unsafe extern "C" fn create(
+    id: abi::BusbarStr,
+    settings: abi::BusbarStr,
+    host: *const abi::BusbarHost,
+    error: *mut abi::BusbarError,
+) -> *mut abi::BusbarPlugin {
+    let Some(create) = honest_factory().and_then(|factory| factory.create) else {
+        return std::ptr::null_mut();
+    };
+    // SAFETY: handed on as it came.
+    let made = unsafe { create(id, settings, host, error) };
+    // SAFETY: null, or what the SDK just made and nobody else knows.
+    let Some(plugin) = (unsafe { made.as_mut() }) else { return made };
+    if let Some(get) = plugin.get_capability {
+        HONEST_GET_CAPABILITY.get_or_init(|| get);
+    }
+    plugin.get_capability = Some(get_capability);
+    // The call was counted within the SDK's `create`.
+    match spoil::due_again(At::Create) {
+        Some(Kind::LieAboutSize) => plugin.struct_size = SHORT,
+        Some(kind @ (Kind::NullResult | Kind::NotUtf8)) => {
+            if let Some(destroy) = plugin.destroy {
+                // SAFETY: made above and given to nobody.
+                unsafe { destroy(made) };
+            }
+            if kind == Kind::NotUtf8 {
+                // SAFETY: the host's error is null or valid.
+                unsafe { spoil::error(error) };
+            }
+            return std::ptr::null_mut();
+        }
+        _ => {}
+    }
+    made
+}
+
+unsafe extern "C" fn get_capability(
+    plugin: *const abi::BusbarPlugin,
+    id: abi::BusbarStr,
+) -> *const c_void {
+    let kind = strike(At::GetCapability);
+    let Some(get) = HONEST_GET_CAPABILITY.get() else { return std::ptr::null() };
+    // SAFETY: handed on as it came.
+    let honest = unsafe { get(plugin, id) };
+    if honest.is_null() || kind == Some(Kind::NullResult) {
+        return std::ptr::null();
+    }
+    spoil::table(id, kind == Some(Kind::LieAboutSize))
+}
+
+/// The SDK's own table of a capability.
+pub(crate) fn honest_table<T>(id: &'static str) -> Option<&'static T> {
+    let get = HONEST_GET_CAPABILITY.get()?;
+    // SAFETY: the SDK looks at the id alone, and its tables are static and of this type.
+    unsafe { get(std::ptr::null(), abi::BusbarStr::from_static(id)).cast::<T>().as_ref() }
+}

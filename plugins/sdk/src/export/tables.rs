@@ -1,0 +1,159 @@
+//! The tables of capabilities: one function a row, each guarded.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::PoisonError;
+
+use busbar_plugin_abi as abi;
+
+use super::{Capability, Instance, Table, instance};
+use crate::border::{given, guard};
+use crate::{Error, MeshOptimizer, Overlay, SampleSink, Telemetry};
+
+/// `busbar.mesh-optimizer/1-draft` of a type.
+pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
+    unsafe extern "C" fn optimize<P: MeshOptimizer>(
+        plugin: *const abi::BusbarPlugin,
+        mesh: *const abi::BusbarMesh,
+        progress: *const abi::BusbarProgress,
+        output: *mut abi::BusbarCollapseOutput,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.read();
+                let plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::mesh_optimizer::run(&*plugin, mesh, progress, output)
+            })
+        }
+    }
+    Capability {
+        id: abi::MESH_OPTIMIZER_ID,
+        table: Table::MeshOptimizer(abi::BusbarMeshOptimizer {
+            struct_size: size_of::<abi::BusbarMeshOptimizer>() as u32,
+            reserved: 0,
+            optimize: Some(optimize::<P>),
+        }),
+    }
+}
+
+/// `busbar.telemetry/1-draft` of a type.
+pub const fn telemetry<P: Telemetry>() -> Capability {
+    unsafe extern "C" fn check<P: Telemetry>(
+        plugin: *const abi::BusbarPlugin,
+        tags: *const abi::BusbarTagSpec,
+        tag_count: usize,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let tags = crate::telemetry::read_specs(tags, tag_count)?;
+                let plugin = instance::<P>(plugin)?.plugin.read();
+                plugin.unwrap_or_else(PoisonError::into_inner).check(&tags)
+            })
+        }
+    }
+    unsafe extern "C" fn start<P: Telemetry>(
+        plugin: *const abi::BusbarPlugin,
+        tags: *const abi::BusbarTagSpec,
+        tag_count: usize,
+        sink: *const abi::BusbarSampleSink,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        let mut opened = None;
+        // SAFETY: the host passes what `create` made, and valid pointers; the
+        // sink stays valid until `stop` returns, which closes it first.
+        let status = unsafe {
+            guard(error, || {
+                let instance = instance::<P>(plugin)?;
+                given(sink, "start: the sink")?;
+                let tags = crate::telemetry::read_specs(tags, tag_count)?;
+                let sink = SampleSink::open(sink);
+                let mut open = instance.sink.lock().unwrap_or_else(PoisonError::into_inner);
+                if open.is_some() {
+                    return Err(Error::argument("start: already started"));
+                }
+                *open = Some(sink.clone());
+                opened = Some(instance);
+                drop(open);
+                let mut plugin = instance.plugin.write().unwrap_or_else(PoisonError::into_inner);
+                plugin.start(tags, sink)
+            })
+        };
+        if let (Some(instance), true) = (opened, status != abi::BUSBAR_OK) {
+            end(instance);
+        }
+        status
+    }
+    unsafe extern "C" fn stop<P: Telemetry>(plugin: *const abi::BusbarPlugin) {
+        // SAFETY: the host passes what `create` made.
+        unsafe {
+            guard(std::ptr::null_mut(), || {
+                end(instance::<P>(plugin)?);
+                Ok(())
+            })
+        };
+    }
+    /// Closes the sink first, so that what a straggling thread sends goes
+    /// nowhere: after a failed `start`, a panic too, the host frees it at once.
+    fn end<P: Telemetry>(instance: &Instance<P>) {
+        instance.close_sink();
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop();
+        }));
+    }
+    Capability {
+        id: abi::TELEMETRY_ID,
+        table: Table::Telemetry(abi::BusbarTelemetry {
+            struct_size: size_of::<abi::BusbarTelemetry>() as u32,
+            reserved: 0,
+            check: Some(check::<P>),
+            start: Some(start::<P>),
+            stop: Some(stop::<P>),
+        }),
+    }
+}
+
+/// `busbar.overlay/1-draft` of a type.
+pub const fn overlay<P: Overlay>() -> Capability {
+    unsafe extern "C" fn configure<P: Overlay>(
+        plugin: *const abi::BusbarPlugin,
+        bindings: *const abi::BusbarBinding,
+        binding_count: usize,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let bindings = crate::overlay::read_bindings(bindings, binding_count)?;
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                plugin.unwrap_or_else(PoisonError::into_inner).configure(bindings)
+            })
+        }
+    }
+    unsafe extern "C" fn draw<P: Overlay>(
+        plugin: *const abi::BusbarPlugin,
+        frame: *const abi::BusbarOverlayFrame,
+        output: *mut abi::BusbarOverlayOutput,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::overlay::run(&mut *plugin, frame, output)
+            })
+        }
+    }
+    Capability {
+        id: abi::OVERLAY_ID,
+        table: Table::Overlay(abi::BusbarOverlay {
+            struct_size: size_of::<abi::BusbarOverlay>() as u32,
+            reserved: 0,
+            configure: Some(configure::<P>),
+            draw: Some(draw::<P>),
+        }),
+    }
+}

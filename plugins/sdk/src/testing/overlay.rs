@@ -1,0 +1,102 @@
+//! What an overlay draws, as the host reads it.
+
+use std::ops::Range;
+
+use busbar_plugin_abi as abi;
+
+use crate::overlay::run;
+use crate::{Binding, Error, Overlay, Severity, TagValue, Value};
+
+/// Room for primitives, and for bytes of text.
+const CAPACITY: usize = 1 << 16;
+
+/// What an overlay drew.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drawing {
+    /// Lines in order.
+    pub lines: Vec<DrawnLine>,
+    /// Tinted nodes with their severity.
+    pub tints: Vec<(u32, Severity)>,
+}
+
+/// A line of a label.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnLine {
+    /// Node.
+    pub node: u32,
+    /// Severity.
+    pub severity: Severity,
+    /// Caption.
+    pub caption: String,
+    /// Value as text.
+    pub text: String,
+}
+
+/// Configures an overlay and lets it draw these values, through the C ABI.
+///
+/// # Errors
+/// What the overlay says.
+pub fn draw<P: Overlay>(
+    overlay: &mut P,
+    bindings: Vec<Binding>,
+    values: &[TagValue],
+) -> Result<Drawing, Error> {
+    overlay.configure(bindings)?;
+    let values: Vec<_> = values.iter().map(value_to_abi).collect();
+    let frame = abi::BusbarOverlayFrame {
+        struct_size: size_of::<abi::BusbarOverlayFrame>() as u32,
+        value_count: values.len() as u32,
+        time_unix_nanos: 0,
+        values: values.as_ptr(),
+    };
+    let mut primitives = Vec::with_capacity(CAPACITY);
+    let mut text = vec![0; CAPACITY];
+    let mut output = abi::BusbarOverlayOutput {
+        struct_size: size_of::<abi::BusbarOverlayOutput>() as u32,
+        primitive_capacity: CAPACITY as u32,
+        primitive_count: 0,
+        text_capacity: CAPACITY as u32,
+        text_len: 0,
+        reserved: 0,
+        primitives: primitives.as_mut_ptr(),
+        text: text.as_mut_ptr(),
+    };
+    // SAFETY: frame and buffers live for the call and are as long as they say.
+    unsafe { run(overlay, &raw const frame, &raw mut output)? };
+    // SAFETY: the canvas wrote each primitive that it counts.
+    unsafe { primitives.set_len(output.primitive_count as usize) };
+    let mut drawing = Drawing::default();
+    for primitive in &primitives {
+        read(primitive, &text, &mut drawing);
+    }
+    Ok(drawing)
+}
+
+fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing) {
+    let severity = match primitive.severity {
+        abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
+        abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,
+        _ => Severity::Alarm,
+    };
+    if primitive.kind == abi::BUSBAR_OVERLAY_TINT {
+        into.tints.push((primitive.node, severity));
+        return;
+    }
+    let part = |offset: u32, len: u32| {
+        let range: Range<usize> = offset as usize..offset as usize + len as usize;
+        String::from_utf8_lossy(&text[range]).into_owned()
+    };
+    into.lines.push(DrawnLine {
+        node: primitive.node,
+        severity,
+        caption: part(primitive.caption_offset, primitive.caption_len),
+        text: part(primitive.text_offset, primitive.text_len),
+    });
+}
+
+fn value_to_abi(value: &TagValue) -> abi::BusbarTagValue {
+    let (kind, bits) = value.value.map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
+    let (quality, reason) = value.quality.to_abi();
+    let age_millis = value.age.as_millis() as u64;
+    abi::BusbarTagValue { kind, quality, reason, reserved: [0; 5], value: bits, age_millis }
+}

@@ -1,0 +1,41 @@
+//! What is drawn for values.
+
+use std::time::Duration;
+
+use busbar_plugin_sdk::testing::{draw, host};
+use busbar_plugin_sdk::{Quality, TagValue, ValueKind};
+
+use super::*;
+
+fn binding() -> Binding {
+    Binding {
+        node: 7,
+        kind: ValueKind::F64,
+        limit_low: Some(0.0),
+        limit_high: Some(95.0),
+        tag_id: "T1.Oil".into(),
+        tag_name: "Oil".into(),
+        unit: "°C".into(),
+        node_id: "T1".into(),
+        role: "value".into(),
+    }
+}
+
+/// The text, and the severity of the tint, for a value.
+fn drawn(value: Option<f64>) -> (String, Option<Severity>) {
+    let mut overlay = MyPlugin::create(Settings::default(), host()).unwrap();
+    let value = value.map(Value::F64);
+    let state = TagValue { value, quality: Quality::Good, age: Duration::ZERO };
+    let drawing = draw(&mut overlay, vec![binding()], &[state]).unwrap();
+    let [line] = drawing.lines.as_slice() else { panic!("{drawing:?}") };
+    assert_eq!((line.node, line.caption.as_str()), (7, "Oil"));
+    let tint = drawing.tints.first();
+    (line.text.clone(), tint.map(|(_, severity)| *severity))
+}
+
+#[test]
+fn values_are_shown_and_the_abnormal_is_coloured() {
+    assert_eq!(drawn(Some(61.52)), ("61.5 °C".into(), None));
+    assert_eq!(drawn(Some(95.1)), ("95.1 °C".into(), Some(Severity::Warning)));
+    assert_eq!(drawn(None), ("–".into(), None));
+}

@@ -1,0 +1,230 @@
+//! `busbar plugin check`: it passes every plugin that ships, and finds each way to
+//! misbehave wherever it can happen.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use e2e::{Output, built, built_folder, busbar, finish, workspace_path};
+use fault_injector::{At, FAULT_VARIABLE, Fault, Kind};
+use serde_json::{Value, json};
+
+/// Longest time of a case that is told to hang, seconds.
+const HANG_SECONDS: &str = "4";
+/// Checks that run side by side: most of their time they wait.
+const CHECKED_AT_ONCE: usize = 8;
+/// One fault a kind, each somewhere else: what CI runs of all.
+const SAMPLE: &[(Kind, At)] = &[
+    (Kind::Panic, At::Configure),
+    (Kind::IndexOutOfBounds, At::Optimize),
+    (Kind::PanicInDrop, At::Destroy),
+    (Kind::Segfault, At::Publish),
+    (Kind::StackOverflow, At::Draw),
+    (Kind::Abort, At::Check),
+    (Kind::Exit, At::Stop),
+    (Kind::AllocationFailure, At::Create),
+    (Kind::EndlessLoop, At::Init),
+    (Kind::Deadlock, At::GetFactory),
+    (Kind::DoubleFree, At::GetCapability),
+    (Kind::CloseDescriptors, At::Start),
+    (Kind::LeakMemory, At::Create),
+    (Kind::LeakDescriptor, At::Deinit),
+    (Kind::LeakThread, At::Start),
+    (Kind::LieAboutSize, At::Descriptor),
+    (Kind::NotUtf8, At::Draw),
+    (Kind::NotFinite, At::Publish),
+    (Kind::OutOfRange, At::Count),
+    (Kind::NullResult, At::Create),
+    (Kind::Overrun, At::Optimize),
+    (Kind::Flood, At::Publish),
+    (Kind::AfterStop, At::Publish),
+];
+
+fn library(plugin: &str) -> PathBuf {
+    built(built_folder().join(format!("lib{plugin}.{}", std::env::consts::DLL_EXTENSION)))
+}
+
+fn check(library: &PathBuf, sample: &Value) -> (Command, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let path = folder.path().join("sample.json");
+    std::fs::write(&path, sample.to_string()).expect("it can be written");
+    let mut command = busbar();
+    command.args(["plugin", "check"]).arg(library).arg("--sample").arg(path);
+    (command, folder)
+}
+
+/// Tags that the fault injector serves, and nothing wrong.
+fn good_sample() -> Value {
+    json!({ "tags": [
+        { "kind": "f64", "address": 1 },
+        { "kind": "i64", "address": {} },
+        { "kind": "bool", "address": "a" },
+        { "kind": "double_point", "address": [] },
+    ] })
+}
+
+#[test]
+fn shipped_plugins_pass() {
+    let modbus = json!({
+        "settings": { "host": "127.0.0.1", "port": 1, "poll_millis": 100 },
+        "tags": [
+            { "kind": "f64", "address": { "table": "input", "register": 100, "type": "i16" } },
+            { "kind": "bool", "address": { "table": "discrete", "register": 4 } },
+            { "kind": "double_point", "address": { "table": "discrete", "register": 0 } },
+        ],
+    });
+    for (plugin, sample, most_skipped) in [
+        ("modbus_adapter", modbus, 0),
+        ("power_overlay", json!({}), 0),
+        ("quadric_collapse", json!({}), 0),
+        ("weighted_collapse", json!({}), 0),
+        ("fault_injector", good_sample(), 0),
+    ] {
+        let (mut command, folder) = check(&library(plugin), &sample);
+        let report = folder.path().join("report.json");
+        let output = finish(command.arg("--json").arg(&report)).expect_code(0);
+        let text = std::fs::read(&report).expect("the report is written");
+        let report: Value = serde_json::from_slice(&text).expect("it is JSON");
+        assert_eq!(report["passed"], true, "{}", output.stdout);
+        let cases = report["cases"].as_array().expect("it lists cases");
+        let skipped = cases.iter().filter(|case| case["verdict"] == "skip").count();
+        assert!(skipped <= most_skipped && cases.len() >= 17, "{}", output.stdout);
+    }
+}
+
+/// The binary built when the entry froze loads for ever.
+#[test]
+#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+fn the_frozen_plugin_passes() {
+    let frozen = workspace_path("plugins/abi/tests/frozen/plugin_1_0.so");
+    let output = finish(busbar().args(["plugin", "check"]).arg(&frozen)).expect_code(0);
+    for line in ["pass  create  ", "pass  create-arguments", "pass  instances", "14 passed"] {
+        assert!(output.stdout.contains(line), "{line}:\n{}", output.stdout);
+    }
+    // And in the host, as a configuration would have it.
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    std::fs::copy(&frozen, folder.path().join("plugin_1_0.so")).expect("it can be copied");
+    let catalog = busbar_plugin_host::Catalog::discover(&[folder.path().to_owned()]);
+    assert_eq!(catalog.refused(), []);
+    let made = catalog.create("frozen", "com.example.frozen", &json!({}));
+    assert!(made.is_ok_and(|instance| instance.info().version == "1.0.0"));
+}
+
+#[test]
+fn what_cannot_be_checked_is_told_in_words() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let text = folder.path().join("libtext.so");
+    std::fs::write(&text, "no library").expect("it can be written");
+    let sample = folder.path().join("sample.json");
+    std::fs::write(&sample, "{\"tag\": []}").expect("it can be written");
+    let plugin = library("power_overlay");
+    let sample_arguments = ["--sample".as_ref(), sample.as_os_str()];
+    let only = ["--only".as_ref(), "no-such-case".as_ref()];
+    let refused = |library: &Path, more: &[&OsStr], words: &[&str]| {
+        let output = finish(busbar().args(["plugin", "check"]).arg(library).args(more));
+        let output = output.expect_code(1);
+        let said = output.stdout + &output.stderr;
+        assert!(words.iter().all(|word| said.contains(word)), "{words:?}: {said}");
+    };
+    refused(&folder.path().join("absent.so"), &[], &["absent.so", "give the path"]);
+    refused(&text, &[], &["FAIL  load", "cannot be loaded", "-> build it", "needs `load`"]);
+    refused(&plugin, &sample_arguments, &["sample.json", "unknown field `tag`", "write {"]);
+    refused(&plugin, &only, &["no-such-case", "report lists"]);
+    // A case by its name, and those that it needs, and no others.
+    let mut command = busbar();
+    command.args(["plugin", "check"]).arg(&plugin).args(["--only", "overlay-draw"]);
+    let output = finish(&mut command).expect_code(0);
+    assert!(output.stdout.contains("pass  overlay-draw"), "{}", output.stdout);
+    assert!(output.stdout.contains("6 passed, 0 failed, 0 skipped"), "{}", output.stdout);
+}
+
+#[test]
+fn a_fault_of_each_kind_is_found() {
+    let missing: Vec<_> =
+        Kind::ALL.iter().filter(|kind| SAMPLE.iter().all(|(k, _)| k != *kind)).collect();
+    assert!(missing.is_empty(), "the sample lacks {missing:?}");
+    let everywhere: BTreeSet<_> = SAMPLE.iter().map(|&(_, at)| at as usize).collect();
+    assert_eq!(everywhere.len(), At::ALL.len(), "the sample strikes everywhere");
+    find_all(SAMPLE.iter().copied());
+}
+
+/// Minutes: `cargo nextest run -p e2e --run-ignored only every_fault`.
+#[test]
+#[ignore = "takes minutes: every kind of fault at every function"]
+fn every_fault_is_found_everywhere() {
+    let all = Kind::ALL.iter().flat_map(|&kind| At::ALL.iter().map(move |&at| (kind, at)));
+    find_all(all.filter(|(kind, at)| kind.reaches(*at)));
+}
+
+fn find_all(faults: impl Iterator<Item = (Kind, At)>) {
+    let faults: Vec<_> = faults.collect();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut missed = Vec::new();
+        while let Some(&(kind, at)) = faults.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let output = check_with(Fault { kind, at, after_calls: 0 });
+            let mut lines = output.stdout.lines().filter(|line| line.starts_with("        "));
+            if output.code != Some(1) || !lines.any(|line| explains(kind, at, line)) {
+                let code = output.code;
+                missed.push(format!("{kind:?} at {at:?}: {code:?}\n{}", output.stdout));
+            }
+        }
+        missed
+    };
+    let missed: Vec<String> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..CHECKED_AT_ONCE).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().expect("it runs")).collect()
+    });
+    let (count, all) = (missed.len(), faults.len());
+    assert!(missed.is_empty(), "{count} of {all} not found:\n{}", missed.join("\n\n"));
+}
+
+/// Checks the injector with a fault, told by settings as far as they reach.
+fn check_with(fault: Fault) -> Output {
+    let mut sample = good_sample();
+    if fault.at.knows_settings() {
+        sample["settings"] = json!(fault);
+    }
+    let (mut command, _folder) = check(&library("fault_injector"), &sample);
+    if !fault.at.knows_settings() {
+        command.env(FAULT_VARIABLE, json!(fault).to_string());
+    }
+    let hangs = matches!(fault.kind, Kind::EndlessLoop | Kind::Deadlock);
+    if hangs {
+        command.args(["--limit", HANG_SECONDS]);
+    }
+    finish(&mut command)
+}
+
+/// Whether a line of a report says what is wrong, and for what kills, where.
+fn explains(kind: Kind, at: At, line: &str) -> bool {
+    let name = json!(at).as_str().expect("it has a name").to_owned();
+    let named = line.contains(&format!("in {name}")) || at == At::Publish;
+    let says = |words: &[&str]| words.iter().any(|word| line.contains(word));
+    match kind {
+        // Caught in the SDK, but for functions that are not Rust's to catch in.
+        Kind::Panic | Kind::IndexOutOfBounds | Kind::PanicInDrop => says(&["panicked"]),
+        Kind::Segfault => named && says(&["SIGSEGV"]),
+        Kind::StackOverflow => named && says(&["SIGSEGV", "SIGABRT"]),
+        Kind::Abort | Kind::AllocationFailure | Kind::DoubleFree => named && says(&["SIGABRT"]),
+        Kind::Exit => named && says(&["exit code 0"]),
+        Kind::EndlessLoop | Kind::Deadlock if at == At::Publish => says(&["left", "did not end"]),
+        Kind::EndlessLoop | Kind::Deadlock => named && says(&["did not end within"]),
+        Kind::CloseDescriptors => says(&["descriptors that it had not opened"]),
+        Kind::LeakMemory => says(&["bytes of heap"]),
+        Kind::LeakDescriptor => says(&["descriptors"]),
+        Kind::LeakThread => says(&["left_behind"]),
+        Kind::LieAboutSize => says(&["says that it has 8 bytes"]),
+        Kind::NotUtf8 => says(&["not UTF-8"]),
+        Kind::NotFinite => says(&["NaN", "not finite"]),
+        Kind::OutOfRange => {
+            says(&["1000", "which `start` did not give", "which is not there", "names position"])
+        }
+        Kind::NullResult => says(&["null", "failed where it must not"]),
+        Kind::Overrun => says(&["beyond the end"]),
+        Kind::Flood => says(&["flood"]),
+        Kind::AfterStop => says(&["while it was idle"]),
+    }
+}
