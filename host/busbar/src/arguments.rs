@@ -35,6 +35,9 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: PluginCommand,
     },
+    /// Host one plugin for a viewer, which starts this itself
+    #[command(hide = true)]
+    PluginHost,
 }
 
 #[derive(Debug, Subcommand)]
@@ -46,6 +49,14 @@ pub(crate) enum PluginCommand {
         /// Print the JSON Schema of each plugin's settings too
         #[arg(long)]
         schema: bool,
+    },
+    /// Sign a plugin's library: writes LIBRARY.sig and prints the public key
+    Sign {
+        /// Library
+        library: PathBuf,
+        /// Ed25519 key as PEM, made by `openssl genpkey -algorithm ed25519`
+        #[arg(long, value_name = "FILE")]
+        key: PathBuf,
     },
 }
 

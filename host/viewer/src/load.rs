@@ -14,7 +14,8 @@ use std::time::Instant;
 
 use busbar_config::{Config, Diagnostic, Severity};
 use busbar_geometry::CollapseStacks;
-use busbar_plugin_host::{Catalog, Instance, OverlayBinding, TelemetryTag};
+use busbar_plugin_host::{OverlayBinding, TelemetryTag};
+use busbar_plugin_process::{Plugin, PluginCatalog};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
 use busbar_tags::{TagHandle, TagSpec};
 
@@ -30,7 +31,7 @@ pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 /// A configuration with everything it names, loaded and checked.
 pub struct LoadedScene {
     pub(crate) config: Config,
-    pub(crate) instances: BTreeMap<String, Arc<Instance>>,
+    pub(crate) instances: BTreeMap<String, Plugin>,
     pub(crate) models: Vec<LoadedModel>,
     pub(crate) graph: SceneGraph,
     pub(crate) tags: Vec<TagSpec>,
@@ -191,12 +192,14 @@ impl LoadedScene {
 /// Makes the catalogue of plugins that a configuration's directories hold.
 ///
 /// # Errors
-/// When the configuration itself cannot be read.
-pub fn plugin_catalog(path: &Path) -> Result<Catalog, LoadError> {
+/// When the configuration itself cannot be read or names no usable key.
+pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
     let config = busbar_config::parse(&text).map_err(faulty)?;
-    Ok(plugins::catalog(&config, &folder_of(path)))
+    let mut faults = Faults { config: &config, found: Vec::new() };
+    let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
+    catalog.ok_or_else(|| faulty(faults.found))
 }
 
 /// The folder that relative paths of a configuration start from, absolute.
