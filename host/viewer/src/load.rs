@@ -94,14 +94,16 @@ impl LoadedScene {
         millis.insert("config".into(), millis_since(start));
 
         let mut faults = Faults { config: &config, found: config.warnings.clone() };
-        let start = Instant::now();
-        progress("plugins", 0, 1);
-        let instances = plugins::create(&config, &folder, &mut faults);
-        millis.insert("plugins".into(), millis_since(start));
-
-        let start = Instant::now();
-        let mut imported = models::import(&config, &folder, progress, &mut faults);
-        millis.insert("import".into(), millis_since(start));
+        // Beside each other: starting the processes of plugins is mostly waiting.
+        progress("plugins and models", 0, 1);
+        let mut import_faults = Faults { config: &config, found: Vec::new() };
+        let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
+            || timed(|| plugins::create(&config, &folder, &mut faults)),
+            || timed(|| models::import(&config, &folder, progress, &mut import_faults)),
+        );
+        faults.found.append(&mut import_faults.found);
+        millis.insert("plugins".into(), plugin_millis);
+        millis.insert("import".into(), import_millis);
 
         let start = Instant::now();
         let graph = bindings::place(&config, &imported, &mut faults);
@@ -187,6 +189,12 @@ impl LoadedScene {
     pub(crate) fn overlay_bindings(&self) -> Vec<OverlayBinding> {
         bindings::for_overlays(self)
     }
+}
+
+/// What some work gives, and how many milliseconds it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    (work(), millis_since(start))
 }
 
 /// Makes the catalogue of plugins that a configuration's directories hold.

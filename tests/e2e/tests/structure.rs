@@ -20,6 +20,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_plugin_host",
+            "busbar_plugin_process",
             "busbar_renderer",
             "busbar_scene",
             "busbar_stack_cache",
@@ -35,6 +36,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar_plugin_host",
         &["busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
+    ),
+    (
+        "busbar_plugin_process",
+        &["busbar_geometry", "busbar_plugin_abi", "busbar_plugin_host", "busbar_tags"],
     ),
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
     ("busbar_scene", &["busbar_geometry"]),
@@ -87,7 +92,9 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_plugin_host",
+            "busbar_plugin_process",
             "busbar_scene",
+            "busbar_tags",
             "busbar_viewer",
             "substation",
         ],
@@ -103,6 +110,8 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("gpu-allocator", &["busbar_gpu"]),
     ("egui-ash-renderer", &["busbar_gpu"]),
     ("libloading", &["busbar_plugin_host"]),
+    ("memmap2", &["busbar_plugin_process"]),
+    ("seccompiler", &["busbar_plugin_process"]),
     ("gltf", &["busbar_gltf_import"]),
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
@@ -111,8 +120,10 @@ const RESERVED: &[(&str, &[&str])] = &[
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
-/// Crates that may have unsafe code: they call Vulkan or speak the C ABI.
-const UNSAFE: [&str; 4] = ["host/gpu", "host/plugin_host", "plugins/abi", "plugins/sdk"];
+/// Crates that may have unsafe code: they call Vulkan, speak the C ABI or share
+/// memory with other processes.
+const UNSAFE: [&str; 5] =
+    ["host/gpu", "host/plugin_host", "host/plugin_process", "plugins/abi", "plugins/sdk"];
 /// Documents whose links are followed.
 const DOCUMENTS: [&str; 3] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"];
 
