@@ -55,7 +55,8 @@ impl Plugin {
     }
 }
 
-/// A telemetry plugin that serves tags; dropping it stops it.
+/// A telemetry plugin that serves tags. One in this process stops when this is
+/// dropped, one in its own with the last of its [`Plugin`]s.
 pub enum RunningTelemetry {
     /// In this process.
     InProcess {

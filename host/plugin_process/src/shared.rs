@@ -125,8 +125,14 @@ impl Connection {
         });
         if let Err(error) = sent {
             tracing::debug!("a plugin's process takes no messages: {error}");
-            let _ = self.socket.shutdown(Shutdown::Both);
+            self.close();
         }
+    }
+
+    /// Ends the process by ending its link to the host.
+    pub(crate) fn close(&self) {
+        // One that is closed already is as good.
+        let _ = self.socket.shutdown(Shutdown::Both);
     }
 }
 

@@ -33,9 +33,9 @@ const ENVIRONMENT: [&str; 9] = [
     "TZ",
     "BUSBAR_LOG",
 ];
-/// Without this, glibc reserves 64 MB of address space a thread, which the
-/// memory limit would count.
-const ARENAS: (&str, &str) = ("MALLOC_ARENA_MAX", "2");
+/// glibc reserves 64 MB of address space an arena, which the memory limit counts:
+/// a plugin of many threads shares these.
+const ARENAS: (&str, &str) = ("MALLOC_ARENA_MAX", "16");
 /// The longest that sending one piece to a process that does not read may take.
 const SEND_TIMEOUT: Duration = Duration::from_millis(500);
 
@@ -82,8 +82,9 @@ pub(crate) fn spawn() -> Reply {
 /// it or in the folder above.
 fn host_program() -> Result<PathBuf, String> {
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
-    if own.file_name().is_some_and(|name| name.to_string_lossy().starts_with(PROGRAM)) {
-        // Not by its path: the file may be replaced while this program runs.
+    // The kernel says so of a program whose file was replaced while it runs.
+    let name = own.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if name.strip_suffix(" (deleted)").unwrap_or(&name) == PROGRAM {
         return Ok("/proc/self/exe".into());
     }
     let mut folders = own.ancestors().skip(1).take(2);

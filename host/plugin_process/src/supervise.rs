@@ -3,13 +3,14 @@
 
 use std::fs::File;
 use std::os::fd::AsFd;
-use std::process::Child;
+use std::process::{Child, ExitStatus};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{RecvFlags, recv};
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
 use crate::frames::Decoder;
 use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
@@ -36,6 +37,8 @@ const QUIT_DEADLINE: Duration = Duration::from_millis(2_500);
 const REAP_DEADLINE: Duration = Duration::from_millis(100);
 /// The longest that a killed process takes to be gone.
 const KILL_DEADLINE: Duration = Duration::from_secs(2);
+/// How often its end is looked for.
+const REAP_PERIOD: Duration = Duration::from_millis(1);
 /// How often its memory is looked at.
 const MEMORY_PERIOD: Duration = Duration::from_secs(1);
 /// Bytes read at once, and reads in one turn: a flood holds no deadline up.
@@ -348,8 +351,13 @@ impl<'a> Watch<'a> {
         let Some(connection) = state.connection.clone() else { return };
         if state.quit && self.quitting.is_none() {
             self.quitting = Some(Instant::now());
+            // Without an instance there is nothing to bring to an end.
+            let last_words = state.instance.is_some();
             drop(state);
-            return connection.send(&ToPlugin::Quit, &[]);
+            return match last_words {
+                true => connection.send(&ToPlugin::Quit, &[]),
+                false => connection.close(),
+            };
         }
         if state.life != Life::Running {
             return;
@@ -411,13 +419,15 @@ impl<'a> Watch<'a> {
         }
         self.shared.drawn.notify_all();
         let child = &mut self.spawned.child;
-        let gone = if lapse.is_none() { reap(child, REAP_DEADLINE) } else { None };
-        let gone = gone.or_else(|| {
-            // Whoever is gone cannot be killed; reaping tells.
-            let _ = child.kill();
-            reap(child, KILL_DEADLINE)
-        });
-        let how = gone.map_or_else(|| "does not die".to_owned(), ending);
+        if lapse.is_none() {
+            await_ending(child, REAP_DEADLINE);
+        }
+        // The whole group, with whatever the plugin started itself. Before it is
+        // reaped nobody else can have its number.
+        if let Some(group) = Pid::from_raw(child.id() as i32) {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        let how = reap(child).map_or_else(|| "does not die".to_owned(), ending);
         let reason = match lapse {
             Some(lapse) => format!("{lapse}; {how}"),
             None => how,
@@ -431,18 +441,26 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Waits for a child to be gone; none if it is still there.
-fn reap(child: &mut Child, limit: Duration) -> Option<std::process::ExitStatus> {
+/// Waits for a child to end by itself, and leaves its status to be reaped.
+fn await_ending(child: &Child, limit: Duration) {
+    let Some(pid) = Pid::from_raw(child.id() as i32) else { return };
+    let options = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT | WaitIdOptions::NOHANG;
     let start = Instant::now();
-    loop {
+    while matches!(waitid(WaitId::Pid(pid), options), Ok(None)) && start.elapsed() < limit {
+        std::thread::sleep(REAP_PERIOD);
+    }
+}
+
+/// Waits for a killed child to be gone; none if it is still there.
+fn reap(child: &mut Child) -> Option<ExitStatus> {
+    let start = Instant::now();
+    while start.elapsed() < KILL_DEADLINE {
         if let Ok(Some(status)) = child.try_wait() {
             return Some(status);
         }
-        if start.elapsed() > limit {
-            return None;
-        }
-        std::thread::sleep(Duration::from_millis(1));
+        std::thread::sleep(REAP_PERIOD);
     }
+    None
 }
 
 fn clear_wake(shared: &Shared) {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
 use e2e::trouble::Trouble;
-use e2e::{Process, busbar, wait_for};
+use e2e::{Process, Stats, busbar, finish, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 
@@ -259,4 +259,26 @@ fn one_plugin_may_run_together_with_the_viewer_and_another_apart() {
     view.wait_for_quality("good", MAX_TO_GOOD);
     assert_eq!(view.plugin("source").state, "in process");
     assert_eq!(view.plugin("trouble").state, "running");
+}
+
+#[test]
+fn the_log_has_a_plugins_last_words_and_what_becomes_of_it() {
+    let mut trouble = Trouble::with("trouble.segfault");
+    trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 2 });
+    let stats = trouble.path("stats.json");
+    let mut command = busbar();
+    command.arg("render").arg(trouble.write()).args(["--seconds", "3"]);
+    command.arg("--out").arg(trouble.path("picture.png")).arg("--stats").arg(&stats);
+    let output = finish(&mut command).expect_code(0);
+    let words = [
+        "about to fall over",
+        "died: killed by SIGSEGV; starts again in 0.0ns",
+        "died: killed by SIGSEGV; in quarantine after 2 deaths within 600s",
+    ];
+    for words in words {
+        assert!(output.stderr.contains(words), "no '{words}' in: {}", output.stderr);
+    }
+    let plugin = &Stats::read(&stats).0["plugins"][0];
+    assert_eq!(plugin["name"], "trouble");
+    assert_eq!((&plugin["state"], &plugin["deaths"]), (&json!("quarantined"), &json!(2)));
 }
