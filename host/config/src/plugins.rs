@@ -32,7 +32,7 @@ pub(crate) struct RawPlugin {
     pub(crate) settings: serde_json::Map<String, Value>,
     /// Where it runs, instead of what the whole configuration says.
     #[serde(default)]
-    #[schemars(extend("examples" = ["process"]))]
+    #[schemars(with = "Isolation", extend("examples" = ["process"]))]
     isolation: Option<Isolation>,
     /// The most memory (address space) that its process may have, in 10^6 bytes.
     #[serde(default = "default_memory_megabytes")]
