@@ -9,10 +9,10 @@ use busbar_plugin_host::{
     Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, Refused, libraries,
 };
 
+use crate::loaded::LoadedLibrary;
 use crate::message::Confinement;
 use crate::plugin::Plugin;
 use crate::policy::RestartPolicy;
-use crate::process::LoadedLibrary;
 
 /// Processes that are started at once.
 const MAX_STARTING: usize = 8;

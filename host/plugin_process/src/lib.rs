@@ -18,6 +18,7 @@ mod clock;
 mod confine;
 mod feed;
 mod frames;
+mod loaded;
 mod memory;
 mod message;
 mod output;
@@ -33,6 +34,7 @@ mod socket;
 mod spawn;
 mod status;
 mod supervise;
+mod watch;
 
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
 pub use message::Confinement;
