@@ -10,6 +10,8 @@ use seccompiler::{
 
 use crate::message::Confinement;
 
+/// Before what the kernel would not grant.
+pub(crate) const REFUSED: &str = "NOT ";
 /// Descriptors that a plugin may have open at once.
 const MAX_DESCRIPTORS: u64 = 1024;
 /// The first descriptor after the three that every process has.
@@ -39,7 +41,7 @@ pub(crate) fn confine(confinement: Confinement) -> Vec<String> {
     let mut say = |result: Result<(), String>, what: String| {
         said.push(match result {
             Ok(()) => what,
-            Err(error) => format!("NOT {what} ({error})"),
+            Err(error) => format!("{REFUSED}{what} ({error})"),
         });
     };
     let limit = |resource, value| {

@@ -5,6 +5,7 @@ use std::thread;
 
 use busbar_plugin_host::{LibraryFile, PluginError, PluginInfo, shown};
 
+use crate::confine::REFUSED;
 use crate::message::{Answer, Confinement, Request};
 use crate::policy::RestartPolicy;
 use crate::process::PluginProcess;
@@ -49,7 +50,12 @@ impl LoadedLibrary {
                 let here = |info| PluginInfo { path: path.to_owned(), ..info };
                 let plugins = plugins.into_iter().map(here).collect();
                 let confined: Vec<_> = confined.iter().map(|text| shown(text, 200)).collect();
-                tracing::debug!("{} is confined: {}", path.display(), confined.join(", "));
+                let (path_shown, all) = (path.display(), confined.join(", "));
+                if confined.iter().any(|text| text.starts_with(REFUSED)) {
+                    tracing::warn!("{path_shown} is confined only in part: {all}");
+                } else {
+                    tracing::debug!("{path_shown} is confined: {all}");
+                }
                 Ok(Self { process, plugins, confinement })
             }
             Ok(_) => Err(process.shared.confused().to_string()),

@@ -47,6 +47,14 @@ impl Plugin {
         }
     }
 
+    /// Begins to end its process, which then ends beside those of others; nothing
+    /// can be done with it any more.
+    pub fn quit(&self) {
+        if let Self::Isolated(process) = self {
+            process.quit();
+        }
+    }
+
     /// Starts it again now where it waits for that or is in quarantine.
     pub fn start_again(&self) {
         if let Self::Isolated(process) = self {

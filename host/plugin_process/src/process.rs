@@ -76,6 +76,13 @@ impl PluginProcess {
         }
     }
 
+    /// Begins to end it; dropping the handle waits for that. So several can end
+    /// at the same time.
+    pub fn quit(&self) {
+        self.shared.state().quit = true;
+        self.shared.wake();
+    }
+
     pub(crate) fn check(&self, tags: &[TelemetryTag]) -> Result<(), PluginError> {
         self.done(Request::Check { tags: tags.to_vec() }, &[])
     }
@@ -229,8 +236,7 @@ impl PluginProcess {
 
 impl Drop for PluginProcess {
     fn drop(&mut self) {
-        self.shared.state().quit = true;
-        self.shared.wake();
+        self.quit();
         if let Some(supervisor) = self.supervisor.take() {
             // It ends within its own deadlines, whatever the process does.
             let _ = supervisor.join();

@@ -69,16 +69,16 @@ pub(crate) fn plugin(plugin: &Plugin, link: Option<LinkReport>, fault: Option<&s
         (None, Some(link)) => link_state(link),
         (None, None) => (LinkLamp::None, String::new()),
     };
+    let can_start =
+        matches!(status.state, PluginState::Restarting { .. } | PluginState::Quarantined);
     PluginRow {
         name: plugin.name().to_owned(),
         plugin: format!("{} {}", info.id, info.version),
         lamp,
-        message,
+        // How its process ended says it all.
+        message: if can_start { String::new() } else { message },
         process: process(&status),
-        can_start: matches!(
-            status.state,
-            PluginState::Restarting { .. } | PluginState::Quarantined
-        ),
+        can_start,
     }
 }
 

@@ -513,6 +513,14 @@ impl Viewer {
     }
 }
 
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        for plugin in self.scene.instances.values() {
+            plugin.quit();
+        }
+    }
+}
+
 /// Objects count from 1, nodes from 0.
 fn object_of(node: NodeIndex) -> u32 {
     node.0 + 1

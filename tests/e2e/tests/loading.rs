@@ -101,3 +101,18 @@ fn a_library_that_the_site_has_not_signed() {
     fs::write(&signature, text.replace(|c: char| c.is_ascii_digit(), "0")).expect("it is ours");
     assert_refused(&mut trouble, &["is not that of the configured public key"]);
 }
+
+#[test]
+fn a_library_that_crashes_while_it_is_loaded_is_refused_and_the_others_serve() {
+    let trouble = trouble();
+    let (source, library) = (trouble.path("crash.c"), trouble.path("plugins/libcrash.so"));
+    let text = "#include <stdlib.h>\n__attribute__((constructor)) static void f(void) { abort(); }";
+    fs::write(&source, text).expect("the folder can be written");
+    let mut gcc = Command::new("gcc");
+    finish(gcc.args(["-shared", "-fPIC"]).arg(&source).arg("-o").arg(&library)).expect_code(0);
+    assert_loads(&trouble);
+    let output = finish(busbar().args(["plugin", "list"]).arg(trouble.write())).expect_code(0);
+    assert!(output.stdout.contains("trouble.steady 1.0"), "{}", output.stdout);
+    let words = "libcrash.so: its process ended while loading it: killed by SIGABRT";
+    assert!(output.stdout.contains(words), "{}", output.stdout);
+}
