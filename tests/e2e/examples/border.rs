@@ -39,8 +39,11 @@ fn main() {
         let per_second = samples_per_second(&create("trouble.flood"));
         println!("  samples a second: {:.2} million", per_second / 1e6);
         if isolation == Isolation::Process {
-            let mut away = kill_times(&create("trouble.steady"), kills);
+            let plugin = create("trouble.steady");
+            let before = descriptors();
+            let mut away = kill_times(&plugin, kills);
             report("  from SIGKILL to correct data, ms", &mut away);
+            println!("  descriptors before and after: {before}, {}", descriptors());
         }
     }
 }
@@ -114,6 +117,11 @@ fn kill_times(plugin: &Plugin, kills: usize) -> Vec<f64> {
         millis.push(start.elapsed().as_secs_f64() * 1e3);
     }
     millis
+}
+
+/// Descriptors that this process has open.
+fn descriptors() -> usize {
+    std::fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
 }
 
 fn report(what: &str, millis: &mut [f64]) {
