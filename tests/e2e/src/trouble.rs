@@ -1,6 +1,6 @@
 //! A small library of plugins, in C, for the tests of isolation.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::{Value, json};
@@ -19,6 +19,18 @@ pub struct Trouble {
     pub config: Value,
 }
 
+/// Compiles the library into a folder.
+///
+/// # Panics
+/// When there is no compiler.
+pub fn compile(folder: &Path) {
+    let mut gcc = Command::new("gcc");
+    gcc.args(["-shared", "-fPIC", "-O2", "-pthread", "-Wall", "-Wextra", "-Werror", "-I"]);
+    gcc.arg(workspace_path("plugins/abi/include"));
+    gcc.arg(workspace_path("tests/e2e/trouble/trouble.c"));
+    finish(gcc.arg("-o").arg(folder.join(LIBRARY))).expect_code(0);
+}
+
 impl Trouble {
     /// Compiles the library; the configuration uses this plugin, as `trouble`.
     ///
@@ -28,11 +40,7 @@ impl Trouble {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let plugins = folder.path().join("plugins");
         std::fs::create_dir(&plugins).expect("it can be written");
-        let mut gcc = Command::new("gcc");
-        gcc.args(["-shared", "-fPIC", "-O2", "-pthread", "-Wall", "-Wextra", "-Werror", "-I"]);
-        gcc.arg(workspace_path("plugins/abi/include"));
-        gcc.arg(workspace_path("tests/e2e/trouble/trouble.c"));
-        finish(gcc.arg("-o").arg(plugins.join(LIBRARY))).expect_code(0);
+        compile(&plugins);
         let is_overlay = ["trouble.echo", "trouble.slow", "trouble.socket"].contains(&plugin);
         let mut config = json!({
             "version": 1,

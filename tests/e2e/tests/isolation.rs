@@ -6,8 +6,8 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
-use e2e::trouble::Trouble;
-use e2e::{Process, Stats, busbar, finish, wait_for};
+use e2e::trouble::{self, Trouble};
+use e2e::{Process, Scene, Stats, busbar, finish, picture, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 
@@ -17,6 +17,10 @@ const MAX_TO_BAD: Duration = Duration::from_secs(1);
 const MAX_TO_GOOD: Duration = Duration::from_secs(10);
 /// The longest frame of a window's kind while a plugin misbehaves.
 const MAX_FRAME: Duration = Duration::from_millis(400);
+
+/// Letters are rounded by where they lie in their texture, which depends on what
+/// was written first: levels of 255.
+const MAX_ROUNDING: u8 = 2;
 
 /// A view without a window that behaves like one in a window: frames wait for
 /// nobody.
@@ -281,4 +285,38 @@ fn the_log_has_a_plugins_last_words_and_what_becomes_of_it() {
     let plugin = &Stats::read(&stats).0["plugins"][0];
     assert_eq!(plugin["name"], "trouble");
     assert_eq!((&plugin["state"], &plugin["deaths"]), (&json!("quarantined"), &json!(2)));
+}
+
+/// The demo beside a plugin whose one tag is shown nowhere: a storm of deaths
+/// there changes not a pixel.
+#[test]
+fn a_storm_in_one_plugin_changes_nothing_else_on_the_picture() {
+    let picture_beside = |plugin: &str| {
+        let mut scene = Scene::demo(1);
+        trouble::compile(&scene.path("plugins"));
+        scene.config["plugins"]["storm"] = json!({ "plugin": plugin });
+        scene.config["tags"]["Z"] =
+            json!({ "type": "f64", "source": { "plugin": "storm", "address": {} } });
+        scene.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
+        let (picture, stats) = (scene.path("picture.png"), scene.path("stats.json"));
+        let mut command = busbar();
+        command.arg("render").arg(scene.write()).args(["--size", "480x270", "--seconds", "3"]);
+        finish(command.arg("--out").arg(&picture).arg("--stats").arg(&stats)).expect_code(0);
+        let stats = Stats::read(&stats);
+        let plugins = stats.0["plugins"].as_array().expect("there are plugins").clone();
+        let deaths = |name: &str| {
+            let found = plugins.iter().find(|plugin| plugin["name"] == name);
+            found.and_then(|plugin| plugin["deaths"].as_u64()).expect("it is configured")
+        };
+        let others: u64 = ["bay", "optimizer", "values"].into_iter().map(deaths).sum();
+        assert_eq!(others, 0, "the others go on");
+        (picture::load(&picture), deaths("storm"))
+    };
+    let (calm, none) = picture_beside("trouble.steady");
+    let (storm, deaths) = picture_beside("trouble.segfault");
+    assert_eq!(none, 0);
+    assert!(deaths > 2, "{deaths} deaths are no storm");
+    let levels = calm.as_raw().iter().zip(storm.as_raw());
+    let difference = levels.map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(difference <= Some(MAX_ROUNDING), "{difference:?} of 255");
 }
