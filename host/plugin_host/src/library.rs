@@ -1,7 +1,6 @@
 //! One plugin library: entry, version check, factory, descriptors.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::os::fd::AsRawFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -118,23 +117,21 @@ impl Drop for Initialised {
 /// of known device and inode. So a file keeps one descriptor, and with it one
 /// name, for as long as its library is mapped: for ever.
 fn loader_name(library: &LibraryFile) -> Result<PathBuf, String> {
-    type Known = (LibraryFile, i64, i64, u64);
-    static KNOWN: Mutex<BTreeMap<(u64, u64), Known>> = Mutex::new(BTreeMap::new());
+    /// Modified, in seconds and nanoseconds, and length.
+    type Version = (i64, i64, u64);
+    static LOADED: Mutex<BTreeMap<(u64, u64), (LibraryFile, Version)>> =
+        Mutex::new(BTreeMap::new());
     let metadata = library.file().metadata().map_err(|e| format!("cannot look at it: {e}"))?;
-    let state = (metadata.mtime(), metadata.mtime_nsec(), metadata.len());
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    let (first, ..) = match known.entry((metadata.dev(), metadata.ino())) {
-        Entry::Vacant(entry) => entry.insert((library.clone(), state.0, state.1, state.2)),
-        Entry::Occupied(entry) => {
-            let entry = entry.into_mut();
-            if (entry.1, entry.2, entry.3) != state {
-                return Err("it was changed in place since this program loaded it; start the \
-                            program again, and replace libraries by renaming"
-                    .into());
-            }
-            entry
-        }
-    };
+    let version = (metadata.mtime(), metadata.mtime_nsec(), metadata.len());
+    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+    let (first, first_version) = loaded
+        .entry((metadata.dev(), metadata.ino()))
+        .or_insert_with(|| (library.clone(), version));
+    if *first_version != version {
+        return Err("it was changed in place since this program loaded it; start the program \
+                    again, and replace libraries by renaming"
+            .into());
+    }
     Ok(format!("/proc/self/fd/{}", first.file().as_raw_fd()).into())
 }
 
