@@ -20,9 +20,10 @@ use crate::status::ending;
 /// How often the supervisor looks at its deadlines at least.
 const TURN: Duration = Duration::from_millis(50);
 /// How often a process is asked whether it lives.
-const PING_PERIOD: Duration = Duration::from_millis(200);
-/// The longest that it takes to answer that.
-const HEARTBEAT_DEADLINE: Duration = Duration::from_millis(800);
+const PING_PERIOD: Duration = Duration::from_millis(100);
+/// The longest that it takes to answer that: with the period before it, less than the
+/// second after which the tags of a plugin that hangs must be bad.
+const HEARTBEAT_DEADLINE: Duration = Duration::from_millis(650);
 /// A turn that comes this late says that this thread was held up, and the
 /// process perhaps too: nobody is late for that time.
 const STALL: Duration = Duration::from_millis(250);
