@@ -101,6 +101,9 @@ impl Shell {
     /// The least that a collapse can cost.
     #[inline(always)]
     fn least_cost(&self, removed: u32, kept: u32) -> f64 {
+        if self.surface.frozen[kept as usize] {
+            return f64::INFINITY;
+        }
         let quadric = &self.quadrics[removed as usize];
         let target = self.surface.positions[kept as usize];
         let length_squared = target.distance_squared(self.surface.positions[removed as usize]);
@@ -207,6 +210,7 @@ impl Judge {
                 self.candidates.push((shell.least_cost(vertex, spoke.behind), spoke.behind));
             }
         }
+        self.candidates.retain(|candidate| candidate.0 < f64::INFINITY);
         self.candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         if open {
             self.candidates.dedup();

@@ -16,6 +16,7 @@
 mod attributes;
 mod features;
 mod judge;
+mod pieces;
 mod quadric;
 mod queue;
 mod reduce;
@@ -78,8 +79,38 @@ impl Plugin for QuadricCollapse {
     }
 }
 
+/// What the work may take. The sequence does not depend on `threads`.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// A shell with more triangles is worked on in parts of at most as many.
+    pub part_triangles: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { threads: usize::MAX, part_triangles: 1 << 16 }
+    }
+}
+
 impl MeshOptimizer for QuadricCollapse {
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
+        self.optimize_within(&Limits::default(), mesh, progress)
+    }
+}
+
+impl QuadricCollapse {
+    /// Makes the sequence within limits.
+    ///
+    /// # Errors
+    /// [`Error::cancelled`].
+    pub fn optimize_within(
+        &self,
+        limits: &Limits,
+        mesh: Mesh<'_>,
+        progress: &mut Progress<'_>,
+    ) -> Result<CollapseList, Error> {
         let mut list = CollapseList::default();
         progress.report(0.0)?;
         let shells = list.stage("shells", || Shells::find(&mesh));
@@ -90,7 +121,7 @@ impl MeshOptimizer for QuadricCollapse {
             attributes: attributes.as_ref(),
             weights: self.weights,
         };
-        let steps = list.stage("collapse", || sequence::reduce_all(source, progress))?;
+        let steps = list.stage("collapse", || sequence::reduce_all(source, limits, progress))?;
         list.collapses = list.stage("merge", || sequence::merge(steps));
         progress.report(1.0)?;
         Ok(list)

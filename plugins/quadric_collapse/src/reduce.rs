@@ -1,11 +1,16 @@
-//! Simplifies one shell down to one vertex.
+//! Simplifies one shell down to one vertex, or a part of one to a fraction.
 
 use glam::DVec3;
 
 use crate::features;
 use crate::judge::{Choice, Guards, Judge, Shell, Source};
+use crate::pieces::{Memory, Parts, PieceView, Remainder, Triangles, center};
 use crate::queue::Queue;
 use crate::surface::Spoke;
+
+/// Of the vertices inside a part, this share is left. More would cost memory,
+/// less would make the cuts show.
+const LEFT_OF_PART: f64 = 0.25;
 
 /// A shell with no legal collapse and at most so many vertices dies as a
 /// whole.
@@ -28,7 +33,8 @@ const WATCH_EVERY: usize = 1024;
 pub(crate) struct Step {
     pub(crate) removed: u32,
     pub(crate) kept: u32,
-    /// What the sequence is ordered by; never decreases along a shell.
+    /// What the sequence is ordered by: the cost, or if greater the rank of an
+    /// earlier step that had a part in it.
     pub(crate) rank: f64,
     /// Metres: the smaller of the root mean square distance from the faces
     /// that the vertex stood for, and the farthest that any vertex it stood
@@ -44,12 +50,19 @@ struct Plan {
     current: bool,
 }
 
-/// Buffers for one shell after the other.
+/// Told how many more vertices are done; says whether to go on.
+pub(crate) type Watch<'a> = &'a mut dyn FnMut(usize) -> bool;
+
+/// Buffers for one piece after the other.
 #[derive(Default)]
 pub(crate) struct Reducer {
     shell: Shell,
     /// How far what a vertex stands for has moved at most, metres.
     moved: Vec<f32>,
+    /// The rank of the last step around each vertex.
+    ranks: Vec<f64>,
+    /// No step from here on has a smaller rank.
+    least_rank: f64,
     queue: Queue,
     plans: Vec<Plan>,
     judge: Judge,
@@ -57,22 +70,74 @@ pub(crate) struct Reducer {
 }
 
 impl Reducer {
-    /// Appends the steps that take a shell down to one vertex. `watch` is told
-    /// how many vertices are done and returns whether to go on; returns false
-    /// if it did not.
+    /// Appends the steps that take a shell of the mesh down to one vertex;
+    /// returns false if `watch` said stop.
     pub(crate) fn reduce(
         &mut self,
         source: Source<'_, '_>,
         shell: usize,
         steps: &mut Vec<Step>,
-        watch: &mut dyn FnMut(usize) -> bool,
+        watch: Watch<'_>,
     ) -> bool {
-        self.load(source, shell);
+        let shells = source.shells;
+        let vertices = &shells.vertices[shells.vertex_range(shell)];
+        let triangles = &shells.triangles[shells.triangle_range(shell)];
+        let triangles = Triangles::Mesh(triangles);
+        let view = PieceView { vertices, places: &shells.place, triangles };
+        self.load(source, &view, &[], center(source.mesh, vertices));
+        self.finish(source, steps, watch)
+    }
+
+    /// The same for what is left of a large shell. `places` is for the mesh's
+    /// vertices; what it holds is of no account.
+    pub(crate) fn reduce_remainder(
+        &mut self,
+        source: Source<'_, '_>,
+        remainder: &Remainder,
+        center: DVec3,
+        places: &mut [u32],
+        steps: &mut Vec<Step>,
+        watch: Watch<'_>,
+    ) -> bool {
+        let vertices = (0..).zip(&remainder.vertices);
+        vertices.for_each(|(place, &vertex)| places[vertex as usize] = place);
+        self.load(source, &remainder.view(places), &remainder.memories, center);
+        self.finish(source, steps, watch)
+    }
+
+    /// Appends the steps that take what is inside a part down to
+    /// [`LEFT_OF_PART`], as far as the guards allow. Returns what is left, or
+    /// nothing if `watch` said stop.
+    pub(crate) fn reduce_part(
+        &mut self,
+        source: Source<'_, '_>,
+        (part, parts): (&Remainder, &Parts),
+        center: DVec3,
+        places: &[u32],
+        steps: &mut Vec<Step>,
+        watch: Watch<'_>,
+    ) -> Option<Remainder> {
+        self.load(source, &part.view(places), &part.memories, center);
+        let frozen = &mut self.shell.surface.frozen;
+        for (frozen, &vertex) in frozen.iter_mut().zip(&part.vertices) {
+            *frozen = parts.is_on_cut(vertex);
+        }
+        let inside = frozen.iter().filter(|&&frozen| !frozen).count() as f64;
+        let limit = steps.len() + (inside * (1.0 - LEFT_OF_PART)) as usize;
+        self.enqueue_all();
+        let start = steps.len();
+        self.drain(source, start, limit, steps, watch).then(|| self.remainder(part))
+    }
+
+    /// Takes what is loaded down to one vertex.
+    fn finish(&mut self, source: Source<'_, '_>, steps: &mut Vec<Step>, watch: Watch<'_>) -> bool {
         let start = steps.len();
         for guards in [Guards::All, Guards::Link] {
             if !self.exhaust(source, guards, start, steps, watch) {
                 return false;
             }
+            // What breaks a rule waits until nothing else is left.
+            self.least_rank = greatest(steps[start..].iter().map(|step| step.rank), 0.0);
         }
         let dying = steps.len();
         let (rank, error) = self.death();
@@ -80,21 +145,24 @@ impl Reducer {
             return false;
         }
         self.join_rest(start, steps);
-        for index in start + 1..steps.len() {
-            steps[index].rank = steps[index].rank.max(steps[index - 1].rank);
-        }
-        if steps.len() - dying <= MAX_DYING
-            && let Some(last) = steps[dying..].last()
-        {
-            let (rank, error) = (last.rank.max(rank), last.error.max(error));
-            steps[dying..].iter_mut().for_each(|step| (step.rank, step.error) = (rank, error));
+        if steps.len() - dying <= MAX_DYING {
+            let dying = &mut steps[dying..];
+            let rank = greatest(dying.iter().map(|step| step.rank), rank);
+            let error = greatest(dying.iter().map(|step| f64::from(step.error)), error.into());
+            dying.iter_mut().for_each(|step| (step.rank, step.error) = (rank, error as f32));
         }
         watch((steps.len() - start) % WATCH_EVERY + 1)
     }
 
-    fn load(&mut self, source: Source<'_, '_>, shell: usize) {
+    fn load(
+        &mut self,
+        source: Source<'_, '_>,
+        piece: &PieceView<'_>,
+        memories: &[Memory],
+        center: DVec3,
+    ) {
         let Shell { surface, quadrics, .. } = &mut self.shell;
-        surface.load(source.mesh, source.shells, shell);
+        surface.load(source.mesh, piece, center);
         features::measure(surface, source.attributes, source.weights.border, quadrics);
         let count = surface.len();
         self.queue.reset(count);
@@ -102,6 +170,48 @@ impl Reducer {
         self.plans.resize(count, Plan::default());
         self.moved.clear();
         self.moved.resize(count, 0.0);
+        self.ranks.clear();
+        self.ranks.resize(count, 0.0);
+        self.least_rank = 0.0;
+        for (place, memory) in memories.iter().enumerate() {
+            if let Some(quadric) = memory.quadric {
+                quadrics[place] = quadric;
+            }
+            surface.open[place] |= memory.open;
+            self.moved[place] = memory.moved;
+            self.ranks[place] = memory.rank;
+        }
+    }
+
+    /// What is left of a part, with what its vertices know.
+    fn remainder(&mut self, part: &Remainder) -> Remainder {
+        let mut left = Remainder::default();
+        for vertex in 0..self.shell.surface.len() {
+            let frozen = self.shell.surface.frozen[vertex];
+            if !frozen && self.shell.surface.is_bare(vertex as u32) {
+                continue;
+            }
+            let before = part.memories.get(vertex).copied().unwrap_or_default();
+            let rank = self.ranks[vertex];
+            left.vertices.push(part.vertices[vertex]);
+            left.memories.push(if frozen {
+                Memory { rank, ..before }
+            } else {
+                Memory {
+                    quadric: Some(self.shell.quadrics[vertex]),
+                    moved: self.moved[vertex],
+                    open: self.shell.surface.open[vertex],
+                    rank,
+                }
+            });
+        }
+        for (corners, wedges) in self.shell.surface.live() {
+            left.corners.push(corners);
+            if !part.wedges.is_empty() {
+                left.wedges.push(wedges);
+            }
+        }
+        left
     }
 
     /// Collapses all that the guards allow.
@@ -111,7 +221,7 @@ impl Reducer {
         guards: Guards,
         start: usize,
         steps: &mut Vec<Step>,
-        watch: &mut dyn FnMut(usize) -> bool,
+        watch: Watch<'_>,
     ) -> bool {
         self.shell.guards = guards;
         self.shell.thorough = false;
@@ -122,12 +232,8 @@ impl Reducer {
             if left < 2 {
                 return true;
             }
-            for vertex in 0..count as u32 {
-                if !self.shell.surface.is_bare(vertex) {
-                    self.enqueue(vertex);
-                }
-            }
-            if !self.drain(source, start, steps, watch) {
+            self.enqueue_all();
+            if !self.drain(source, start, usize::MAX, steps, watch) {
                 return false;
             }
             // One refused may be legal by now; but that is looked at only as
@@ -140,16 +246,28 @@ impl Reducer {
         }
     }
 
-    /// Does the cheapest collapse, time and again.
+    fn enqueue_all(&mut self) {
+        for vertex in 0..self.shell.surface.len() as u32 {
+            if !self.shell.surface.is_bare(vertex) {
+                self.enqueue(vertex);
+            }
+        }
+    }
+
+    /// Does the cheapest collapse, time and again, until there are `limit`
+    /// steps or nothing to do.
     fn drain(
         &mut self,
         source: Source<'_, '_>,
         start: usize,
+        limit: usize,
         steps: &mut Vec<Step>,
-        watch: &mut dyn FnMut(usize) -> bool,
+        watch: Watch<'_>,
     ) -> bool {
         let mut watched = steps.len() - start;
-        while let Some(removed) = self.queue.pop() {
+        while steps.len() < limit
+            && let Some(removed) = self.queue.pop()
+        {
             let done = steps.len() - start;
             if done / WATCH_EVERY > watched / WATCH_EVERY {
                 watched = done;
@@ -177,6 +295,9 @@ impl Reducer {
 
     /// Puts a vertex into the queue at what it may cost.
     fn enqueue(&mut self, vertex: u32) {
+        if self.shell.surface.frozen[vertex as usize] {
+            return;
+        }
         self.plans[vertex as usize].current = false;
         match self.judge.least_cost(&mut self.shell, vertex) {
             Some(cost) => self.queue.set(vertex, cost * GUESS),
@@ -206,8 +327,10 @@ impl Reducer {
         for index in 0..self.ring.len() {
             let Spoke { ahead, behind, .. } = self.ring[index];
             for vertex in [ahead, behind] {
+                let rank = &mut self.ranks[vertex as usize];
+                *rank = rank.max(step.rank);
                 if self.shell.surface.mark(vertex) {
-                    self.refresh(vertex, step, steps);
+                    self.refresh(vertex, kept, step, steps);
                 }
             }
         }
@@ -224,11 +347,16 @@ impl Reducer {
     /// Notes that a neighbour of a vertex moved. The vertex keeps its place in
     /// the queue, for costs seldom fall, and is judged anew when it comes up;
     /// one whose last triangle died is held by nothing and goes as well.
-    fn refresh(&mut self, vertex: u32, step: Step, steps: &mut Vec<Step>) {
+    fn refresh(&mut self, vertex: u32, kept: u32, step: Step, steps: &mut Vec<Step>) {
+        if self.shell.surface.frozen[vertex as usize] {
+            return;
+        }
         if self.shell.surface.is_bare(vertex) {
             self.queue.remove(vertex);
             let removed = self.shell.surface.vertices[vertex as usize];
-            steps.push(Step { removed, ..step });
+            let rank = self.ranks[vertex as usize].max(self.ranks[kept as usize]);
+            self.ranks[kept as usize] = rank;
+            steps.push(Step { removed, rank, ..step });
         } else if self.queue.contains(vertex) {
             self.plans[vertex as usize].current = false;
         } else {
@@ -242,12 +370,15 @@ impl Reducer {
         let reach = from.distance(to) as f32 + self.moved[removed as usize];
         let moved = &mut self.moved[choice.kept as usize];
         *moved = moved.max(reach);
+        let [removed_rank, kept_rank] = [removed, choice.kept].map(|v| self.ranks[v as usize]);
+        let rank = choice.cost.max(removed_rank).max(kept_rank).max(self.least_rank);
+        self.ranks[choice.kept as usize] = rank;
         let area = self.shell.quadrics[removed as usize].area;
         let mean = if area > 0.0 { (choice.shape / area).sqrt() as f32 } else { 0.0 };
         Step {
             removed: surface.vertices[removed as usize],
             kept: surface.vertices[choice.kept as usize],
-            rank: choice.cost,
+            rank,
             // Positions can be farther apart than f32 reaches.
             error: mean.min(reach).min(f32::MAX),
         }
@@ -281,8 +412,13 @@ impl Reducer {
         removed.sort_unstable();
         let is_left = |vertex: &&u32| removed.binary_search(vertex).is_err();
         let mut left = vertices.iter().filter(is_left);
-        let (Some(&kept), last) = (left.next(), steps.last().copied()) else { return };
-        let (rank, error) = last.map_or((0.0, 0.0), |last| (last.rank, last.error));
+        let Some(&kept) = left.next() else { return };
+        let rank = greatest(steps[start..].iter().map(|step| step.rank), self.least_rank);
+        let error = steps.last().map_or(0.0, |last| last.error);
         steps.extend(left.map(|&removed| Step { removed, kept, rank, error }));
     }
+}
+
+fn greatest(values: impl Iterator<Item = f64>, least: f64) -> f64 {
+    values.fold(least, f64::max)
 }

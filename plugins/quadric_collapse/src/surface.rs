@@ -1,9 +1,9 @@
-//! One shell while it is being simplified.
+//! One piece of a mesh while it is being simplified.
 
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
 
-use crate::shells::Shells;
+use crate::pieces::{PieceView, Triangles, point};
 
 /// Ends a list of corners, and marks a triangle that has died.
 const NONE: u32 = u32::MAX;
@@ -12,9 +12,9 @@ const NONE: u32 = u32::MAX;
 /// stays until fewer are left, so that the work a collapse is bounded.
 pub(crate) const MAX_RING: usize = 512;
 
-/// Triangles of one shell with, for each vertex, a linked list of the corners
+/// Triangles of one piece with, for each vertex, a linked list of the corners
 /// there. Corner `3t + k` is the k-th of triangle `t`. Vertices are numbered
-/// within the shell, wedges as in the mesh.
+/// within the piece, wedges as in the mesh.
 #[derive(Default)]
 pub(crate) struct Surface {
     /// The vertices as the mesh numbers them, ascending.
@@ -29,6 +29,9 @@ pub(crate) struct Surface {
     /// Whether a vertex has (or took over from one that had) an edge that has
     /// not one triangle on either side.
     pub(crate) open: Vec<bool>,
+    /// Vertices that stay where they are, and that none moves onto: some of
+    /// their triangles are elsewhere.
+    pub(crate) frozen: Vec<bool>,
     marks: Vec<u32>,
     mark: u32,
 }
@@ -53,36 +56,40 @@ impl Spoke {
 }
 
 impl Surface {
-    /// Takes a shell of a mesh; what was there before is gone.
-    pub(crate) fn load(&mut self, mesh: &Mesh<'_>, shells: &Shells, shell: usize) {
-        let vertices = &shells.vertices[shells.vertex_range(shell)];
-        let triangles = &shells.triangles[shells.triangle_range(shell)];
+    /// Takes a piece of a mesh; what was there before is gone. Positions are
+    /// taken relative to `center`: quadrics far from their origin cancel badly.
+    pub(crate) fn load(&mut self, mesh: &Mesh<'_>, piece: &PieceView<'_>, center: DVec3) {
         self.vertices.clear();
-        self.vertices.extend(vertices);
+        self.vertices.extend(piece.vertices);
         self.positions.clear();
-        self.positions.extend(
-            vertices.iter().map(|&v| DVec3::from(mesh.positions[v as usize].map(f64::from))),
-        );
-        // Quadrics far from their origin cancel badly.
-        let center = self.positions.iter().sum::<DVec3>() / vertices.len() as f64;
-        self.positions.iter_mut().for_each(|position| *position -= center);
-
+        self.positions.extend(piece.vertices.iter().map(|&v| point(mesh, v) - center));
         self.triangles.clear();
-        let local = |v: u32| shells.place[v as usize];
-        self.triangles.extend(triangles.iter().map(|&t| mesh.triangles[t as usize].map(local)));
         self.wedges.clear();
-        if let Some(wedges) = &mesh.wedges {
-            self.wedges.extend(triangles.iter().map(|&t| wedges.corners[t as usize]));
+        let local = |v: u32| piece.places[v as usize];
+        match piece.triangles {
+            Triangles::Mesh(indices) => {
+                let corners = indices.iter().map(|&t| mesh.triangles[t as usize].map(local));
+                self.triangles.extend(corners);
+                if let Some(wedges) = &mesh.wedges {
+                    self.wedges.extend(indices.iter().map(|&t| wedges.corners[t as usize]));
+                }
+            }
+            Triangles::Own { corners, wedges } => {
+                self.triangles.extend(corners.iter().map(|corners| corners.map(local)));
+                self.wedges.extend(wedges);
+            }
         }
         for (list, value) in [(&mut self.first, NONE), (&mut self.marks, 0)] {
             list.clear();
-            list.resize(vertices.len(), value);
+            list.resize(piece.vertices.len(), value);
         }
         self.mark = 0;
-        self.open.clear();
-        self.open.resize(vertices.len(), false);
+        for flags in [&mut self.open, &mut self.frozen] {
+            flags.clear();
+            flags.resize(piece.vertices.len(), false);
+        }
         self.next.clear();
-        self.next.resize(triangles.len(), [NONE; 3]);
+        self.next.resize(self.triangles.len(), [NONE; 3]);
         for (t, triangle) in self.triangles.iter().enumerate().rev() {
             for (k, &vertex) in triangle.iter().enumerate() {
                 let first = &mut self.first[vertex as usize];
@@ -134,6 +141,16 @@ impl Surface {
             corner = following;
         }
         true
+    }
+
+    /// All live triangles, as vertices of the mesh, with their wedges; those are
+    /// [0; 3] without attributes.
+    pub(crate) fn live(&self) -> impl Iterator<Item = ([u32; 3], [u32; 3])> {
+        let live = self.triangles.iter().enumerate().filter(|(_, corners)| corners[0] != NONE);
+        live.map(|(t, corners)| {
+            let wedges = self.wedges.get(t).copied().unwrap_or_default();
+            (corners.map(|v| self.vertices[v as usize]), wedges)
+        })
     }
 
     /// All live triangles.

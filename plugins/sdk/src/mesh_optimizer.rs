@@ -58,11 +58,16 @@ pub struct CollapseList {
 }
 
 impl CollapseList {
-    /// Runs one stage of the work and keeps its time for reports.
+    /// Runs one stage of the work and keeps its time for reports; times of one
+    /// name are added up.
     pub fn stage<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
-        self.stages.push((name, start.elapsed().as_secs_f64() * 1e3));
+        let millis = start.elapsed().as_secs_f64() * 1e3;
+        match self.stages.iter_mut().find(|stage| stage.0 == name) {
+            Some(stage) => stage.1 += millis,
+            None => self.stages.push((name, millis)),
+        }
         result
     }
 

@@ -3,8 +3,8 @@
 use busbar_plugin_sdk::Mesh;
 
 use crate::edges::Side;
-use crate::reading::{BorderFlag, Curvature, Reading};
-use crate::vector::{Vector, cross, dot, norm, point, sub};
+use crate::reading::{Curvature, Reading};
+use crate::vector::{cross, dot, norm, point, sub};
 
 /// Pairs of triangles looked at on a non-manifold edge; bounds the work on an
 /// edge that very many triangles share.
@@ -24,10 +24,31 @@ pub(crate) struct Factors {
     pub(crate) curvature_cosine: f64,
 }
 
-/// Whether an edge with these sides is a border. One of three and more
-/// triangles counts as such.
-pub(crate) fn is_border(sides: &[Side]) -> bool {
-    sides.len() != 2
+/// What the factors of an edge between two triangles are made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hinge {
+    pub(crate) length_squared: f64,
+    /// Squared lengths of the normals n1 and n2 of Eq. 4: of double areas.
+    pub(crate) first_squared: f64,
+    pub(crate) second_squared: f64,
+    /// n1 n2.
+    pub(crate) dot: f64,
+}
+
+impl Hinge {
+    #[inline(always)]
+    pub(crate) fn at(mesh: &Mesh<'_>, [v1, v2]: [u32; 2], first: Side, second: Side) -> Self {
+        let p1 = point(mesh, v1);
+        let along = sub(point(mesh, v2), p1);
+        let normal = |side: Side| cross(along, sub(point(mesh, side.opposite()), p1));
+        let (first, second) = (normal(first), normal(second));
+        Self {
+            length_squared: dot(along, along),
+            first_squared: dot(first, first),
+            second_squared: dot(second, second),
+            dot: dot(first, second),
+        }
+    }
 }
 
 /// Eq. 1-4 for the edge between two vertices.
@@ -39,51 +60,42 @@ pub(crate) fn is_border(sides: &[Side]) -> bool {
 #[inline]
 pub(crate) fn measure(
     mesh: &Mesh<'_>,
-    [v1, v2]: [u32; 2],
+    ends: [u32; 2],
     sides: &[Side],
     reading: &Reading,
 ) -> Factors {
-    let p1 = point(mesh, v1);
-    let along = sub(point(mesh, v2), p1);
-    let normal = |side: &Side| {
-        let normal = cross(along, sub(point(mesh, side.opposite()), p1));
-        (normal, norm(normal))
-    };
-    let (doubled_area, curvature_cosine) = match sides {
-        [side] => (normal(side).1, reading.border_curvature_cosine()),
-        [first, second] => {
-            let (first, second) = (normal(first), normal(second));
-            (first.1 + second.1, bend_cosine(first, second, reading.curvature))
-        }
+    let length = norm(sub(point(mesh, ends[1]), point(mesh, ends[0])));
+    let hinge = |a: &Side, b: &Side| Hinge::at(mesh, ends, *a, *b);
+    let double_area = |side: &Side| hinge(side, side).first_squared.sqrt();
+    let curvature_cosine = match sides {
+        [_] => reading.border_curvature_cosine(),
         many => {
             let pairs = (1..many.len()).flat_map(|i| (0..i).map(move |j| (&many[i], &many[j])));
-            let cosines = pairs
-                .take(MAX_PAIRS)
-                .map(|(a, b)| bend_cosine(normal(a), normal(b), reading.curvature));
-            (many.iter().map(|side| normal(side).1).sum(), cosines.fold(1.0, f64::min))
+            let cosines = pairs.take(MAX_PAIRS).map(|(a, b)| {
+                let hinge = hinge(a, b);
+                let scale = hinge.first_squared.sqrt() * hinge.second_squared.sqrt();
+                bend_cosine(hinge.dot, scale, reading.curvature)
+            });
+            cosines.fold(1.0, f64::min)
         }
     };
     Factors {
-        length: norm(along),
-        flag: is_border(sides) == (reading.border_flag == BorderFlag::Text),
-        area: 0.5 * doubled_area,
+        length,
+        flag: reading.flag(sides.len() != 2),
+        area: 0.5 * sides.iter().map(double_area).sum::<f64>(),
         curvature_cosine,
     }
 }
 
-/// The cosine of C by Eq. 4 from two normals with their lengths, clamped to
-/// [-1, 1].
-#[inline]
-fn bend_cosine(a: (Vector, f64), b: (Vector, f64), reading: Curvature) -> f64 {
-    let scale = a.1 * b.1;
-    if scale == 0.0 {
-        return 1.0;
-    }
-    let cosine = (dot(a.0, b.0) / scale).clamp(-1.0, 1.0);
-    match reading {
+/// The cosine of C by Eq. 4 from n1 n2 and |n1| |n2|, clamped to [-1, 1].
+#[inline(always)]
+pub(crate) fn bend_cosine(dot: f64, scale: f64, reading: Curvature) -> f64 {
+    let cosine = (dot / scale).clamp(-1.0, 1.0);
+    let cosine = match reading {
         Curvature::Mended => -cosine,
         Curvature::AsPrinted => cosine,
-    }
+    };
+    if scale == 0.0 { 1.0 } else { cosine }
 }
 
 /// The angle of a cosine in [-1, 1], radians in [0, pi].

@@ -1,15 +1,16 @@
 //! The paper's order: edges ascending by W, joined into a spanning forest.
 
-use busbar_plugin_sdk::{Collapse, Mesh};
+use busbar_plugin_sdk::{Collapse, CollapseList, Mesh};
 
 use crate::edges::Edges;
+use crate::sort::Parts;
 use crate::vector::{norm, point, sub};
 
-/// Edges looked up at a time, ahead of their collapse: the lookups wait for
-/// memory together.
+/// Points looked up at a time, ahead of their use: the lookups wait for memory
+/// together.
 const LOOKAHEAD: usize = 128;
 
-/// Collapses edges in the given order.
+/// Collapses edges in ascending order of weight.
 ///
 /// The paper's K = (V1, V2) -> (V1, V1) does not say which end stays: here the
 /// smaller class of already joined vertices moves onto the larger, of equal
@@ -20,22 +21,58 @@ const LOOKAHEAD: usize = 128;
 ///
 /// The error of an entry is the greatest distance that any vertex of the
 /// removed class has moved so far.
-pub(crate) fn collapse(mesh: &Mesh<'_>, edges: &Edges, sorted: &[u32]) -> Vec<Collapse> {
+///
+/// The collapses and their stages go to `list`. Edges are sorted `part_size` at
+/// a time, the lightest first, without those whose ends are joined by then
+/// (filter-Kruskal: Osipov, Sanders and Singler, ALENEX 2009).
+pub(crate) fn collapse(
+    mesh: &Mesh<'_>,
+    edges: &Edges,
+    weights: &[f64],
+    part_size: usize,
+    list: &mut CollapseList,
+) {
     let mut classes = Classes::new(mesh.positions.len());
-    let mut errors = Errors::new(mesh.positions.len());
     let mut collapses = Vec::with_capacity(mesh.positions.len());
-    let mut ends = [[0; 2]; LOOKAHEAD];
-    for block in sorted.chunks(LOOKAHEAD) {
-        for (ends, &edge) in ends.iter_mut().zip(block) {
-            *ends = edges.ends[edge as usize];
-        }
-        for &[v1, v2] in &ends[..block.len()] {
-            if let Some((removed, kept)) = classes.join(v1, v2) {
-                collapses.push(Collapse { removed, kept, error: errors.join(mesh, removed, kept) });
+    let mut parts = list.stage("sort", || Parts::of(weights, part_size));
+    let mut joining: Vec<[u32; 2]> = Vec::new();
+    for part in 0..parts.len() {
+        list.stage("sort", || {
+            let sorted = parts.sort(part, |edge| {
+                let [v1, v2] = edges.ends[edge as usize];
+                classes.survivor(v1) != classes.survivor(v2)
+            });
+            // Looked up ahead: the lookups wait for memory together.
+            joining.clear();
+            joining.extend(sorted.map(|edge| edges.ends[edge as usize]));
+        });
+        list.stage("collapse", || {
+            for &[v1, v2] in &joining {
+                if let Some((removed, kept)) = classes.join(v1, v2) {
+                    collapses.push(Collapse { removed, kept, error: 0.0 });
+                }
             }
+        });
+    }
+    list.stage("collapse", || measure_errors(mesh, &mut collapses));
+    list.collapses = collapses;
+}
+
+fn measure_errors(mesh: &Mesh<'_>, collapses: &mut [Collapse]) {
+    let mut errors = Errors::new(mesh.positions.len());
+    for block in collapses.chunks_mut(LOOKAHEAD) {
+        for collapse in block.iter_mut() {
+            collapse.error = distance(mesh, collapse.removed, collapse.kept);
+        }
+        for collapse in block {
+            collapse.error = errors.join(collapse.error, collapse.removed, collapse.kept);
         }
     }
-    collapses
+}
+
+/// From vertex to vertex, at most what f32 reaches.
+pub(crate) fn distance(mesh: &Mesh<'_>, a: u32, b: u32) -> f32 {
+    norm(sub(point(mesh, a), point(mesh, b))).min(f64::from(f32::MAX)) as f32
 }
 
 /// Classes of joined vertices: union-find by size. The representative of a
@@ -109,11 +146,10 @@ impl Errors {
         Self { radius: vec![0.0; count], largest: 0.0 }
     }
 
-    /// The error after a class has joined another one: the greatest distance
-    /// that any vertex of a removed class has moved so far.
-    pub(crate) fn join(&mut self, mesh: &Mesh<'_>, removed: u32, kept: u32) -> f32 {
-        let distance = norm(sub(point(mesh, removed), point(mesh, kept))) as f32;
-        // Finite positions can be farther apart than f32 reaches.
+    /// The error after a class has joined another one, so far from it: the
+    /// greatest distance that any vertex of a removed class has moved so far.
+    pub(crate) fn join(&mut self, distance: f32, removed: u32, kept: u32) -> f32 {
+        // Radii can add up to more than f32 reaches.
         let moved = (distance + self.radius[removed as usize]).min(f32::MAX);
         let radius = &mut self.radius[kept as usize];
         *radius = radius.max(moved);

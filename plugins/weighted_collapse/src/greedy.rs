@@ -4,7 +4,7 @@ use busbar_plugin_sdk::{Collapse, Error, Mesh, Progress};
 
 use crate::edges::{Edges, Side};
 use crate::factors::measure;
-use crate::forest::{Classes, Errors};
+use crate::forest::{Classes, Errors, distance};
 use crate::guards::Candidate;
 use crate::guards::MAX_VALENCE;
 use crate::queue::{Entry, Queue};
@@ -151,7 +151,8 @@ impl<'a> Greedy<'a> {
 
     /// Collapses a legal edge; the first ring is that of the removed vertex.
     fn collapse(&mut self, removed: u32, kept: u32) {
-        let error = self.errors.join(&self.surface.mesh, removed, kept);
+        let distance = distance(&self.surface.mesh, removed, kept);
+        let error = self.errors.join(distance, removed, kept);
         self.collapses.push(Collapse { removed, kept, error });
         self.classes.merge(removed, kept);
         self.merge_keys(kept);

@@ -120,19 +120,18 @@ pub fn collapse_list(
         (measured.weigh(&coefficients, threads), coefficients)
     });
     progress.report(0.4)?;
-    let sorted = list.stage("sort", || sort::sort(&weights, threads));
-    progress.report(SORTED)?;
-    list.collapses = list.stage("collapse", || match order {
-        Order::Paper => Ok(forest::collapse(&mesh, &edges, &sorted)),
-        Order::Guarded => {
-            let keys = greedy::Keys::Ranks(sort::ranks(&sorted));
-            greedy::collapse(mesh, &edges, &sorted, &keys, progress)
-        }
-        Order::Reweighted => {
-            let keys = greedy::Keys::Weights { weights: &weights, reading, coefficients };
-            greedy::collapse(mesh, &edges, &sorted, &keys, progress)
-        }
-    })?;
+    if order == Order::Paper {
+        forest::collapse(&mesh, &edges, &weights, sort::PART, &mut list);
+    } else {
+        let sorted = list.stage("sort", || sort::sort(&weights));
+        progress.report(SORTED)?;
+        let keys = match order {
+            Order::Reweighted => greedy::Keys::Weights { weights: &weights, reading, coefficients },
+            _ => greedy::Keys::Ranks(sort::ranks(&sorted)),
+        };
+        let collapses = || greedy::collapse(mesh, &edges, &sorted, &keys, progress);
+        list.collapses = list.stage("collapse", collapses)?;
+    }
     progress.report(1.0)?;
     Ok(list)
 }

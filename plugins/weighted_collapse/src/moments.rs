@@ -2,7 +2,7 @@
 
 /// Values summed at a time. Sums over chunks are combined in the chunks' order,
 /// so they are the same for every number of threads.
-pub(crate) const CHUNK: usize = 4096;
+pub(crate) const CHUNK: usize = 1024;
 
 /// Running sums that are added up side by side, for the processor's sake.
 const LANES: usize = 4;
@@ -22,9 +22,9 @@ impl Moments {
     /// Of one chunk: its mean first, so that the squares are of differences.
     pub(crate) fn of(values: &[f64]) -> Self {
         let count = values.len().max(1) as f64;
-        let mean = sum(values, |value| value) / count;
-        let squares = sum(values, |value| (value - mean) * (value - mean));
-        let max = values.iter().fold(0.0_f64, |max, &value| if value > max { value } else { max });
+        let mean = fold(values, |sum, value| sum + value) / count;
+        let squares = fold(values, |sum, value| sum + (value - mean) * (value - mean));
+        let max = max(values);
         Self { count: values.len() as f64, mean, squares, max }
     }
 
@@ -51,16 +51,25 @@ impl Moments {
     }
 }
 
-fn sum(values: &[f64], term: impl Fn(f64) -> f64) -> f64 {
+/// Folds each lane, and adds up the lanes.
+fn fold(values: &[f64], step: impl Fn(f64, f64) -> f64) -> f64 {
+    let (quads, rest) = values.as_chunks::<LANES>();
     let mut lanes = [0.0; LANES];
-    let quads = values.chunks_exact(LANES);
-    let rest = quads.remainder();
     for quad in quads {
-        for (lane, &value) in lanes.iter_mut().zip(quad) {
-            *lane += term(value);
-        }
+        lanes = std::array::from_fn(|lane| step(lanes[lane], quad[lane]));
     }
-    lanes.iter().sum::<f64>() + rest.iter().map(|&value| term(value)).sum::<f64>()
+    lanes.iter().sum::<f64>() + rest.iter().fold(0.0, |sum, &value| step(sum, value))
+}
+
+/// The largest value; 0 for none.
+fn max(values: &[f64]) -> f64 {
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let (quads, rest) = values.as_chunks::<LANES>();
+    let mut lanes = [0.0; LANES];
+    for quad in quads {
+        lanes = std::array::from_fn(|lane| larger(lanes[lane], quad[lane]));
+    }
+    lanes.iter().chain(rest).fold(0.0, |max, &value| larger(max, value))
 }
 
 #[cfg(test)]

@@ -60,6 +60,11 @@ impl Reading {
     pub const UNPROTECTED: Self =
         Self { border_curvature: 0.0, border_weight: BorderWeight::Zero, ..Self::BUSBAR };
 
+    /// F of a border, or of an edge that is none.
+    pub(crate) fn flag(&self, is_border: bool) -> bool {
+        is_border == (self.border_flag == BorderFlag::Text)
+    }
+
     /// The cosine of C on a border.
     pub(crate) fn border_curvature_cosine(&self) -> f64 {
         libm::cos(self.border_curvature)

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use crate::reading::{BorderFlag, BorderWeight, Curvature};
 use crate::vector::{cross, dot, norm, point, sub};
-use crate::{Collapse, Mesh, Order, Reading, edges, forest, sort, weights};
+use crate::{Collapse, CollapseList, Mesh, Order, Reading, edges, forest, sort, weights};
 
 /// Edges by their ends, with the opposite corners of their triangles.
 type EdgeMap = BTreeMap<[u32; 2], Vec<u32>>;
@@ -145,16 +145,19 @@ proptest! {
         let bits = |weights: &[f64]| weights.iter().map(|w| w.to_bits()).collect::<Vec<_>>();
         prop_assert_eq!(bits(&weighed), bits(&weigh(1)));
 
-        let sorted = sort::sort(&weighed, threads);
+        let sorted = sort::sort(&weighed);
         let mut expected: Vec<u32> = (0..weighed.len() as u32).collect();
         expected.sort_by(|&a, &b| weighed[a as usize].total_cmp(&weighed[b as usize]));
         prop_assert_eq!(&sorted, &expected);
 
-        let collapses = forest::collapse(&mesh, &found, &sorted);
         let in_order = expected.iter().map(|&edge| found.ends[edge as usize]);
         let plain = collapse_in_order(&mesh, in_order);
         let fields = |c: &Collapse| (c.removed, c.kept, c.error.to_bits());
-        prop_assert!(collapses.iter().map(fields).eq(plain.iter().map(fields)));
+        for part_size in [1, 5, sort::PART] {
+            let mut list = CollapseList::default();
+            forest::collapse(&mesh, &found, &weighed, part_size, &mut list);
+            prop_assert!(list.collapses.iter().map(fields).eq(plain.iter().map(fields)));
+        }
     }
 
     /// A forest with V - components entries, errors that never decrease, and
@@ -207,7 +210,7 @@ fn a_larger_mesh_is_the_same_in_any_number_of_threads() {
         assert!(edges.len() > 2 * crate::moments::CHUNK);
         let measured = weights::measure_all(&mesh, &edges, &Reading::BUSBAR, threads);
         let weights = measured.clone().weigh(&measured.coefficients(&Reading::BUSBAR), threads);
-        let sorted = sort::sort(&weights, threads);
+        let sorted = sort::sort(&weights);
         (edges, weights.into_iter().map(f64::to_bits).collect::<Vec<_>>(), sorted)
     };
     let alone = weigh(1);

@@ -1,14 +1,12 @@
 //! Edges in ascending order of weight.
 
-use std::ops::Range;
-
-use crate::threads;
-
 /// Bits of a key that one pass of the radix sort looks at.
-const DIGIT_BITS: u32 = 8;
+const DIGIT_BITS: u32 = 11;
 const DIGITS: usize = 1 << DIGIT_BITS;
 /// Passes over a key of 32 bits.
-const PASSES: usize = (u32::BITS / DIGIT_BITS) as usize;
+const PASSES: usize = u32::BITS.div_ceil(DIGIT_BITS) as usize;
+/// A good least size of parts: what the cache next to a core holds.
+pub(crate) const PART: usize = 1 << 16;
 
 /// Weights as integers that never order two weights wrongly, but may call
 /// different ones equal: the upper bits of what lies between the least weight
@@ -23,8 +21,11 @@ impl Keys {
     /// For finite weights that are not negative: their bits, as integers, have
     /// their order.
     fn of(weights: &[f64]) -> Self {
-        let bits = || weights.iter().map(|w| w.to_bits());
-        let (least_bits, most_bits) = (bits().min().unwrap_or(0), bits().max().unwrap_or(0));
+        let (least_bits, most_bits) = weights
+            .iter()
+            .map(|w| w.to_bits())
+            .fold((u64::MAX, 0), |(least, most), bits| (least.min(bits), most.max(bits)));
+        let least_bits = least_bits.min(most_bits);
         let used_bits = u64::BITS - (most_bits - least_bits).leading_zeros();
         Self { least_bits, shift: used_bits.saturating_sub(u32::BITS) }
     }
@@ -37,16 +38,81 @@ impl Keys {
 /// A key with its edge; the key decides.
 type Pair = (u32, u32);
 
+/// Edges in parts: each edge of one part weighs less than any of the next.
+pub(crate) struct Parts<'a> {
+    weights: &'a [f64],
+    pairs: Vec<Pair>,
+    /// Where each part starts, and the total.
+    starts: Vec<usize>,
+    spare: Vec<Pair>,
+}
+
+impl<'a> Parts<'a> {
+    /// Parts of at least `size` edges, but for the last.
+    pub(crate) fn of(weights: &'a [f64], size: usize) -> Self {
+        let keys = Keys::of(weights);
+        let mut next = [0_usize; DIGITS];
+        weights.iter().for_each(|&weight| next[upper_digit(keys.key(weight))] += 1);
+        let (mut starts, mut total) = (vec![0], 0);
+        for slot in &mut next {
+            if total - starts[starts.len() - 1] >= size {
+                starts.push(total);
+            }
+            total += std::mem::replace(slot, total);
+        }
+        // All digits of a part share one place to write to.
+        let mut part_of_digit = [0; DIGITS];
+        for (part, &start) in part_of_digit.iter_mut().zip(&next) {
+            *part = starts.partition_point(|&first| first <= start) - 1;
+        }
+        let mut write_at = starts.clone();
+        let mut pairs = vec![(0, 0); weights.len()];
+        for (edge, &weight) in (0..).zip(weights) {
+            let key = keys.key(weight);
+            let at = &mut write_at[part_of_digit[upper_digit(key)]];
+            pairs[*at] = (key, edge);
+            *at += 1;
+        }
+        starts.push(total);
+        Self { weights, pairs, starts, spare: Vec::new() }
+    }
+
+    /// Number of parts.
+    pub(crate) fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// The edges of a part that are wanted, in ascending order of (W, edge
+    /// index). To be asked once a part: what is not wanted is gone.
+    pub(crate) fn sort(
+        &mut self,
+        part: usize,
+        mut is_wanted: impl FnMut(u32) -> bool,
+    ) -> impl Iterator<Item = u32> {
+        let pairs = &mut self.pairs[self.starts[part]..self.starts[part + 1]];
+        let mut wanted = 0;
+        for index in 0..pairs.len() {
+            let pair = pairs[index];
+            pairs[wanted] = pair;
+            wanted += usize::from(is_wanted(pair.1));
+        }
+        let pairs = &mut pairs[..wanted];
+        self.spare.resize(wanted.max(self.spare.len()), (0, 0));
+        let spare = &mut self.spare[..wanted];
+        sort_by_key(pairs, spare);
+        sort_within_keys(pairs, spare, self.weights);
+        pairs.iter().map(|pair| pair.1)
+    }
+}
+
 /// Edge indices in ascending order of (W, edge index). The order of edges is
 /// that of (smaller, larger) vertex index.
-pub(crate) fn sort(weights: &[f64], threads: usize) -> Vec<u32> {
-    let keys = Keys::of(weights);
-    let ranges = equal_parts(weights, keys, threads);
-    let parts =
-        threads::map(ranges, threads, |(range, count)| sort_range(weights, keys, range, count));
-    let mut parts = parts.into_iter();
-    let mut sorted = parts.next().unwrap_or_default();
-    parts.for_each(|part| sorted.extend(part));
+pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
+    let mut parts = Parts::of(weights, PART);
+    let mut sorted = Vec::with_capacity(weights.len());
+    for part in 0..parts.len() {
+        sorted.extend(parts.sort(part, |_| true));
+    }
     sorted
 }
 
@@ -59,53 +125,33 @@ pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
     ranks
 }
 
-/// Ranges of keys with about the same number of edges, covering all, and how
-/// many each has.
-fn equal_parts(weights: &[f64], keys: Keys, parts: usize) -> Vec<(Range<u64>, usize)> {
-    let end = 1 << 32;
-    if parts == 1 {
-        return vec![(0..end, weights.len())];
-    }
-    let shift = 32 - DIGIT_BITS;
-    let mut counts = vec![0_usize; DIGITS];
-    weights.iter().for_each(|&w| counts[(keys.key(w) >> shift) as usize] += 1);
-    let (mut ranges, mut first, mut count, mut total) = (Vec::new(), 0, 0, 0);
-    for (digit, digit_count) in counts.into_iter().enumerate() {
-        count += digit_count;
-        total += digit_count;
-        let next = (digit as u64 + 1) << shift;
-        let full = count > 0 && total * parts >= weights.len() * (ranges.len() + 1);
-        if next == end || full {
-            ranges.push((first..next, count));
-            (first, count) = (next, 0);
-        }
-    }
-    ranges
-}
-
-fn sort_range(weights: &[f64], keys: Keys, range: Range<u64>, count: usize) -> Vec<u32> {
-    let mut pairs: Vec<Pair> = Vec::with_capacity(count);
+/// Radix sort; `spare` is as long as `pairs`.
+fn sort_by_key(pairs: &mut [Pair], spare: &mut [Pair]) {
     let mut counts = [[0_u32; DIGITS]; PASSES];
-    for (edge, &weight) in weights.iter().enumerate() {
-        let key = keys.key(weight);
-        if range.contains(&u64::from(key)) {
-            for (pass, counts) in counts.iter_mut().enumerate() {
-                counts[digit(key, pass)] += 1;
-            }
-            pairs.push((key, edge as u32));
+    for &(key, _) in pairs.iter() {
+        for (pass, counts) in counts.iter_mut().enumerate() {
+            counts[digit(key, pass)] += 1;
         }
     }
-    let mut other = vec![(0, 0); pairs.len()];
+    let (mut from, mut to) = (pairs, spare);
+    let mut is_swapped = false;
     for (pass, counts) in counts.into_iter().enumerate() {
         // A pass in which all keys are alike moves nothing.
-        if pairs.first().is_some_and(|p| counts[digit(p.0, pass)] as usize == pairs.len()) {
+        if from.first().is_some_and(|p| counts[digit(p.0, pass)] as usize == from.len()) {
             continue;
         }
-        scatter(&pairs, &mut other, pass, counts);
-        std::mem::swap(&mut pairs, &mut other);
+        scatter(from, to, pass, counts);
+        std::mem::swap(&mut from, &mut to);
+        is_swapped = !is_swapped;
     }
-    sort_within_keys(&mut pairs, weights);
-    pairs.into_iter().map(|pair| pair.1).collect()
+    if is_swapped {
+        to.copy_from_slice(from);
+    }
+}
+
+/// The digit that parts are made by.
+fn upper_digit(key: u32) -> usize {
+    (key >> (u32::BITS - DIGIT_BITS)) as usize
 }
 
 fn digit(key: u32, pass: usize) -> usize {
@@ -127,11 +173,19 @@ fn scatter(from: &[Pair], to: &mut [Pair], pass: usize, counts: [u32; DIGITS]) {
 }
 
 /// Pairs of one key stand in edge order; puts those right whose weights differ.
-fn sort_within_keys(pairs: &mut [Pair], weights: &[f64]) {
-    let weight = |pair: &Pair| weights[pair.1 as usize];
+/// `spare` is as long as `pairs`, and gets the weights in their order: lookups
+/// wait for memory, and so they wait together.
+fn sort_within_keys(pairs: &mut [Pair], spare: &mut [Pair], weights: &[f64]) {
+    for (weight, &(_, edge)) in spare.iter_mut().zip(pairs.iter()) {
+        let bits = weights[edge as usize].to_bits();
+        *weight = ((bits >> 32) as u32, bits as u32);
+    }
+    let mut start = 0;
     for run in pairs.chunk_by_mut(|a, b| a.0 == b.0) {
-        if run.len() > 1 {
-            run.sort_by(|a, b| weight(a).total_cmp(&weight(b)));
+        let weights_there = &spare[start..start + run.len()];
+        start += run.len();
+        if !weights_there.is_sorted() {
+            run.sort_by(|a, b| weights[a.1 as usize].total_cmp(&weights[b.1 as usize]));
         }
     }
 }
@@ -144,9 +198,9 @@ mod tests {
 
     #[test]
     fn equal_weights_keep_edge_order() {
-        assert_eq!(sort(&[1.0, 0.5, 1.0, 0.5], 1), [1, 3, 0, 2]);
-        assert!(sort(&[], 1).is_empty());
-        assert_eq!(sort(&[0.0; 3], 2), [0, 1, 2]);
+        assert_eq!(sort(&[1.0, 0.5, 1.0, 0.5]), [1, 3, 0, 2]);
+        assert!(sort(&[]).is_empty());
+        assert_eq!(sort(&[0.0; 3]), [0, 1, 2]);
     }
 
     #[test]
@@ -161,7 +215,7 @@ mod tests {
         fn any_weights_are_sorted_as_by_comparison(
             seeds in prop::collection::vec(any::<u32>(), 0..3000),
             spread in 0..4,
-            threads in 1_usize..5,
+            copies in prop::sample::select(vec![1, 70]),
         ) {
             let weights: Vec<f64> = seeds
                 .iter()
@@ -173,9 +227,11 @@ mod tests {
                     _ => f64::from(seed) * 1e-20,
                 })
                 .collect();
+            // Enough of them for several parts.
+            let weights = weights.repeat(copies);
             let mut expected: Vec<u32> = (0..weights.len() as u32).collect();
             expected.sort_by(|&a, &b| weights[a as usize].total_cmp(&weights[b as usize]));
-            prop_assert_eq!(sort(&weights, threads), expected);
+            prop_assert_eq!(sort(&weights), expected);
         }
     }
 }

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use busbar_plugin_sdk::Mesh;
 
 use crate::edges::Edges;
-use crate::factors::{Factors, angle, is_border, measure};
+use crate::factors::{Factors, Hinge, angle, bend_cosine, measure};
 use crate::moments::{CHUNK, Moments};
 use crate::reading::{BorderWeight, Reading};
 use crate::threads;
@@ -82,24 +82,47 @@ pub(crate) fn measure_all(
 }
 
 fn measure_chunk(mesh: &Mesh<'_>, edges: &Edges, reading: &Reading, chunk: Chunk<'_>) -> Totals {
-    let mut borders = 0;
-    for i in 0..chunk.lengths.len() {
-        let edge = chunk.first_edge + i;
-        let sides = edges.sides(edge);
-        let factors = measure(mesh, edges.ends[edge], sides, reading);
-        borders += usize::from(is_border(sides));
-        chunk.lengths[i] = factors.length;
-        chunk.flags[i] = factors.flag;
-        chunk.areas[i] = factors.area;
-        chunk.curvatures[i] = factors.curvature_cosine;
+    let Chunk { first_edge, lengths, flags, areas, curvatures } = chunk;
+    let inner_flag = reading.flag(false);
+    // Nearly all edges have two sides. Their roots and quotients are taken of
+    // the whole chunk in one go, which is faster.
+    let mut second_squares = [0.0; CHUNK];
+    let mut borders = Vec::new();
+    for i in 0..lengths.len() {
+        let edge = first_edge + i;
+        if let &[first, second] = edges.sides(edge) {
+            let hinge = Hinge::at(mesh, edges.ends[edge], first, second);
+            lengths[i] = hinge.length_squared;
+            areas[i] = hinge.first_squared;
+            second_squares[i] = hinge.second_squared;
+            curvatures[i] = hinge.dot;
+            flags[i] = inner_flag;
+        } else {
+            borders.push(i);
+        }
     }
-    chunk.curvatures.iter_mut().for_each(|curvature| *curvature = angle(*curvature));
+    let outputs = lengths.iter_mut().zip(areas.iter_mut()).zip(curvatures.iter_mut());
+    for (((length, area), curvature), &second) in outputs.zip(&second_squares) {
+        let (first, second) = (area.sqrt(), second.sqrt());
+        *length = length.sqrt();
+        *area = 0.5 * (first + second);
+        *curvature = bend_cosine(*curvature, first * second, reading.curvature);
+    }
+    for &i in &borders {
+        let edge = first_edge + i;
+        let factors = measure(mesh, edges.ends[edge], edges.sides(edge), reading);
+        lengths[i] = factors.length;
+        flags[i] = factors.flag;
+        areas[i] = factors.area;
+        curvatures[i] = factors.curvature_cosine;
+    }
+    curvatures.iter_mut().for_each(|curvature| *curvature = angle(*curvature));
     Totals {
-        lengths: Moments::of(chunk.lengths),
-        areas: Moments::of(chunk.areas),
-        curvatures: Moments::of(chunk.curvatures),
-        borders,
-        edges: chunk.lengths.len(),
+        lengths: Moments::of(lengths),
+        areas: Moments::of(areas),
+        curvatures: Moments::of(curvatures),
+        borders: borders.len(),
+        edges: lengths.len(),
     }
 }
 

@@ -48,11 +48,11 @@ fn the_second_start_optimises_nothing() {
 fn other_settings_have_other_results() {
     let mut scene = scene();
     render(&scene);
-    let protected = files(&scene);
-    scene.config["plugins"]["optimizer"]["settings"] = json!({ "border_protection": false });
+    let before = files(&scene);
+    scene.config["plugins"]["optimizer"]["settings"] = json!({ "border_weight": 0.0 });
     let (_, stats, _) = render(&scene);
     assert_eq!(stats.count("cached_meshes"), 0);
-    assert_eq!(files(&scene).len(), 2 * protected.len());
+    assert_eq!(files(&scene).len(), 2 * before.len());
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn an_optimised_file_keeps_its_features() {
     for theta in ["0", "0.7", "0.95"] {
         let mut command = busbar();
         command.arg("optimize").arg(scene.path("model.glb")).args(["--theta", theta]);
-        command.args(["--plugin", "weighted_collapse", "--set", "order=reweighted"]);
+        command.args(["--plugin", "quadric_collapse"]);
         command.arg("--plugin-directory");
         command.arg(scene.path("plugins")).arg("--out").arg(scene.path("out.glb"));
         finish(&mut command).expect_code(0);
@@ -194,8 +194,8 @@ fn the_papers_substation_keeps_every_id_at_every_theta() {
     scene.config["view"]["camera"] = json!("overview");
     let known: BTreeSet<_> = names.iter().map(|name| format!("yard/{name}")).collect();
     let pixels = random_pixels(10_000, size);
-    for order in ["paper", "reweighted"] {
-        scene.config["plugins"]["optimizer"]["settings"]["order"] = json!(order);
+    for plugin in ["weighted_collapse", "quadric_collapse"] {
+        scene.config["plugins"]["optimizer"] = json!({ "plugin": plugin });
         let mut viewer = viewer_of(&scene, size);
         let mut picked_at = |theta| {
             show_at(&mut viewer, theta);
@@ -209,7 +209,7 @@ fn the_papers_substation_keeps_every_id_at_every_theta() {
             assert!(picked().collect::<BTreeSet<_>>().len() > 100, "few pieces are seen");
             let changed = before.iter().zip(&after).filter(|(a, b)| a != b).count();
             let count = pixels.len();
-            println!("order {order}: {changed} of {count} picks differ from theta 0 at {theta}");
+            println!("{plugin}: {changed} of {count} picks differ from theta 0 at {theta}");
         }
         assert_eq!(picked_at(0.0), before, "nothing is lost");
     }

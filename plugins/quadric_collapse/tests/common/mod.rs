@@ -4,11 +4,9 @@ use busbar_geometry::{
     Collapse, CollapseSequence, CollapseStacks, Mesh, MeshStatistics, RawPrimitive, weld,
 };
 use busbar_plugin_sdk::testing::host;
-use busbar_plugin_sdk::{
-    CollapseList, Error, Mesh as View, MeshOptimizer, Plugin, Progress, Wedges,
-};
+use busbar_plugin_sdk::{CollapseList, Error, Mesh as View, Plugin, Progress, Wedges};
 use glam::{Vec2, Vec3};
-use quadric_collapse::{QuadricCollapse, Settings};
+use quadric_collapse::{Limits, QuadricCollapse, Settings};
 
 /// Runs the optimiser with its defaults.
 pub(crate) fn optimize(mesh: &Mesh) -> Vec<Collapse> {
@@ -27,6 +25,15 @@ pub(crate) fn optimize_with(
     settings: Settings,
     progress: &mut Progress<'_>,
 ) -> Result<CollapseList, Error> {
+    optimize_within(&Limits::default(), mesh, settings, progress)
+}
+
+pub(crate) fn optimize_within(
+    limits: &Limits,
+    mesh: &Mesh,
+    settings: Settings,
+    progress: &mut Progress<'_>,
+) -> Result<CollapseList, Error> {
     let positions: Vec<_> = mesh.positions.iter().map(|p| p.to_array()).collect();
     let triangles = mesh.topology().triangles;
     let normals: Vec<_> = mesh.wedges.normal.iter().map(|n| n.to_array()).collect();
@@ -39,7 +46,7 @@ pub(crate) fn optimize_with(
         sections: &mesh.wedges.section,
     };
     let view = View { positions: &positions, triangles: &triangles, wedges: Some(wedges) };
-    QuadricCollapse::create(settings, host())?.optimize(view, progress)
+    QuadricCollapse::create(settings, host())?.optimize_within(limits, view, progress)
 }
 
 pub(crate) fn stacks(mesh: &Mesh) -> CollapseStacks {

@@ -30,7 +30,7 @@ fn plain(mesh: Mesh<'_>, order: Order) -> Vec<(u32, u32)> {
             edges.ends.iter().copied().zip(bits).collect()
         }
         _ => {
-            let sorted = sort::sort(&weights, 1);
+            let sorted = sort::sort(&weights);
             (0..).zip(sorted).map(|(rank, edge)| (edges.ends[edge as usize], rank)).collect()
         }
     };

@@ -118,8 +118,6 @@ pub(crate) fn scene_of(model: &Model, size: [u32; 2]) -> Scene {
     let mut scene = Scene::without_tags();
     let file = write_glb(model).expect("it can be written");
     fs::write(scene.path("model.glb"), file).expect("the folder can be written");
-    // Its order keeps every piece's shape, also with few vertices.
-    scene.config["plugins"]["optimizer"]["settings"]["order"] = json!("reweighted");
     scene.config["models"] = json!({ "merged": { "file": "model.glb", "optimizer": "optimizer" } });
     scene.config["scene"] = json!([{ "id": "yard", "model": "merged" }]);
     let target = EYE * Vec3::new(1.0, 1.0, 0.0);
