@@ -35,6 +35,9 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: PluginCommand,
     },
+    /// Host one plugin for a viewer, which starts this itself
+    #[command(hide = true)]
+    PluginHost,
 }
 
 #[derive(Debug, Subcommand)]
@@ -51,6 +54,14 @@ pub(crate) enum PluginCommand {
     Check(PluginCheckOptions),
     /// Make the project of a new plugin
     New(PluginNewOptions),
+    /// Sign a plugin's library: writes LIBRARY.sig and prints the public key
+    Sign {
+        /// Library
+        library: PathBuf,
+        /// Ed25519 key as PEM, made by `openssl genpkey -algorithm ed25519`
+        #[arg(long, value_name = "FILE")]
+        key: PathBuf,
+    },
     /// Run one case of a check, in a process of its own
     #[command(hide = true)]
     RunCase {

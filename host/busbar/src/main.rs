@@ -12,6 +12,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::FormatFields;
+use tracing_subscriber::fmt::format::debug_fn;
 
 use arguments::{Arguments, Command, PluginCommand};
 
@@ -23,7 +25,18 @@ const EXIT_INTERNAL: u8 = 3;
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let filter = EnvFilter::try_from_env("BUSBAR_LOG").unwrap_or_else(|_| "info".into());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).compact().init();
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    match arguments.command {
+        // The viewer reads these lines: level and message, the rest it adds.
+        Command::PluginHost => {
+            log.with_ansi(false)
+                .without_time()
+                .with_target(false)
+                .fmt_fields(message_only())
+                .init();
+        }
+        _ => log.compact().init(),
+    }
     match std::panic::catch_unwind(|| run(arguments)) {
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
@@ -38,6 +51,14 @@ fn main() -> ExitCode {
     }
 }
 
+/// Writes the message of a log line and none of its fields.
+fn message_only() -> impl for<'w> FormatFields<'w> + 'static {
+    debug_fn(|writer, field, value| match field.name() {
+        "message" => write!(writer, "{value:?}"),
+        _ => Ok(()),
+    })
+}
+
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     match arguments.command {
         Command::View(options) => view::run(&options),
@@ -49,7 +70,9 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
             PluginCommand::Check(options) => plugin::check::run(&options),
             PluginCommand::New(options) => plugin::new::run(&options),
+            PluginCommand::Sign { library, key } => plugin::sign(&library, &key),
             PluginCommand::RunCase { request } => Ok(plugin::check::case(&request)),
         },
+        Command::PluginHost => plugin::host(),
     }
 }

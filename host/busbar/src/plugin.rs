@@ -6,14 +6,18 @@ pub(crate) mod new;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use busbar_viewer::{Catalog, plugin_catalog};
+use anyhow::anyhow;
+use busbar_viewer::{Isolation, LoadRules, PluginCatalog, plugin_catalog};
 
 use crate::output;
 
 pub(crate) fn list(config: Option<&Path>, with_schema: bool) -> anyhow::Result<ExitCode> {
     let catalog = match config {
         Some(config) => plugin_catalog(config)?,
-        None => Catalog::discover(&default_directories()?),
+        None => {
+            let directories = default_directories()?;
+            PluginCatalog::discover(&directories, &LoadRules::default(), Isolation::Process)
+        }
     };
     for plugin in catalog.plugins() {
         output::result(&format!(
@@ -31,6 +35,22 @@ pub(crate) fn list(config: Option<&Path>, with_schema: bool) -> anyhow::Result<E
     for refused in catalog.refused() {
         output::result(&format!("refused {}: {}", refused.path.display(), refused.reason));
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Signs a library for a site.
+pub(crate) fn sign(library: &Path, key: &Path) -> anyhow::Result<ExitCode> {
+    let (path, text, public_key) =
+        busbar_viewer::sign_library(library, key).map_err(|error| anyhow!(error))?;
+    output::write_file(&path, text.as_bytes())?;
+    output::line(&format!("{} is signed; the configuration demands it by", library.display()));
+    output::result(&format!("\"signature\": {{ \"public_key\": \"{public_key}\" }}"));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Hosts a plugin for the viewer that started this process.
+pub(crate) fn host() -> anyhow::Result<ExitCode> {
+    busbar_viewer::serve_plugin().map_err(|error| anyhow!(error))?;
     Ok(ExitCode::SUCCESS)
 }
 

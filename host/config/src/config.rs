@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::{Diagnostic, Positions};
 
 /// A valid configuration.
@@ -17,6 +18,10 @@ use crate::{Diagnostic, Positions};
 pub struct Config {
     /// Directories that plugins are looked for in, in order of preference.
     pub plugin_directories: Vec<DirectoryConfig>,
+    /// How plugins whose process died are started again.
+    pub supervision: SupervisionConfig,
+    /// Who must have signed every plugin library.
+    pub signature: Option<SignatureConfig>,
     /// Plugin instances by the name that the rest of the configuration uses.
     pub plugins: BTreeMap<String, PluginConfig>,
     /// Models by name.
@@ -47,17 +52,6 @@ pub struct DirectoryConfig {
     /// Path as written: relative to the configuration file, or absolute.
     pub path: String,
     /// JSON pointer.
-    pub pointer: String,
-}
-
-/// An instance of a plugin.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PluginConfig {
-    /// The plugin's id, such as `example.optimizer`.
-    pub plugin: String,
-    /// Settings, an object that only the plugin understands.
-    pub settings: Value,
-    /// JSON pointer; the settings are at its `/settings`.
     pub pointer: String,
 }
 

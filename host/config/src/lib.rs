@@ -12,6 +12,7 @@ mod config;
 mod diagnostic;
 mod index;
 mod limits;
+mod plugins;
 mod pointer;
 mod positions;
 mod raw;
@@ -28,11 +29,12 @@ mod world;
 
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
-    NodeConfig, OverlayConfig, PluginConfig, SourceConfig, TagConfig, TagType, ThetaConfig,
-    ThetaLevelConfig, TransformConfig, ViewConfig,
+    NodeConfig, OverlayConfig, SourceConfig, TagConfig, TagType, ThetaConfig, ThetaLevelConfig,
+    TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use limits::*;
+pub use plugins::{Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
 pub use schema::schema;

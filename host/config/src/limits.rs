@@ -12,6 +12,16 @@ pub const MAX_CACHE_MEGABYTES: u32 = 1_000_000;
 pub const MAX_PLUGIN_DIRECTORIES: usize = 16;
 /// The most plugin instances.
 pub const MAX_PLUGINS: usize = 64;
+/// The least address space that a plugin's process can do with, in 10^6 bytes.
+pub const MIN_MEMORY_MEGABYTES: u32 = 256;
+/// The most that can be allowed, in 10^6 bytes.
+pub const MAX_MEMORY_MEGABYTES: u32 = 1_000_000;
+/// The longest delay before a plugin is started again, in milliseconds.
+pub const MAX_RESTART_MILLIS: u64 = 3_600_000;
+/// The most deaths before quarantine.
+pub const MAX_DEATHS: u32 = 60;
+/// The longest window in which deaths count, in seconds.
+pub const MAX_WINDOW_SECONDS: u64 = 86_400;
 /// The most models.
 pub const MAX_MODELS: usize = 10_000;
 /// The most scene nodes, instances included.

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::config::TagType;
 use crate::limits::*;
+use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::theta::RawTheta;
 
 /// Configuration of a Busbar viewer: plugins, models, scene, tags and view.
@@ -30,6 +31,17 @@ pub(crate) struct RawConfig {
     #[schemars(length(max = MAX_PLUGIN_DIRECTORIES), inner(length(min = 1, max = MAX_PATH_BYTES)))]
     #[schemars(extend("examples" = [["plugins"]]))]
     pub(crate) plugin_directories: Vec<String>,
+    /// Where plugins run that do not say it themselves.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["process"]))]
+    pub(crate) isolation: Isolation,
+    /// How plugins whose process died are started again.
+    #[serde(default)]
+    pub(crate) supervision: RawSupervision,
+    /// Who must have signed every plugin library; none for nobody.
+    #[serde(default)]
+    #[schemars(with = "RawSignature")]
+    pub(crate) signature: Option<RawSignature>,
     /// Plugin instances, by the name that the rest of this file uses.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_PLUGINS))]
@@ -65,23 +77,6 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     pub(crate) cache: RawCache,
 }
-
-/// An instance of a plugin.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(rename = "Plugin")]
-pub(crate) struct RawPlugin {
-    /// The plugin's id.
-    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
-    #[schemars(extend("examples" = ["example.optimizer"]))]
-    pub(crate) plugin: String,
-    /// Settings, handed to the plugin as they are.
-    #[serde(default)]
-    #[schemars(extend("examples" = [{}]))]
-    pub(crate) settings: Map,
-}
-
-type Map = serde_json::Map<String, Value>;
 
 /// A model file and how it is simplified.
 #[derive(Debug, Deserialize, JsonSchema)]

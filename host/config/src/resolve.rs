@@ -6,6 +6,7 @@ use serde_json::Value;
 use serde_path_to_error::Segment;
 
 use crate::config::*;
+use crate::plugins::SignatureConfig;
 use crate::raw::*;
 use crate::theta::RawTheta;
 use crate::{Diagnostic, Positions, join_pointer};
@@ -41,10 +42,13 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             "/plugin_directories",
             |path, pointer| DirectoryConfig { path, pointer },
         ),
-        plugins: named(raw.plugins, "/plugins", |_, raw, pointer| PluginConfig {
-            plugin: raw.plugin,
-            settings: Value::Object(raw.settings),
-            pointer,
+        supervision: raw.supervision.resolve(),
+        signature: raw.signature.map(|raw| SignatureConfig {
+            public_key: raw.public_key,
+            pointer: "/signature".to_owned(),
+        }),
+        plugins: named(raw.plugins, "/plugins", |_, plugin, pointer| {
+            plugin.resolve(raw.isolation, pointer)
         }),
         models: named(raw.models, "/models", |_, raw, pointer| ModelConfig {
             file: raw.file,

@@ -99,6 +99,16 @@ impl<'d> Rules<'d, '_, '_> {
                 let fault = name_fault(id, "plugin id");
                 report_name_fault(fault, &join_pointer(&pointer, "plugin"), self.report);
             }
+            let isolation = plugin.get("isolation").unwrap_or(&document["isolation"]);
+            for key in ["memory_megabytes", "network"] {
+                if isolation == "none" && !plugin[key].is_null() {
+                    self.report.key_warning(
+                        &join_pointer(&pointer, key),
+                        format!("\"{key}\" has no effect: the plugin has no process of its own"),
+                        "remove it, or make the plugin's \"isolation\" \"process\"",
+                    );
+                }
+            }
             if !self.used_plugins.contains(name.as_str()) {
                 self.report.key_warning(
                     &pointer,

@@ -1,7 +1,7 @@
 //! A valid configuration and what becomes of it.
 
 use busbar_config::{
-    Band, Config, Severity, TagType, ThetaConfig, ThetaLevelConfig, parse, schema,
+    Band, Config, Isolation, Severity, TagType, ThetaConfig, ThetaLevelConfig, parse, schema,
 };
 use serde_json::json;
 
@@ -141,6 +141,29 @@ fn the_least_configuration_has_defaults() {
     assert_eq!((config.view.samples, config.view.size), (4, [1280, 720]));
     assert_eq!(config.view.theta_scale, 1.0);
     assert!(config.scene.is_empty() && config.plugins.is_empty() && config.tags.is_empty());
+}
+
+#[test]
+fn plugins_run_apart_unless_somebody_says_otherwise() {
+    let isolations = |text: &str| {
+        let plugins = parse(text).unwrap().plugins;
+        ["labels", "optimizer"].map(|name| plugins[name].isolation)
+    };
+    let (apart, together) = (Isolation::Process, Isolation::None);
+    assert_eq!(isolations(EXAMPLE), [apart, apart]);
+    let all = EXAMPLE.replace("\"version\": 1", "\"version\": 1, \"isolation\": \"none\"");
+    assert_eq!(isolations(&all), [together, together]);
+    let plugin = "\"plugin\": \"example.overlay\"";
+    let one = |isolation| format!("{plugin}, \"isolation\": \"{isolation}\"");
+    assert_eq!(isolations(&EXAMPLE.replace(plugin, &one("none"))), [together, apart]);
+    assert_eq!(isolations(&all.replace(plugin, &one("process"))), [apart, together]);
+
+    let config = example();
+    assert_eq!(config.signature, None);
+    let supervision = config.supervision;
+    assert_eq!((supervision.max_deaths, supervision.window_seconds), (3, 600));
+    let plugin = &config.plugins["plc"];
+    assert_eq!((plugin.network, &plugin.sha256, plugin.memory_megabytes), (None, &None, 4000));
 }
 
 #[test]

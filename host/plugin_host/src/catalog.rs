@@ -4,10 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::library::{PluginInfo, PluginLibrary};
+use crate::trust::{LibraryFile, LoadRules, libraries};
 use crate::{Instance, PluginError, SettingsFault};
-
-/// Libraries looked at in one directory.
-pub const MAX_LIBRARIES: usize = 256;
 
 /// A file or directory that gave no plugin, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,17 +28,24 @@ impl Catalog {
     /// Loads the libraries of absolute directories, in order of name. Of two
     /// plugins with one id the first directory's counts.
     pub fn discover(directories: &[PathBuf]) -> Self {
-        let mut catalog =
-            Self { searched: directories.to_vec(), libraries: Vec::new(), refused: Vec::new() };
-        for directory in directories {
-            match libraries_in(directory) {
-                Ok(paths) => paths.iter().for_each(|path| catalog.add(path)),
-                Err(reason) => {
-                    catalog.refused.push(Refused { path: directory.clone(), reason });
-                }
+        let (files, refused) = libraries(directories, &LoadRules::default());
+        let mut catalog = Self { searched: directories.to_vec(), libraries: Vec::new(), refused };
+        for file in &files {
+            if let Err(reason) = PluginLibrary::open(file).and_then(|l| catalog.add(l)) {
+                catalog.refused.push(Refused { path: file.path().to_owned(), reason });
             }
         }
         catalog
+    }
+
+    /// Loads one library that was judged already.
+    ///
+    /// # Errors
+    /// Why it gives no plugin, in words.
+    pub fn of_file(file: &LibraryFile) -> Result<Self, String> {
+        let searched = file.path().parent().map(Path::to_owned).into_iter().collect();
+        let libraries = vec![PluginLibrary::open(file)?];
+        Ok(Self { searched, libraries, refused: Vec::new() })
     }
 
     /// Every plugin found.
@@ -78,39 +83,15 @@ impl Catalog {
         Instance::create(library.clone(), info.clone(), name, settings).map(Arc::new)
     }
 
-    fn add(&mut self, path: &Path) {
-        let mut refuse = |reason| self.refused.push(Refused { path: path.to_owned(), reason });
-        let library = match PluginLibrary::open(path) {
-            Ok(library) => library,
-            Err(reason) => return refuse(reason),
-        };
-        let known =
-            |id: &str| self.libraries.iter().flat_map(|l| &l.plugins).find(|other| other.id == id);
+    fn add(&mut self, library: Arc<PluginLibrary>) -> Result<(), String> {
         for info in &library.plugins {
-            if let Some(other) = known(&info.id) {
-                let other = other.path.display();
-                return refuse(format!("'{}' is already in {other}", info.id));
+            if let Some(other) = self.plugins().find(|other| other.id == info.id) {
+                return Err(format!("'{}' is already in {}", info.id, other.path.display()));
             }
         }
         self.libraries.push(library);
+        Ok(())
     }
-}
-
-/// Regular files of a directory that are named like libraries, in order.
-fn libraries_in(directory: &Path) -> Result<Vec<PathBuf>, String> {
-    let entries = std::fs::read_dir(directory)
-        .map_err(|error| format!("cannot read this plugin directory: {error}"))?;
-    let mut paths: Vec<PathBuf> = entries
-        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-        .filter(|path| {
-            path.extension().is_some_and(|e| e == std::env::consts::DLL_EXTENSION) && path.is_file()
-        })
-        .collect();
-    if paths.len() > MAX_LIBRARIES {
-        return Err(format!("it holds {} libraries; the limit is {MAX_LIBRARIES}", paths.len()));
-    }
-    paths.sort();
-    Ok(paths)
 }
 
 fn check_settings(info: &PluginInfo, settings: &serde_json::Value) -> Result<(), PluginError> {

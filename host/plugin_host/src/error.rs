@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use busbar_geometry::SequenceError;
 use busbar_plugin_abi as abi;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::Digest;
 use crate::catalog::Refused;
 
 /// Why a plugin cannot do what the configuration asks of it.
@@ -64,6 +66,24 @@ pub enum PluginError {
         /// The rule.
         what: String,
     },
+    /// The process that the plugin ran in is gone, or not there at the moment.
+    #[error("plugin '{id}': {reason}")]
+    Lost {
+        /// Plugin id.
+        id: String,
+        /// How it ended, or what it waits for.
+        reason: String,
+    },
+    /// The library is not the one that the configuration is pinned to.
+    #[error("plugin '{id}' is in {}, whose SHA-256 is {found}, not the configured one", .path.display())]
+    Pinned {
+        /// Plugin id.
+        id: String,
+        /// The library.
+        path: PathBuf,
+        /// What it is.
+        found: Digest,
+    },
     /// The plugin's collapse sequence is none.
     #[error("plugin '{id}' gave an invalid collapse sequence: {source}")]
     Sequence {
@@ -75,7 +95,7 @@ pub enum PluginError {
 }
 
 /// One fault of a plugin's settings.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SettingsFault {
     /// JSON pointer within the settings.
     pub pointer: String,
@@ -117,6 +137,14 @@ impl PluginError {
             Self::Failed { settings_at_fault: true, .. } => "correct the settings or addresses",
             Self::Failed { .. } => "see the plugin's message; the log has more",
             Self::Cancelled => "start it again",
+            Self::Lost { .. } => {
+                "it is started again by itself where it can be; the log has its last words; \
+                 report crashes to the plugin's author"
+            }
+            Self::Pinned { .. } => {
+                "put the right library there, or, if this is the one you want, its SHA-256 into \
+                 \"sha256\""
+            }
             Self::Violation { .. } | Self::Sequence { .. } => {
                 "report this to the plugin's author; remove the plugin until it is mended"
             }

@@ -6,19 +6,35 @@
 //! Invariant: no concrete plugin is named here, or anywhere in the host.
 
 mod catalog;
+mod digest;
 mod error;
 mod instance;
 mod library;
 mod log;
 mod mesh_optimizer;
 mod overlay;
+mod overlay_picture;
+mod sample_check;
+mod signature;
 mod telemetry;
 mod text;
+mod trust;
 
-pub use catalog::{Catalog, MAX_LIBRARIES, Refused};
+pub use catalog::{Catalog, Refused};
+pub use digest::Digest;
 pub use error::{PluginError, SettingsFault};
 pub use instance::Instance;
 pub use library::PluginInfo;
-pub use mesh_optimizer::{MeshOptimizer, Optimised};
-pub use overlay::{Overlay, OverlayBinding, OverlayLine, OverlayPicture, OverlayTint, Severity};
-pub use telemetry::{LinkReport, LinkState, Telemetry, TelemetryTag};
+pub use mesh_optimizer::{MeshOptimizer, Optimised, Stage, check_stages};
+pub use overlay::{Overlay, OverlayBinding};
+pub use overlay_picture::{
+    MAX_PART_BYTES, OverlayLine, OverlayPicture, OverlayTint, PictureRules, Severity,
+};
+pub use sample_check::SampleCheck;
+pub use signature::{PublicKey, sign_library};
+pub use telemetry::{
+    LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleReceiver, Telemetry, TelemetryStream,
+    TelemetryTag,
+};
+pub use text::shown;
+pub use trust::{LibraryFile, LoadRules, MAX_LIBRARIES, MAX_LIBRARY_BYTES, libraries};

@@ -1,20 +1,24 @@
 //! One plugin library: entry, version check, factory, descriptors.
 
 use std::collections::BTreeMap;
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::ptr::NonNull;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use busbar_plugin_abi as abi;
+use serde::{Deserialize, Serialize};
 
 use crate::log::HostTable;
 use crate::text;
+use crate::trust::LibraryFile;
 
 /// Plugins that one library may hold, and capabilities that one may have.
 const MAX_ITEMS: u32 = 64;
 
 /// What a plugin says of itself.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PluginInfo {
     /// Unique id.
     pub id: String,
@@ -27,6 +31,7 @@ pub struct PluginInfo {
     /// Capability ids.
     pub capabilities: Vec<String>,
     /// JSON Schema of its settings, if it has one.
+    #[serde(with = "crate::text::as_json")]
     pub settings_schema: Option<serde_json::Value>,
     /// The library's file.
     pub path: PathBuf,
@@ -44,9 +49,9 @@ pub(crate) struct PluginLibrary {
 impl PluginLibrary {
     /// Opens a library and checks that it speaks this ABI. One that is open
     /// already, under whatever path, is shared: it is not initialised twice.
-    pub(crate) fn open(path: &Path) -> Result<Arc<Self>, String> {
+    pub(crate) fn open(file: &LibraryFile) -> Result<Arc<Self>, String> {
         static OPEN: Mutex<BTreeMap<usize, Weak<PluginLibrary>>> = Mutex::new(BTreeMap::new());
-        let entry = load(path)?;
+        let entry = load(file)?;
         let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
         let address = std::ptr::from_ref(entry).addr();
         if let Some(library) = open.get(&address).and_then(Weak::upgrade) {
@@ -54,7 +59,7 @@ impl PluginLibrary {
         }
         let initialised = Initialised::new(entry)?;
         let factory = factory_of(entry)?;
-        let plugins = describe(factory, path)?;
+        let plugins = describe(factory, file.path())?;
         let library = Arc::new(Self { factory, plugins, _initialised: initialised });
         open.insert(address, Arc::downgrade(&library));
         Ok(library)
@@ -106,12 +111,39 @@ impl Drop for Initialised {
     }
 }
 
+/// A name under which the loader finds the contents behind a descriptor.
+///
+/// The loader takes two libraries of one name for the same, and keeps a library
+/// of known device and inode. So a file keeps one descriptor, and with it one
+/// name, for as long as its library is mapped: for ever.
+fn loader_name(library: &LibraryFile) -> Result<PathBuf, String> {
+    /// Modified, in seconds and nanoseconds, and length.
+    type Version = (i64, i64, u64);
+    static LOADED: Mutex<BTreeMap<(u64, u64), (LibraryFile, Version)>> =
+        Mutex::new(BTreeMap::new());
+    let metadata = library.file().metadata().map_err(|e| format!("cannot look at it: {e}"))?;
+    let version = (metadata.mtime(), metadata.mtime_nsec(), metadata.len());
+    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+    let (first, first_version) = loaded
+        .entry((metadata.dev(), metadata.ino()))
+        .or_insert_with(|| (library.clone(), version));
+    if *first_version != version {
+        return Err("it was changed in place since this program loaded it; start the program \
+                    again, and replace libraries by renaming"
+            .into());
+    }
+    Ok(format!("/proc/self/fd/{}", first.file().as_raw_fd()).into())
+}
+
 /// Maps a library and checks its entry.
-fn load(path: &Path) -> Result<&'static abi::BusbarPluginEntry, String> {
+fn load(file: &LibraryFile) -> Result<&'static abi::BusbarPluginEntry, String> {
+    let name = loader_name(file)?;
     // SAFETY: running the library's initialisers is what loading a plugin
     // from a configured directory means.
-    let library =
-        unsafe { libloading::Library::new(path) }.map_err(|e| format!("cannot load it: {e}"))?;
+    let library = unsafe { libloading::Library::new(&name) }.map_err(|error| {
+        let words = error.to_string();
+        format!("cannot load it: {}", words.replace(&*name.to_string_lossy(), "the file"))
+    })?;
     // SAFETY: the ABI gives this symbol this type; its version is checked
     // before more than the version is read.
     let entry = unsafe {

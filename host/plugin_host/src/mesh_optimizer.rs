@@ -10,6 +10,8 @@ use crate::{Instance, PluginError};
 
 /// Stages that a plugin may report.
 const MAX_STAGES: usize = 32;
+/// Bytes of a stage's name, replacements of what is no UTF-8 included.
+const MAX_STAGE_NAME_BYTES: usize = 72;
 
 /// A plugin that orders collapses. Several meshes may be optimised at once.
 #[derive(Clone)]
@@ -23,8 +25,23 @@ pub struct MeshOptimizer {
 pub struct Optimised {
     /// The sequence.
     pub sequence: CollapseSequence,
-    /// Stages that the plugin reported: name and milliseconds.
-    pub stages: Vec<(String, f64)>,
+    /// Stages that the plugin reported.
+    pub stages: Vec<Stage>,
+}
+
+/// A stage of an optimiser's work: its name and how long it took, milliseconds.
+pub type Stage = (String, f64);
+
+/// Whether stages that came from elsewhere are such as a plugin may report.
+///
+/// # Errors
+/// The rule that they break, in words.
+pub fn check_stages(stages: &[Stage]) -> Result<(), &'static str> {
+    let fits = |(name, millis): &Stage| name.len() <= MAX_STAGE_NAME_BYTES && millis.is_finite();
+    if stages.len() > MAX_STAGES || !stages.iter().all(fits) {
+        return Err("it claims stages that no plugin can report");
+    }
+    Ok(())
 }
 
 impl MeshOptimizer {

@@ -1,25 +1,24 @@
 //! Capability `busbar.overlay/1-draft`.
 
-use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 use busbar_tags::{Quality, Reason, TagHandle, TagState, Value, ValueKind};
+use serde::{Deserialize, Serialize};
 
+use crate::overlay_picture::{MAX_PART_BYTES, max_primitives};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
-use crate::{Instance, PluginError};
+use crate::{
+    Instance, OverlayLine, OverlayPicture, OverlayTint, PictureRules, PluginError, Severity,
+};
 
-/// Primitives that one overlay may draw in a frame, a binding.
-const MAX_PRIMITIVES_A_BINDING: usize = 8;
 /// Bytes of text that one overlay may draw in a frame, a primitive.
 const MAX_TEXT_A_PRIMITIVE: usize = 256;
-/// Bytes of one caption or value.
-const MAX_PART_BYTES: usize = 256;
 
 /// A tag bound to a node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OverlayBinding {
     /// The tag.
     pub tag: TagHandle,
@@ -43,59 +42,12 @@ pub struct OverlayBinding {
     pub role: String,
 }
 
-/// How much something needs an operator.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// Grey.
-    #[default]
-    Normal,
-    /// Outside the normal band.
-    Warning,
-    /// Needs action now.
-    Alarm,
-}
-
-/// A line of the label at a node.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OverlayLine {
-    /// The node.
-    pub node: u32,
-    /// The tag whose value it shows. Its quality decides how the line looks.
-    pub tag: TagHandle,
-    /// Severity, for a good value.
-    pub severity: Severity,
-    /// Caption.
-    pub caption: String,
-    /// Value as text.
-    pub text: String,
-}
-
-/// A node in the colour of a severity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OverlayTint {
-    /// The node.
-    pub node: u32,
-    /// The tag it rests on.
-    pub tag: TagHandle,
-    /// Severity.
-    pub severity: Severity,
-}
-
-/// What one overlay draws in one frame, checked.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OverlayPicture {
-    /// Lines in the plugin's order.
-    pub lines: Vec<OverlayLine>,
-    /// Tints.
-    pub tints: Vec<OverlayTint>,
-}
-
 /// A configured overlay.
 pub struct Overlay {
     instance: Arc<Instance>,
     table: &'static abi::BusbarOverlay,
     bindings: Vec<OverlayBinding>,
-    bound_nodes: HashSet<u32>,
+    rules: PictureRules,
     primitives: Vec<abi::BusbarOverlayPrimitive>,
     text: Vec<u8>,
 }
@@ -122,8 +74,8 @@ impl Overlay {
         instance.outcome(status, &error)?;
         let primitives = vec![NO_PRIMITIVE; bindings.len() * 2 + 1];
         let text = vec![0; primitives.len() * 32];
-        let bound_nodes = bindings.iter().map(|b| b.node).collect();
-        Ok(Self { instance, table, bindings, bound_nodes, primitives, text })
+        let rules = PictureRules::new(&bindings);
+        Ok(Self { instance, table, bindings, rules, primitives, text })
     }
 
     /// The instance.
@@ -145,8 +97,29 @@ impl Overlay {
         state: impl Fn(TagHandle) -> Option<&'a TagState>,
         now: SystemTime,
     ) -> Result<OverlayPicture, PluginError> {
-        let values: Vec<_> =
-            self.bindings.iter().map(|binding| value_to_abi(state(binding.tag))).collect();
+        let values: Vec<_> = self.bindings.iter().map(|b| value_to_abi(state(b.tag))).collect();
+        self.draw_values(&values, now)
+    }
+
+    /// What to draw for these states, one a binding, in their order.
+    ///
+    /// # Errors
+    /// As [`Overlay::draw`].
+    pub fn draw_states(
+        &mut self,
+        states: &[Option<TagState>],
+        now: SystemTime,
+    ) -> Result<OverlayPicture, PluginError> {
+        let state = |index| states.get(index).and_then(Option::as_ref);
+        let values: Vec<_> = (0..self.bindings.len()).map(|i| value_to_abi(state(i))).collect();
+        self.draw_values(&values, now)
+    }
+
+    fn draw_values(
+        &mut self,
+        values: &[abi::BusbarTagValue],
+        now: SystemTime,
+    ) -> Result<OverlayPicture, PluginError> {
         let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
         let frame = abi::BusbarOverlayFrame {
             struct_size: size_of::<abi::BusbarOverlayFrame>() as u32,
@@ -187,7 +160,7 @@ impl Overlay {
     /// Doubles the buffers up to their limits; false if both are there.
     fn grow(&mut self) -> bool {
         let before = (self.primitives.len(), self.text.len());
-        let most = (self.bindings.len() + 1) * MAX_PRIMITIVES_A_BINDING;
+        let most = max_primitives(self.bindings.len());
         self.primitives.resize((before.0 * 2).min(most), NO_PRIMITIVE);
         self.text.resize((before.1 * 2).min(most * MAX_TEXT_A_PRIMITIVE), 0);
         before != (self.primitives.len(), self.text.len())
@@ -199,7 +172,7 @@ impl Overlay {
         let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
         let part = |offset: u32, len: u32| {
             if len as usize > MAX_PART_BYTES {
-                return Err("a caption or value is longer than 256 bytes");
+                return Err("a caption or value is too long");
             }
             let range: Range<usize> = offset as usize..offset as usize + len as usize;
             text.get(range).map(str::to_owned).ok_or("a primitive names text that is not there")
@@ -210,9 +183,6 @@ impl Overlay {
                 .bindings
                 .get(primitive.binding as usize)
                 .ok_or("a primitive names a binding that does not exist")?;
-            if !self.bound_nodes.contains(&primitive.node) {
-                return Err("a primitive names a node that nothing is bound to".into());
-            }
             let severity = match primitive.severity {
                 abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
                 abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,
@@ -234,6 +204,7 @@ impl Overlay {
                 other => return Err(format!("a primitive has the unknown kind {other}")),
             }
         }
+        self.rules.check(&picture)?;
         Ok(picture)
     }
 }

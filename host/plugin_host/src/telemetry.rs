@@ -4,22 +4,21 @@ use std::ffi::c_void;
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{DoublePoint, Quality, Reason, Sample, SampleQueue, TagHandle, Value, ValueKind};
+use busbar_tags::{Reason, SampleQueue, TagHandle, ValueKind};
+use serde::{Deserialize, Serialize};
 
-use crate::{Instance, PluginError, text};
+use crate::{Instance, PluginError, SampleCheck, text};
 
 /// Samples in one batch.
 const MAX_BATCH: usize = 1 << 20;
 /// Bytes of what a plugin says of its link.
-const MAX_LINK_MESSAGE_BYTES: usize = 512;
-/// How far a source's clock may be ahead of the host's.
-const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
+pub const MAX_LINK_MESSAGE_BYTES: usize = 512;
 
 /// A tag that a telemetry plugin is to serve.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TelemetryTag {
     /// Handle in the tag table.
     pub tag: TagHandle,
@@ -34,7 +33,7 @@ pub struct TelemetryTag {
 }
 
 /// State of a plugin's link.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkState {
     /// Not tried yet.
     #[default]
@@ -64,11 +63,28 @@ pub struct LinkReport {
     pub dropped: u64,
 }
 
-/// A running telemetry plugin; dropping it stops it.
+/// Where the raw samples of one plugin go. Called from the plugin's threads.
+pub trait SampleReceiver: Send + Sync {
+    /// Takes a batch without blocking; returns how many of it stay.
+    fn publish(&self, samples: &[abi::BusbarSample]) -> usize;
+
+    /// Samples that came in no usable batch.
+    fn reject(&self, count: u64);
+
+    /// What the plugin says of its link.
+    fn report_link(&self, state: LinkState, message: String);
+}
+
+/// A running telemetry plugin that feeds a queue; dropping it stops it.
 pub struct Telemetry {
+    stream: TelemetryStream,
+    receiver: Arc<QueueReceiver>,
+}
+
+/// A running telemetry plugin; dropping it stops it.
+pub struct TelemetryStream {
     // Freed after `stop` was called in `drop`.
     _sink: Sink,
-    context: Arc<SinkContext>,
     table: &'static abi::BusbarTelemetry,
     instance: Arc<Instance>,
 }
@@ -85,10 +101,12 @@ unsafe impl Send for Sink {}
 // SAFETY: as above.
 unsafe impl Sync for Sink {}
 
-struct SinkContext {
+struct SinkContext(Arc<dyn SampleReceiver>);
+
+/// Checks samples and queues them.
+struct QueueReceiver {
     queue: Arc<SampleQueue>,
-    /// By tag handle: whether the tag is this plugin's.
-    owned: Vec<bool>,
+    check: SampleCheck,
     longest_freshness: Duration,
     link: Mutex<(LinkState, String)>,
     last_sample: Mutex<Option<Instant>>,
@@ -105,22 +123,16 @@ impl Telemetry {
         tags: &[TelemetryTag],
         queue: Arc<SampleQueue>,
     ) -> Result<Self, PluginError> {
-        let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
-        let (Some(start), Some(_)) = (table.start, table.stop) else {
-            return Err(instance.violation("`start` or `stop` is null"));
-        };
-        let specs: Vec<_> = tags.iter().map(to_abi).collect();
-        let context = Arc::new(SinkContext::new(tags, queue));
-        let sink = Sink::new(context.clone());
-        let mut error = abi::BusbarError::empty();
-        let serial = instance.serialise();
-        // SAFETY: specs live for the call, the sink until `stop` returned.
-        let status = unsafe {
-            start(instance.as_ptr(), specs.as_ptr(), specs.len(), sink.raw.as_ptr(), &mut error)
-        };
-        drop(serial);
-        instance.outcome(status, &error)?;
-        Ok(Self { _sink: sink, context, table, instance })
+        let receiver = Arc::new(QueueReceiver {
+            queue,
+            check: SampleCheck::new(tags),
+            longest_freshness: tags.iter().map(|t| t.freshness).max().unwrap_or_default(),
+            link: Mutex::default(),
+            last_sample: Mutex::default(),
+            rejected: AtomicU64::new(0),
+        });
+        let stream = TelemetryStream::start(instance, tags, receiver.clone())?;
+        Ok(Self { stream, receiver })
     }
 
     /// Whether an instance could serve these tags, without connecting.
@@ -140,32 +152,82 @@ impl Telemetry {
 
     /// The instance.
     pub fn instance(&self) -> &Instance {
-        &self.instance
+        &self.stream.instance
     }
 
     /// What it last said of its link.
     pub fn link(&self) -> LinkReport {
-        let context = &self.context;
-        let (state, message) = context.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let last = *context.last_sample.lock().unwrap_or_else(PoisonError::into_inner);
+        let receiver = &self.receiver;
+        let (state, message) = receiver.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let last = *receiver.last_sample.lock().unwrap_or_else(PoisonError::into_inner);
         LinkReport {
             state,
             message,
             silent_for: last.map(|last| last.elapsed()),
-            longest_freshness: context.longest_freshness,
-            rejected: context.rejected.load(Ordering::Relaxed),
-            dropped: context.queue.dropped(),
+            longest_freshness: receiver.longest_freshness,
+            rejected: receiver.rejected.load(Ordering::Relaxed),
+            dropped: receiver.queue.dropped(),
         }
     }
 }
 
-impl Drop for Telemetry {
+impl TelemetryStream {
+    /// Starts an instance on its tags; raw samples go to `receiver`.
+    ///
+    /// # Errors
+    /// As [`Telemetry::start`].
+    pub fn start(
+        instance: Arc<Instance>,
+        tags: &[TelemetryTag],
+        receiver: Arc<dyn SampleReceiver>,
+    ) -> Result<Self, PluginError> {
+        let table: &abi::BusbarTelemetry = instance.capability(abi::TELEMETRY_ID)?;
+        let (Some(start), Some(_)) = (table.start, table.stop) else {
+            return Err(instance.violation("`start` or `stop` is null"));
+        };
+        let specs: Vec<_> = tags.iter().map(to_abi).collect();
+        let sink = Sink::new(Arc::new(SinkContext(receiver)));
+        let mut error = abi::BusbarError::empty();
+        let serial = instance.serialise();
+        // SAFETY: specs live for the call, the sink until `stop` returned.
+        let status = unsafe {
+            start(instance.as_ptr(), specs.as_ptr(), specs.len(), sink.raw.as_ptr(), &mut error)
+        };
+        drop(serial);
+        instance.outcome(status, &error)?;
+        Ok(Self { _sink: sink, table, instance })
+    }
+}
+
+impl Drop for TelemetryStream {
     fn drop(&mut self) {
         if let Some(stop) = self.table.stop {
             let _serial = self.instance.serialise();
             // SAFETY: it was started; the sink lives until after this call.
             unsafe { stop(self.instance.as_ptr()) }
         }
+    }
+}
+
+impl SampleReceiver for QueueReceiver {
+    fn publish(&self, samples: &[abi::BusbarSample]) -> usize {
+        let (received, wall_clock) = (Instant::now(), SystemTime::now());
+        // Checked before the queue is locked: the frame waits for that lock.
+        let valid: Vec<_> =
+            samples.iter().filter_map(|raw| self.check.check(raw, received, wall_clock)).collect();
+        self.reject((samples.len() - valid.len()) as u64);
+        if !valid.is_empty() {
+            *self.last_sample.lock().unwrap_or_else(PoisonError::into_inner) = Some(received);
+        }
+        self.queue.publish(valid)
+    }
+
+    fn reject(&self, count: u64) {
+        self.rejected.fetch_add(count, Ordering::Relaxed);
+    }
+
+    fn report_link(&self, state: LinkState, message: String) {
+        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = (state, message);
     }
 }
 
@@ -194,24 +256,6 @@ impl Drop for Sink {
     }
 }
 
-impl SinkContext {
-    fn new(tags: &[TelemetryTag], queue: Arc<SampleQueue>) -> Self {
-        let size = tags.iter().map(|t| t.tag.0 as usize + 1).max().unwrap_or(0);
-        let mut owned = vec![false; size];
-        for tag in tags {
-            owned[tag.tag.0 as usize] = true;
-        }
-        Self {
-            queue,
-            owned,
-            longest_freshness: tags.iter().map(|t| t.freshness).max().unwrap_or_default(),
-            link: Mutex::default(),
-            last_sample: Mutex::default(),
-            rejected: AtomicU64::new(0),
-        }
-    }
-}
-
 unsafe extern "C" fn publish(
     context: *mut c_void,
     samples: *const abi::BusbarSample,
@@ -222,20 +266,11 @@ unsafe extern "C" fn publish(
         return 0;
     };
     if count == 0 || count > MAX_BATCH || samples.is_null() || !samples.is_aligned() {
-        context.rejected.fetch_add(count as u64, Ordering::Relaxed);
+        context.0.reject(count as u64);
         return 0;
     }
     // SAFETY: the plugin gives `count` samples.
-    let samples = unsafe { std::slice::from_raw_parts(samples, count) };
-    let (received, wall_clock) = (Instant::now(), SystemTime::now());
-    // Checked before the queue is locked: the frame waits for that lock.
-    let valid: Vec<_> =
-        samples.iter().filter_map(|raw| context.check(raw, received, wall_clock)).collect();
-    context.rejected.fetch_add((count - valid.len()) as u64, Ordering::Relaxed);
-    if !valid.is_empty() {
-        *context.last_sample.lock().unwrap_or_else(PoisonError::into_inner) = Some(received);
-    }
-    context.queue.publish(valid)
+    context.0.publish(unsafe { std::slice::from_raw_parts(samples, count) })
 }
 
 unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi::BusbarStr) {
@@ -251,47 +286,7 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     };
     // SAFETY: the plugin gives a readable text.
     let message = unsafe { text::read_short(message, MAX_LINK_MESSAGE_BYTES) };
-    *context.link.lock().unwrap_or_else(PoisonError::into_inner) = (state, message);
-}
-
-impl SinkContext {
-    fn check(
-        &self,
-        raw: &abi::BusbarSample,
-        received: Instant,
-        wall_clock: SystemTime,
-    ) -> Option<Sample> {
-        if !self.owned.get(raw.tag as usize).copied().unwrap_or(false) {
-            return None;
-        }
-        let value = match raw.kind {
-            abi::BUSBAR_VALUE_NONE => None,
-            abi::BUSBAR_VALUE_F64 => Some(Value::F64(f64::from_bits(raw.value))),
-            abi::BUSBAR_VALUE_I64 => Some(Value::I64(raw.value as i64)),
-            abi::BUSBAR_VALUE_BOOL => Some(Value::Bool(raw.value != 0)),
-            abi::BUSBAR_VALUE_DOUBLE_POINT => Some(Value::DoublePoint(match raw.value {
-                0 => DoublePoint::Intermediate,
-                1 => DoublePoint::Off,
-                2 => DoublePoint::On,
-                3 => DoublePoint::BadState,
-                _ => return None,
-            })),
-            _ => return None,
-        };
-        let reason = reason_from_abi(raw.reason)?;
-        let quality = match raw.quality {
-            abi::BUSBAR_QUALITY_GOOD => Quality::Good,
-            abi::BUSBAR_QUALITY_UNCERTAIN => Quality::Uncertain(reason),
-            abi::BUSBAR_QUALITY_BAD => Quality::Bad(reason),
-            _ => return None,
-        };
-        // A time in the future orders nothing: it would shut out all that follows.
-        let source_time = time_from_abi(raw.source_time_unix_nanos)
-            .filter(|&time| time <= wall_clock + MAX_CLOCK_AHEAD);
-        let lag = source_time.and_then(|time| wall_clock.duration_since(time).ok());
-        let lag = lag.unwrap_or_default();
-        Some(Sample { tag: TagHandle(raw.tag), value, quality, source_time, lag, received })
-    }
+    context.0.report_link(state, message);
 }
 
 fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
@@ -324,26 +319,4 @@ pub(crate) fn reason_to_abi(reason: Reason) -> u8 {
         Reason::NotFinite => abi::BUSBAR_REASON_NOT_FINITE,
         Reason::Stale => abi::BUSBAR_REASON_STALE,
     }
-}
-
-fn reason_from_abi(reason: u8) -> Option<Reason> {
-    Some(match reason {
-        abi::BUSBAR_REASON_NONE => Reason::Unknown,
-        abi::BUSBAR_REASON_COMMUNICATION => Reason::Communication,
-        abi::BUSBAR_REASON_SENSOR => Reason::Sensor,
-        abi::BUSBAR_REASON_OUT_OF_RANGE => Reason::OutOfRange,
-        abi::BUSBAR_REASON_CONFIGURATION => Reason::Configuration,
-        abi::BUSBAR_REASON_NOT_CONNECTED => Reason::NotConnected,
-        abi::BUSBAR_REASON_NOT_FINITE => Reason::NotFinite,
-        abi::BUSBAR_REASON_STALE => Reason::Stale,
-        _ => return None,
-    })
-}
-
-fn time_from_abi(unix_nanos: i64) -> Option<SystemTime> {
-    if unix_nanos == abi::BUSBAR_NO_TIME {
-        return None;
-    }
-    let distance = Duration::from_nanos(unix_nanos.unsigned_abs());
-    if unix_nanos < 0 { UNIX_EPOCH.checked_sub(distance) } else { UNIX_EPOCH.checked_add(distance) }
 }

@@ -33,13 +33,39 @@ pub(crate) unsafe fn read_short(text: abi::BusbarStr, max_bytes: usize) -> Strin
     }
     // SAFETY: not null; the caller vouches for `len` bytes, of which fewer are read.
     let bytes = unsafe { std::slice::from_raw_parts(text.ptr, text.len.min(max_bytes)) };
-    let lossy = String::from_utf8_lossy(bytes);
-    let visible = lossy.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c });
-    visible.collect()
+    shown(&String::from_utf8_lossy(bytes), max_bytes)
 }
 
 /// The message that a plugin wrote into an error.
 pub(crate) fn message_of(error: &abi::BusbarError) -> String {
     let len = (error.message_len as usize).min(error.message.len());
     String::from_utf8_lossy(&error.message[..len]).into_owned()
+}
+
+/// A text from a plugin or its process as it may stand in logs and panels: at
+/// most `max_bytes` of it, control characters made visible.
+pub fn shown(text: &str, max_bytes: usize) -> String {
+    let end = text.floor_char_boundary(max_bytes);
+    text[..end].chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+/// JSON within formats that do not describe themselves: as text.
+pub(crate) mod as_json {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use serde_json::Value;
+
+    pub(crate) fn serialize<S: Serializer>(
+        value: &Option<Value>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        value.as_ref().map(Value::to_string).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Value>, D::Error> {
+        let text: Option<String> = Deserialize::deserialize(deserializer)?;
+        text.map(|text| serde_json::from_str(&text)).transpose().map_err(D::Error::custom)
+    }
 }

@@ -3,10 +3,12 @@
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant, SystemTime};
 
+use serde::{Deserialize, Serialize};
+
 use crate::{DoublePoint, Quality, Reason, Sample, Value, ValueKind};
 
 /// Names a tag within one table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TagHandle(pub u32);
 
 /// What a tag is.
@@ -27,7 +29,7 @@ pub struct TagSpec {
 }
 
 /// A tag at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TagState {
     /// The last value that came, however old or bad.
     pub value: Option<Value>,

@@ -3,10 +3,12 @@
 use std::fmt;
 use std::time::{Duration, Instant, SystemTime};
 
+use serde::{Deserialize, Serialize};
+
 use crate::TagHandle;
 
 /// A value of a tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// A measurement.
     F64(f64),
@@ -19,7 +21,7 @@ pub enum Value {
 }
 
 /// The type a tag's values have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ValueKind {
     /// [`Value::F64`].
     F64,
@@ -32,7 +34,7 @@ pub enum ValueKind {
 }
 
 /// Position of a switch by two contacts (IEC 60870-5-101, 7.2.6.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DoublePoint {
     /// Neither contact: travelling.
     Intermediate,
@@ -45,7 +47,7 @@ pub enum DoublePoint {
 }
 
 /// Whether a value can be relied on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quality {
     /// Usable.
     Good,
@@ -56,7 +58,7 @@ pub enum Quality {
 }
 
 /// Why a value is not good.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reason {
     /// The source gave none.
     Unknown,

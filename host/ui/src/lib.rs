@@ -115,7 +115,7 @@ fn side_panel(
         ui.add_space(6.0);
         ui.heading("Plugins");
         ScrollArea::vertical().id_salt("plugins").max_height(part).show(ui, |ui| {
-            plugin_panel::show(ui, &model.plugins);
+            plugin_panel::show(ui, &model.plugins, commands);
         });
     });
     CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {

@@ -153,6 +153,10 @@ pub struct PluginRow {
     pub lamp: LinkLamp,
     /// What it last said.
     pub message: String,
+    /// How its process is.
+    pub process: String,
+    /// Whether it waits for somebody or something to start it.
+    pub can_start: bool,
 }
 
 /// The line at the bottom.
@@ -205,6 +209,8 @@ pub enum Command {
     Pan(Vec2),
     /// Move to or from the target: factor on the distance.
     Zoom(f32),
+    /// Start a plugin again now, out of quarantine too.
+    StartPlugin(String),
     /// Name and select what is at a point of the screen.
     Pick(Pos2),
 }

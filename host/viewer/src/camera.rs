@@ -184,6 +184,7 @@ impl OrbitCamera {
                 | Command::UsePolicy { .. }
                 | Command::SetThetaScale(_)
                 | Command::SetWireframe(_)
+                | Command::StartPlugin(_)
                 | Command::Pick(_) => {}
             }
         }

@@ -14,7 +14,8 @@ use std::time::Instant;
 
 use busbar_config::{Config, Diagnostic, Severity};
 use busbar_geometry::CollapseStacks;
-use busbar_plugin_host::{Catalog, Instance, OverlayBinding, TelemetryTag};
+use busbar_plugin_host::{OverlayBinding, TelemetryTag};
+use busbar_plugin_process::{Plugin, PluginCatalog};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
 use busbar_tags::{TagHandle, TagSpec};
 
@@ -30,7 +31,7 @@ pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 /// A configuration with everything it names, loaded and checked.
 pub struct LoadedScene {
     pub(crate) config: Config,
-    pub(crate) instances: BTreeMap<String, Arc<Instance>>,
+    pub(crate) instances: BTreeMap<String, Plugin>,
     pub(crate) models: Vec<LoadedModel>,
     pub(crate) graph: SceneGraph,
     pub(crate) tags: Vec<TagSpec>,
@@ -93,14 +94,16 @@ impl LoadedScene {
         millis.insert("config".into(), millis_since(start));
 
         let mut faults = Faults { config: &config, found: config.warnings.clone() };
-        let start = Instant::now();
-        progress("plugins", 0, 1);
-        let instances = plugins::create(&config, &folder, &mut faults);
-        millis.insert("plugins".into(), millis_since(start));
-
-        let start = Instant::now();
-        let mut imported = models::import(&config, &folder, progress, &mut faults);
-        millis.insert("import".into(), millis_since(start));
+        // Beside each other: starting the processes of plugins is mostly waiting.
+        progress("plugins and models", 0, 1);
+        let mut import_faults = Faults { config: &config, found: Vec::new() };
+        let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
+            || timed(|| plugins::create(&config, &folder, &mut faults)),
+            || timed(|| models::import(&config, &folder, progress, &mut import_faults)),
+        );
+        faults.found.append(&mut import_faults.found);
+        millis.insert("plugins".into(), plugin_millis);
+        millis.insert("import".into(), import_millis);
 
         let start = Instant::now();
         let graph = bindings::place(&config, &imported, &mut faults);
@@ -188,15 +191,23 @@ impl LoadedScene {
     }
 }
 
+/// What some work gives, and how many milliseconds it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    (work(), millis_since(start))
+}
+
 /// Makes the catalogue of plugins that a configuration's directories hold.
 ///
 /// # Errors
-/// When the configuration itself cannot be read.
-pub fn plugin_catalog(path: &Path) -> Result<Catalog, LoadError> {
+/// When the configuration itself cannot be read or names no usable key.
+pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
     let config = busbar_config::parse(&text).map_err(faulty)?;
-    Ok(plugins::catalog(&config, &folder_of(path)))
+    let mut faults = Faults { config: &config, found: Vec::new() };
+    let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
+    catalog.ok_or_else(|| faulty(faults.found))
 }
 
 /// The folder that relative paths of a configuration start from, absolute.

@@ -8,7 +8,8 @@ use std::time::Instant;
 use busbar_geometry::{CollapseStacks, Mesh, MeshStatistics, NO_FEATURE, Section, components};
 use busbar_gltf_export::{ExportError, write_glb};
 use busbar_gltf_import::{ImportError, ImportLimits, import_file};
-use busbar_plugin_host::{Catalog, MeshOptimizer, PluginError};
+use busbar_plugin_host::{LoadRules, PluginError};
+use busbar_plugin_process::{Isolation, Optimizer, PluginCatalog, PluginOptions};
 use busbar_scene::Model;
 use serde::Serialize;
 use thiserror::Error;
@@ -110,9 +111,10 @@ impl OptimisedModel {
         settings: &serde_json::Value,
         done: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, OptimizeError> {
-        let optimizer = Catalog::discover(plugin_directories)
-            .create(plugin, plugin, settings)
-            .and_then(MeshOptimizer::of)?;
+        let rules = LoadRules::default();
+        let optimizer = PluginCatalog::discover(plugin_directories, &rules, Isolation::Process)
+            .create(plugin, plugin, settings, &PluginOptions::default())
+            .and_then(|plugin| Optimizer::of(&plugin))?;
         let start = Instant::now();
         let mut model = import_file(file, &ImportLimits::default())?.model;
         let import_millis = millis_since(start);

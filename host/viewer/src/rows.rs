@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use busbar_plugin_host::{Instance, LinkReport, LinkState, OverlayLine, Severity};
+use busbar_plugin_host::{LinkReport, LinkState, OverlayLine, Severity};
+use busbar_plugin_process::{Plugin, PluginState, PluginStatus};
 use busbar_tags::{Snapshot, TagHandle, Value};
 use busbar_ui::{LinkLamp, PluginRow, TagRow, TagRows};
 
@@ -61,23 +62,41 @@ impl TagRows for Rows<'_> {
 }
 
 /// A plugin with its link, and what went wrong with it last.
-pub(crate) fn plugin(
-    instance: &Instance,
-    link: Option<LinkReport>,
-    fault: Option<&str>,
-) -> PluginRow {
-    let info = instance.info();
+pub(crate) fn plugin(plugin: &Plugin, link: Option<LinkReport>, fault: Option<&str>) -> PluginRow {
+    let (info, status) = (plugin.info(), plugin.status());
     let (lamp, message) = match (fault, link) {
         (Some(fault), _) => (LinkLamp::Down, fault.to_owned()),
         (None, Some(link)) => link_state(link),
         (None, None) => (LinkLamp::None, String::new()),
     };
+    let can_start =
+        matches!(status.state, PluginState::Restarting { .. } | PluginState::Quarantined);
     PluginRow {
-        name: instance.name().to_owned(),
+        name: plugin.name().to_owned(),
         plugin: format!("{} {}", info.id, info.version),
         lamp,
-        message,
+        // How its process ended says it all.
+        message: if can_start { String::new() } else { message },
+        process: process(&status),
+        can_start,
     }
+}
+
+/// A plugin's process in words: `restarting in 2 s · 1 death: killed by SIGSEGV`.
+fn process(status: &PluginStatus) -> String {
+    let mut words = match status.state {
+        PluginState::Restarting { after } => format!("restarting in {:.1} s", after.as_secs_f64()),
+        ref state => state.name().to_owned(),
+    };
+    if let Some(bytes) = status.memory_bytes {
+        words += &format!(" · {} MB", bytes / 1_000_000);
+    }
+    let deaths = match status.deaths {
+        0 => return words,
+        1 => "1 death".to_owned(),
+        count => format!("{count} deaths"),
+    };
+    words + &format!(" · {deaths}: {}", status.last_death.as_deref().unwrap_or("unknown"))
 }
 
 /// A link that says it is up but brought nothing for longer than any of its
@@ -115,6 +134,26 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+
+    #[test]
+    fn a_process_is_told_in_words() {
+        let check = |status: PluginStatus, words| assert_eq!(process(&status), words);
+        check(PluginStatus::default(), "in process");
+        let running = PluginStatus {
+            state: PluginState::Running,
+            memory_bytes: Some(12_300_000),
+            ..PluginStatus::default()
+        };
+        check(running.clone(), "running · 12 MB");
+        let died = PluginStatus {
+            state: PluginState::Restarting { after: Duration::from_millis(1520) },
+            memory_bytes: None,
+            deaths: 2,
+            last_death: Some("killed by SIGSEGV".into()),
+            ..running
+        };
+        check(died, "restarting in 1.5 s · 2 deaths: killed by SIGSEGV");
+    }
 
     #[test]
     fn a_link_that_is_up_but_silent_is_shown_down() {

@@ -1,68 +1,72 @@
 //! Plugins that run while a view is open.
 
-use std::sync::Arc;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
-use busbar_plugin_host::{Overlay, OverlayPicture, Telemetry};
-use busbar_tags::{SampleQueue, Snapshot};
+use busbar_plugin_host::OverlayPicture;
+use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
+use busbar_tags::Snapshot;
 
 use crate::ViewError;
 use crate::load::LoadedScene;
 
+/// The longest that a frame in a window waits for an isolated overlay: mostly
+/// enough for the picture of this frame, and too little to be seen.
+pub(crate) const WINDOW_PATIENCE: Duration = Duration::from_millis(4);
+/// The longest that a frame without a window waits for one.
+pub(crate) const HEADLESS_PATIENCE: Duration = Duration::from_millis(250);
+
 /// An overlay and what went wrong with it last.
-pub(crate) struct RunningOverlay {
-    pub(crate) overlay: Overlay,
+pub(crate) struct ShownOverlay {
+    pub(crate) overlay: RunningOverlay,
     pub(crate) fault: Option<String>,
 }
 
 /// Configures the overlays of a scene.
-pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<RunningOverlay>, ViewError> {
+pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, ViewError> {
     let mut overlays = Vec::new();
     for overlay in &scene.config.overlays {
-        if let Some(instance) = scene.instances.get(&overlay.plugin) {
-            let overlay = Overlay::configure(instance.clone(), scene.overlay_bindings())?;
-            overlays.push(RunningOverlay { overlay, fault: None });
+        if let Some(plugin) = scene.instances.get(&overlay.plugin) {
+            let overlay = RunningOverlay::configure(plugin, scene.overlay_bindings())?;
+            overlays.push(ShownOverlay { overlay, fault: None });
         }
     }
     Ok(overlays)
 }
 
-/// Telemetry plugins and the queues that they fill.
-pub(crate) type RunningTelemetry = (Vec<Telemetry>, Vec<Arc<SampleQueue>>);
-
 /// Starts the telemetry plugins of a scene on their tags.
-pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<RunningTelemetry, ViewError> {
-    let (mut running, mut queues) = (Vec::new(), Vec::new());
-    for (name, instance) in &scene.instances {
+pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<RunningTelemetry>, ViewError> {
+    let mut running = Vec::new();
+    for (name, plugin) in &scene.instances {
         let tags = scene.telemetry_tags(name);
-        if tags.is_empty() {
-            continue;
+        if !tags.is_empty() {
+            running.push(RunningTelemetry::start(plugin, &tags)?);
         }
-        let queue = Arc::new(SampleQueue::default());
-        running.push(Telemetry::start(instance.clone(), &tags, queue.clone())?);
-        queues.push(queue);
     }
-    Ok((running, queues))
+    Ok(running)
 }
 
 /// Lets every overlay draw. One that fails draws nothing and keeps its fault,
 /// which is logged once.
-pub(crate) fn run_overlays(overlays: &mut [RunningOverlay], snapshot: &Snapshot) -> OverlayPicture {
+pub(crate) fn run_overlays(
+    overlays: &mut [ShownOverlay],
+    snapshot: &Snapshot,
+    patience: Duration,
+) -> OverlayPicture {
     let mut all = OverlayPicture::default();
     let now = SystemTime::now();
-    for running in overlays {
-        match running.overlay.draw(|tag| snapshot.state(tag), now) {
+    for shown in overlays {
+        match shown.overlay.draw(|tag| snapshot.state(tag), now, patience) {
             Ok(picture) => {
                 all.lines.extend(picture.lines);
                 all.tints.extend(picture.tints);
-                running.fault = None;
+                shown.fault = None;
             }
             Err(error) => {
                 let fault = error.to_string();
-                if running.fault.as_ref() != Some(&fault) {
-                    tracing::error!(plugin = running.overlay.instance().name(), "{fault}");
+                if shown.fault.as_ref() != Some(&fault) {
+                    tracing::error!(plugin = shown.overlay.name(), "{fault}");
                 }
-                running.fault = Some(fault);
+                shown.fault = Some(fault);
             }
         }
     }

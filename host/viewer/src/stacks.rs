@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh, removal_ranks};
-use busbar_plugin_host::{MeshOptimizer, PluginError};
+use busbar_plugin_host::PluginError;
+use busbar_plugin_process::Optimizer;
 use busbar_stack_cache::{CacheKey, Lookup, Maker, StackCache};
 use rayon::prelude::*;
 
 /// Makes stacks, with an optimiser or (nothing then collapses) without.
 pub(crate) struct StackBuilder<'a> {
-    pub(crate) optimizer: Option<&'a MeshOptimizer>,
+    pub(crate) optimizer: Option<&'a Optimizer>,
     /// Where results are kept, and what this optimiser's are known by.
     pub(crate) cache: Option<(&'a StackCache, Maker)>,
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use busbar_plugin_host::LinkReport;
+use busbar_plugin_process::Plugin;
 use busbar_tags::{QualityCounts, Snapshot, TagSpec, TagState, Value};
 use serde::Serialize;
 
@@ -41,6 +43,8 @@ pub struct Stats {
     pub load_ms: LoadMillis,
     /// Meshes whose stacks were in the cache.
     pub cached_meshes: usize,
+    /// Every plugin.
+    pub plugins: Vec<PluginStats>,
     /// Every tag.
     pub tags: Vec<TagStats>,
     /// Tags a quality.
@@ -49,6 +53,31 @@ pub struct Stats {
     pub picked: Option<String>,
     /// Messages of the Vulkan validation layer.
     pub validation_messages: Vec<String>,
+}
+
+/// One plugin.
+#[derive(Clone, Debug, Serialize)]
+pub struct PluginStats {
+    /// Name in the configuration.
+    pub name: String,
+    /// Plugin id.
+    pub plugin: String,
+    /// `in process`, `running`, `starting`, `restarting`, `quarantined` or `ended`.
+    pub state: &'static str,
+    /// Its process, or null.
+    pub pid: Option<u32>,
+    /// Memory that its process has in RAM, or null.
+    pub memory_bytes: Option<u64>,
+    /// Times that its process ended or was killed.
+    pub deaths: u64,
+    /// How it ended last, or null.
+    pub last_death: Option<String>,
+    /// Samples lost because they were not taken in time.
+    pub dropped: u64,
+    /// Samples that named no tag of this plugin or made no sense.
+    pub rejected: u64,
+    /// What went wrong last, or null.
+    pub fault: Option<String>,
 }
 
 /// One tag.
@@ -80,6 +109,27 @@ pub struct QualityStats {
 impl From<QualityCounts> for QualityStats {
     fn from(counts: QualityCounts) -> Self {
         Self { good: counts.good, uncertain: counts.uncertain, bad: counts.bad }
+    }
+}
+
+/// One plugin with its link and its last fault.
+pub(crate) fn plugin(
+    plugin: &Plugin,
+    link: Option<LinkReport>,
+    fault: Option<&str>,
+) -> PluginStats {
+    let (status, link) = (plugin.status(), link.unwrap_or_default());
+    PluginStats {
+        name: plugin.name().to_owned(),
+        plugin: plugin.info().id.clone(),
+        state: status.state.name(),
+        pid: status.pid,
+        memory_bytes: status.memory_bytes,
+        deaths: status.deaths,
+        last_death: status.last_death,
+        dropped: link.dropped,
+        rejected: link.rejected,
+        fault: fault.map(str::to_owned),
     }
 }
 

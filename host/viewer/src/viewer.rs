@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_config::MAX_THETA_SCALE;
-use busbar_plugin_host::Telemetry;
+use busbar_plugin_host::LinkReport;
+use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
     DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer, RendererOptions,
     WindowHandles,
 };
 use busbar_scene::NodeIndex;
-use busbar_tags::{SampleQueue, Snapshot, TagTable};
+use busbar_tags::{Snapshot, TagTable};
 use busbar_ui::{Command, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
@@ -19,7 +20,7 @@ use crate::camera::{OrbitCamera, Projection};
 use crate::cursors::{Cursors, Place, policy_of};
 use crate::highlight::{self, Highlight};
 use crate::load::LoadedScene;
-use crate::running::{self, RunningOverlay};
+use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::{Stats, ViewError, labels, rows, stats};
@@ -30,9 +31,8 @@ const MAX_FRAME_TIMES: usize = 1024;
 /// A scene on a device, with its plugins running.
 pub struct Viewer {
     // Telemetry first: it stops before what it feeds is gone.
-    telemetry: Vec<Telemetry>,
-    queues: Vec<Arc<SampleQueue>>,
-    overlays: Vec<RunningOverlay>,
+    telemetry: Vec<RunningTelemetry>,
+    overlays: Vec<ShownOverlay>,
     tags: TagTable,
     /// Of the last frame.
     snapshot: Snapshot,
@@ -105,7 +105,7 @@ impl Viewer {
         let theta_scale = scene.config.view.theta_scale;
         let tags = TagTable::new(scene.tags.clone());
         let overlays = running::start_overlays(&scene)?;
-        let (telemetry, queues) = running::start_telemetry(&scene)?;
+        let telemetry = running::start_telemetry(&scene)?;
         let camera =
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera = camera
@@ -114,7 +114,6 @@ impl Viewer {
         Ok(Self {
             snapshot: tags.snapshot(start),
             telemetry,
-            queues,
             overlays,
             tags,
             triangles_full: full_triangles(&scene),
@@ -207,11 +206,13 @@ impl Viewer {
     pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
         let started = Instant::now();
         self.note_screen(&input);
-        for queue in &self.queues {
-            self.tags.apply(queue.drain());
+        for telemetry in &self.telemetry {
+            self.tags.apply(telemetry.drain());
         }
         let snapshot = self.tags.snapshot(started);
-        let overlaid = running::run_overlays(&mut self.overlays, &snapshot);
+        let patience =
+            if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
+        let overlaid = running::run_overlays(&mut self.overlays, &snapshot, patience);
         let model = self.view_model(&snapshot);
 
         let (scene, screen, selected) = (&self.scene, self.screen, self.selected);
@@ -338,10 +339,21 @@ impl Viewer {
             gpu: self.renderer.device_name().to_owned(),
             load_ms: self.scene.millis.clone(),
             cached_meshes: self.scene.cached_meshes,
+            plugins: self
+                .instances()
+                .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
+                .collect(),
             tags: stats::tags(&self.scene.tags, &self.snapshot),
             quality: self.snapshot.counts().into(),
             picked: self.selected_id(),
             validation_messages: self.renderer.validation_messages(),
+        }
+    }
+
+    /// Starts a plugin again that waits for that or is in quarantine.
+    pub fn start_plugin(&self, name: &str) {
+        if let Some(plugin) = self.scene.instances.get(name) {
+            plugin.start_again();
         }
     }
 
@@ -358,7 +370,10 @@ impl Viewer {
         let counts = snapshot.counts();
         ViewModel {
             models: self.models.iter().map(|model| model.row.clone()).collect(),
-            plugins: self.plugin_rows(),
+            plugins: self
+                .instances()
+                .map(|(plugin, link, fault)| rows::plugin(plugin, link, fault))
+                .collect(),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
             wireframe: self.wireframe,
             theta_scale: self.cursors.scale(),
@@ -376,14 +391,14 @@ impl Viewer {
         }
     }
 
-    fn plugin_rows(&self) -> Vec<busbar_ui::PluginRow> {
-        let row = |(name, instance): (&String, &Arc<busbar_plugin_host::Instance>)| {
-            let link = self.telemetry.iter().find(|t| t.instance().name() == name);
-            let overlay = self.overlays.iter().find(|o| o.overlay.instance().name() == name);
+    /// Plugins with their links, and what went wrong with them last.
+    fn instances(&self) -> impl Iterator<Item = (&Plugin, Option<LinkReport>, Option<&str>)> {
+        self.scene.instances.iter().map(|(name, plugin)| {
+            let link = self.telemetry.iter().find(|t| t.name() == name);
+            let overlay = self.overlays.iter().find(|o| o.overlay.name() == name);
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
-            rows::plugin(instance, link.map(Telemetry::link), fault)
-        };
-        self.scene.instances.iter().map(row).collect()
+            (plugin, link.map(RunningTelemetry::link), fault)
+        })
     }
 
     /// Does what the panels ask, except for the camera, which is steered already;
@@ -399,6 +414,7 @@ impl Viewer {
                 Command::SetThetaScale(scale) => self.set_theta_scale(*scale),
                 Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
                 Command::Focus(id) => self.selected = self.scene.graph.find(id),
+                Command::StartPlugin(name) => self.start_plugin(name),
                 Command::Pick(position) => pick = Some(*position),
                 Command::UseCamera(_)
                 | Command::FitAll
@@ -494,6 +510,14 @@ impl Viewer {
             self.frame_millis.pop_front();
         }
         self.frame_millis.push_back(millis_since(started));
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        for plugin in self.scene.instances.values() {
+            plugin.quit();
+        }
     }
 }
 

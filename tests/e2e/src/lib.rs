@@ -14,6 +14,7 @@ pub mod process;
 pub mod relay;
 pub mod scene;
 pub mod stats;
+pub mod trouble;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -127,6 +127,11 @@ impl Process {
         writeln!(stdin, "{line}").expect("it reads its input");
     }
 
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.pid.as_raw_pid() as u32
+    }
+
     /// Sends it a signal.
     pub fn signal(&self, signal: Signal) {
         // One that has ended needs none.

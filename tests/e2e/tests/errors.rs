@@ -17,6 +17,15 @@ fn assert_one_error(output: Output, words: &[&str]) {
     }
 }
 
+/// The same, with plugins in processes of their own and without.
+#[track_caller]
+fn assert_one_error_either_way(scene: &mut Scene, words: &[&str]) {
+    for isolation in ["process", "none"] {
+        scene.config["isolation"] = json!(isolation);
+        assert_one_error(check(&scene.write()), words);
+    }
+}
+
 /// The lines that tell an error; none may tell of a panic.
 #[track_caller]
 fn errors_of(output: &Output) -> Vec<&str> {
@@ -73,10 +82,10 @@ fn a_plugin_that_cannot_do_what_is_asked() {
         ("/tags/T1.U12/source/plugin", json!("optimizer"), "busbar.telemetry/1-draft"),
     ];
     for (pointer, value, capability) in cases {
-        let scene = with(pointer, value);
+        let mut scene = with(pointer, value);
         let place = format!("(at {pointer})");
         let words = ["scene.json:", &place, "has no capability", capability, "remedy: "];
-        assert_one_error(check(&scene.write()), &words);
+        assert_one_error_either_way(&mut scene, &words);
     }
 }
 
@@ -88,14 +97,14 @@ fn settings_and_addresses_that_a_plugin_refuses() {
         ("/plugins/optimizer/settings", json!({"guard": 1}), "'guard' was unexpected"),
     ];
     for (pointer, value, words) in cases {
-        let scene = with(pointer, value);
+        let mut scene = with(pointer, value);
         let words = ["scene.json:", &format!("(at {pointer}"), words, "remedy: "];
-        assert_one_error(check(&scene.write()), &words);
+        assert_one_error_either_way(&mut scene, &words);
     }
     let address = json!({"table": "holding", "register": 70_000, "type": "f32"});
-    let scene = with("/tags/T1.U12/source/address", address);
+    let mut scene = with("/tags/T1.U12/source/address", address);
     let words = ["scene.json:", "tag 'T1.U12'", "`70000`", "register", "remedy: "];
-    assert_one_error(check(&scene.write()), &words);
+    assert_one_error_either_way(&mut scene, &words);
 }
 
 #[test]
@@ -150,12 +159,12 @@ fn a_library_that_is_missing() {
 
 #[test]
 fn a_library_that_is_no_plugin() {
-    let scene = Scene::demo(1);
+    let mut scene = Scene::demo(1);
     let library = scene.library("power_overlay");
-    let refused = |words: &str| {
+    let mut refused = |words: &str| {
         let refused = format!("refused {}: ", library.display());
-        assert_one_error(
-            check(&scene.write()),
+        assert_one_error_either_way(
+            &mut scene,
             &["no plugin 'power_overlay'", &refused, words, "remedy: rebuild or replace"],
         );
     };

@@ -20,6 +20,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_plugin_host",
+            "busbar_plugin_process",
             "busbar_renderer",
             "busbar_scene",
             "busbar_stack_cache",
@@ -36,6 +37,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar_plugin_host",
         &["busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
+    ),
+    (
+        "busbar_plugin_process",
+        &["busbar_geometry", "busbar_plugin_abi", "busbar_plugin_host", "busbar_tags"],
     ),
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
     ("busbar_scene", &["busbar_geometry"]),
@@ -102,7 +107,9 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_gltf_export",
             "busbar_gltf_import",
             "busbar_plugin_host",
+            "busbar_plugin_process",
             "busbar_scene",
+            "busbar_tags",
             "busbar_viewer",
             "corpus",
             "fault_injector",
@@ -121,6 +128,8 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("gpu-allocator", &["busbar_gpu"]),
     ("egui-ash-renderer", &["busbar_gpu"]),
     ("libloading", &["busbar_plugin_check", "busbar_plugin_host"]),
+    ("memmap2", &["busbar_plugin_process"]),
+    ("seccompiler", &["busbar_plugin_process"]),
     ("gltf", &["busbar_gltf_import"]),
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
@@ -129,11 +138,13 @@ const RESERVED: &[(&str, &[&str])] = &[
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
-/// Crates that may have unsafe code: they call Vulkan or speak the C ABI.
-const UNSAFE: [&str; 6] = [
+/// Crates that may have unsafe code: they call Vulkan, speak the C ABI or share
+/// memory with other processes.
+const UNSAFE: [&str; 7] = [
     "host/gpu",
     "host/plugin_check",
     "host/plugin_host",
+    "host/plugin_process",
     "plugins/abi",
     "plugins/fault_injector",
     "plugins/sdk",

@@ -115,12 +115,19 @@ fn assert_all_bad(stats: &Stats, reason: &str) {
 
 #[test]
 fn values_are_those_of_the_server() {
+    for isolation in ["process", "none"] {
+        assert_values_of_server(isolation);
+    }
+}
+
+fn assert_values_of_server(isolation: &str) {
     let mut values = demo_values();
     // Tables and types that the demo does not use: 1e300 as f64, -70000 as i32.
     values["input"] = json!({"10": [0x7E37, 0xE43C, 0x8800, 0x759C, 0xEE90, 0xFFFE]});
     values["coil"] = json!({"0": [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]});
     let Some(peer) = Peer::start(&values) else { return };
     let mut scene = Scene::demo(peer.port);
+    scene.config["isolation"] = json!(isolation);
     let mut add = |id: &str, kind: &str, address: Value| {
         scene.config["tags"][id] =
             json!({"type": kind, "source": {"plugin": "bay", "address": address}});

@@ -23,7 +23,7 @@ impl Optimiser {
     /// # Errors
     /// When it is not there or does not load.
     pub fn load(folder: &Path) -> Result<Self> {
-        let folders: [PathBuf; 1] = [folder.to_owned()];
+        let folders: [PathBuf; 1] = [std::path::absolute(folder)?];
         let plugin = Catalog::discover(&folders)
             .create(PLUGIN, PLUGIN, &Value::Object(serde_json::Map::new()))
             .and_then(MeshOptimizer::of)

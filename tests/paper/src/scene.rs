@@ -109,6 +109,7 @@ fn configuration(plugins: &str, steps: usize) -> Value {
     json!({
         "version": 1,
         "plugin_directories": [plugins],
+        "isolation": "none",
         "plugins": { "optimizer": { "plugin": "weighted_collapse" } },
         "models": { "paper": { "file": "paper.glb", "optimizer": "optimizer" } },
         "scene": [{ "id": "S", "model": "paper" }],

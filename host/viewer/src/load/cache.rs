@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use busbar_config::{CacheConfig, join_pointer};
-use busbar_plugin_host::Instance;
+use busbar_plugin_process::Plugin;
 use busbar_stack_cache::{Maker, StackCache};
 use serde_json::Value;
 
@@ -42,8 +42,8 @@ fn users_cache() -> Option<PathBuf> {
 
 /// What results of an optimiser depend on besides the mesh: the plugin's id and
 /// version, its very library, and its settings.
-pub(super) fn maker(instance: &Instance, settings: &Value) -> std::io::Result<Maker> {
-    let info = instance.info();
+pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Maker> {
+    let info = plugin.info();
     let length = std::fs::metadata(&info.path)?.len();
     if length > MAX_LIBRARY_BYTES {
         let what = format!("{} has more than {MAX_LIBRARY_BYTES} bytes", info.path.display());

@@ -2,12 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, join_pointer};
 use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_file};
-use busbar_plugin_host::{Instance, MeshOptimizer};
+use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::Model;
 use busbar_stack_cache::{Maker, StackCache};
 use rayon::prelude::*;
@@ -65,7 +64,7 @@ pub(super) fn import(
 
 /// The stage of loading that builds stacks.
 pub(super) struct Optimising<'a> {
-    pub(super) instances: &'a BTreeMap<String, Arc<Instance>>,
+    pub(super) instances: &'a BTreeMap<String, Plugin>,
     pub(super) cache: Option<StackCache>,
     pub(super) progress: &'a LoadProgress<'a>,
     pub(super) millis: &'a mut LoadMillis,
@@ -88,7 +87,7 @@ impl Optimising<'_> {
             let maker = optimizer.and_then(|name| makers.get(name).copied());
             let built = optimizer
                 .and_then(|name| self.instances.get(name))
-                .map(|instance| MeshOptimizer::of(instance.clone()))
+                .map(Optimizer::of)
                 .transpose()
                 .and_then(|optimizer| {
                     let cache = self.cache.as_ref().zip(maker);

@@ -1,38 +1,83 @@
 //! Plugin instances of a configuration, and whether they can do their jobs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_config::{Config, join_pointer};
-use busbar_plugin_host::{
-    Catalog, Instance, MeshOptimizer, Overlay, PluginError, Telemetry, TelemetryTag,
+use busbar_config::{Config, Isolation, PluginConfig, join_pointer};
+use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
+use busbar_plugin_process::{
+    Confinement, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
+    RunningTelemetry,
 };
 use busbar_tags::{TagHandle, TagSpec};
+use rayon::prelude::*;
 
 use super::Faults;
 
-/// The plugins of the configured directories.
-pub(super) fn catalog(config: &Config, folder: &Path) -> Catalog {
+/// The plugins of the configured directories; none with a fault where it is not
+/// known which libraries may be loaded.
+pub(super) fn catalog(
+    config: &Config,
+    folder: &Path,
+    faults: &mut Faults<'_>,
+) -> Option<PluginCatalog> {
     let directories: Vec<_> =
         config.plugin_directories.iter().map(|d| folder.join(&d.path)).collect();
-    Catalog::discover(&directories)
+    let all_in_process = config.plugins.values().all(|p| p.isolation == Isolation::None);
+    let isolation = if all_in_process && !config.plugins.is_empty() {
+        busbar_plugin_process::Isolation::None
+    } else {
+        busbar_plugin_process::Isolation::Process
+    };
+    Some(PluginCatalog::discover(&directories, &load_rules(config, faults)?, isolation))
 }
 
-/// Makes every configured instance that can be made.
+/// Which libraries may be loaded. Where every plugin is pinned, no other library
+/// than theirs runs at all.
+fn load_rules(config: &Config, faults: &mut Faults<'_>) -> Option<LoadRules> {
+    let pins: Option<BTreeSet<Digest>> = config.plugins.values().map(pin).collect();
+    let only = pins.filter(|pins| !pins.is_empty());
+    let signed_by = match &config.signature {
+        None => None,
+        Some(signature) => match PublicKey::parse(&signature.public_key) {
+            Ok(key) => Some(key),
+            Err(remedy) => {
+                let pointer = join_pointer(&signature.pointer, "public_key");
+                faults.add(&pointer, "this is no public key", remedy);
+                return None;
+            }
+        },
+    };
+    Some(LoadRules { only, signed_by })
+}
+
+/// What a plugin's library must be; the schema has seen to the form.
+fn pin(plugin: &PluginConfig) -> Option<Digest> {
+    plugin.sha256.as_ref().and_then(|digits| digits.parse().ok())
+}
+
+/// Makes every configured instance that can be made, some at once.
 pub(super) fn create(
     config: &Config,
     folder: &Path,
     faults: &mut Faults<'_>,
-) -> BTreeMap<String, Arc<Instance>> {
-    let mut instances = BTreeMap::new();
+) -> BTreeMap<String, Plugin> {
     if config.plugins.is_empty() {
-        return instances;
+        return BTreeMap::new();
     }
-    let catalog = catalog(config, folder);
-    for (name, plugin) in &config.plugins {
-        match catalog.create(name, &plugin.plugin, &plugin.settings) {
+    let Some(catalog) = catalog(config, folder, faults) else { return BTreeMap::new() };
+    let created: Vec<_> = config
+        .plugins
+        .par_iter()
+        .map(|(name, plugin)| {
+            let options = options(config, name, plugin);
+            catalog.create(name, &plugin.plugin, &plugin.settings, &options)
+        })
+        .collect();
+    let mut instances = BTreeMap::new();
+    for ((name, plugin), created) in config.plugins.iter().zip(created) {
+        match created {
             Ok(instance) => {
                 instances.insert(name.clone(), instance);
             }
@@ -40,6 +85,29 @@ pub(super) fn create(
         }
     }
     instances
+}
+
+/// How a plugin runs. Only the source of a tag needs the network by itself.
+fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions {
+    let is_source = || config.tags.values().any(|tag| tag.source.plugin == *name);
+    let supervision = &config.supervision;
+    PluginOptions {
+        isolation: match plugin.isolation {
+            Isolation::Process => busbar_plugin_process::Isolation::Process,
+            Isolation::None => busbar_plugin_process::Isolation::None,
+        },
+        confinement: Confinement {
+            memory_bytes: u64::from(plugin.memory_megabytes) * 1_000_000,
+            network: plugin.network.unwrap_or_else(is_source),
+        },
+        policy: RestartPolicy {
+            first_delay: Duration::from_millis(supervision.restart_millis),
+            longest_delay: Duration::from_millis(supervision.max_restart_millis),
+            max_deaths: supervision.max_deaths,
+            window: Duration::from_secs(supervision.window_seconds),
+        },
+        pin: pin(plugin),
+    }
 }
 
 /// Puts a plugin's error where the configuration caused it.
@@ -52,6 +120,9 @@ fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
                 faults.add(&format!("{settings}{}", fault.pointer), cause, error.remedy());
             }
         }
+        PluginError::Pinned { .. } => {
+            faults.add(&join_pointer(pointer, "sha256"), error.to_string(), error.remedy());
+        }
         PluginError::Failed { settings_at_fault: true, .. } => {
             faults.add(&settings, error.to_string(), error.remedy());
         }
@@ -63,7 +134,7 @@ fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
 /// its tags' addresses are usable.
 pub(super) fn check_capabilities(
     config: &Config,
-    instances: &BTreeMap<String, Arc<Instance>>,
+    instances: &BTreeMap<String, Plugin>,
     tags: &[TagSpec],
     faults: &mut Faults<'_>,
 ) {
@@ -72,14 +143,14 @@ pub(super) fn check_capabilities(
     };
     for model in config.models.values() {
         let optimizer = model.optimizer.as_ref().and_then(|name| instances.get(name));
-        if let Some(Err(error)) = optimizer.map(|i| MeshOptimizer::of(i.clone())) {
+        if let Some(Err(error)) = optimizer.map(Optimizer::of) {
             add(join_pointer(&model.pointer, "optimizer"), &error);
         }
     }
     for overlay in &config.overlays {
         let instance = instances.get(&overlay.plugin);
         // Configured without bindings: the real ones follow when the view starts.
-        if let Some(Err(error)) = instance.map(|i| Overlay::configure(i.clone(), Vec::new())) {
+        if let Some(Err(error)) = instance.map(|i| RunningOverlay::configure(i, Vec::new())) {
             add(overlay.pointer.clone(), &error);
         }
     }
@@ -92,14 +163,14 @@ pub(super) fn check_capabilities(
 fn check_addresses(
     config: &Config,
     name: &str,
-    instance: &Instance,
+    instance: &Plugin,
     tags: &[TagSpec],
     add: &mut impl FnMut(String, &PluginError),
 ) {
     let served = telemetry_tags(config, tags, name);
     let source = |tag: &TelemetryTag| config.tags.get(&tag.id).map(|tag| &tag.source.pointer);
     let Some(first) = served.first() else { return };
-    let Err(error) = Telemetry::check(instance, &served) else { return };
+    let Err(error) = RunningTelemetry::check(instance, &served) else { return };
     if let PluginError::WrongCapability { .. } = error {
         let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "plugin"));
         return add(pointer, &error);
@@ -107,7 +178,7 @@ fn check_addresses(
     let mut alone = 0;
     for tag in &served {
         if let (Err(error), Some(source)) =
-            (Telemetry::check(instance, std::slice::from_ref(tag)), source(tag))
+            (RunningTelemetry::check(instance, std::slice::from_ref(tag)), source(tag))
         {
             add(join_pointer(source, "address"), &error);
             alone += 1;

@@ -1,0 +1,161 @@
+//! Plugin instances: as typed, and as used.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::limits::*;
+
+/// Where plugins run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Isolation {
+    /// Each in a supervised process of its own.
+    #[default]
+    Process,
+    /// In the viewer's own process: a crash takes the viewer along.
+    None,
+}
+
+/// An instance of a plugin.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Plugin")]
+pub(crate) struct RawPlugin {
+    /// The plugin's id.
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
+    #[schemars(extend("examples" = ["example.optimizer"]))]
+    pub(crate) plugin: String,
+    /// Settings, handed to the plugin as they are.
+    #[serde(default)]
+    #[schemars(extend("examples" = [{}]))]
+    pub(crate) settings: serde_json::Map<String, Value>,
+    /// Where it runs, instead of what the whole configuration says.
+    #[serde(default)]
+    #[schemars(with = "Isolation", extend("examples" = ["process"]))]
+    isolation: Option<Isolation>,
+    /// The most memory (address space) that its process may have, in 10^6 bytes.
+    #[serde(default = "default_memory_megabytes")]
+    #[schemars(range(min = MIN_MEMORY_MEGABYTES, max = MAX_MEMORY_MEGABYTES))]
+    #[schemars(extend("examples" = [4000]))]
+    memory_megabytes: u32,
+    /// Whether its process may use the network; where missing, a plugin that is
+    /// the source of a tag may.
+    #[serde(default)]
+    #[schemars(extend("examples" = [false]))]
+    network: Option<bool>,
+    /// SHA-256 of its library: no other is loaded for it.
+    #[serde(default)]
+    #[schemars(regex(pattern = "^[0-9a-fA-F]{64}$"))]
+    #[schemars(extend("examples" = ["9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"]))]
+    sha256: Option<String>,
+}
+
+/// How plugins whose process died are started again.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Supervision")]
+pub(crate) struct RawSupervision {
+    /// Delay before the first restart in milliseconds; it doubles with each
+    /// death, and chance shortens it. 0 starts again at once.
+    #[schemars(range(min = 0, max = MAX_RESTART_MILLIS), extend("examples" = [200]))]
+    restart_millis: u64,
+    /// The longest delay in milliseconds.
+    #[schemars(range(min = 0, max = MAX_RESTART_MILLIS), extend("examples" = [30_000]))]
+    max_restart_millis: u64,
+    /// Deaths within the window that put a plugin in quarantine, until somebody
+    /// starts it; 0 for never.
+    #[schemars(range(min = 0, max = MAX_DEATHS), extend("examples" = [3]))]
+    max_deaths: u32,
+    /// The window in seconds.
+    #[schemars(range(min = 1, max = MAX_WINDOW_SECONDS), extend("examples" = [600]))]
+    window_seconds: u64,
+}
+
+/// Who must have signed every plugin library.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Signature")]
+pub(crate) struct RawSignature {
+    /// The site's Ed25519 public key in hexadecimal, as `busbar plugin sign`
+    /// prints it. Each library needs a `.sig` file beside it.
+    #[schemars(regex(pattern = "^[0-9a-fA-F]{64}$"))]
+    #[schemars(extend("examples" = ["d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a"]))]
+    pub(crate) public_key: String,
+}
+
+/// An instance of a plugin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PluginConfig {
+    /// The plugin's id, such as `example.optimizer`.
+    pub plugin: String,
+    /// Settings, an object that only the plugin understands.
+    pub settings: Value,
+    /// Where it runs.
+    pub isolation: Isolation,
+    /// The most address space of its process, in 10^6 bytes.
+    pub memory_megabytes: u32,
+    /// Whether its process may use the network; none where nobody says.
+    pub network: Option<bool>,
+    /// SHA-256 of its library in hexadecimal.
+    pub sha256: Option<String>,
+    /// JSON pointer; the settings are at its `/settings`.
+    pub pointer: String,
+}
+
+/// How plugins whose process died are started again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SupervisionConfig {
+    /// Delay before the first restart.
+    pub restart_millis: u64,
+    /// The longest delay.
+    pub max_restart_millis: u64,
+    /// Deaths within the window that put a plugin in quarantine; 0 for never.
+    pub max_deaths: u32,
+    /// The window.
+    pub window_seconds: u64,
+}
+
+/// Who must have signed every plugin library.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SignatureConfig {
+    /// 64 hexadecimal digits, which need not be a key.
+    pub public_key: String,
+    /// JSON pointer; the key is at its `/public_key`.
+    pub pointer: String,
+}
+
+impl RawPlugin {
+    pub(crate) fn resolve(self, isolation: Isolation, pointer: String) -> PluginConfig {
+        PluginConfig {
+            plugin: self.plugin,
+            settings: Value::Object(self.settings),
+            isolation: self.isolation.unwrap_or(isolation),
+            memory_megabytes: self.memory_megabytes,
+            network: self.network,
+            sha256: self.sha256,
+            pointer,
+        }
+    }
+}
+
+impl RawSupervision {
+    pub(crate) fn resolve(self) -> SupervisionConfig {
+        SupervisionConfig {
+            restart_millis: self.restart_millis,
+            max_restart_millis: self.max_restart_millis,
+            max_deaths: self.max_deaths,
+            window_seconds: self.window_seconds,
+        }
+    }
+}
+
+impl Default for RawSupervision {
+    fn default() -> Self {
+        Self { restart_millis: 200, max_restart_millis: 30_000, max_deaths: 3, window_seconds: 600 }
+    }
+}
+
+fn default_memory_megabytes() -> u32 {
+    4000
+}

@@ -1,0 +1,205 @@
+//! Which plugins there are, found without loading anything into this process.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use busbar_plugin_host::{
+    Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, Refused, libraries,
+};
+
+use crate::loaded::LoadedLibrary;
+use crate::message::Confinement;
+use crate::plugin::Plugin;
+use crate::policy::RestartPolicy;
+
+/// Processes that are started at once.
+const MAX_STARTING: usize = 8;
+
+/// Where plugins run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Isolation {
+    /// Each in a supervised process of its own.
+    #[default]
+    Process,
+    /// In the viewer's process.
+    None,
+}
+
+/// How one instance runs.
+#[derive(Clone, Debug)]
+pub struct PluginOptions {
+    /// Where.
+    pub isolation: Isolation,
+    /// What its process may use.
+    pub confinement: Confinement,
+    /// What happens when it dies.
+    pub policy: RestartPolicy,
+    /// What its library must be.
+    pub pin: Option<Digest>,
+}
+
+impl Default for PluginOptions {
+    fn default() -> Self {
+        Self {
+            isolation: Isolation::default(),
+            confinement: DEFAULT_CONFINEMENT,
+            policy: RestartPolicy::default(),
+            pin: None,
+        }
+    }
+}
+
+/// The most that a plugin's process may use where nobody says otherwise, and
+/// what one that only describes itself gets: 4 GB and no network.
+pub const DEFAULT_CONFINEMENT: Confinement =
+    Confinement { memory_bytes: 4_000_000_000, network: false };
+
+/// The plugins of some directories.
+pub struct PluginCatalog {
+    searched: Vec<PathBuf>,
+    found: Vec<Found>,
+    refused: Vec<Refused>,
+}
+
+/// A library that has plugins.
+struct Found {
+    file: LibraryFile,
+    plugins: Vec<PluginInfo>,
+    /// The process that described them, until an instance takes it.
+    idle: Mutex<Option<LoadedLibrary>>,
+}
+
+impl PluginCatalog {
+    /// Looks at the libraries of absolute directories, in order of name. Of two
+    /// plugins with one id the first directory's counts. With isolation each is
+    /// loaded in a process of its own, and nothing is loaded here.
+    pub fn discover(directories: &[PathBuf], rules: &LoadRules, isolation: Isolation) -> Self {
+        let (files, refused) = libraries(directories, rules);
+        let mut catalog = Self { searched: directories.to_vec(), found: Vec::new(), refused };
+        let described = match isolation {
+            Isolation::Process => describe_apart(&files),
+            Isolation::None => files.iter().map(describe_here).collect(),
+        };
+        for (file, described) in files.into_iter().zip(described) {
+            let path = file.path().to_owned();
+            if let Err(reason) = described.and_then(|found| catalog.add(file, found)) {
+                catalog.refused.push(Refused { path, reason });
+            }
+        }
+        catalog
+    }
+
+    /// Every plugin found.
+    pub fn plugins(&self) -> impl Iterator<Item = &PluginInfo> {
+        self.found.iter().flat_map(|found| &found.plugins)
+    }
+
+    /// What was refused.
+    pub fn refused(&self) -> &[Refused] {
+        &self.refused
+    }
+
+    /// Makes an instance. `name` is the configuration's own id for it.
+    ///
+    /// # Errors
+    /// [`PluginError::NotFound`], [`PluginError::Pinned`],
+    /// [`PluginError::Settings`], or what the plugin says.
+    pub fn create(
+        &self,
+        name: &str,
+        id: &str,
+        settings: &serde_json::Value,
+        options: &PluginOptions,
+    ) -> Result<Plugin, PluginError> {
+        let found = self.found.iter().find_map(|found| {
+            found.plugins.iter().find(|info| info.id == id).map(|info| (found, info))
+        });
+        let Some((found, info)) = found else {
+            return Err(PluginError::NotFound {
+                id: id.to_owned(),
+                searched: self.searched.clone(),
+                refused: self.refused.clone(),
+            });
+        };
+        let broken = |what| PluginError::Violation { id: id.to_owned(), what };
+        if let Some(pin) = options.pin {
+            let digest = found.file.digest().map_err(broken)?;
+            if digest != pin {
+                let path = found.file.path().to_owned();
+                return Err(PluginError::Pinned { id: id.to_owned(), path, found: digest });
+            }
+        }
+        if options.isolation == Isolation::None {
+            let catalog = Catalog::of_file(&found.file).map_err(broken)?;
+            return catalog.create(name, id, settings).map(Plugin::InProcess);
+        }
+        let library = found.process(options).map_err(|reason| {
+            let path = found.file.path();
+            PluginError::Lost { id: id.to_owned(), reason: format!("{}: {reason}", path.display()) }
+        })?;
+        library.create(name, info, settings, options.policy).map(Arc::new).map(Plugin::Isolated)
+    }
+
+    fn add(&mut self, file: LibraryFile, described: Described) -> Result<(), String> {
+        for info in &described.plugins {
+            if let Some(other) = self.plugins().find(|other| other.id == info.id) {
+                return Err(format!("'{}' is already in {}", info.id, other.path.display()));
+            }
+        }
+        let Described { plugins, idle } = described;
+        self.found.push(Found { file, plugins, idle: Mutex::new(idle) });
+        Ok(())
+    }
+}
+
+impl Found {
+    /// A process with this library: the one that described it, if it is confined
+    /// as this instance is to be, or a new one.
+    fn process(&self, options: &PluginOptions) -> Result<LoadedLibrary, String> {
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(library) = idle.take_if(|idle| idle.confinement == options.confinement) {
+            return Ok(library);
+        }
+        LoadedLibrary::load(&self.file, options.confinement)
+    }
+}
+
+/// The plugins of a library, and the process that told them.
+struct Described {
+    plugins: Vec<PluginInfo>,
+    idle: Option<LoadedLibrary>,
+}
+
+fn describe_here(file: &LibraryFile) -> Result<Described, String> {
+    let plugins = Catalog::of_file(file)?.plugins().cloned().collect();
+    Ok(Described { plugins, idle: None })
+}
+
+/// Loads each library in a process of its own, some at once.
+fn describe_apart(files: &[LibraryFile]) -> Vec<Result<Described, String>> {
+    let next = AtomicUsize::new(0);
+    let described = Mutex::new(Vec::new());
+    thread::scope(|scope| {
+        for _ in 0..files.len().min(MAX_STARTING) {
+            scope.spawn(|| {
+                while let Some(index) = take(&next, files.len()) {
+                    let loaded = LoadedLibrary::load(&files[index], DEFAULT_CONFINEMENT);
+                    let found = loaded.map(|library| Described {
+                        plugins: library.plugins.clone(),
+                        idle: Some(library),
+                    });
+                    described.lock().unwrap_or_else(PoisonError::into_inner).push((index, found));
+                }
+            });
+        }
+    });
+    let mut described = described.into_inner().unwrap_or_else(PoisonError::into_inner);
+    described.sort_by_key(|(index, _)| *index);
+    described.into_iter().map(|(_, found)| found).collect()
+}
+
+fn take(next: &AtomicUsize, count: usize) -> Option<usize> {
+    Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&index| index < count)
+}

@@ -1,0 +1,167 @@
+//! What the host and a plugin's process tell each other.
+
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use busbar_plugin_abi as abi;
+use busbar_plugin_host::{
+    LinkState, OverlayBinding, OverlayPicture, PluginError, PluginInfo, SettingsFault, Stage,
+    TelemetryTag, shown,
+};
+use busbar_tags::TagState;
+use serde::{Deserialize, Serialize};
+
+use crate::memory::MeshSizes;
+
+/// Version of these messages: both processes are mostly the same program.
+pub(crate) const PROTOCOL_VERSION: u32 = 1;
+/// Bytes of an error in a plugin's words that are kept.
+const MAX_WORDS_BYTES: usize = 4096;
+/// Settings faults, and capabilities in an error, that are kept.
+const MAX_FAULTS: usize = 64;
+
+/// From the host.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum ToPlugin {
+    /// Do something and answer with the same number.
+    Call { call: u64, request: Request },
+    /// Stop that call if it can be.
+    Cancel { call: u64 },
+    /// Answer at once.
+    Ping,
+    /// Stop everything and end.
+    Quit,
+}
+
+/// What the host can ask for.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Request {
+    /// Confine this process and load the library; its descriptor comes along.
+    Load { version: u32, path: PathBuf, confinement: Confinement },
+    /// Make the one instance. Settings are JSON text.
+    Create { name: String, plugin: String, settings: String },
+    /// Whether these tags could be served.
+    Check { tags: Vec<TelemetryTag> },
+    /// Serve tags; the descriptor of the ring comes along.
+    Start { tags: Vec<TelemetryTag> },
+    /// Take bindings.
+    Configure { bindings: Vec<OverlayBinding> },
+    /// Work out a picture from the states of the bound tags.
+    Draw { states: Vec<Option<TagState>>, now: SystemTime },
+    /// Order collapses; the descriptors of mesh and room for results come along.
+    Optimize { sizes: MeshSizes },
+}
+
+/// What a plugin's process may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Confinement {
+    /// Address space, bytes.
+    pub memory_bytes: u64,
+    /// Whether it may use the network.
+    pub network: bool,
+}
+
+/// From a plugin's process.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum FromPlugin {
+    /// The answer to a call.
+    Done { call: u64, result: Result<Answer, Fault> },
+    /// How much of a call is done, 0 to 1.
+    Progress { call: u64, fraction: f32 },
+    /// What the plugin says of its link.
+    Link { state: LinkState, message: String },
+    /// It lives.
+    Pong,
+}
+
+/// What a call gave.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Answer {
+    /// The library is loaded: its plugins, and what confines the process.
+    Loaded { plugins: Vec<PluginInfo>, confined: Vec<String> },
+    /// Done, with nothing to tell.
+    Done,
+    /// A picture.
+    Drawn(OverlayPicture),
+    /// So many collapses lie in the room for them.
+    Optimized { collapses: u32, stages: Vec<Stage> },
+}
+
+/// A [`PluginError`] on its way.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Fault {
+    Library(String),
+    WrongCapability { wanted: String, has: Vec<String> },
+    Settings(Vec<SettingsFault>),
+    Failed { settings_at_fault: bool, message: String },
+    Cancelled,
+    Violation(String),
+}
+
+impl From<PluginError> for Fault {
+    fn from(error: PluginError) -> Self {
+        match error {
+            PluginError::WrongCapability { wanted, has, .. } => {
+                Self::WrongCapability { wanted: wanted.to_owned(), has }
+            }
+            PluginError::Settings { faults, .. } => Self::Settings(faults),
+            PluginError::Failed { settings_at_fault, message, .. } => {
+                Self::Failed { settings_at_fault, message }
+            }
+            PluginError::Cancelled => Self::Cancelled,
+            PluginError::Violation { what, .. } => Self::Violation(what),
+            other => Self::Failed { settings_at_fault: false, message: other.to_string() },
+        }
+    }
+}
+
+impl Fault {
+    /// As an error of the plugin with this id. The words come from a process
+    /// that may be hostile: they are cut and made printable.
+    pub(crate) fn into_error(self, id: &str) -> PluginError {
+        let id = id.to_owned();
+        let words = |text: String| shown(&text, MAX_WORDS_BYTES);
+        match self {
+            Self::Library(what) | Self::Violation(what) => {
+                PluginError::Violation { id, what: words(what) }
+            }
+            Self::WrongCapability { wanted, has } => {
+                let known = [abi::TELEMETRY_ID, abi::OVERLAY_ID, abi::MESH_OPTIMIZER_ID];
+                let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
+                match known.into_iter().find(|known| *known == wanted) {
+                    Some(wanted) => PluginError::WrongCapability { id, wanted, has },
+                    None => {
+                        let what = format!("it has no capability {}", words(wanted));
+                        PluginError::Violation { id, what }
+                    }
+                }
+            }
+            Self::Settings(faults) => {
+                let faults = faults.into_iter().take(MAX_FAULTS).map(|fault| SettingsFault {
+                    pointer: words(fault.pointer),
+                    message: words(fault.message),
+                });
+                PluginError::Settings { id, faults: faults.collect() }
+            }
+            Self::Failed { settings_at_fault, message } => {
+                PluginError::Failed { id, settings_at_fault, message: words(message) }
+            }
+            Self::Cancelled => PluginError::Cancelled,
+        }
+    }
+}
+
+impl Request {
+    /// What it is called in messages for people.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Self::Load { .. } => "load",
+            Self::Create { .. } => "create",
+            Self::Check { .. } => "check",
+            Self::Start { .. } => "start",
+            Self::Configure { .. } => "configure",
+            Self::Draw { .. } => "draw",
+            Self::Optimize { .. } => "optimize",
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! Plugins, wherever they run: what the viewer works with.
+
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+
+use busbar_geometry::Mesh;
+use busbar_plugin_host::{
+    Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayPicture,
+    PluginError, PluginInfo, Telemetry, TelemetryTag,
+};
+use busbar_tags::{Sample, SampleQueue, TagHandle, TagState};
+
+use crate::process::PluginProcess;
+use crate::status::PluginStatus;
+
+/// An instance of a plugin with its settings.
+#[derive(Clone)]
+pub enum Plugin {
+    /// In this process.
+    InProcess(Arc<Instance>),
+    /// In a process of its own.
+    Isolated(Arc<PluginProcess>),
+}
+
+impl Plugin {
+    /// What the plugin says of itself.
+    pub fn info(&self) -> &PluginInfo {
+        match self {
+            Self::InProcess(instance) => instance.info(),
+            Self::Isolated(process) => process.info(),
+        }
+    }
+
+    /// The configuration's id of this instance.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::InProcess(instance) => instance.name(),
+            Self::Isolated(process) => process.name(),
+        }
+    }
+
+    /// How it is.
+    pub fn status(&self) -> PluginStatus {
+        match self {
+            Self::InProcess(_) => PluginStatus::default(),
+            Self::Isolated(process) => process.status(),
+        }
+    }
+
+    /// Begins to end its process, which then ends beside those of others; nothing
+    /// can be done with it any more.
+    pub fn quit(&self) {
+        if let Self::Isolated(process) = self {
+            process.quit();
+        }
+    }
+
+    /// Starts it again now where it waits for that or is in quarantine.
+    pub fn start_again(&self) {
+        if let Self::Isolated(process) = self {
+            process.start_again();
+        }
+    }
+}
+
+/// A telemetry plugin that serves tags. One in this process stops when this is
+/// dropped, one in its own with the last of its [`Plugin`]s.
+pub enum RunningTelemetry {
+    /// In this process.
+    InProcess {
+        /// The plugin.
+        telemetry: Telemetry,
+        /// What it fills.
+        queue: Arc<SampleQueue>,
+    },
+    /// In a process of its own.
+    Isolated(Arc<PluginProcess>),
+}
+
+impl RunningTelemetry {
+    /// Whether a plugin could serve these tags, without connecting.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`], or what the plugin says of addresses.
+    pub fn check(plugin: &Plugin, tags: &[TelemetryTag]) -> Result<(), PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => Telemetry::check(instance, tags),
+            Plugin::Isolated(process) => process.check(tags),
+        }
+    }
+
+    /// Starts a plugin on its tags.
+    ///
+    /// # Errors
+    /// As [`RunningTelemetry::check`].
+    pub fn start(plugin: &Plugin, tags: &[TelemetryTag]) -> Result<Self, PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => {
+                let queue = Arc::new(SampleQueue::default());
+                let telemetry = Telemetry::start(instance.clone(), tags, queue.clone())?;
+                Ok(Self::InProcess { telemetry, queue })
+            }
+            Plugin::Isolated(process) => {
+                process.start(tags)?;
+                Ok(Self::Isolated(process.clone()))
+            }
+        }
+    }
+
+    /// The configuration's id of the instance.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::InProcess { telemetry, .. } => telemetry.instance().name(),
+            Self::Isolated(process) => process.name(),
+        }
+    }
+
+    /// Samples since the last call, the oldest first.
+    pub fn drain(&self) -> Vec<Sample> {
+        match self {
+            Self::InProcess { queue, .. } => queue.drain().into(),
+            Self::Isolated(process) => process.drain(),
+        }
+    }
+
+    /// What it last said of its link, and what came through it.
+    pub fn link(&self) -> LinkReport {
+        match self {
+            Self::InProcess { telemetry, .. } => telemetry.link(),
+            Self::Isolated(process) => process.link().unwrap_or_default(),
+        }
+    }
+}
+
+/// An overlay with its bindings.
+pub enum RunningOverlay {
+    /// In this process.
+    InProcess(Overlay),
+    /// In a process of its own.
+    Isolated {
+        /// The process.
+        process: Arc<PluginProcess>,
+        /// The tags bound, in the order of the bindings.
+        tags: Vec<TagHandle>,
+    },
+}
+
+impl RunningOverlay {
+    /// Configures a plugin with its bindings.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`], or what the plugin says.
+    pub fn configure(plugin: &Plugin, bindings: Vec<OverlayBinding>) -> Result<Self, PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => {
+                Overlay::configure(instance.clone(), bindings).map(Self::InProcess)
+            }
+            Plugin::Isolated(process) => {
+                process.configure(&bindings)?;
+                let tags = bindings.iter().map(|binding| binding.tag).collect();
+                Ok(Self::Isolated { process: process.clone(), tags })
+            }
+        }
+    }
+
+    /// The configuration's id of the instance.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::InProcess(overlay) => overlay.instance().name(),
+            Self::Isolated { process, .. } => process.name(),
+        }
+    }
+
+    /// What to draw for these tag states. An isolated overlay gives the last
+    /// whole picture that it worked out, unless that is too old to be shown;
+    /// for the picture of these very states the call waits up to `patience`.
+    ///
+    /// # Errors
+    /// What the plugin says, the rule its result breaks, or how it ended.
+    pub fn draw<'a>(
+        &mut self,
+        state: impl Fn(TagHandle) -> Option<&'a TagState>,
+        now: SystemTime,
+        patience: Duration,
+    ) -> Result<OverlayPicture, PluginError> {
+        match self {
+            Self::InProcess(overlay) => overlay.draw(state, now),
+            Self::Isolated { process, tags } => {
+                let states = tags.iter().map(|&tag| state(tag).copied()).collect();
+                process.draw(states, now, patience)
+            }
+        }
+    }
+}
+
+/// A plugin that orders collapses. Several meshes may be optimised at once.
+#[derive(Clone)]
+pub enum Optimizer {
+    /// In this process.
+    InProcess(MeshOptimizer),
+    /// In a process of its own.
+    Isolated(Arc<PluginProcess>),
+}
+
+impl Optimizer {
+    /// The optimiser that a plugin is.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`].
+    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => MeshOptimizer::of(instance.clone()).map(Self::InProcess),
+            Plugin::Isolated(process) => {
+                process.can_optimize()?;
+                Ok(Self::Isolated(process.clone()))
+            }
+        }
+    }
+
+    /// The collapse sequence of a mesh. `progress` gets 0 to 1 and returns
+    /// whether to go on. The wedges of each position must be together, as
+    /// welding puts them.
+    ///
+    /// # Errors
+    /// What the plugin says, the rule its result breaks, or how it ended.
+    pub fn optimize(
+        &self,
+        mesh: &Mesh,
+        mut progress: impl FnMut(f32) -> bool,
+    ) -> Result<Optimised, PluginError> {
+        match self {
+            Self::InProcess(optimizer) => optimizer.optimize(mesh, progress),
+            Self::Isolated(process) => process.optimize(mesh, &mut progress),
+        }
+    }
+}

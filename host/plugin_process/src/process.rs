@@ -1,0 +1,254 @@
+//! The handle of a plugin that runs in a process of its own.
+
+use std::fs::File;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::RecvTimeoutError;
+use std::sync::{Arc, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
+
+use busbar_geometry::{CollapseSequence, Mesh};
+use busbar_plugin_abi as abi;
+use busbar_plugin_host::{
+    LinkReport, Optimised, OverlayBinding, OverlayPicture, PluginError, PluginInfo, TelemetryTag,
+    check_stages,
+};
+use busbar_tags::{Sample, TagState};
+
+use crate::feed::Feed;
+use crate::memory;
+use crate::message::{Answer, Request, ToPlugin};
+use crate::ring::{RING_BYTES, RingReader};
+use crate::shared::{Life, Outcome, Shared};
+use crate::slot::Slot;
+use crate::status::{PluginState, PluginStatus};
+
+/// How often whoever waits for an optimiser is told how far it is.
+const PROGRESS_PERIOD: Duration = Duration::from_millis(20);
+
+/// A library in a supervised process, and the one instance made from it.
+pub struct PluginProcess {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) supervisor: Option<JoinHandle<()>>,
+    /// Of the instance.
+    pub(crate) info: PluginInfo,
+    pub(crate) name: String,
+}
+
+impl PluginProcess {
+    /// What the plugin says of itself.
+    pub fn info(&self) -> &PluginInfo {
+        &self.info
+    }
+
+    /// The configuration's id of the instance.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How its process is.
+    pub fn status(&self) -> PluginStatus {
+        let state = self.shared.state();
+        PluginStatus {
+            state: match state.life {
+                Life::Running => PluginState::Running,
+                Life::Starting(_) => PluginState::Starting,
+                Life::Waiting(until) => PluginState::Restarting {
+                    after: until.saturating_duration_since(Instant::now()),
+                },
+                Life::Quarantined => PluginState::Quarantined,
+                Life::Ended => PluginState::Ended,
+            },
+            deaths: state.deaths.count(),
+            last_death: state.last_death.clone(),
+            pid: state.pid,
+            memory_bytes: state.memory_bytes,
+        }
+    }
+
+    /// Starts it again now if it waits for that or is in quarantine.
+    pub fn start_again(&self) {
+        let mut state = self.shared.state();
+        if matches!(state.life, Life::Waiting(_) | Life::Quarantined) {
+            state.start_again = true;
+            drop(state);
+            self.shared.wake();
+        }
+    }
+
+    /// Begins to end it; dropping the handle waits for that. So several can end
+    /// at the same time.
+    pub fn quit(&self) {
+        self.shared.state().quit = true;
+        self.shared.wake();
+    }
+
+    pub(crate) fn check(&self, tags: &[TelemetryTag]) -> Result<(), PluginError> {
+        self.done(Request::Check { tags: tags.to_vec() }, &[])
+    }
+
+    pub(crate) fn start(&self, tags: &[TelemetryTag]) -> Result<(), PluginError> {
+        let failed = |message: String| self.failed(message);
+        let ring = memory::zeroed("ring", RING_BYTES).map_err(|error| failed(error.to_string()))?;
+        let mut feed = Feed::new(tags);
+        feed.attach(RingReader::new(&ring).map_err(failed)?);
+        *self.shared.feed() = Some(feed);
+        let started = self.done(Request::Start { tags: tags.to_vec() }, &[&ring]);
+        unless_lost(started).inspect_err(|_| *self.shared.feed() = None)
+    }
+
+    pub(crate) fn drain(&self) -> Vec<Sample> {
+        self.shared.feed().as_mut().map(Feed::drain).unwrap_or_default()
+    }
+
+    pub(crate) fn link(&self) -> Option<LinkReport> {
+        self.shared.feed().as_ref().map(Feed::link)
+    }
+
+    pub(crate) fn configure(&self, bindings: &[OverlayBinding]) -> Result<(), PluginError> {
+        unless_lost(self.done(Request::Configure { bindings: bindings.to_vec() }, &[]))?;
+        *self.shared.slot() = Some(Slot::new(bindings.to_vec()));
+        Ok(())
+    }
+
+    /// The last picture, which the states given lead to sooner or later. Waits
+    /// for the one that they lead to up to `patience`.
+    pub(crate) fn draw(
+        &self,
+        states: Vec<Option<TagState>>,
+        now: SystemTime,
+        patience: Duration,
+    ) -> Result<OverlayPicture, PluginError> {
+        let number = match &mut *self.shared.slot() {
+            Some(slot) => slot.want(states, now),
+            None => return Err(self.failed("it is not configured".into())),
+        };
+        self.shared.wake();
+        let until = Instant::now() + patience;
+        loop {
+            let runs = self.shared.state().life == Life::Running;
+            let slot = self.shared.slot();
+            let left = until.saturating_duration_since(Instant::now());
+            let has = slot.as_ref().is_some_and(|slot| slot.has(number));
+            if has || !runs || left.is_zero() {
+                let picture = slot.as_ref().and_then(Slot::picture);
+                drop(slot);
+                return self.picture(picture);
+            }
+            drop(
+                self.shared.drawn.wait_timeout(slot, left).unwrap_or_else(PoisonError::into_inner),
+            );
+        }
+    }
+
+    fn picture(
+        &self,
+        picture: Option<Result<OverlayPicture, String>>,
+    ) -> Result<OverlayPicture, PluginError> {
+        let lost = |reason| Err(PluginError::Lost { id: self.info.id.clone(), reason });
+        match picture {
+            Some(Ok(picture)) => Ok(picture),
+            Some(Err(words)) => Err(PluginError::Failed {
+                id: self.info.id.clone(),
+                settings_at_fault: false,
+                message: words,
+            }),
+            None => {
+                let state = self.shared.state();
+                match (&state.life, &state.last_death) {
+                    (Life::Running, _) => lost("its picture is late".into()),
+                    (_, Some(death)) => lost(death.clone()),
+                    (_, None) => lost("it is starting".into()),
+                }
+            }
+        }
+    }
+
+    pub(crate) fn optimize(
+        &self,
+        mesh: &Mesh,
+        progress: &mut dyn FnMut(f32) -> bool,
+    ) -> Result<Optimised, PluginError> {
+        let failed = |error: std::io::Error| self.failed(format!("shared memory: {error}"));
+        let (sizes, shared_mesh) = memory::write_mesh(mesh).map_err(failed)?;
+        let room = memory::room_for_collapses(mesh).map_err(failed)?;
+        let outcome = self.call_long(Request::Optimize { sizes }, &[&shared_mesh, &room], progress);
+        let Answer::Optimized { collapses, stages } = outcome? else {
+            return Err(self.shared.confused());
+        };
+        let violation = |what: String| PluginError::Violation { id: self.info.id.clone(), what };
+        check_stages(&stages).map_err(|what| violation(what.into()))?;
+        let entries = memory::read_collapses(collapses, &room)
+            .map_err(|error| violation(error.to_string()))?;
+        let count = mesh.positions.len() as u32;
+        let sequence = CollapseSequence::new(entries, count)
+            .map_err(|source| PluginError::Sequence { id: self.info.id.clone(), source })?;
+        Ok(Optimised { sequence, stages })
+    }
+
+    /// Whether it says that it can optimise.
+    pub(crate) fn can_optimize(&self) -> Result<(), PluginError> {
+        if self.info.capabilities.iter().any(|id| id == abi::MESH_OPTIMIZER_ID) {
+            return Ok(());
+        }
+        Err(PluginError::WrongCapability {
+            id: self.info.id.clone(),
+            wanted: abi::MESH_OPTIMIZER_ID,
+            has: self.info.capabilities.clone(),
+        })
+    }
+
+    /// Calls, tells how far it is, and cancels where that says so.
+    fn call_long(
+        &self,
+        request: Request,
+        files: &[&File],
+        progress: &mut dyn FnMut(f32) -> bool,
+    ) -> Outcome {
+        let waiting = self.shared.begin(request, files)?;
+        let mut cancelled = false;
+        loop {
+            match waiting.outcome.recv_timeout(PROGRESS_PERIOD) {
+                Ok(outcome) => return outcome,
+                Err(RecvTimeoutError::Disconnected) => return Err(self.shared.confused()),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            let fraction = f32::from_bits(waiting.progress.load(Ordering::Relaxed));
+            let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+            if !cancelled && !progress(fraction) {
+                cancelled = true;
+                waiting.connection.send(&ToPlugin::Cancel { call: waiting.call }, &[]);
+            }
+        }
+    }
+
+    pub(crate) fn done(&self, request: Request, files: &[&File]) -> Result<(), PluginError> {
+        match self.shared.call(request, files)? {
+            Answer::Done => Ok(()),
+            _ => Err(self.shared.confused()),
+        }
+    }
+
+    fn failed(&self, message: String) -> PluginError {
+        PluginError::Failed { id: self.info.id.clone(), settings_at_fault: false, message }
+    }
+}
+
+impl Drop for PluginProcess {
+    fn drop(&mut self) {
+        self.quit();
+        if let Some(supervisor) = self.supervisor.take() {
+            // It ends within its own deadlines, whatever the process does.
+            let _ = supervisor.join();
+        }
+    }
+}
+
+/// A process that died is started again and made what it was to be: what it
+/// missed is no failure of the view.
+fn unless_lost(done: Result<(), PluginError>) -> Result<(), PluginError> {
+    match done {
+        Err(PluginError::Lost { .. }) => Ok(()),
+        done => done,
+    }
+}

@@ -1,0 +1,280 @@
+//! The plugin's process: `busbar plugin-host`.
+//!
+//! Standard input is the socket to the host. One thread reads it and answers
+//! pings; calls run on the main thread, one at a time, and optimising on threads
+//! of its own, beside each other. The plugin itself is driven by the same code
+//! that drives it in the host's process.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use busbar_plugin_abi::BusbarSample;
+use busbar_plugin_host::{
+    Catalog, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError, SampleReceiver,
+    TelemetryStream,
+};
+use rustix::process::{Signal, getpid, kill_process};
+
+use crate::confine::{confine, let_go_of_host};
+use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
+use crate::ring::RingWriter;
+use crate::{clock, frames, memory, socket};
+
+/// Meshes that are optimised at once.
+const MAX_OPTIMISING: usize = 64;
+
+type Outcome = Result<Answer, Fault>;
+/// A call, what to do, and the descriptors that came along.
+type Call = (u64, Request, Vec<File>);
+
+/// Serves the host until it has enough.
+///
+/// # Errors
+/// When this process was not started by a host, or cannot be set apart from it.
+pub fn serve() -> Result<(), String> {
+    let_go_of_host()?;
+    let link = Link::take_stdin()?;
+    let (sender, calls) = channel();
+    let reader = link.clone();
+    let spawned =
+        thread::Builder::new().name("host".into()).spawn(move || read_host(&reader, &sender));
+    spawned.map_err(|error| format!("no thread can be started: {error}"))?;
+    Session { link, catalog: None, instance: None, stream: None, overlay: None }.run(&calls);
+    Ok(())
+}
+
+/// The socket to the host.
+struct Link {
+    socket: UnixStream,
+    sending: Mutex<()>,
+    /// Optimising calls under way, and whether each was cancelled.
+    cancelled: Mutex<BTreeMap<u64, Arc<AtomicBool>>>,
+}
+
+impl Link {
+    fn take_stdin() -> Result<Arc<Self>, String> {
+        let fault = |error: std::io::Error| {
+            format!("this command is for Busbar itself, which starts it: {error}")
+        };
+        let stdin = std::io::stdin();
+        let socket = UnixStream::from(stdin.as_fd().try_clone_to_owned().map_err(fault)?);
+        socket.peer_addr().map_err(fault)?;
+        let nothing = File::open("/dev/null").map_err(fault)?;
+        rustix::stdio::dup2_stdin(nothing).map_err(|error| fault(error.into()))?;
+        Ok(Arc::new(Self { socket, sending: Mutex::default(), cancelled: Mutex::default() }))
+    }
+
+    /// Sends a message. A host that cannot be reached any more has no use for
+    /// this process.
+    fn send(&self, message: &FromPlugin) {
+        let sent = frames::encode(message).and_then(|bytes| {
+            let _one = self.sending.lock().unwrap_or_else(PoisonError::into_inner);
+            socket::send(&self.socket, &bytes, &[]).map_err(|error| error.to_string())
+        });
+        if sent.is_err() {
+            end_now();
+        }
+    }
+
+    fn answer(&self, call: u64, result: Outcome) {
+        self.send(&FromPlugin::Done { call, result });
+    }
+
+    fn cancelled(&self) -> std::sync::MutexGuard<'_, BTreeMap<u64, Arc<AtomicBool>>> {
+        self.cancelled.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Ends this process without running anything of the plugin's.
+fn end_now() -> ! {
+    let _ = kill_process(getpid(), Signal::KILL);
+    std::process::abort()
+}
+
+fn read_host(link: &Arc<Link>, calls: &Sender<Call>) {
+    loop {
+        let Ok(Some((bytes, files))) = socket::receive(&link.socket) else { end_now() };
+        match frames::decode(&bytes) {
+            Ok(ToPlugin::Ping) => link.send(&FromPlugin::Pong),
+            Ok(ToPlugin::Call { call, request }) => {
+                if let Request::Optimize { .. } = request {
+                    link.cancelled().insert(call, Arc::default());
+                }
+                if calls.send((call, request, files)).is_err() {
+                    return;
+                }
+            }
+            Ok(ToPlugin::Cancel { call }) => {
+                if let Some(cancelled) = link.cancelled().get(&call) {
+                    cancelled.store(true, Ordering::Relaxed);
+                }
+            }
+            // The main thread ends when this end of its channel is gone.
+            Ok(ToPlugin::Quit) => return,
+            Err(_) => end_now(),
+        }
+    }
+}
+
+/// The one instance and what it is doing.
+struct Session {
+    link: Arc<Link>,
+    catalog: Option<Catalog>,
+    // In the order in which they must go.
+    stream: Option<TelemetryStream>,
+    overlay: Option<Overlay>,
+    instance: Option<Arc<Instance>>,
+}
+
+impl Session {
+    fn run(mut self, calls: &Receiver<Call>) {
+        while let Ok((call, request, files)) = calls.recv() {
+            match request {
+                Request::Optimize { sizes } => {
+                    if let Err(fault) = self.optimize(call, sizes, files) {
+                        self.link.cancelled().remove(&call);
+                        self.link.answer(call, Err(fault));
+                    }
+                }
+                request => {
+                    let outcome = self.obey(request, files);
+                    self.link.answer(call, outcome);
+                }
+            }
+        }
+    }
+
+    fn obey(&mut self, request: Request, files: Vec<File>) -> Outcome {
+        let file = || files.into_iter().next().ok_or_else(|| lie("a descriptor is missing"));
+        match request {
+            Request::Load { version, .. } if version != PROTOCOL_VERSION => Err(Fault::Library(
+                format!("this host speaks version {PROTOCOL_VERSION}, the viewer {version}"),
+            )),
+            Request::Load { path, confinement, .. } => {
+                let library = LibraryFile::trusted(path, file()?);
+                let confined = confine(confinement);
+                let catalog = Catalog::of_file(&library).map_err(Fault::Library)?;
+                let plugins = catalog.plugins().cloned().collect();
+                self.catalog = Some(catalog);
+                Ok(Answer::Loaded { plugins, confined })
+            }
+            Request::Create { name, plugin, settings } => {
+                let catalog = self.catalog.as_ref().ok_or_else(|| lie("nothing is loaded"))?;
+                let settings = serde_json::from_str(&settings)
+                    .map_err(|error| lie(&format!("settings are no JSON: {error}")))?;
+                self.instance = Some(catalog.create(&name, &plugin, &settings)?);
+                Ok(Answer::Done)
+            }
+            Request::Check { tags } => {
+                busbar_plugin_host::Telemetry::check(self.instance()?, &tags)?;
+                Ok(Answer::Done)
+            }
+            Request::Start { tags } => {
+                let ring = RingWriter::new(&file()?).map_err(|error| lie(&error))?;
+                let receiver = Forwarder { link: self.link.clone(), ring: Mutex::new(ring) };
+                let instance = self.instance()?.clone();
+                let stream = TelemetryStream::start(instance, &tags, Arc::new(receiver))?;
+                self.stream = Some(stream);
+                Ok(Answer::Done)
+            }
+            Request::Configure { bindings } => {
+                self.overlay = Some(Overlay::configure(self.instance()?.clone(), bindings)?);
+                Ok(Answer::Done)
+            }
+            Request::Draw { states, now } => {
+                let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;
+                Ok(Answer::Drawn(overlay.draw_states(&states, now)?))
+            }
+            Request::Optimize { .. } => Err(lie("optimising is not done here")),
+        }
+    }
+
+    fn instance(&self) -> Result<&Arc<Instance>, Fault> {
+        self.instance.as_ref().ok_or_else(|| lie("there is no instance"))
+    }
+
+    /// Optimises on a thread of its own, which answers the call.
+    fn optimize(&self, call: u64, sizes: memory::MeshSizes, files: Vec<File>) -> Result<(), Fault> {
+        let optimizer = MeshOptimizer::of(self.instance()?.clone())?;
+        let [mesh, room]: [File; 2] =
+            files.try_into().map_err(|_| lie("a descriptor is missing"))?;
+        if self.link.cancelled().len() > MAX_OPTIMISING {
+            return Err(lie("too many meshes at once"));
+        }
+        let link = self.link.clone();
+        let work = move || {
+            let outcome = optimize_shared(&optimizer, sizes, &mesh, &room, &link, call);
+            link.cancelled().remove(&call);
+            link.answer(call, outcome);
+        };
+        let spawned = thread::Builder::new().name("optimize".into()).spawn(work);
+        spawned.map(drop).map_err(|error| failed(&error))
+    }
+}
+
+fn optimize_shared(
+    optimizer: &MeshOptimizer,
+    sizes: memory::MeshSizes,
+    mesh: &File,
+    room: &File,
+    link: &Link,
+    call: u64,
+) -> Outcome {
+    let mesh = memory::read_mesh(sizes, mesh).map_err(|error| failed(&error))?;
+    let cancelled = link.cancelled().get(&call).cloned().unwrap_or_default();
+    let mut told = clock::monotonic_nanos();
+    let optimised = optimizer.optimize(&mesh, |fraction| {
+        let now = clock::monotonic_nanos();
+        if now.saturating_sub(told) > PROGRESS_PERIOD_NANOS {
+            told = now;
+            link.send(&FromPlugin::Progress { call, fraction });
+        }
+        !cancelled.load(Ordering::Relaxed)
+    })?;
+    let collapses = optimised.sequence.len();
+    memory::write_collapses(optimised.sequence.entries(), room).map_err(|error| failed(&error))?;
+    Ok(Answer::Optimized { collapses, stages: optimised.stages })
+}
+
+/// How often progress is told.
+const PROGRESS_PERIOD_NANOS: u64 = 20_000_000;
+
+/// Samples into the ring, the rest over the socket. Unchecked: the host checks.
+struct Forwarder {
+    link: Arc<Link>,
+    ring: Mutex<RingWriter>,
+}
+
+impl SampleReceiver for Forwarder {
+    fn publish(&self, samples: &[BusbarSample]) -> usize {
+        let mut ring = self.ring.lock().unwrap_or_else(PoisonError::into_inner);
+        ring.write(samples, clock::monotonic_nanos())
+    }
+
+    fn reject(&self, count: u64) {
+        self.ring.lock().unwrap_or_else(PoisonError::into_inner).reject(count);
+    }
+
+    fn report_link(&self, state: LinkState, message: String) {
+        self.link.send(&FromPlugin::Link { state, message });
+    }
+}
+
+/// The host asked for what it must not.
+fn lie(what: &str) -> Fault {
+    Fault::Violation(format!("the call does not fit: {what}"))
+}
+
+fn failed(error: &std::io::Error) -> Fault {
+    Fault::from(PluginError::Failed {
+        id: String::new(),
+        settings_at_fault: false,
+        message: error.to_string(),
+    })
+}

@@ -1,0 +1,240 @@
+//! What the handle of a plugin's process and its supervisor share.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::net::Shutdown;
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use busbar_plugin_host::{LibraryFile, PluginError};
+use rustix::event::{EventfdFlags, eventfd};
+
+use crate::feed::Feed;
+use crate::message::{Answer, Confinement, Request, ToPlugin};
+use crate::policy::{Deaths, RestartPolicy};
+use crate::slot::Slot;
+use crate::{frames, socket};
+
+/// The longest that loading, creating, checking, starting or configuring takes.
+const LIFECYCLE_DEADLINE: Duration = Duration::from_secs(10);
+/// The longest that working out a picture takes.
+const DRAW_DEADLINE: Duration = Duration::from_secs(1);
+/// The longest that an optimiser is silent about its progress.
+const OPTIMIZE_DEADLINE: Duration = Duration::from_secs(120);
+/// Calls under way at once.
+const MAX_CALLS: usize = 256;
+
+pub(crate) type Outcome = Result<Answer, PluginError>;
+
+pub(crate) struct Shared {
+    pub(crate) library: LibraryFile,
+    pub(crate) confinement: Confinement,
+    /// Wakes the supervisor.
+    pub(crate) wake: OwnedFd,
+    next_call: AtomicU64,
+    state: Mutex<State>,
+    feed: Mutex<Option<Feed>>,
+    slot: Mutex<Option<Slot>>,
+    /// A picture came, or none will.
+    pub(crate) drawn: Condvar,
+}
+
+pub(crate) struct State {
+    /// Name for the log: the configuration's, or the library's before that.
+    pub(crate) name: String,
+    /// Plugin id for errors, likewise.
+    pub(crate) id: String,
+    pub(crate) life: Life,
+    /// The one instance, once it was made; only then is the process started again.
+    pub(crate) instance: Option<InstanceSetup>,
+    pub(crate) connection: Option<Arc<Connection>>,
+    pub(crate) calls: BTreeMap<u64, Pending>,
+    pub(crate) deaths: Deaths,
+    pub(crate) last_death: Option<String>,
+    pub(crate) pid: Option<u32>,
+    pub(crate) memory_bytes: Option<u64>,
+    pub(crate) quit: bool,
+    pub(crate) start_again: bool,
+}
+
+/// How an instance is made again.
+#[derive(Clone)]
+pub(crate) struct InstanceSetup {
+    pub(crate) name: String,
+    pub(crate) plugin: String,
+    pub(crate) settings: String,
+    pub(crate) policy: RestartPolicy,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Life {
+    /// The process is being set up as the one before it was; so many calls to go.
+    Starting(usize),
+    Running,
+    Waiting(Instant),
+    Quarantined,
+    Ended,
+}
+
+/// A call that the process has not answered.
+pub(crate) struct Pending {
+    pub(crate) what: &'static str,
+    pub(crate) allowance: Duration,
+    pub(crate) deadline: Instant,
+    pub(crate) reply: Reply,
+}
+
+/// Who waits for an answer.
+pub(crate) enum Reply {
+    Caller { sender: SyncSender<Outcome>, progress: Arc<AtomicU32> },
+    Setup,
+    Draw,
+}
+
+/// A call of this thread.
+pub(crate) struct Waiting {
+    pub(crate) call: u64,
+    pub(crate) outcome: Receiver<Outcome>,
+    /// Bits of the fraction done.
+    pub(crate) progress: Arc<AtomicU32>,
+    pub(crate) connection: Arc<Connection>,
+}
+
+/// The socket to one process. Any thread may send.
+pub(crate) struct Connection {
+    pub(crate) socket: UnixStream,
+    sending: Mutex<()>,
+}
+
+impl Connection {
+    pub(crate) fn new(socket: UnixStream) -> Self {
+        Self { socket, sending: Mutex::default() }
+    }
+
+    /// Sends a message. Where that fails, what was sent may be half a message:
+    /// the connection is over, and the supervisor sees to the rest.
+    pub(crate) fn send(&self, message: &ToPlugin, files: &[&File]) {
+        let descriptors: Vec<_> = files.iter().map(|file| file.as_fd()).collect();
+        let sent = frames::encode(message).and_then(|bytes| {
+            let _one = self.sending.lock().unwrap_or_else(PoisonError::into_inner);
+            socket::send(&self.socket, &bytes, &descriptors).map_err(|error| error.to_string())
+        });
+        if let Err(error) = sent {
+            tracing::debug!("a plugin's process takes no messages: {error}");
+            self.close();
+        }
+    }
+
+    /// Ends the process by ending its link to the host.
+    pub(crate) fn close(&self) {
+        // One that is closed already is as good.
+        let _ = self.socket.shutdown(Shutdown::Both);
+    }
+}
+
+impl Shared {
+    pub(crate) fn new(
+        library: LibraryFile,
+        confinement: Confinement,
+        connection: Connection,
+        pid: u32,
+    ) -> std::io::Result<Self> {
+        let name = library.path().file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let state = State {
+            id: name.clone(),
+            name,
+            life: Life::Running,
+            instance: None,
+            connection: Some(Arc::new(connection)),
+            calls: BTreeMap::new(),
+            deaths: Deaths::default(),
+            last_death: None,
+            pid: Some(pid),
+            memory_bytes: None,
+            quit: false,
+            start_again: false,
+        };
+        Ok(Self {
+            library,
+            confinement,
+            wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
+            next_call: AtomicU64::new(1),
+            state: Mutex::new(state),
+            feed: Mutex::default(),
+            slot: Mutex::default(),
+            drawn: Condvar::new(),
+        })
+    }
+
+    pub(crate) fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn feed(&self) -> MutexGuard<'_, Option<Feed>> {
+        self.feed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn slot(&self) -> MutexGuard<'_, Option<Slot>> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes the supervisor look at what is wanted.
+    pub(crate) fn wake(&self) {
+        // A counter that is full has woken it already.
+        let _ = rustix::io::write(&self.wake, &1_u64.to_ne_bytes());
+    }
+
+    /// Notes that an answer to `request` is due; its number.
+    pub(crate) fn expect(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
+        let allowance = match request {
+            Request::Draw { .. } => DRAW_DEADLINE,
+            Request::Optimize { .. } => OPTIMIZE_DEADLINE,
+            _ => LIFECYCLE_DEADLINE,
+        };
+        let call = self.next_call.fetch_add(1, Ordering::Relaxed);
+        let deadline = Instant::now() + allowance;
+        state.calls.insert(call, Pending { what: request.name(), allowance, deadline, reply });
+        call
+    }
+
+    /// Sends a call whose answer the caller waits for.
+    pub(crate) fn begin(&self, request: Request, files: &[&File]) -> Result<Waiting, PluginError> {
+        let (sender, outcome) = sync_channel(1);
+        let progress = Arc::new(AtomicU32::new(0));
+        let (call, connection) = {
+            let mut state = self.state();
+            let lost = |reason: String| PluginError::Lost { id: state.id.clone(), reason };
+            let connection = match (&state.life, &state.connection) {
+                (Life::Running, Some(connection)) => connection.clone(),
+                _ => {
+                    let died = state.last_death.as_deref().unwrap_or("it is not running");
+                    return Err(lost(died.to_owned()));
+                }
+            };
+            if state.calls.len() >= MAX_CALLS {
+                return Err(lost(format!("more than {MAX_CALLS} calls at once")));
+            }
+            let reply = Reply::Caller { sender, progress: progress.clone() };
+            (self.expect(&mut state, &request, reply), connection)
+        };
+        connection.send(&ToPlugin::Call { call, request }, files);
+        Ok(Waiting { call, outcome, progress, connection })
+    }
+
+    /// Calls and waits. The supervisor answers in any case.
+    pub(crate) fn call(&self, request: Request, files: &[&File]) -> Outcome {
+        let waiting = self.begin(request, files)?;
+        let gone = |_| PluginError::Lost { id: self.state().id.clone(), reason: "it ended".into() };
+        waiting.outcome.recv().map_err(gone)?
+    }
+
+    /// An answer of another kind than the question.
+    pub(crate) fn confused(&self) -> PluginError {
+        let what = "its process answers another question".into();
+        PluginError::Violation { id: self.state().id.clone(), what }
+    }
+}

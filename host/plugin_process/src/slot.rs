@@ -1,0 +1,156 @@
+//! The pictures of one isolated overlay, on the host's side.
+//!
+//! The frame leaves what it wants drawn and takes the last whole picture there
+//! is; it never waits for the plugin, unless it is told to.
+
+use std::time::{Duration, Instant, SystemTime};
+
+use busbar_plugin_host::{OverlayBinding, OverlayPicture, PictureRules, PluginError};
+use busbar_tags::TagState;
+
+use crate::message::Fault;
+
+/// A picture worked out from older values than this is not shown.
+pub(crate) const MAX_PICTURE_AGE: Duration = Duration::from_millis(500);
+
+/// What a frame wants drawn.
+#[derive(Debug)]
+pub(crate) struct Wanted {
+    /// Counts frames.
+    pub(crate) number: u64,
+    pub(crate) states: Vec<Option<TagState>>,
+    pub(crate) now: SystemTime,
+    /// When the values were read.
+    pub(crate) since: Instant,
+}
+
+/// The last answer.
+struct Drawn {
+    number: u64,
+    since: Instant,
+    picture: Result<OverlayPicture, String>,
+}
+
+/// One overlay's wishes and pictures.
+pub(crate) struct Slot {
+    bindings: Vec<OverlayBinding>,
+    rules: PictureRules,
+    wanted: Option<Wanted>,
+    /// The frame whose picture is being worked out, and when its values were read.
+    under_way: Option<(u64, Instant)>,
+    drawn: Option<Drawn>,
+    next: u64,
+}
+
+impl Slot {
+    pub(crate) fn new(bindings: Vec<OverlayBinding>) -> Self {
+        let rules = PictureRules::new(&bindings);
+        Self { bindings, rules, wanted: None, under_way: None, drawn: None, next: 1 }
+    }
+
+    pub(crate) fn bindings(&self) -> &[OverlayBinding] {
+        &self.bindings
+    }
+
+    /// Leaves a wish, in place of one that nobody has taken; its number.
+    pub(crate) fn want(&mut self, states: Vec<Option<TagState>>, now: SystemTime) -> u64 {
+        let number = self.next;
+        self.next += 1;
+        self.wanted = Some(Wanted { number, states, now, since: Instant::now() });
+        number
+    }
+
+    /// The wish to work on next, unless one is worked on.
+    pub(crate) fn take(&mut self) -> Option<Wanted> {
+        if self.under_way.is_some() {
+            return None;
+        }
+        let wanted = self.wanted.take()?;
+        self.under_way = Some((wanted.number, wanted.since));
+        Some(wanted)
+    }
+
+    /// The answer to the wish that was worked on.
+    pub(crate) fn answer(&mut self, id: &str, picture: Result<OverlayPicture, Fault>) {
+        let Some((number, since)) = self.under_way.take() else { return };
+        let picture = picture.map_err(|fault| fault.into_error(id).to_string());
+        let checked = picture.and_then(|picture| match self.rules.check(&picture) {
+            Ok(()) => Ok(picture),
+            Err(what) => {
+                let violation = PluginError::Violation { id: id.to_owned(), what: what.into() };
+                Err(violation.to_string())
+            }
+        });
+        self.drawn = Some(Drawn { number, since, picture: checked });
+    }
+
+    /// The plugin is gone: so is its picture, and nothing is under way.
+    pub(crate) fn lose(&mut self) {
+        (self.under_way, self.drawn) = (None, None);
+    }
+
+    /// Whether the picture of this frame, or a later one, is there.
+    pub(crate) fn has(&self, number: u64) -> bool {
+        self.drawn.as_ref().is_some_and(|drawn| drawn.number >= number)
+    }
+
+    /// The last whole picture, if it is not too old to be shown.
+    pub(crate) fn picture(&self) -> Option<Result<OverlayPicture, String>> {
+        let drawn = self.drawn.as_ref()?;
+        (drawn.since.elapsed() <= MAX_PICTURE_AGE).then(|| drawn.picture.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_plugin_host::{OverlayTint, Severity};
+    use busbar_tags::TagHandle;
+
+    use super::*;
+
+    fn take(slot: &mut Slot) -> u64 {
+        slot.take().expect("a wish").number
+    }
+
+    #[test]
+    fn only_the_last_wish_is_worked_on_and_one_at_a_time() {
+        let mut slot = Slot::new(Vec::new());
+        assert!(slot.take().is_none());
+        let now = SystemTime::now();
+        slot.want(Vec::new(), now);
+        let second = slot.want(Vec::new(), now);
+        assert_eq!(take(&mut slot), second);
+        let third = slot.want(Vec::new(), now);
+        assert!(slot.take().is_none(), "one is under way");
+        slot.answer("p", Ok(OverlayPicture::default()));
+        assert!(slot.has(second) && !slot.has(third));
+        assert!(matches!(slot.picture(), Some(Ok(_))));
+        assert_eq!(take(&mut slot), third);
+        slot.lose();
+        assert!(slot.picture().is_none());
+        slot.answer("p", Ok(OverlayPicture::default()));
+        assert!(slot.picture().is_none(), "an answer of a process that is gone");
+    }
+
+    #[test]
+    fn a_picture_of_what_is_not_bound_is_a_fault() {
+        let mut slot = Slot::new(Vec::new());
+        slot.want(Vec::new(), SystemTime::now());
+        slot.take();
+        let tint = OverlayTint { node: 1, tag: TagHandle(1), severity: Severity::Alarm };
+        slot.answer("p", Ok(OverlayPicture { lines: Vec::new(), tints: vec![tint] }));
+        let Some(Err(fault)) = slot.picture() else { panic!("a fault") };
+        assert!(fault.contains("not bound"), "{fault}");
+    }
+
+    #[test]
+    fn an_old_picture_is_not_shown() {
+        let mut slot = Slot::new(Vec::new());
+        slot.want(Vec::new(), SystemTime::now());
+        slot.take();
+        slot.answer("p", Ok(OverlayPicture::default()));
+        let old = Instant::now().checked_sub(MAX_PICTURE_AGE * 2).unwrap();
+        slot.drawn.as_mut().unwrap().since = old;
+        assert!(slot.picture().is_none());
+    }
+}

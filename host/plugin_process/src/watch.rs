@@ -1,0 +1,333 @@
+//! One process from its start to its end: what it says, and what it owes.
+
+use std::os::fd::AsFd;
+use std::process::{Child, ExitStatus};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::net::{RecvFlags, recv};
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
+
+use crate::frames::Decoder;
+use crate::message::{Answer, Fault, FromPlugin, Request, ToPlugin};
+use crate::output::Output;
+use crate::proc;
+use crate::shared::{Life, Reply, Shared};
+use crate::spawn::Spawned;
+use crate::status::ending;
+
+/// How often the supervisor looks at its deadlines at least.
+const TURN: Duration = Duration::from_millis(50);
+/// How often a process is asked whether it lives.
+const PING_PERIOD: Duration = Duration::from_millis(100);
+/// The longest that it takes to answer that: with the period before it, less than the
+/// second after which the tags of a plugin that hangs must be bad.
+const HEARTBEAT_DEADLINE: Duration = Duration::from_millis(650);
+/// A turn that comes this late says that this thread was held up, and the
+/// process perhaps too: nobody is late for that time.
+const STALL: Duration = Duration::from_millis(250);
+/// The longest that a process may take to stop and end by itself.
+const QUIT_DEADLINE: Duration = Duration::from_millis(2_500);
+/// The longest that a process whose socket is closed takes to be gone.
+const REAP_DEADLINE: Duration = Duration::from_millis(100);
+/// The longest that a killed process takes to be gone.
+const KILL_DEADLINE: Duration = Duration::from_secs(2);
+/// How often its end is looked for.
+const REAP_PERIOD: Duration = Duration::from_millis(1);
+/// How often its memory is looked at.
+const MEMORY_PERIOD: Duration = Duration::from_secs(1);
+/// Bytes read at once, and reads in one turn: a flood holds no deadline up.
+const READ_BYTES: usize = 1 << 16;
+const MAX_READS: usize = 16;
+
+/// How a process ended.
+pub(crate) struct Ended {
+    /// For people.
+    pub(crate) reason: String,
+    /// Whether the host asked for it.
+    pub(crate) wanted: bool,
+}
+
+/// One process from its start to its end.
+pub(crate) struct Watch<'a> {
+    shared: &'a Shared,
+    spawned: Spawned,
+    output: Option<Output>,
+    decoder: Decoder,
+    buffer: Vec<u8>,
+    last_turn: Instant,
+    pinged: Instant,
+    /// When the ping that was not answered yet was sent.
+    unanswered: Option<Instant>,
+    weighed: Option<Instant>,
+    quitting: Option<Instant>,
+}
+
+/// Why a process must go: words for the log.
+type Lapse = String;
+
+impl<'a> Watch<'a> {
+    pub(crate) fn new(shared: &'a Shared, spawned: Spawned) -> Self {
+        let now = Instant::now();
+        let output = spawned.output.try_clone().ok().map(Output::new);
+        Self {
+            shared,
+            spawned,
+            output,
+            decoder: Decoder::default(),
+            buffer: vec![0; READ_BYTES],
+            last_turn: now,
+            pinged: now,
+            unanswered: None,
+            weighed: None,
+            quitting: None,
+        }
+    }
+
+    /// Until it has ended.
+    pub(crate) fn run(mut self) -> Ended {
+        loop {
+            self.wait();
+            self.read_output();
+            match self.read_socket() {
+                Ok(true) => {}
+                Ok(false) => return self.end(None),
+                Err(lapse) => return self.end(Some(lapse)),
+            }
+            self.obey();
+            if let Err(lapse) = self.keep_time() {
+                return self.end(Some(lapse));
+            }
+        }
+    }
+
+    fn wait(&mut self) {
+        let mut descriptors = vec![
+            PollFd::new(&self.spawned.socket, PollFlags::IN),
+            PollFd::new(&self.shared.wake, PollFlags::IN),
+        ];
+        if let Some(output) = &self.output {
+            descriptors.push(PollFd::from_borrowed_fd(output.pipe().as_fd(), PollFlags::IN));
+        }
+        // Interrupted or not, everything is looked at.
+        let _ = poll(&mut descriptors, Some(&timespec(TURN)));
+        clear_wake(self.shared);
+    }
+
+    /// Takes a piece of what it wrote; false if there is no more.
+    fn read_output(&mut self) -> bool {
+        let Some(output) = &mut self.output else { return false };
+        let name = self.shared.state().name.clone();
+        let more = output.read(&name);
+        if !more {
+            output.finish(&name);
+            self.output = None;
+        }
+        more
+    }
+
+    /// Takes what came; false at the end.
+    fn read_socket(&mut self) -> Result<bool, Lapse> {
+        for _ in 0..MAX_READS {
+            match recv(&self.spawned.socket, &mut self.buffer[..], RecvFlags::DONTWAIT) {
+                Ok((_, 0)) => return Ok(false),
+                Ok((_, count)) => self.decoder.push(&self.buffer[..count]),
+                Err(rustix::io::Errno::AGAIN) => break,
+                Err(rustix::io::Errno::INTR) => continue,
+                Err(rustix::io::Errno::CONNRESET) => return Ok(false),
+                Err(error) => return Err(format!("its socket failed: {error}")),
+            }
+            let broken = |what| format!("it broke the protocol between processes: {what}");
+            while let Some(message) = self.decoder.next().map_err(broken)? {
+                self.take(message)?;
+            }
+        }
+        Ok(true)
+    }
+
+    fn take(&mut self, message: FromPlugin) -> Result<(), Lapse> {
+        match message {
+            FromPlugin::Pong => self.unanswered = None,
+            FromPlugin::Link { state, message } => {
+                if let Some(feed) = &mut *self.shared.feed() {
+                    feed.note_link(state, &message);
+                }
+            }
+            FromPlugin::Progress { call, fraction } => {
+                if let Some(pending) = self.shared.state().calls.get_mut(&call) {
+                    pending.deadline = Instant::now() + pending.allowance;
+                    if let Reply::Caller { progress, .. } = &pending.reply {
+                        progress.store(fraction.to_bits(), Ordering::Relaxed);
+                    }
+                }
+            }
+            FromPlugin::Done { call, result } => self.take_answer(call, result)?,
+        }
+        Ok(())
+    }
+
+    fn take_answer(&mut self, call: u64, result: Result<Answer, Fault>) -> Result<(), Lapse> {
+        let mut state = self.shared.state();
+        let Some(pending) = state.calls.remove(&call) else {
+            return Err("it broke the protocol between processes: nobody asked for this".into());
+        };
+        match pending.reply {
+            Reply::Caller { sender, .. } => {
+                // Who asked may have given up.
+                let _ = sender.try_send(result.map_err(|fault| fault.into_error(&state.id)));
+            }
+            Reply::Setup => {
+                result.map_err(|fault| {
+                    format!("`{}` failed: {}", pending.what, fault.into_error(&state.id))
+                })?;
+                if let Life::Starting(left) = state.life {
+                    state.life = if left <= 1 { Life::Running } else { Life::Starting(left - 1) };
+                    if left <= 1 {
+                        tracing::info!(plugin = %state.name, "runs again");
+                    }
+                }
+            }
+            Reply::Draw => {
+                let id = state.id.clone();
+                drop(state);
+                let picture = match result {
+                    Ok(Answer::Drawn(picture)) => Ok(picture),
+                    Ok(_) => Err(Fault::Violation("it answers another question".into())),
+                    Err(fault) => Err(fault),
+                };
+                if let Some(slot) = &mut *self.shared.slot() {
+                    slot.answer(&id, picture);
+                }
+                self.shared.drawn.notify_all();
+            }
+        }
+        Ok(())
+    }
+
+    /// Does what the viewer wants: draws, or ends.
+    fn obey(&mut self) {
+        let mut state = self.shared.state();
+        let Some(connection) = state.connection.clone() else { return };
+        if state.quit && self.quitting.is_none() {
+            self.quitting = Some(Instant::now());
+            // Without an instance there is nothing to bring to an end.
+            let last_words = state.instance.is_some();
+            drop(state);
+            return match last_words {
+                true => connection.send(&ToPlugin::Quit, &[]),
+                false => connection.close(),
+            };
+        }
+        if state.life != Life::Running {
+            return;
+        }
+        let Some(wanted) = self.shared.slot().as_mut().and_then(|slot| slot.take()) else { return };
+        let request = Request::Draw { states: wanted.states, now: wanted.now };
+        let call = self.shared.expect(&mut state, &request, Reply::Draw);
+        drop(state);
+        connection.send(&ToPlugin::Call { call, request }, &[]);
+    }
+
+    /// Pings, and finds who is late.
+    fn keep_time(&mut self) -> Result<(), Lapse> {
+        let now = Instant::now();
+        let held_up = (now - self.last_turn).saturating_sub(STALL);
+        self.last_turn = now;
+        if !held_up.is_zero() {
+            self.unanswered = self.unanswered.map(|_| now);
+        }
+        if let Some(since) = self.quitting {
+            let late = now - since > QUIT_DEADLINE;
+            return if late { Err("it did not stop in time".into()) } else { Ok(()) };
+        }
+        let mut state = self.shared.state();
+        for pending in state.calls.values_mut() {
+            pending.deadline += held_up;
+            if now > pending.deadline {
+                let (what, allowance) = (pending.what, pending.allowance);
+                return Err(format!("`{what}` took longer than {allowance:?}"));
+            }
+        }
+        if self.weighed.is_none_or(|then| now - then > MEMORY_PERIOD) {
+            self.weighed = Some(now);
+            state.memory_bytes = state.pid.and_then(proc::resident_bytes);
+        }
+        let connection = state.connection.clone();
+        drop(state);
+        match (self.unanswered, connection) {
+            (Some(since), _) if now - since > HEARTBEAT_DEADLINE => {
+                Err(format!("no heartbeat for {HEARTBEAT_DEADLINE:?}"))
+            }
+            (None, Some(connection)) if now - self.pinged > PING_PERIOD => {
+                (self.pinged, self.unanswered) = (now, Some(now));
+                connection.send(&ToPlugin::Ping, &[]);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Sees the process off: kills it where it has not ended, and says why.
+    fn end(mut self, lapse: Option<Lapse>) -> Ended {
+        let first_words = lapse.as_deref().unwrap_or("its process is gone");
+        if let Some(feed) = &mut *self.shared.feed() {
+            feed.lose(first_words);
+        }
+        if let Some(slot) = &mut *self.shared.slot() {
+            slot.lose();
+        }
+        self.shared.drawn.notify_all();
+        let child = &mut self.spawned.child;
+        if lapse.is_none() {
+            await_ending(child, REAP_DEADLINE);
+        }
+        // The whole group, with whatever the plugin started itself. Before it is
+        // reaped nobody else can have its number.
+        if let Some(group) = Pid::from_raw(child.id() as i32) {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        let how = reap(child).map_or_else(|| "does not die".to_owned(), ending);
+        let reason = match lapse {
+            Some(lapse) => format!("{lapse}; {how}"),
+            None => how,
+        };
+        for _ in 0..MAX_READS {
+            if !self.read_output() {
+                break;
+            }
+        }
+        Ended { reason, wanted: self.quitting.is_some() }
+    }
+}
+
+/// Waits for a child to end by itself, and leaves its status to be reaped.
+fn await_ending(child: &Child, limit: Duration) {
+    let Some(pid) = Pid::from_raw(child.id() as i32) else { return };
+    let options = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT | WaitIdOptions::NOHANG;
+    let start = Instant::now();
+    while matches!(waitid(WaitId::Pid(pid), options), Ok(None)) && start.elapsed() < limit {
+        std::thread::sleep(REAP_PERIOD);
+    }
+}
+
+/// Waits for a killed child to be gone; none if it is still there.
+fn reap(child: &mut Child) -> Option<ExitStatus> {
+    let start = Instant::now();
+    while start.elapsed() < KILL_DEADLINE {
+        if let Ok(Some(status)) = child.try_wait() {
+            return Some(status);
+        }
+        std::thread::sleep(REAP_PERIOD);
+    }
+    None
+}
+
+pub(crate) fn clear_wake(shared: &Shared) {
+    // Nothing there is as good as a count.
+    let _ = rustix::io::read(&shared.wake, &mut [0_u8; 8]);
+}
+
+pub(crate) fn timespec(duration: Duration) -> Timespec {
+    Timespec { tv_sec: duration.as_secs() as i64, tv_nsec: i64::from(duration.subsec_nanos()) }
+}

@@ -1,0 +1,322 @@
+//! Plugins in processes of their own: whatever happens to one, the view goes on,
+//! says so, and has it back.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::time::{Duration, Instant};
+
+use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
+use e2e::trouble::{self, Trouble};
+use e2e::{Process, Scene, Stats, busbar, finish, picture, wait_for};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::json;
+
+/// From the death of a plugin until all its tags are bad, at most.
+const MAX_TO_BAD: Duration = Duration::from_secs(1);
+/// From there until it has values again, a loaded machine included.
+const MAX_TO_GOOD: Duration = Duration::from_secs(10);
+/// The longest frame of a window's kind while a plugin misbehaves.
+const MAX_FRAME: Duration = Duration::from_millis(400);
+
+/// Letters are rounded by where they lie in their texture, which depends on what
+/// was written first: levels of 255.
+const MAX_ROUNDING: u8 = 2;
+
+/// A view without a window that behaves like one in a window: frames wait for
+/// nobody.
+struct View {
+    viewer: Viewer,
+    longest: Duration,
+    _trouble: Trouble,
+}
+
+impl View {
+    fn open(trouble: Trouble) -> Self {
+        let loaded = LoadedScene::load(&trouble.write(), &|_, _, _| ());
+        let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
+        let options = RendererOptions { samples: 1, validation: false };
+        let mut viewer = Viewer::headless(scene, options, [64, 64]).expect("there is a device");
+        viewer.set_settles(false);
+        Self { viewer, longest: Duration::ZERO, _trouble: trouble }
+    }
+
+    fn frame(&mut self) {
+        let start = Instant::now();
+        let input = self.viewer.headless_input(0.0);
+        self.viewer.frame(input).expect("a frame can be drawn");
+        self.longest = self.longest.max(start.elapsed());
+    }
+
+    fn plugin(&self, name: &str) -> PluginStats {
+        let plugins = self.viewer.stats().plugins;
+        plugins.into_iter().find(|plugin| plugin.name == name).expect("it is configured")
+    }
+
+    fn pid(&self, name: &str) -> Pid {
+        let pid = self.plugin(name).pid.expect("it has a process");
+        Pid::from_raw(pid as i32).expect("no process has the number 0")
+    }
+
+    /// Draws until all tags are of this quality; how long that took.
+    #[track_caller]
+    fn wait_for_quality(&mut self, quality: &str, limit: Duration) -> Duration {
+        self.wait_for(quality, limit, |view| {
+            view.viewer.stats().tags.iter().all(|tag| tag.quality == quality)
+        })
+    }
+
+    #[track_caller]
+    fn wait_for_state(&mut self, state: &str, limit: Duration) -> Duration {
+        self.wait_for(state, limit, |view| view.plugin("trouble").state == state)
+    }
+
+    #[track_caller]
+    fn wait_for(&mut self, what: &str, limit: Duration, is: impl Fn(&Self) -> bool) -> Duration {
+        let start = Instant::now();
+        wait_for(what, limit, || {
+            self.frame();
+            is(self).then_some(())
+        });
+        start.elapsed()
+    }
+
+    #[track_caller]
+    fn assert_lost_and_back(&mut self, signal: Signal, words: &str) {
+        self.wait_for_quality("good", MAX_TO_GOOD);
+        let before = self.plugin("trouble").deaths;
+        kill_process(self.pid("trouble"), signal).expect("it runs");
+        self.wait_for_quality("bad", MAX_TO_BAD);
+        for tag in self.viewer.stats().tags {
+            assert_eq!(tag.reason.as_deref(), Some("communication"), "{}", tag.id);
+            assert_eq!(tag.value, 1.0, "the last value stays, as bad");
+        }
+        self.wait_for_quality("good", MAX_TO_GOOD);
+        let plugin = self.plugin("trouble");
+        assert_eq!((plugin.state, plugin.deaths), ("running", before + 1));
+        let death = plugin.last_death.expect("it died");
+        assert!(death.contains(words), "{death}");
+    }
+}
+
+#[test]
+fn a_killed_plugin_is_bad_within_a_second_and_comes_back() {
+    let mut view = View::open(Trouble::with("trouble.steady"));
+    view.assert_lost_and_back(Signal::KILL, "killed by SIGKILL");
+    view.assert_lost_and_back(Signal::ABORT, "killed by SIGABRT");
+}
+
+#[test]
+fn a_stopped_plugin_is_killed_for_its_heartbeat_and_comes_back() {
+    let mut view = View::open(Trouble::with("trouble.steady"));
+    view.assert_lost_and_back(Signal::STOP, "no heartbeat");
+}
+
+#[test]
+fn a_plugin_that_dies_too_often_is_left_alone_until_it_is_started_by_hand() {
+    let mut view = View::open(Trouble::with("trouble.segfault"));
+    view.wait_for_state("quarantined", 4 * MAX_TO_GOOD);
+    let plugin = view.plugin("trouble");
+    assert_eq!((plugin.deaths, plugin.pid), (3, None));
+    let death = plugin.last_death.expect("it died");
+    assert!(death.contains("killed by SIGSEGV"), "{death}");
+    view.wait_for_quality("bad", MAX_TO_BAD);
+    // It stays as it is.
+    std::thread::sleep(MAX_TO_BAD);
+    assert_eq!(view.plugin("trouble").state, "quarantined");
+
+    view.viewer.start_plugin("trouble");
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    assert_eq!(view.plugin("trouble").state, "running");
+    assert!(view.longest < MAX_FRAME, "a frame of {:?}", view.longest);
+}
+
+#[test]
+fn a_flood_drops_its_own_oldest_samples_and_holds_up_no_frame() {
+    let mut view = View::open(Trouble::with("trouble.flood"));
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    let limit = 4 * MAX_TO_GOOD;
+    view.wait_for("dropped samples", limit, |view| view.plugin("trouble").dropped > 0);
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    assert_eq!(view.plugin("trouble").deaths, 0);
+    assert!(view.longest < MAX_FRAME, "a frame of {:?}", view.longest);
+}
+
+#[test]
+fn an_overlay_that_hangs_holds_up_no_frame_and_is_killed() {
+    let mut view = View::open(Trouble::with("trouble.slow"));
+    let limit = MAX_TO_GOOD;
+    view.wait_for("a death", limit, |view| view.plugin("trouble").deaths > 0);
+    let plugin = view.plugin("trouble");
+    let death = plugin.last_death.expect("it died");
+    assert!(death.contains("`draw` took longer"), "{death}");
+    assert!(plugin.fault.is_some(), "its labels are not shown as if they were live");
+    assert!(view.longest < MAX_FRAME, "a frame of {:?}", view.longest);
+    assert_eq!(view.plugin("source").deaths, 0, "the others go on");
+}
+
+#[test]
+fn the_picture_comes_from_the_overlays_process() {
+    let mut view = View::open(Trouble::with("trouble.echo"));
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    view.wait_for("a picture", MAX_TO_GOOD, |view| view.plugin("trouble").fault.is_none());
+    kill_process(view.pid("trouble"), Signal::KILL).expect("it runs");
+    view.wait_for("the fault", MAX_TO_BAD, |view| view.plugin("trouble").fault.is_some());
+    view.wait_for("a picture", MAX_TO_GOOD, |view| view.plugin("trouble").fault.is_none());
+}
+
+#[test]
+fn a_plugins_process_has_no_more_than_it_needs() {
+    let mut view = View::open(Trouble::with("trouble.echo"));
+    view.frame();
+    let pid = view.plugin("trouble").pid.expect("it has a process");
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
+    let value = |name: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(name));
+        line.unwrap_or_else(|| panic!("no {name} in {status}")).trim().to_owned()
+    };
+    assert_eq!(value("NoNewPrivs:"), "1");
+    assert_eq!(value("Seccomp:"), "2", "a filter");
+    let limits = fs::read_to_string(format!("/proc/{pid}/limits")).expect("it runs");
+    let limit = |name: &str| {
+        let line = limits.lines().find(|line| line.starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name} in {limits}")).replace(name, "")
+    };
+    assert!(limit("Max core file size").trim().starts_with("0 "));
+    assert!(limit("Max address space").trim().starts_with("4000000000 "));
+    let opened = fs::read_dir(format!("/proc/{pid}/fd")).expect("it runs");
+    let targets: BTreeSet<String> = opened
+        .filter_map(|entry| fs::read_link(entry.expect("it can be read").path()).ok())
+        .map(|target| target.display().to_string())
+        .collect();
+    let known = ["/dev/null", "socket:", "pipe:", "libtrouble.so"];
+    for target in &targets {
+        assert!(known.iter().any(|known| target.contains(known)), "{target} of {targets:?}");
+    }
+    let environment = fs::read_to_string(format!("/proc/{pid}/environ")).expect("it runs");
+    assert!(!environment.contains("LD_"), "{environment}");
+}
+
+#[test]
+fn plugins_end_with_a_viewer_that_is_killed() {
+    let trouble = Trouble::with("trouble.steady");
+    let mut command = busbar();
+    command.arg("render").arg(trouble.write()).args(["--seconds", "30", "--out"]);
+    let process = Process::start(command.arg(trouble.path("picture.png")));
+    let children = || {
+        let of_viewer = format!("{}", process.id());
+        let listed = fs::read_dir("/proc").expect("there are processes");
+        let pids = listed.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        pids.filter(|pid| pid.bytes().all(|digit| digit.is_ascii_digit()))
+            .filter(|pid| {
+                let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+                let parent = stat.rsplit(')').next().unwrap_or_default();
+                parent.split_whitespace().nth(1) == Some(&of_viewer)
+            })
+            .collect::<Vec<_>>()
+    };
+    let pids = wait_for("a child", MAX_TO_GOOD, || Some(children()).filter(|c| !c.is_empty()));
+    process.signal(Signal::KILL);
+    wait_for("its end", MAX_TO_GOOD, || {
+        let gone = |pid: &String| {
+            let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+            status.is_empty() || status.contains("State:\tZ")
+        };
+        pids.iter().all(gone).then_some(())
+    });
+}
+
+#[test]
+fn a_plugin_may_use_the_network_only_if_it_needs_it() {
+    let told = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut trouble = Trouble::with("trouble.socket");
+        change(&mut trouble.config);
+        let Err(error) = LoadedScene::load(&trouble.write(), &|_, _, _| ()) else {
+            panic!("it fails in any case")
+        };
+        error.to_string()
+    };
+    let refused = told(&|_| ());
+    assert!(refused.contains("Operation not permitted"), "{refused}");
+    let allowed = told(&|config| config["plugins"]["trouble"]["network"] = json!(true));
+    assert!(allowed.contains("a socket was made"), "{allowed}");
+    let together = told(&|config| config["isolation"] = json!("none"));
+    assert!(together.contains("a socket was made"), "{together}");
+}
+
+#[test]
+fn without_isolation_plugins_run_in_the_viewers_process() {
+    let mut trouble = Trouble::with("trouble.echo");
+    trouble.config["isolation"] = json!("none");
+    let mut view = View::open(trouble);
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    for name in ["trouble", "source"] {
+        let plugin = view.plugin(name);
+        assert_eq!((plugin.state, plugin.pid, plugin.fault), ("in process", None, None));
+    }
+}
+
+#[test]
+fn one_plugin_may_run_together_with_the_viewer_and_another_apart() {
+    let mut trouble = Trouble::with("trouble.echo");
+    trouble.config["plugins"]["source"]["isolation"] = json!("none");
+    let mut view = View::open(trouble);
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    assert_eq!(view.plugin("source").state, "in process");
+    assert_eq!(view.plugin("trouble").state, "running");
+}
+
+#[test]
+fn the_log_has_a_plugins_last_words_and_what_becomes_of_it() {
+    let mut trouble = Trouble::with("trouble.segfault");
+    trouble.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 2 });
+    let stats = trouble.path("stats.json");
+    let mut command = busbar();
+    command.arg("render").arg(trouble.write()).args(["--seconds", "3"]);
+    command.arg("--out").arg(trouble.path("picture.png")).arg("--stats").arg(&stats);
+    let output = finish(&mut command).expect_code(0);
+    let words = [
+        "about to fall over",
+        "died: killed by SIGSEGV; starts again in 0.0ns",
+        "died: killed by SIGSEGV; in quarantine after 2 deaths within 600s",
+    ];
+    for words in words {
+        assert!(output.stderr.contains(words), "no '{words}' in: {}", output.stderr);
+    }
+    let plugin = &Stats::read(&stats).0["plugins"][0];
+    assert_eq!(plugin["name"], "trouble");
+    assert_eq!((&plugin["state"], &plugin["deaths"]), (&json!("quarantined"), &json!(2)));
+}
+
+/// The demo beside a plugin whose one tag is shown nowhere: a storm of deaths
+/// there changes not a pixel.
+#[test]
+fn a_storm_in_one_plugin_changes_nothing_else_on_the_picture() {
+    let picture_beside = |plugin: &str| {
+        let mut scene = Scene::demo(1);
+        trouble::compile(&scene.path("plugins"));
+        scene.config["plugins"]["storm"] = json!({ "plugin": plugin });
+        scene.config["tags"]["Z"] =
+            json!({ "type": "f64", "source": { "plugin": "storm", "address": {} } });
+        scene.config["supervision"] = json!({ "restart_millis": 0, "max_deaths": 0 });
+        let (picture, stats) = (scene.path("picture.png"), scene.path("stats.json"));
+        let mut command = busbar();
+        command.arg("render").arg(scene.write()).args(["--size", "480x270", "--seconds", "3"]);
+        finish(command.arg("--out").arg(&picture).arg("--stats").arg(&stats)).expect_code(0);
+        let stats = Stats::read(&stats);
+        let plugins = stats.0["plugins"].as_array().expect("there are plugins").clone();
+        let deaths = |name: &str| {
+            let found = plugins.iter().find(|plugin| plugin["name"] == name);
+            found.and_then(|plugin| plugin["deaths"].as_u64()).expect("it is configured")
+        };
+        let others: u64 = ["bay", "optimizer", "values"].into_iter().map(deaths).sum();
+        assert_eq!(others, 0, "the others go on");
+        (picture::load(&picture), deaths("storm"))
+    };
+    let (calm, none) = picture_beside("trouble.steady");
+    let (storm, deaths) = picture_beside("trouble.segfault");
+    assert_eq!(none, 0);
+    assert!(deaths > 2, "{deaths} deaths are no storm");
+    let levels = calm.as_raw().iter().zip(storm.as_raw());
+    let difference = levels.map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(difference <= Some(MAX_ROUNDING), "{difference:?} of 255");
+}
