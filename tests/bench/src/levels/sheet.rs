@@ -85,7 +85,14 @@ fn picture(mesh: &Topology, view: &View, part: Bounds) -> GrayImage {
         let point = mesh.positions[v as usize];
         point.cmpge(part.min).all() && point.cmple(part.max).all()
     };
-    let triangles = mesh.triangles.iter().filter(|corners| corners.iter().any(is_inside));
+    // What is larger than the part, as the ground is, would hide or fill it.
+    let diagonal = part.max.distance(part.min);
+    let is_small = |[a, b, c]: &[u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|&v| mesh.positions[v as usize]);
+        a.distance(b).max(b.distance(c)).max(c.distance(a)) <= diagonal
+    };
+    let is_shown = |corners: &&[u32; 3]| corners.iter().any(is_inside) && is_small(corners);
+    let triangles = mesh.triangles.iter().filter(is_shown);
     let mesh = &used_alone(mesh, &triangles.copied().collect::<Vec<_>>());
     let normals = creased_normals(mesh, CREASE_DEGREES);
     let shot = draw(mesh, &normals, view, SIZE.map(|pixels| pixels * SAMPLES));
