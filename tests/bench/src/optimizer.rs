@@ -20,7 +20,8 @@ use crate::series::Series;
 
 /// The part of the triangles that `simplify` is to leave.
 const TARGET: f64 = 0.30;
-/// What the paper's order may take of its time, from positions to death indices.
+/// What the paper's order may take of its time, from positions to death indices;
+/// both see positions and triangles alone.
 const PAPER_BAR: f64 = 0.25;
 /// The same for the order by quadric error.
 const QUADRIC_BAR: f64 = 1.5;
@@ -41,7 +42,9 @@ pub(crate) fn run(
 
     let mut simplify = Series::new("meshoptimizer_simplify", "ms");
     let mut paper = Sequence::new("paper");
-    let mut stacks = Series::new("paper_stacks", "ms");
+    let bare = scene.bare();
+    let mut stacks = Series::new("paper_stacks_of_positions", "ms");
+    let mut stacks_of_wedges = Series::new("paper_stacks_of_wedges", "ms");
     let mut quadric = Sequence::new("quadric");
     let mut ratios = [
         Series::new("paper_with_stacks_to_meshoptimizer", "").at_most(PAPER_BAR),
@@ -53,8 +56,12 @@ pub(crate) fn run(
     for _ in 0..rounds {
         reached = simplify.processor(|| peer.simplify(Kind::Plain, wanted))?.len();
         let list = paper.measure(|| input.weighted(Order::Paper, 1))?;
-        let (mesh, count) = (scene.mesh.clone(), scene.mesh.positions.len());
-        stacks.processor(|| anyhow::Ok(CollapseStacks::build(mesh, &sequence(&list, count)?)))?;
+        let count = scene.mesh.positions.len();
+        for (series, mesh) in [(&mut stacks, &bare), (&mut stacks_of_wedges, &scene.mesh)] {
+            let mesh = mesh.clone();
+            series
+                .processor(|| anyhow::Ok(CollapseStacks::build(mesh, &sequence(&list, count)?)))?;
+        }
         quadric.measure(|| input.quadric())?;
         ratios[0].push((paper.total.last() + stacks.last()) / simplify.last());
         ratios[1].push(quadric.total.last() / simplify.last());
@@ -69,7 +76,7 @@ pub(crate) fn run(
     let mut series =
         vec![Series::exact("meshoptimizer_reached_of_triangles", "", reached), simplify];
     series.extend(paper.into_series());
-    series.push(stacks);
+    series.extend([stacks, stacks_of_wedges]);
     series.extend(quadric.into_series());
     series.extend(ratios);
     if through.is_some() {

@@ -1,8 +1,11 @@
 //! What is measured on: the paper's substation as one mesh, imported.
 
 use anyhow::{Context, Result};
-use busbar_geometry::{Bounds, CollapseSequence, Mesh, NO_FEATURE, RawPrimitive, Topology};
+use busbar_geometry::{
+    Bounds, CollapseSequence, Mesh, NO_FEATURE, RawPrimitive, Section, Topology, Wedges,
+};
 use busbar_gltf_import::ImportLimits;
+use glam::{Vec2, Vec3};
 use substation::Station;
 use weighted_collapse::{MAX_THREADS, Order};
 
@@ -38,6 +41,21 @@ impl Scene {
     pub(crate) fn sequence(&self) -> Result<CollapseSequence> {
         let list = Input::new(&self.mesh).weighted(Order::Paper, MAX_THREADS)?;
         sequence(&list, self.mesh.positions.len())
+    }
+
+    /// Positions and triangles alone, which is what meshoptimizer gets.
+    pub(crate) fn bare(&self) -> Mesh {
+        let Topology { positions, triangles } = self.topology.clone();
+        let count = positions.len();
+        let wedges = Wedges {
+            position: (0..count as u32).collect(),
+            normal: vec![Vec3::ZERO; count],
+            uv: vec![Vec2::ZERO; count],
+            section: vec![0; count],
+        };
+        let triangle_count = triangles.len() as u32;
+        let sections = vec![Section { material: None, first_triangle: 0, triangle_count }];
+        Mesh { positions, wedges, triangles, sections, features: Vec::new() }
     }
 
     /// The box around all equipment whose id begins so; `None` if there is none.

@@ -23,6 +23,8 @@ impl CollapseStacks {
             mesh.positions.len(),
             "sequence of this mesh"
         );
+        let max_depth = max_depth(sequence);
+        let death_index = deaths::find(&mesh, sequence, max_depth);
         let ranks = removal_ranks(sequence);
         mesh.group_wedges();
         scatter_positions(&mut mesh, &ranks);
@@ -33,10 +35,9 @@ impl CollapseStacks {
         let kept = sequence.entries().iter().rev().map(|entry| ranks[entry.kept as usize]);
         let parents: Vec<u32> = kept.collect();
         let ranges = mesh.wedge_ranges();
-        let max_depth = max_depth(mesh.positions.len() as u32, &parents);
         let tables = StackTables {
             parent_offset: parent_offsets(&mesh, &parents, &ranges),
-            death_index: deaths::find(&mesh, &parents, max_depth),
+            death_index,
             parent_start: parents.iter().map(|&parent| ranges[parent as usize].start).collect(),
             errors: StackTables::sample_errors(sequence.entries().iter().map(|e| e.error)),
             max_depth,
@@ -109,14 +110,17 @@ fn scatter_positions(mesh: &mut Mesh, ranks: &[u32]) {
     }
 }
 
-/// Parents come before children, so one pass suffices.
-fn max_depth(count: u32, parents: &[u32]) -> u32 {
-    let fixed = count as usize - parents.len();
-    let mut depth = vec![0_u32; count as usize];
-    for (child, &parent) in parents.iter().enumerate() {
-        depth[fixed + child] = depth[parent as usize] + 1;
+/// The longest chain of ancestors. Who is removed later is an ancestor, so one
+/// pass from the end suffices.
+fn max_depth(sequence: &CollapseSequence) -> u32 {
+    let mut depth = vec![0_u32; sequence.position_count() as usize];
+    let mut max = 0;
+    for entry in sequence.entries().iter().rev() {
+        let below = depth[entry.kept as usize] + 1;
+        depth[entry.removed as usize] = below;
+        max = max.max(below);
     }
-    depth.into_iter().max().unwrap_or(0)
+    max
 }
 
 /// For each wedge, the wedge of the surviving position that fits it best: of

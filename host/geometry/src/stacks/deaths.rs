@@ -1,7 +1,7 @@
 //! Death indices: when triangles lose a corner.
 
 use super::NEVER;
-use crate::Mesh;
+use crate::{CollapseSequence, Mesh};
 
 /// Chains of ancestors up to this length are climbed as they are.
 const MAX_CLIMBED_DEPTH: u32 = 64;
@@ -21,37 +21,39 @@ fn stays(position: u32) -> Link {
 
 /// The smallest cursor at which two corners share a position, per triangle.
 ///
-/// `parents` are the positions that the removed ones move onto, by number.
-pub(super) fn find(mesh: &Mesh, parents: &[u32], max_depth: u32) -> Vec<u32> {
+/// Positions are as imported: those of a triangle are near each other, and so
+/// are their links.
+pub(super) fn find(mesh: &Mesh, sequence: &CollapseSequence, max_depth: u32) -> Vec<u32> {
     let links = if max_depth <= MAX_CLIMBED_DEPTH {
-        own_links(mesh.positions.len() as u32, parents)
+        own_links(sequence)
     } else {
-        balanced_links(mesh.positions.len() as u32, parents)
+        balanced_links(sequence)
     };
     mesh.triangles.iter().map(|&corners| death(&links, mesh.corner_positions(corners))).collect()
 }
 
-fn own_links(count: u32, parents: &[u32]) -> Vec<Link> {
-    let fixed = count - parents.len() as u32;
-    let moves = parents.iter().zip(fixed..);
-    let moves = moves.map(|(&onto, position)| link(count - 1 - position, onto));
-    (0..fixed).map(stays).chain(moves).collect()
+fn own_links(sequence: &CollapseSequence) -> Vec<Link> {
+    let mut links: Vec<Link> = (0..sequence.position_count()).map(stays).collect();
+    for (entry, collapse) in (0..).zip(sequence.entries()) {
+        links[collapse.removed as usize] = link(entry, collapse.kept);
+    }
+    links
 }
 
 /// The same classes, joined by size, so that chains are at most log2 V long
 /// whatever chains the optimiser makes.
-fn balanced_links(count: u32, parents: &[u32]) -> Vec<Link> {
-    let fixed = count - parents.len() as u32;
+fn balanced_links(sequence: &CollapseSequence) -> Vec<Link> {
+    let count = sequence.position_count();
     let mut links: Vec<Link> = (0..count).map(stays).collect();
     let mut size = vec![1_u32; count as usize];
     // The root, in this forest, of the class that a survivor stands for.
     let mut root: Vec<u32> = (0..count).collect();
-    for (removed, &kept) in (fixed..count).zip(parents).rev() {
-        let (a, b) = (root[removed as usize], root[kept as usize]);
+    for (entry, collapse) in (0..).zip(sequence.entries()) {
+        let (a, b) = (root[collapse.removed as usize], root[collapse.kept as usize]);
         let (low, high) = if size[a as usize] < size[b as usize] { (a, b) } else { (b, a) };
-        links[low as usize] = link(count - 1 - removed, high);
+        links[low as usize] = link(entry, high);
         size[high as usize] += size[low as usize];
-        root[kept as usize] = high;
+        root[collapse.kept as usize] = high;
     }
     links
 }
