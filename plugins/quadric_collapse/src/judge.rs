@@ -15,8 +15,6 @@ const COS_MAX_TURN: f64 = 0.25;
 /// ones only if all of these would break the link condition, and
 /// [`Shell::thorough`].
 const MAX_CANDIDATES: usize = 3;
-/// Vertices next to both ends of an edge; an edge with more stays.
-const MAX_APEXES: usize = 8;
 /// Weight of area that is lost, against that of faces left behind.
 const LOST_AREA_WEIGHT: f64 = 0.6;
 /// Weight of area times one minus the cosine of the angle that it turns by:
@@ -151,12 +149,11 @@ impl Judge {
                     .map(|(spoke, face)| (spoke.wedges[0], 0.5 * face.double_area)),
             );
         }
-        let mut next = 0;
-        while next < self.candidates.len() {
-            next = self.weigh_candidates(source, shell, vertex, next, enough);
+        while !self.candidates.is_empty() {
+            self.weigh_candidates(source, shell, vertex, enough);
             for index in 0..self.choices.len() {
                 let choice = self.choices[index];
-                if self.keeps_link(shell, vertex, choice.kept) {
+                if self.keeps_link(shell, choice.kept) {
                     return Some(choice);
                 }
             }
@@ -167,53 +164,66 @@ impl Judge {
         None
     }
 
-    /// Finds the full cost of some candidates, from the `next` one on, and
-    /// sorts them by it. Returns where it stopped.
+    /// Finds the full cost of some candidates, which are candidates no more, and
+    /// sorts them by it.
     fn weigh_candidates(
         &mut self,
         source: Source<'_, '_>,
         shell: &Shell,
         vertex: u32,
-        mut next: usize,
         enough: f64,
-    ) -> usize {
+    ) {
         self.choices.clear();
         let mut best = f64::INFINITY;
-        while let Some(&(least, kept)) = self.candidates.get(next) {
+        while let Some((index, (least, kept))) = self.next_candidate() {
             let found = self.choices.len();
             if found == MAX_CANDIDATES || (found > 0 && best <= least.max(enough)) {
                 break;
             }
+            self.candidates.swap_remove(index);
             if let Some(choice) = self.cost(source, shell, vertex, kept, least) {
                 best = best.min(choice.cost);
                 self.choices.push(choice);
             }
-            next += 1;
         }
         self.choices.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        next
+    }
+
+    /// The candidate that may cost least, and where it stands. Few are looked
+    /// at before one is found, so they are not sorted.
+    fn next_candidate(&self) -> Option<(usize, (f64, u32))> {
+        let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        let candidates = self.candidates.iter().copied().enumerate();
+        candidates.min_by(|a, b| order(&a.1, &b.1))
     }
 
     /// Whether a collapse that was chosen keeps the link condition still.
     pub(crate) fn still_keeps_link(&mut self, shell: &mut Shell, vertex: u32, kept: u32) -> bool {
-        shell.guards == Guards::None
-            || (shell.surface.ring(vertex, &mut self.ring) && self.keeps_link(shell, vertex, kept))
+        shell.surface.ring(vertex, &mut self.ring) && self.keeps_link(shell, kept)
     }
 
-    /// The neighbours of a vertex by the least that a collapse costs.
+    /// The triangles at the vertex that was judged last, for those that were in
+    /// `ring`.
+    pub(crate) fn swap_ring(&mut self, ring: &mut Vec<Spoke>) {
+        std::mem::swap(&mut self.ring, ring);
+    }
+
+    /// The neighbours of a vertex with the least that a collapse onto them costs.
     fn find_candidates(&mut self, shell: &mut Shell, vertex: u32) {
         let open = shell.surface.open[vertex as usize];
         self.candidates.clear();
-        for spoke in &self.ring {
-            self.candidates.push((shell.least_cost(vertex, spoke.ahead), spoke.ahead));
-            if open {
-                self.candidates.push((shell.least_cost(vertex, spoke.behind), spoke.behind));
+        let mut add = |kept: u32| {
+            let cost = shell.least_cost(vertex, kept);
+            if cost < f64::INFINITY {
+                self.candidates.push((cost, kept));
             }
-        }
-        self.candidates.retain(|candidate| candidate.0 < f64::INFINITY);
-        self.candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        if open {
-            self.candidates.dedup();
+        };
+        for spoke in &self.ring {
+            add(spoke.ahead);
+            // At an open edge nobody else is behind.
+            if open && !self.ring.iter().any(|other| other.ahead == spoke.behind) {
+                add(spoke.behind);
+            }
         }
     }
 
@@ -281,7 +291,7 @@ impl Judge {
     /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) for the
     /// gathered ring: a vertex next to both ends is in a triangle at the edge,
     /// and no triangle comes to lie on another.
-    fn keeps_link(&mut self, shell: &mut Shell, vertex: u32, kept: u32) -> bool {
+    fn keeps_link(&mut self, shell: &mut Shell, kept: u32) -> bool {
         let surface = &mut shell.surface;
         if shell.guards == Guards::None {
             return true;
@@ -296,23 +306,17 @@ impl Judge {
             surface.mark(spoke.behind);
             at_edge += usize::from(spoke.ahead == kept || spoke.behind == kept);
         }
-        let mut apexes = [vertex; MAX_APEXES];
-        let mut count = 0;
+        let mut apexes = 0;
         for spoke in &self.other_ring {
-            let common = [spoke.ahead, spoke.behind].map(|v| v != vertex && surface.is_marked(v));
-            for (apex, _) in [spoke.ahead, spoke.behind].into_iter().zip(common).filter(|c| c.1) {
-                if !apexes[..count].contains(&apex) {
-                    if count == MAX_APEXES {
-                        return false;
-                    }
-                    apexes[count] = apex;
-                    count += 1;
-                }
-            }
-            if common == [true, true] && self.ring.iter().any(|other| other.is_over(spoke)) {
+            let (ahead, ahead_is_new) = surface.visit(spoke.ahead);
+            let (behind, behind_is_new) = surface.visit(spoke.behind);
+            apexes += usize::from(ahead_is_new) + usize::from(behind_is_new);
+            if apexes > at_edge
+                || (ahead && behind && self.ring.iter().any(|other| other.is_over(spoke)))
+            {
                 return false;
             }
         }
-        count <= at_edge
+        true
     }
 }

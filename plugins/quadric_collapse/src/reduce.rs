@@ -315,7 +315,7 @@ impl Reducer {
         let kept = choice.kept;
         let step = self.step(removed, choice);
         steps.push(step);
-        self.shell.surface.ring(removed, &mut self.ring);
+        self.judge.swap_ring(&mut self.ring);
         let quadric = self.shell.quadrics[removed as usize];
         self.shell.quadrics[kept as usize] += quadric;
         self.shell.surface.collapse(removed, kept, |wedge| {
@@ -327,9 +327,9 @@ impl Reducer {
         for index in 0..self.ring.len() {
             let Spoke { ahead, behind, .. } = self.ring[index];
             for vertex in [ahead, behind] {
-                let rank = &mut self.ranks[vertex as usize];
-                *rank = rank.max(step.rank);
                 if self.shell.surface.mark(vertex) {
+                    let rank = &mut self.ranks[vertex as usize];
+                    *rank = rank.max(step.rank);
                     self.refresh(vertex, kept, step, steps);
                 }
             }

@@ -182,23 +182,33 @@ impl Surface {
 
     /// Begins a set of vertices; the one before is gone.
     pub(crate) fn begin_marks(&mut self) {
-        if self.mark == u32::MAX {
+        if self.mark >= u32::MAX - 3 {
             self.marks.fill(0);
             self.mark = 0;
         }
-        self.mark += 1;
+        // One for what is in the set, and one for what was visited there.
+        self.mark += 2;
     }
 
     /// Puts a vertex into the set; false if it was in.
     #[inline]
     pub(crate) fn mark(&mut self, vertex: u32) -> bool {
-        std::mem::replace(&mut self.marks[vertex as usize], self.mark) != self.mark
+        std::mem::replace(&mut self.marks[vertex as usize], self.mark) < self.mark
     }
 
     /// Whether a vertex is in the set.
     #[inline]
     pub(crate) fn is_marked(&self, vertex: u32) -> bool {
-        self.marks[vertex as usize] == self.mark
+        self.marks[vertex as usize] >= self.mark
+    }
+
+    /// Whether a vertex is in the set, and whether it was not visited before.
+    #[inline]
+    pub(crate) fn visit(&mut self, vertex: u32) -> (bool, bool) {
+        let mark = &mut self.marks[vertex as usize];
+        let (is_in, is_new) = (*mark >= self.mark, *mark == self.mark);
+        *mark += u32::from(is_new);
+        (is_in, is_new)
     }
 }
 

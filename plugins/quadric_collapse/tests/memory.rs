@@ -16,7 +16,7 @@ static MEMORY: PeakAlloc = PeakAlloc;
 /// Bytes a triangle beyond the input.
 const MAX_BYTES: usize = 200;
 /// The same for shells that are worked on in parts.
-const MAX_BYTES_IN_PARTS: usize = 130;
+const MAX_BYTES_IN_PARTS: usize = 150;
 
 /// Peak bytes a triangle of a sphere of 12 n^2 triangles, beyond the input.
 fn bytes_a_triangle(n: u32) -> usize {
