@@ -121,8 +121,12 @@ impl QuadricCollapse {
             attributes: attributes.as_ref(),
             weights: self.weights,
         };
-        let steps = list.stage("collapse", || sequence::reduce_all(source, limits, progress))?;
-        list.collapses = list.stage("merge", || sequence::merge(steps));
+        let mut steps =
+            list.stage("collapse", || sequence::reduce_all(source, limits, progress))?;
+        list.collapses = list.stage("merge", || {
+            sequence::bury(&shells, &mut steps);
+            sequence::merge(steps)
+        });
         progress.report(1.0)?;
         Ok(list)
     }

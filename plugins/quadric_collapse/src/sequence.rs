@@ -251,6 +251,33 @@ fn batches<'a>(shells: &Shells, is_large: impl Fn(&usize) -> bool) -> Vec<Job<'a
     batches
 }
 
+/// Lets what is left of each shell go as soon as the shell is dead: without
+/// triangles it would only be counted. It joins the vertex that is left of the
+/// shell that dies last.
+pub(crate) fn bury(shells: &Shells, steps: &mut Vec<Step>) {
+    let mut shell_of = vec![0_u32; shells.vertices.len()];
+    for shell in 0..shells.len() {
+        for &vertex in &shells.vertices[shells.vertex_range(shell)] {
+            shell_of[vertex as usize] = shell as u32;
+        }
+    }
+    let mut is_left = vec![true; shells.vertices.len()];
+    let mut ends = vec![(0.0_f64, 0.0_f32); shells.len()];
+    for step in steps.iter() {
+        is_left[step.removed as usize] = false;
+        let (rank, error) = &mut ends[shell_of[step.removed as usize] as usize];
+        (*rank, *error) = (rank.max(step.rank), error.max(step.error));
+    }
+    let left = (0..).zip(is_left).filter_map(|(vertex, is_left)| is_left.then_some(vertex));
+    let end = |vertex: u32| ends[shell_of[vertex as usize] as usize];
+    let left: Vec<u32> = left.collect();
+    let Some(&kept) = left.iter().max_by(|&&a, &&b| end(a).0.total_cmp(&end(b).0)) else { return };
+    steps.extend(left.iter().filter(|&&removed| removed != kept).map(|&removed| {
+        let (rank, error) = end(removed);
+        Step { removed, kept, rank, error }
+    }));
+}
+
 /// Steps in order of rank; of equal ones, and of one shell, in the order in
 /// which they were done.
 pub(crate) fn merge(mut steps: Vec<Step>) -> Vec<Collapse> {

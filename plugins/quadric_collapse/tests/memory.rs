@@ -1,13 +1,14 @@
 //! The memory that one large shell takes. Alone, so that nothing else counts.
+#![allow(clippy::print_stdout, reason = "figures for whoever runs it by name")]
 
 #[allow(dead_code, reason = "shared with the other tests")]
 mod common;
 
 use std::time::Instant;
 
-use common::{optimize_with, sphere};
+use common::{optimize_within, sphere};
 use peak_alloc::PeakAlloc;
-use quadric_collapse::Settings;
+use quadric_collapse::{Limits, Settings};
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -27,7 +28,10 @@ fn bytes_a_triangle(n: u32) -> usize {
     MEMORY.reset_peak_usage();
     let start = Instant::now();
     let mut progress = busbar_plugin_sdk::Progress::unwatched();
-    let list = optimize_with(&mesh, Settings::default(), &mut progress).unwrap();
+    // Each thread has a part at hand.
+    let limits = Limits { threads: 2, ..Limits::default() };
+    let list = optimize_within(&limits, &mesh, Settings::default(), &mut progress)
+        .expect("nothing stops it");
     let used = (MEMORY.peak_usage() - before - input) / triangles;
     assert_eq!(list.collapses.len(), mesh.positions.len() - 1);
     println!("{triangles} triangles: {used} bytes each, {:?}", start.elapsed());

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "not every test needs every shape")]
 mod common;
 
-use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, components};
+use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh};
 use busbar_plugin_sdk::Progress;
 use busbar_plugin_sdk::testing::stopping_after;
 use common::*;
@@ -43,12 +43,11 @@ fn threads_do_not_change_the_sequence() {
 }
 
 #[test]
-fn parts_of_any_size_give_a_spanning_forest() {
+fn parts_of_any_size_give_a_spanning_tree() {
     for mesh in shapes() {
         let count = mesh.positions.len() as u32;
-        let pieces = components(count, &mesh.topology().triangles).all;
         for part_triangles in [0, 1, 40, 1000] {
-            assert_eq!(in_parts(&mesh, part_triangles, 4).len(), count - pieces);
+            assert_eq!(in_parts(&mesh, part_triangles, 4).len(), count - 1);
         }
     }
 }
@@ -84,10 +83,11 @@ fn parts_are_as_good_as_the_whole() {
 fn work_in_parts_can_be_stopped() {
     let [ball, _] = shapes();
     let limits = Limits { threads: 2, part_triangles: 500 };
-    for reports in [1, 2, 4] {
+    for reports in [1, 2] {
         let result = stopping_after(reports, |progress| {
             optimize_within(&limits, &ball, Settings::default(), progress)
         });
-        assert_eq!(result.unwrap_err().message(), "cancelled");
+        let message = result.err().map(|error| error.message().to_owned());
+        assert_eq!(message.as_deref(), Some("cancelled"));
     }
 }

@@ -158,9 +158,9 @@ static void destroy(BusbarPlugin *plugin) { free(plugin->data); }
 static const void *get_capability(const BusbarPlugin *plugin, BusbarStr id) {
     Trouble *self = plugin->data;
     if (self->kind < ECHO) {
-        return is(id, "busbar.telemetry/1") ? &telemetry : NULL;
+        return is(id, BUSBAR_TELEMETRY_ID) ? &telemetry : NULL;
     }
-    return is(id, "busbar.overlay/1") ? &overlay : NULL;
+    return is(id, BUSBAR_OVERLAY_ID) ? &overlay : NULL;
 }
 
 static const char *const IDS[KINDS] = {"trouble.steady", "trouble.flood", "trouble.segfault",
@@ -174,7 +174,7 @@ static const BusbarPluginDescriptor *descriptor(uint32_t index) {
     if (index >= KINDS) {
         return NULL;
     }
-    capabilities[index] = text(index < ECHO ? "busbar.telemetry/1" : "busbar.overlay/1");
+    capabilities[index] = text(index < ECHO ? BUSBAR_TELEMETRY_ID : BUSBAR_OVERLAY_ID);
     BusbarPluginDescriptor made = {.struct_size = sizeof(BusbarPluginDescriptor)};
     made.id = made.name = text(IDS[index]);
     made.version = text("1.0");

@@ -72,7 +72,8 @@ pub fn search<E>(
         if found[1].abs_diff(wanted) <= best[1].abs_diff(wanted) {
             best = found;
         }
-        if found[1].abs_diff(wanted) as f64 <= NEAR * wanted as f64 {
+        let is_stuck = found[1] == low[1] || found[1] == high[1];
+        if is_stuck || found[1].abs_diff(wanted) as f64 <= NEAR * wanted as f64 {
             break;
         }
         if found[1] > wanted {
@@ -136,8 +137,12 @@ mod tests {
     #[test]
     fn a_search_that_cannot_arrive_ends_at_the_nearest() {
         // Stops short of 500 vertices.
-        let Ok(found) =
-            search([10_000, 5_000], None, 250, 8, |t| Ok::<_, Infallible>((t / 2).max(500)));
+        let mut calls = 0;
+        let Ok(found) = search([10_000, 5_000], None, 250, 8, |t| {
+            calls += 1;
+            Ok::<_, Infallible>((t / 2).max(500))
+        });
         assert!(found <= 1_000, "{found}");
+        assert!(calls <= 3, "it is seen that nothing helps: {calls}");
     }
 }

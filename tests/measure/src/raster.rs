@@ -21,8 +21,8 @@ pub struct View {
     center: Vec3,
     /// Half of the picture's height, metres.
     half_height: f32,
-    /// What lies farther than this from the middle along the view is left out.
-    half_depth: f32,
+    /// What lies outside of this box is left out.
+    part: Bounds,
 }
 
 /// A picture, and which of its pixels show the mesh.
@@ -35,10 +35,12 @@ pub struct Shot {
 }
 
 impl View {
-    /// A view of all that lies in a box, from a direction towards the eye that
+    /// A view of what lies in a box, and of nothing else, from a direction towards the eye that
     /// is not straight up or down; `aspect` is width over height.
     pub fn of_box(bounds: Bounds, towards_eye: Vec3, aspect: f32) -> Self {
         const MARGIN: f32 = 1.04;
+        // Vertices that a simplifier moves may leave the box by a little.
+        let beyond = (bounds.max - bounds.min).length() * (MARGIN - 1.0) * 0.5;
         let back = towards_eye.normalize();
         let right = Vec3::Y.cross(back).normalize();
         let up = back.cross(right);
@@ -52,7 +54,7 @@ impl View {
             back,
             center: (min + max) * 0.5,
             half_height: half.y.max(half.x / aspect).max(f32::MIN_POSITIVE) * MARGIN,
-            half_depth: half.z * MARGIN,
+            part: Bounds { min: bounds.min - beyond, max: bounds.max + beyond },
         }
     }
 }
@@ -76,7 +78,9 @@ pub fn draw(
         size: [width as usize, height as usize],
         depths: vec![f32::NEG_INFINITY; (width * height) as usize],
         shades: vec![BACKGROUND; (width * height) as usize],
-        half_depth: view.half_depth,
+        middle,
+        scale,
+        view,
     };
     let light = LIGHT.normalize();
     for (triangle, normals) in mesh.triangles.iter().zip(normals) {
@@ -92,15 +96,18 @@ pub fn draw(
     Shot { shades: GrayImage::from_fn(width, height, shade), covered }
 }
 
-struct Canvas {
+struct Canvas<'a> {
     size: [usize; 2],
     /// Nearness to the eye of what each pixel shows.
     depths: Vec<f32>,
     shades: Vec<u8>,
-    half_depth: f32,
+    middle: Vec2,
+    /// Pixels a metre.
+    scale: f32,
+    view: &'a View,
 }
 
-impl Canvas {
+impl Canvas<'_> {
     /// Fills the pixels whose centres lie in a triangle.
     fn fill(&mut self, [a, b, c]: [Vec3; 3], lit: [f32; 3]) {
         let (pa, pb, pc) = (a.truncate(), b.truncate(), c.truncate());
@@ -124,12 +131,21 @@ impl Canvas {
                 let mix = |v: [f32; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
                 let depth = mix([a.z, b.z, c.z]);
                 let pixel = y * self.size[0] + x;
-                if depth > self.depths[pixel] && depth.abs() <= self.half_depth {
+                if depth > self.depths[pixel] && self.is_in_part(p, depth) {
                     self.depths[pixel] = depth;
                     self.shades[pixel] = mix(lit).round() as u8;
                 }
             }
         }
+    }
+
+    /// Whether what a point of the picture shows lies in the part.
+    fn is_in_part(&self, p: Vec2, depth: f32) -> bool {
+        let View { right, up, back, center, part, .. } = *self.view;
+        let offset = (p - self.middle) / self.scale;
+        let seen = center + Vec3::new(offset.x, -offset.y, depth);
+        let point = right * seen.x + up * seen.y + back * seen.z;
+        point.cmpge(part.min).all() && point.cmple(part.max).all()
     }
 }
 
@@ -191,8 +207,10 @@ mod tests {
         let shot = draw(&both, &normals, &view, [8, 8]);
         let shade = |x, y| shot.shades.get_pixel(x, y).0[0];
         assert!(shade(1, 6) < shade(6, 1));
-        // Beyond the view's depth nothing is drawn.
-        let shallow = View { half_depth: 0.1, ..view };
-        assert!(!draw(&both, &normals, &shallow, [8, 8]).covered.contains(&true));
+        // Of a part nothing else is drawn: the far square's left half.
+        let part = Bounds { min: Vec3::NEG_ONE, max: Vec3::new(4.0, 8.0, 0.0) };
+        let left = draw(&both, &normals, &View { part, ..view }, [8, 8]);
+        assert_eq!(left.covered.iter().filter(|&&covered| covered).count(), 32);
+        assert!(left.covered[0] && !left.covered[7]);
     }
 }

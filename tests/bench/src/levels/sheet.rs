@@ -8,7 +8,7 @@ use font8x8::UnicodeFonts;
 use glam::Vec3;
 use image::imageops::{self, FilterType};
 use image::{GrayImage, Luma};
-use measure::{CREASE_DEGREES, View, creased_normals, draw, used_alone};
+use measure::{CREASE_DEGREES, View, creased_normals, draw};
 
 use crate::levels::THETAS;
 use crate::levels::method::Method;
@@ -30,12 +30,11 @@ const INK: u8 = 20;
 pub(crate) struct Sheet {
     name: &'static str,
     view: View,
-    part: Bounds,
     canvas: GrayImage,
 }
 
 impl Sheet {
-    /// A sheet of the part of a mesh that reaches into a box.
+    /// A sheet of the part of a mesh that lies in a box.
     pub(crate) fn new(
         name: &'static str,
         original: &Topology,
@@ -47,8 +46,8 @@ impl Sheet {
         let (width, height) = (COLUMNS.len() as u32 + 1, THETAS.len() as u32);
         let canvas =
             GrayImage::from_pixel(width * SIZE[0], height * (SIZE[1] + LABEL), Luma([PAPER]));
-        let original = picture(original, &view, part);
-        let mut sheet = Self { name, view, part, canvas };
+        let original = picture(original, &view);
+        let mut sheet = Self { name, view, canvas };
         for row in 0..THETAS.len() {
             sheet.put([0, row], &original, "original");
         }
@@ -60,7 +59,7 @@ impl Sheet {
         let Some(column) = COLUMNS.iter().position(|&id| id == method.id) else { return };
         for (row, (level, theta)) in levels.iter().zip(THETAS).enumerate() {
             let label = format!("{} {:.0} %", method.id, theta * 100.0);
-            let picture = picture(level, &self.view, self.part);
+            let picture = picture(level, &self.view);
             self.put([column + 1, row], &picture, &label);
         }
     }
@@ -80,13 +79,7 @@ impl Sheet {
     }
 }
 
-fn picture(mesh: &Topology, view: &View, part: Bounds) -> GrayImage {
-    let is_inside = |&v: &u32| {
-        let point = mesh.positions[v as usize];
-        point.cmpge(part.min).all() && point.cmple(part.max).all()
-    };
-    let triangles = mesh.triangles.iter().filter(|corners| corners.iter().any(is_inside));
-    let mesh = &used_alone(mesh, &triangles.copied().collect::<Vec<_>>());
+fn picture(mesh: &Topology, view: &View) -> GrayImage {
     let normals = creased_normals(mesh, CREASE_DEGREES);
     let shot = draw(mesh, &normals, view, SIZE.map(|pixels| pixels * SAMPLES));
     imageops::resize(&shot.shades, SIZE[0], SIZE[1], FilterType::Triangle)

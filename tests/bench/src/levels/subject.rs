@@ -11,8 +11,9 @@ use glam::{Mat3, Mat4, Vec3};
 use crate::levels::ply;
 use crate::scene::Scene;
 
-/// Devices of the bay of the station that is pictured.
-const BAY: &str = "=S12D1Q3-";
+/// Switchgear of the bay of the station that is pictured: its wires reach far
+/// beyond it.
+const BAY: &str = "=S12D1Q3-Q";
 /// Towards the eye, in pictures.
 const DIRECTION: Vec3 = Vec3::new(-0.52, 0.36, -0.78);
 /// The same for the bay: along the yard, so that no other bay is in front.

@@ -25,7 +25,7 @@ use crate::optimizers::{Input, sequence};
 const SHORT_SECONDS: f64 = 1.0;
 const RUNS: usize = 3;
 /// Calls that a search for a number of vertices may take.
-const MAX_CALLS: usize = 4;
+const MAX_CALLS: usize = 6;
 /// The same for scripts, some of whose calls take seconds.
 const MAX_SCRIPT_CALLS: usize = 2;
 /// A worker that takes longer is ended.
