@@ -9,7 +9,7 @@
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{LazyLock, OnceLock};
+use std::sync::{LazyLock, PoisonError, RwLock};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::fault::{At, Fault};
@@ -25,8 +25,8 @@ static LIBRARY: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
     let paths = maps.lines().filter_map(|line| line.find('/').map(|start| &line[start..]));
     paths.map(Path::new).find(|path| suffix_of(path).is_some()).map(Path::to_owned)
 });
-/// The fault that has struck in this process.
-static LIT: OnceLock<Fault> = OnceLock::new();
+/// The fault that struck last in this process.
+static LIT: RwLock<Option<Fault>> = RwLock::new(None);
 
 /// Where a library's next fault lies.
 pub fn fuse_of(library: &Path) -> PathBuf {
@@ -50,20 +50,23 @@ pub(crate) fn plugin_id() -> &'static str {
 
 /// The fault of this process for a call there, if there is one.
 pub(crate) fn fault_at(at: At) -> Option<Fault> {
-    let meant = |fault: &Fault| fault.at == at;
-    if let Some(lit) = LIT.get() {
-        return Some(*lit).filter(meant);
+    if let Some(taken) = take(at) {
+        *LIT.write().unwrap_or_else(PoisonError::into_inner) = Some(taken);
     }
+    LIT.read().unwrap_or_else(PoisonError::into_inner).filter(|lit| lit.at == at)
+}
+
+/// Takes the fault that lies ready, if it is meant for this call.
+fn take(at: At) -> Option<Fault> {
     let library = LIBRARY.as_deref()?;
     let (fuse, struck) = (fuse_of(library), struck_of(library));
     let fault: Fault = serde_json::from_slice(&fs::read(&fuse).ok()?).ok()?;
-    if !meant(&fault) {
+    if fault.at != at {
         return None;
     }
     let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?.as_nanos();
     // Of two processes, or threads, one takes it.
     fs::rename(&fuse, &struck).ok()?;
-    let _ = LIT.set(fault);
     fs::write(&struck, now.to_string()).ok()?;
     Some(fault)
 }

@@ -114,7 +114,7 @@ impl Subject {
 impl Injection {
     fn look(&mut self, seen: &Seen<'_>) -> Result<()> {
         let begun = self.killed.or(self.struck);
-        if begun.is_some() && !seen.is_good && self.bad.is_none() {
+        if begun.is_some() && self.ended.is_none() && !seen.is_good && self.bad.is_none() {
             self.bad = Some(seen.now);
         }
         let Some(struck) = self.struck else { return Ok(()) };
