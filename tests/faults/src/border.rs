@@ -56,9 +56,7 @@ pub(crate) fn measure(kills: usize) -> Result<Border> {
     let trouble = Trouble::with("trouble.steady");
     let mut modes = Vec::new();
     let mut away_millis = Series::default();
-    for (isolation, name) in
-        [(Isolation::None, "none"), (Isolation::Process, "process")]
-    {
+    for (isolation, name) in [(Isolation::None, "none"), (Isolation::Process, "process")] {
         let directories = [trouble.path("plugins")];
         let catalog = PluginCatalog::discover(&directories, &LoadRules::default(), isolation);
         let create = |id: &str| {

@@ -143,6 +143,9 @@ mod tests {
         check("killed by SIGSEGV", "killed by SIGSEGV");
         let late = "`draw` took longer than 1s; killed by SIGKILL";
         check(late, "killed past the deadline of its call");
-        check("`start` failed: plugin 'a': no; killed by SIGKILL", "killed because its plugin failed");
+        check(
+            "`start` failed: plugin 'a': no; killed by SIGKILL",
+            "killed because its plugin failed",
+        );
     }
 }

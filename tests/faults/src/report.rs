@@ -94,10 +94,16 @@ fn document(results: &Results) -> Document {
     document.table("A call with 14 lines; samples that reach the tags", &head, rows.collect());
     document.heading("What this process uses");
     let ends = [results.usage.first(), results.usage.last()].into_iter().flatten();
-    let rows = ["after the first round", "at the end"].into_iter().zip(ends).map(|(when, usage)| {
-        let megabytes = format!("{:.1}", usage.resident_bytes as f64 / 1e6);
-        vec![when.to_owned(), megabytes, usage.descriptors.to_string(), usage.threads.to_string()]
-    });
+    let rows =
+        ["after the first round", "at the end"].into_iter().zip(ends).map(|(when, usage)| {
+            let megabytes = format!("{:.1}", usage.resident_bytes as f64 / 1e6);
+            vec![
+                when.to_owned(),
+                megabytes,
+                usage.descriptors.to_string(),
+                usage.threads.to_string(),
+            ]
+        });
     let head = ["", "Memory, MB", "Descriptors", "Threads"];
     document.table("", &head, rows.collect());
     document

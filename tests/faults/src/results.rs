@@ -147,7 +147,10 @@ impl Results {
             bars.push(bar(
                 "no descriptor is left behind",
                 last.descriptors <= first.descriptors,
-                format!("{} after the first round, {} at the end", first.descriptors, last.descriptors),
+                format!(
+                    "{} after the first round, {} at the end",
+                    first.descriptors, last.descriptors
+                ),
             ));
             bars.push(bar(
                 "no thread is left behind",

@@ -7,7 +7,9 @@ use anyhow::{Context, Result, ensure};
 use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Stats, Viewer};
 use fault_injector::Fault;
 
-use crate::injection::{Outcome, Phase, Record, Role, all, class_of, must_die, needs_restart, place};
+use crate::injection::{
+    Outcome, Phase, Record, Role, all, class_of, must_die, needs_restart, place,
+};
 use crate::process::children;
 use crate::site::{HEALTHY, Site, TAGS, tag_of};
 use crate::subject::{Seen, Subject};

@@ -147,9 +147,8 @@ impl Injection {
     }
 
     fn record(&self, now: Instant) -> Record {
-        let millis = |from: Instant, to: Instant| {
-            to.saturating_duration_since(from).as_secs_f64() * 1e3
-        };
+        let millis =
+            |from: Instant, to: Instant| to.saturating_duration_since(from).as_secs_f64() * 1e3;
         let outcome = match &self.died {
             Some((_, reason)) => Outcome::Died(class_of(reason)),
             None if self.goes_on() && self.bad.is_some() => Outcome::Bad,

@@ -7,8 +7,8 @@ use std::time::Duration;
 use busbar_config::{Config, Isolation, PluginConfig, join_pointer};
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
-    Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
-    RunningTelemetry,
+    Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
+    RunningOverlay, RunningTelemetry,
 };
 use busbar_tags::{TagHandle, TagSpec};
 use rayon::prelude::*;
