@@ -3,6 +3,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use e2e::trouble::Trouble;
@@ -67,6 +68,21 @@ fn assert_shown(trouble: &Trouble, words: &[&str]) -> Stats {
     let faulty = plugins.iter().find(|plugin| plugin["name"] == "faulty").expect("it is there");
     assert_eq!((&faulty["state"], &faulty["deaths"]), (&json!("quarantined"), &json!(3)));
     stats
+}
+
+/// Each kind of fault at each function once, in 49 processes beside one view;
+/// `cargo xtask faults` does it 40 times and measures.
+#[test]
+fn a_view_survives_every_fault_at_every_function() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let mut command = Command::new(built(built_folder().join("faults")));
+    let library = format!("libfault_injector.{}", std::env::consts::DLL_EXTENSION);
+    command.arg("--library").arg(built(built_folder().join(library)));
+    command.arg("--out").arg(folder.path()).args(["--storm-only", "--injections", "250"]);
+    finish(&mut command).expect_code(0);
+    let report = fs::read(folder.path().join("report.json")).expect("it is written");
+    let report: Value = serde_json::from_slice(&report).expect("it is JSON");
+    assert!(report["injections"].as_u64() >= Some(250), "{report:#}");
 }
 
 #[test]

@@ -139,8 +139,8 @@ fn kill_times(plugin: &Plugin, kills: usize) -> Result<Series> {
     Ok(Series::of(millis))
 }
 
-/// Waits for a sample that is good, or for one that is not; what follows it in the
-/// same batch counts for the next time too.
+/// Waits for a sample that is good, or for one that is not. What follows it in the same
+/// batch is passed over, so that times are rather too long than too short.
 fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
     let start = Instant::now();
     while !telemetry.drain().iter().any(|sample| sample.quality.is_good() == good) {

@@ -43,19 +43,25 @@ struct Arguments {
     #[arg(long, default_value_t = 500)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=MAX_INJECTIONS))]
     kills: u64,
+    /// Leave out what is to be measured without other load, and judge no times.
+    #[arg(long)]
+    storm_only: bool,
 }
 
 fn main() -> Result<()> {
-    let Arguments { library, out, injections, kills } = Arguments::parse();
+    let Arguments { library, out, injections, kills, storm_only } = Arguments::parse();
     fs::create_dir_all(&out).with_context(|| {
         format!("cannot make {}: name a folder that you may write to", out.display())
     })?;
     let started = Instant::now();
-    let border = border::measure(kills as usize).context("measuring the border")?;
-    println!("measured the border in {:.0} s", started.elapsed().as_secs_f64());
+    let mut border = None;
+    if !storm_only {
+        border = Some(border::measure(kills as usize).context("measuring the border")?);
+        println!("measured the border in {:.0} s", started.elapsed().as_secs_f64());
+    }
 
     let site = Site::new(&library)?;
-    let mut results = Results::new(border);
+    let mut results = Results::new(border, site.plugins.len() + 1);
     while (results.records.len() as u64) < injections {
         let number = results.rounds;
         let round = round::run(&site, number).with_context(|| format!("in round {number}"))?;

@@ -9,6 +9,7 @@ use document::{Block, Document};
 use fault_injector::{At, Kind};
 use serde_json::json;
 
+use crate::border::Border;
 use crate::injection::Outcome;
 use crate::process::machine;
 use crate::results::Results;
@@ -47,7 +48,7 @@ fn document(results: &Results) -> Document {
     let (kinds, places) = (Kind::ALL.len(), At::ALL.len());
     document.text(format!(
         "{} injections in {} rounds and {:.0} s: {kinds} kinds of fault at {places} functions of \
-         the plugin ABI, in 48 processes of plugins beside one view, which survived all of them. \
+         the plugin ABI, in {} processes of plugins beside one view, which survived all of them. \
          Each round loads the scene, lets every fault strike once, and closes the scene; plugins \
          start again at once, calls have 1 s, values stay fresh for {FRESHNESS_MILLIS} ms. In \
          every frame a healthy plugin beside them had good values, and its process never ended. \
@@ -55,6 +56,7 @@ fn document(results: &Results) -> Document {
         grouped(results.records.len() as u64),
         results.rounds,
         results.seconds,
+        results.processes,
         machine()
     ));
     document.heading("Bars");
@@ -73,25 +75,13 @@ fn document(results: &Results) -> Document {
         ("closing, with hangs in it", results.closes()),
     ];
     document.table("In the storm, ms", &SERIES, times.map(row).to_vec());
-    let quiet = [
-        ("from SIGKILL to correct data", results.border.away_millis),
-        ("between frames beside a storm in one plugin", results.border.storm_gap_millis),
-    ];
-    document.table("Without other load, ms", &SERIES, quiet.map(row).to_vec());
-    document.text(format!(
-        "The plugin of that storm died {} times while frames were timed. Deaths that were mended \
-         between two frames were never seen bad; they have no time to bad.",
-        results.border.storm_deaths
-    ));
-    document.heading("What the border costs");
-    let rows = results.border.modes.iter().map(|mode| {
-        let trip = mode.round_trip_millis;
-        let millis = [trip.p50, trip.p99, trip.longest].map(|value| format!("{value:.4}"));
-        let samples = format!("{:.2} million", mode.samples_per_second / 1e6);
-        [vec![mode.isolation.to_owned()], millis.to_vec(), vec![samples]].concat()
-    });
-    let head = ["Isolation", "Call p50, ms", "p99", "longest", "Samples a second"];
-    document.table("A call with 14 lines; samples that reach the tags", &head, rows.collect());
+    document.text(
+        "Deaths that were mended between two frames were never seen bad; they have no time to \
+         bad.",
+    );
+    if let Some(border) = &results.border {
+        write_border(&mut document, border);
+    }
     document.heading("What this process uses");
     let ends = [results.usage.first(), results.usage.last()].into_iter().flatten();
     let rows =
@@ -107,6 +97,27 @@ fn document(results: &Results) -> Document {
     let head = ["", "Memory, MB", "Descriptors", "Threads"];
     document.table("", &head, rows.collect());
     document
+}
+
+fn write_border(document: &mut Document, border: &Border) {
+    let quiet = [
+        ("from SIGKILL to correct data", border.away_millis),
+        ("between frames beside a storm in one plugin", border.storm_gap_millis),
+    ];
+    document.table("Without other load, ms", &SERIES, quiet.map(row).to_vec());
+    document.text(format!(
+        "The plugin of that storm died {} times while frames were timed.",
+        border.storm_deaths
+    ));
+    document.heading("What the border costs");
+    let rows = border.modes.iter().map(|mode| {
+        let trip = mode.round_trip_millis;
+        let millis = [trip.p50, trip.p99, trip.longest].map(|value| format!("{value:.4}"));
+        let samples = format!("{:.2} million", mode.samples_per_second / 1e6);
+        [vec![mode.isolation.to_owned()], millis.to_vec(), vec![samples]].concat()
+    });
+    let head = ["Isolation", "Call p50, ms", "p99", "longest", "Samples a second"];
+    document.table("A call with 14 lines; samples that reach the tags", &head, rows.collect());
 }
 
 const SERIES: [&str; 5] = ["", "Count", "p50", "p99", "longest"];
