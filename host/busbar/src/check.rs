@@ -3,20 +3,26 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use busbar_viewer::LoadedScene;
+use busbar_viewer::{LoadError, LoadProgress, LoadedScene};
 
 use crate::output;
 
 pub(crate) fn run(config: &Path) -> anyhow::Result<ExitCode> {
-    load(config)?;
+    load_by(config, LoadedScene::check)?;
     output::result(&format!("{}: no errors", config.display()));
     Ok(ExitCode::SUCCESS)
 }
 
 /// Loads a scene with a progress bar, and prints what there is to remark.
 pub(crate) fn load(config: &Path) -> anyhow::Result<LoadedScene> {
+    load_by(config, LoadedScene::load)
+}
+
+type Load = fn(&Path, &LoadProgress<'_>) -> Result<LoadedScene, LoadError>;
+
+fn load_by(config: &Path, load: Load) -> anyhow::Result<LoadedScene> {
     let bar = output::progress_bar();
-    let scene = LoadedScene::load(config, &|stage, done, total| {
+    let scene = load(config, &|stage, done, total| {
         output::show_progress(&bar, stage, done, total);
     });
     bar.finish_and_clear();

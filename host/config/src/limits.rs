@@ -22,6 +22,8 @@ pub const MAX_RESTART_MILLIS: u64 = 3_600_000;
 pub const MAX_DEATHS: u32 = 60;
 /// The longest window in which deaths count, in seconds.
 pub const MAX_WINDOW_SECONDS: u64 = 86_400;
+/// The longest deadline of a plugin's call, in milliseconds.
+pub const MAX_DEADLINE_MILLIS: u64 = 3_600_000;
 /// The most models.
 pub const MAX_MODELS: usize = 10_000;
 /// The most scene nodes, instances included.

@@ -70,6 +70,13 @@ pub(crate) struct RawSupervision {
     /// The window in seconds.
     #[schemars(range(min = 1, max = MAX_WINDOW_SECONDS), extend("examples" = [600]))]
     window_seconds: u64,
+    /// The longest that a plugin takes to be created, to check, to start or to take
+    /// bindings, in milliseconds. One that takes longer is killed.
+    #[schemars(range(min = 1, max = MAX_DEADLINE_MILLIS), extend("examples" = [10_000]))]
+    call_millis: u64,
+    /// The longest that an optimiser is silent about its progress, in milliseconds.
+    #[schemars(range(min = 1, max = MAX_DEADLINE_MILLIS), extend("examples" = [120_000]))]
+    optimize_millis: u64,
 }
 
 /// Who must have signed every plugin library.
@@ -114,6 +121,10 @@ pub struct SupervisionConfig {
     pub max_deaths: u32,
     /// The window.
     pub window_seconds: u64,
+    /// The longest that a call takes which is no picture and no optimising.
+    pub call_millis: u64,
+    /// The longest that an optimiser is silent about its progress.
+    pub optimize_millis: u64,
 }
 
 /// Who must have signed every plugin library.
@@ -146,13 +157,22 @@ impl RawSupervision {
             max_restart_millis: self.max_restart_millis,
             max_deaths: self.max_deaths,
             window_seconds: self.window_seconds,
+            call_millis: self.call_millis,
+            optimize_millis: self.optimize_millis,
         }
     }
 }
 
 impl Default for RawSupervision {
     fn default() -> Self {
-        Self { restart_millis: 200, max_restart_millis: 30_000, max_deaths: 3, window_seconds: 600 }
+        Self {
+            restart_millis: 200,
+            max_restart_millis: 30_000,
+            max_deaths: 3,
+            window_seconds: 600,
+            call_millis: 10_000,
+            optimize_millis: 120_000,
+        }
     }
 }
 

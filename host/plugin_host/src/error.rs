@@ -120,6 +120,18 @@ impl PluginError {
         }
     }
 
+    /// Whether the plugin itself is at fault, rather than what the configuration asks
+    /// of it.
+    pub fn is_plugins_own(&self) -> bool {
+        matches!(
+            self,
+            Self::Lost { .. }
+                | Self::Violation { .. }
+                | Self::Sequence { .. }
+                | Self::Failed { settings_at_fault: false, .. }
+        )
+    }
+
     /// What the user can do.
     pub fn remedy(&self) -> &'static str {
         match self {

@@ -12,8 +12,10 @@ use busbar_plugin_host::{
 use crate::loaded::LoadedLibrary;
 use crate::message::Confinement;
 use crate::plugin::Plugin;
-use crate::policy::RestartPolicy;
+use crate::policy::{Deadlines, RestartPolicy};
 
+/// Times that a library is loaded which could be described.
+const MAX_LOADS: usize = 3;
 /// Processes that are started at once.
 const MAX_STARTING: usize = 8;
 
@@ -36,6 +38,8 @@ pub struct PluginOptions {
     pub confinement: Confinement,
     /// What happens when it dies.
     pub policy: RestartPolicy,
+    /// How long its calls may take.
+    pub deadlines: Deadlines,
     /// What its library must be.
     pub pin: Option<Digest>,
 }
@@ -46,6 +50,7 @@ impl Default for PluginOptions {
             isolation: Isolation::default(),
             confinement: DEFAULT_CONFINEMENT,
             policy: RestartPolicy::default(),
+            deadlines: Deadlines::default(),
             pin: None,
         }
     }
@@ -101,7 +106,9 @@ impl PluginCatalog {
         &self.refused
     }
 
-    /// Makes an instance. `name` is the configuration's own id for it.
+    /// Makes an instance. `name` is the configuration's own id for it. One that dies
+    /// or fails by itself in a process of its own is an instance too, to be started
+    /// again: its [`Plugin::status`] has the death.
     ///
     /// # Errors
     /// [`PluginError::NotFound`], [`PluginError::Pinned`],
@@ -139,7 +146,7 @@ impl PluginCatalog {
             let path = found.file.path();
             PluginError::Lost { id: id.to_owned(), reason: format!("{}: {reason}", path.display()) }
         })?;
-        library.create(name, info, settings, options.policy).map(Arc::new).map(Plugin::Isolated)
+        library.create(name, info, settings, options).map(Arc::new).map(Plugin::Isolated)
     }
 
     fn add(&mut self, file: LibraryFile, described: Described) -> Result<(), String> {
@@ -162,7 +169,12 @@ impl Found {
         if let Some(library) = idle.take_if(|idle| idle.confinement == options.confinement) {
             return Ok(library);
         }
-        LoadedLibrary::load(&self.file, options.confinement)
+        // It could be loaded once: what went wrong since may not go wrong again.
+        let mut loaded = LoadedLibrary::load(&self.file, options.confinement);
+        for _ in 1..MAX_LOADS {
+            loaded = loaded.or_else(|_| LoadedLibrary::load(&self.file, options.confinement));
+        }
+        loaded
     }
 }
 

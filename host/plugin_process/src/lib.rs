@@ -39,7 +39,7 @@ mod watch;
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
 pub use message::Confinement;
 pub use plugin::{Optimizer, Plugin, RunningOverlay, RunningTelemetry};
-pub use policy::RestartPolicy;
+pub use policy::{Deadlines, RestartPolicy};
 pub use process::PluginProcess;
 pub use serve::serve;
 pub use status::{PluginState, PluginStatus};

@@ -5,9 +5,9 @@ use std::thread;
 
 use busbar_plugin_host::{LibraryFile, PluginError, PluginInfo, shown};
 
+use crate::catalog::PluginOptions;
 use crate::confine::REFUSED;
 use crate::message::{Answer, Confinement, Request};
-use crate::policy::RestartPolicy;
 use crate::process::PluginProcess;
 use crate::shared::{Connection, InstanceSetup, Life, Shared};
 use crate::spawn::spawn;
@@ -77,30 +77,29 @@ impl LoadedLibrary {
         name: &str,
         info: &PluginInfo,
         settings: &serde_json::Value,
-        policy: RestartPolicy,
+        options: &PluginOptions,
     ) -> Result<PluginProcess, PluginError> {
         let mut process = self.process;
         let setup = InstanceSetup {
             name: name.to_owned(),
             plugin: info.id.clone(),
             settings: settings.to_string(),
-            policy,
+            policy: options.policy,
         };
-        {
-            let mut state = process.shared.state();
-            (state.name, state.id) = (name.to_owned(), info.id.clone());
-        }
-        let InstanceSetup { name, plugin, settings, .. } = setup.clone();
-        process.done(Request::Create { name, plugin, settings }, &[])?;
         {
             let mut state = process.shared.state();
             if state.life == Life::Ended {
                 let reason = state.last_death.clone().unwrap_or_default();
                 return Err(PluginError::Lost { id: info.id.clone(), reason });
             }
-            (process.name, state.instance) = (setup.name.clone(), Some(setup));
+            (state.name, state.id) = (name.to_owned(), info.id.clone());
+            state.deadlines = options.deadlines;
+            // From here on it is started again whenever it dies.
+            state.instance = Some(setup.clone());
         }
-        process.info = info.clone();
+        (process.name, process.info) = (setup.name.clone(), info.clone());
+        let InstanceSetup { name, plugin, settings, .. } = setup;
+        process.insist(Request::Create { name, plugin, settings }, &[])?;
         Ok(process)
     }
 }

@@ -34,6 +34,21 @@ impl Default for RestartPolicy {
     }
 }
 
+/// How long a plugin's calls may take before its process is killed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Deadlines {
+    /// Of loading, creating, checking, starting and configuring.
+    pub lifecycle: Duration,
+    /// Between two reports of an optimiser's progress.
+    pub optimize: Duration,
+}
+
+impl Default for Deadlines {
+    fn default() -> Self {
+        Self { lifecycle: Duration::from_secs(10), optimize: Duration::from_secs(120) }
+    }
+}
+
 /// What follows a death.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::RecvTimeoutError;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -19,12 +19,17 @@ use crate::feed::Feed;
 use crate::memory;
 use crate::message::{Answer, Request, ToPlugin};
 use crate::ring::{RING_BYTES, RingReader};
-use crate::shared::{Life, Outcome, Shared};
+use crate::shared::{Life, Outcome, Shared, State};
 use crate::slot::Slot;
 use crate::status::{PluginState, PluginStatus};
 
 /// How often whoever waits for an optimiser is told how far it is.
 const PROGRESS_PERIOD: Duration = Duration::from_millis(20);
+
+/// The longest that noting the death of a process takes which is killed.
+const GIVE_UP_DEADLINE: Duration = Duration::from_secs(3);
+/// How often a change of the state is looked for.
+const LOOK_PERIOD: Duration = Duration::from_millis(1);
 
 /// A library in a supervised process, and the one instance made from it.
 pub struct PluginProcess {
@@ -92,9 +97,15 @@ impl PluginProcess {
         let ring = memory::zeroed("ring", RING_BYTES).map_err(|error| failed(error.to_string()))?;
         let mut feed = Feed::new(tags);
         feed.attach(RingReader::new(&ring).map_err(failed)?);
-        *self.shared.feed() = Some(feed);
-        let started = self.done(Request::Start { tags: tags.to_vec() }, &[&ring]);
-        unless_lost(started).inspect_err(|_| *self.shared.feed() = None)
+        {
+            let state = self.settled();
+            if state.life != Life::Running {
+                feed.lose(state.last_death.as_deref().unwrap_or("it is not running"));
+            }
+            *self.shared.feed() = Some(feed);
+        }
+        let started = self.insist(Request::Start { tags: tags.to_vec() }, &[&ring]);
+        started.inspect_err(|_| *self.shared.feed() = None)
     }
 
     pub(crate) fn drain(&self) -> Vec<Sample> {
@@ -106,9 +117,13 @@ impl PluginProcess {
     }
 
     pub(crate) fn configure(&self, bindings: &[OverlayBinding]) -> Result<(), PluginError> {
-        unless_lost(self.done(Request::Configure { bindings: bindings.to_vec() }, &[]))?;
-        *self.shared.slot() = Some(Slot::new(bindings.to_vec()));
-        Ok(())
+        // First: one that dies of it is started again with these.
+        {
+            let _settled = self.settled();
+            *self.shared.slot() = Some(Slot::new(bindings.to_vec()));
+        }
+        let configured = self.insist(Request::Configure { bindings: bindings.to_vec() }, &[]);
+        configured.inspect_err(|_| *self.shared.slot() = None)
     }
 
     /// The last picture, which the states given lead to sooner or later. Waits
@@ -229,6 +244,49 @@ impl PluginProcess {
         }
     }
 
+    /// Asks for what makes the plugin what it is to be. A process that died of it is
+    /// started again and asked again, and one whose plugin fails by itself is killed
+    /// for that: neither is a failure of the view.
+    pub(crate) fn insist(&self, request: Request, files: &[&File]) -> Result<(), PluginError> {
+        let what = request.name();
+        match self.done(request, files) {
+            Err(PluginError::Lost { .. }) => Ok(()),
+            Err(error) if error.is_plugins_own() => {
+                self.give_up(format!("`{what}` failed: {error}"));
+                Ok(())
+            }
+            done => done,
+        }
+    }
+
+    /// The state, once no new process is being made what the one before was: while it is
+    /// held, none begins to be.
+    fn settled(&self) -> MutexGuard<'_, State> {
+        loop {
+            let state = self.shared.state();
+            match state.life {
+                // It ends with its calls, which have deadlines.
+                Life::Starting(_) => drop(state),
+                _ => return state,
+            }
+            std::thread::sleep(LOOK_PERIOD);
+        }
+    }
+
+    /// Has the process killed, and waits until that is noted.
+    fn give_up(&self, reason: String) {
+        let deaths = {
+            let mut state = self.shared.state();
+            state.given_up = Some(reason);
+            state.deaths.count()
+        };
+        self.shared.wake();
+        let start = Instant::now();
+        while start.elapsed() < GIVE_UP_DEADLINE && self.shared.state().deaths.count() == deaths {
+            std::thread::sleep(LOOK_PERIOD);
+        }
+    }
+
     fn failed(&self, message: String) -> PluginError {
         PluginError::Failed { id: self.info.id.clone(), settings_at_fault: false, message }
     }
@@ -241,14 +299,5 @@ impl Drop for PluginProcess {
             // It ends within its own deadlines, whatever the process does.
             let _ = supervisor.join();
         }
-    }
-}
-
-/// A process that died is started again and made what it was to be: what it
-/// missed is no failure of the view.
-fn unless_lost(done: Result<(), PluginError>) -> Result<(), PluginError> {
-    match done {
-        Err(PluginError::Lost { .. }) => Ok(()),
-        done => done,
     }
 }

@@ -5,7 +5,8 @@
 //! written, make that safe (a seqlock in the manner of H.-J. Boehm, "Can Seqlocks
 //! Get Along With Programming Language Memory Models?", MSPC 2012): the writer
 //! moves `reserved` before it touches slots and `written` after; the reader
-//! copies what is written, then throws away what has been reserved again.
+//! copies a piece of what is written, then throws it away if it has been reserved
+//! again.
 //!
 //! The other process may be hostile and change anything at any time. So the
 //! memory is only ever accessed as atomic words, through bounded indices, and
@@ -19,6 +20,10 @@ use memmap2::MmapRaw;
 
 /// Samples that a ring holds; a power of two.
 pub(crate) const RING_SAMPLES: usize = 1 << 18;
+/// Samples that are copied before a look at whether they were overwritten.
+const PIECE_SAMPLES: usize = 1 << 12;
+/// Pieces of one reading, those that were overwritten among them.
+const MAX_PIECES: usize = 2 * RING_SAMPLES / PIECE_SAMPLES;
 /// Words of one sample: tag and small fields, value, source time, receive time.
 const WORDS: usize = 4;
 /// Words before the first sample, each counter on a cache line of its own.
@@ -120,26 +125,43 @@ impl RingReader {
     }
 
     /// Copies what was written since the last call, the oldest first, at most
-    /// [`RING_SAMPLES`].
+    /// [`RING_SAMPLES`]. A writer that overtakes this while it reads makes it go on in
+    /// the middle of the ring: the newest samples come through, however fast it is.
     pub(crate) fn read(&mut self) -> Vec<RawSample> {
-        let written = self.words.word(WRITTEN).load(Ordering::Acquire);
-        let waiting = written.wrapping_sub(self.read);
+        let mut samples = Vec::new();
+        let mut written = self.words.word(WRITTEN).load(Ordering::Acquire);
         // More than a ring: overwritten. Whatever a hostile writer puts there,
         // no more than a ring is read.
-        let lost = waiting.saturating_sub(RING_SAMPLES as u64);
-        let first = self.read.wrapping_add(lost);
-        let count = (waiting - lost) as usize;
-        let mut samples: Vec<RawSample> =
-            (0..count as u64).map(|i| self.copy(first.wrapping_add(i))).collect();
-        fence(Ordering::Acquire);
-        let reserved = self.words.word(RESERVED).load(Ordering::Relaxed);
-        // Slots from `reserved - RING_SAMPLES` backwards may have changed meanwhile.
-        let overtaken = reserved.wrapping_sub(first).saturating_sub(RING_SAMPLES as u64);
-        let overtaken = (overtaken as usize).min(count);
-        samples.drain(..overtaken);
-        self.dropped = self.dropped.saturating_add(lost).saturating_add(overtaken as u64);
-        self.read = written;
+        self.keep(written, RING_SAMPLES);
+        for _ in 0..MAX_PIECES {
+            let count = written.wrapping_sub(self.read).min(PIECE_SAMPLES as u64);
+            if count == 0 || samples.len() + count as usize > RING_SAMPLES {
+                break;
+            }
+            let before = samples.len();
+            samples.extend((0..count).map(|i| self.copy(self.read.wrapping_add(i))));
+            fence(Ordering::Acquire);
+            let reserved = self.words.word(RESERVED).load(Ordering::Relaxed);
+            // Slots from `reserved - RING_SAMPLES` backwards may have changed meanwhile.
+            let overtaken = reserved.wrapping_sub(self.read) > RING_SAMPLES as u64;
+            if overtaken {
+                samples.truncate(before);
+                self.dropped = self.dropped.saturating_add(count);
+            }
+            self.read = self.read.wrapping_add(count);
+            if overtaken {
+                written = self.words.word(WRITTEN).load(Ordering::Acquire);
+                self.keep(written, RING_SAMPLES / 2);
+            }
+        }
         samples
+    }
+
+    /// Gives up all but the newest samples that wait.
+    fn keep(&mut self, written: u64, count: usize) {
+        let lost = written.wrapping_sub(self.read).saturating_sub(count as u64);
+        self.read = self.read.wrapping_add(lost);
+        self.dropped = self.dropped.saturating_add(lost);
     }
 
     /// Samples lost because they were not read in time.

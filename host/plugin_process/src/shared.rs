@@ -15,16 +15,12 @@ use rustix::event::{EventfdFlags, eventfd};
 
 use crate::feed::Feed;
 use crate::message::{Answer, Confinement, Request, ToPlugin};
-use crate::policy::{Deaths, RestartPolicy};
+use crate::policy::{Deadlines, Deaths, RestartPolicy};
 use crate::slot::Slot;
 use crate::{frames, socket};
 
-/// The longest that loading, creating, checking, starting or configuring takes.
-const LIFECYCLE_DEADLINE: Duration = Duration::from_secs(10);
 /// The longest that working out a picture takes.
 const DRAW_DEADLINE: Duration = Duration::from_secs(1);
-/// The longest that an optimiser is silent about its progress.
-const OPTIMIZE_DEADLINE: Duration = Duration::from_secs(120);
 /// Calls under way at once.
 const MAX_CALLS: usize = 256;
 
@@ -53,12 +49,15 @@ pub(crate) struct State {
     pub(crate) instance: Option<InstanceSetup>,
     pub(crate) connection: Option<Arc<Connection>>,
     pub(crate) calls: BTreeMap<u64, Pending>,
+    pub(crate) deadlines: Deadlines,
     pub(crate) deaths: Deaths,
     pub(crate) last_death: Option<String>,
     pub(crate) pid: Option<u32>,
     pub(crate) memory_bytes: Option<u64>,
     pub(crate) quit: bool,
     pub(crate) start_again: bool,
+    /// Why its process is to be killed, until it is.
+    pub(crate) given_up: Option<String>,
 }
 
 /// How an instance is made again.
@@ -151,12 +150,14 @@ impl Shared {
             instance: None,
             connection: Some(Arc::new(connection)),
             calls: BTreeMap::new(),
+            deadlines: Deadlines::default(),
             deaths: Deaths::default(),
             last_death: None,
             pid: Some(pid),
             memory_bytes: None,
             quit: false,
             start_again: false,
+            given_up: None,
         };
         Ok(Self {
             library,
@@ -192,8 +193,8 @@ impl Shared {
     pub(crate) fn expect(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
         let allowance = match request {
             Request::Draw { .. } => DRAW_DEADLINE,
-            Request::Optimize { .. } => OPTIMIZE_DEADLINE,
-            _ => LIFECYCLE_DEADLINE,
+            Request::Optimize { .. } => state.deadlines.optimize,
+            _ => state.deadlines.lifecycle,
         };
         let call = self.next_call.fetch_add(1, Ordering::Relaxed);
         let deadline = Instant::now() + allowance;

@@ -242,6 +242,9 @@ impl<'a> Watch<'a> {
             return if late { Err("it did not stop in time".into()) } else { Ok(()) };
         }
         let mut state = self.shared.state();
+        if let Some(reason) = state.given_up.take() {
+            return Err(reason);
+        }
         for pending in state.calls.values_mut() {
             pending.deadline += held_up;
             if now > pending.deadline {

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use busbar_config::{Config, Diagnostic, Severity};
 use busbar_geometry::CollapseStacks;
-use busbar_plugin_host::{OverlayBinding, TelemetryTag};
+use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
 use busbar_tags::{TagHandle, TagSpec};
@@ -42,6 +42,8 @@ pub struct LoadedScene {
     /// Meshes whose stacks were in the cache.
     pub(crate) cached_meshes: usize,
     notes: Vec<String>,
+    /// What plugins did wrong by themselves: the scene is shown all the same.
+    troubles: Vec<Diagnostic>,
 }
 
 /// A model ready for upload.
@@ -64,9 +66,29 @@ pub(crate) struct Binding {
 pub(crate) struct Faults<'a> {
     config: &'a Config,
     found: Vec<Diagnostic>,
+    /// Of plugins: no reason not to show the scene.
+    troubles: Vec<Diagnostic>,
 }
 
-impl Faults<'_> {
+impl<'a> Faults<'a> {
+    fn of(config: &'a Config) -> Self {
+        Self { config, found: Vec::new(), troubles: Vec::new() }
+    }
+
+    /// Notes what a plugin did or said. What it alone is to blame for keeps nobody from
+    /// seeing the scene.
+    pub(crate) fn add_of_plugin(&mut self, pointer: &str, error: &PluginError) {
+        if error.is_plugins_own() {
+            self.add_trouble(pointer, error.to_string(), error.remedy());
+        } else {
+            self.add(pointer, error.to_string(), error.remedy());
+        }
+    }
+
+    fn add_trouble(&mut self, pointer: &str, cause: String, remedy: &str) {
+        self.troubles.push(self.config.positions.diagnostic(pointer, cause, remedy));
+    }
+
     pub(crate) fn add(
         &mut self,
         pointer: &str,
@@ -79,10 +101,12 @@ impl Faults<'_> {
 
 impl LoadedScene {
     /// Loads a configuration and everything it names. Plugins are created, but
-    /// nothing connects and no device is used.
+    /// nothing connects and no device is used. A plugin that dies or fails by itself
+    /// in its own process is a remark: it is started again while the scene is shown,
+    /// with its tags bad, and a model whose optimiser failed is shown in full detail.
     ///
     /// # Errors
-    /// Every fault of the file, of the files it names, and of the plugins.
+    /// Every fault of the file, of the files it names, and of what it asks of plugins.
     pub fn load(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
         let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
         let mut millis = LoadMillis::new();
@@ -93,10 +117,10 @@ impl LoadedScene {
         let folder = folder_of(path);
         millis.insert("config".into(), millis_since(start));
 
-        let mut faults = Faults { config: &config, found: config.warnings.clone() };
+        let mut faults = Faults { found: config.warnings.clone(), ..Faults::of(&config) };
         // Beside each other: starting the processes of plugins is mostly waiting.
         progress("plugins and models", 0, 1);
-        let mut import_faults = Faults { config: &config, found: Vec::new() };
+        let mut import_faults = Faults::of(&config);
         let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
             || timed(|| plugins::create(&config, &folder, &mut faults)),
             || timed(|| models::import(&config, &folder, progress, &mut import_faults)),
@@ -130,6 +154,9 @@ impl LoadedScene {
             stage.run(&config, imported, &mut faults)
         };
 
+        plugins::note_deaths(&config, &instances, &mut faults);
+        let mut troubles = faults.troubles;
+        troubles.sort_by_key(|d| (d.line, d.column));
         let mut diagnostics = faults.found;
         diagnostics.sort_by_key(|d| (d.line, d.column));
         let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
@@ -152,17 +179,41 @@ impl LoadedScene {
                     millis,
                     cached_meshes,
                     notes,
+                    troubles,
                 })
             }
-            _ => Err(faulty(diagnostics)),
+            _ => {
+                diagnostics.extend(troubles);
+                diagnostics.sort_by_key(|d| (d.line, d.column));
+                Err(faulty(diagnostics))
+            }
         }
     }
 
-    /// Warnings, and what the import skipped.
+    /// As [`LoadedScene::load`], but what plugins did wrong by themselves counts too.
+    ///
+    /// # Errors
+    /// Every fault of the file, of the files it names, and of the plugins.
+    pub fn check(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
+        let scene = Self::load(path, progress)?;
+        if scene.troubles.is_empty() {
+            return Ok(scene);
+        }
+        let mut diagnostics = scene.config.warnings.clone();
+        diagnostics.extend(scene.troubles.iter().cloned());
+        diagnostics.sort_by_key(|d| (d.line, d.column));
+        Err(LoadError { file: path.to_owned(), diagnostics })
+    }
+
+    /// Warnings, what plugins did wrong by themselves, and what the import skipped.
     pub fn remarks(&self, file: &Path) -> Vec<String> {
         let file = file.display().to_string();
+        let trouble = |trouble: &Diagnostic| {
+            Diagnostic { severity: Severity::Warning, ..trouble.clone() }.render(&file)
+        };
         let warnings = self.config.warnings.iter().map(|warning| warning.render(&file));
-        warnings.chain(self.notes.iter().cloned()).collect()
+        let troubles = self.troubles.iter().map(trouble);
+        warnings.chain(troubles).chain(self.notes.iter().cloned()).collect()
     }
 
     /// Size of the picture that the configuration asks for, pixels.
@@ -205,7 +256,7 @@ pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
     let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
     let config = busbar_config::parse(&text).map_err(faulty)?;
-    let mut faults = Faults { config: &config, found: Vec::new() };
+    let mut faults = Faults::of(&config);
     let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
     catalog.ok_or_else(|| faulty(faults.found))
 }

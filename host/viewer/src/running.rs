@@ -1,6 +1,6 @@
 //! Plugins that run while a view is open.
 
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_host::OverlayPicture;
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
@@ -45,17 +45,18 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<RunningTelemetr
     Ok(running)
 }
 
-/// Lets every overlay draw. One that fails draws nothing and keeps its fault,
-/// which is logged once.
+/// Lets every overlay draw; all of them share the patience. One that fails draws
+/// nothing and keeps its fault, which is logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [ShownOverlay],
     snapshot: &Snapshot,
     patience: Duration,
 ) -> OverlayPicture {
     let mut all = OverlayPicture::default();
-    let now = SystemTime::now();
+    let (now, start) = (SystemTime::now(), Instant::now());
     for shown in overlays {
-        match shown.overlay.draw(|tag| snapshot.state(tag), now, patience) {
+        let left = patience.saturating_sub(start.elapsed());
+        match shown.overlay.draw(|tag| snapshot.state(tag), now, left) {
             Ok(picture) => {
                 all.lines.extend(picture.lines);
                 all.tints.extend(picture.tints);

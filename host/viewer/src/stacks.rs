@@ -16,6 +16,9 @@ pub(crate) struct StackBuilder<'a> {
     pub(crate) optimizer: Option<&'a Optimizer>,
     /// Where results are kept, and what this optimiser's are known by.
     pub(crate) cache: Option<(&'a StackCache, Maker)>,
+    /// Whether a mesh with which the optimiser fails by itself gets stacks in which
+    /// nothing collapses.
+    pub(crate) may_do_without: bool,
 }
 
 /// Stacks of the meshes of one model, and what their making took.
@@ -30,6 +33,8 @@ pub(crate) struct BuiltStacks {
     pub(crate) cached: usize,
     /// What was wrong with the cache.
     pub(crate) notes: Vec<String>,
+    /// Why a mesh had to do without the optimiser.
+    pub(crate) without: Option<PluginError>,
 }
 
 impl StackBuilder<'_> {
@@ -53,6 +58,7 @@ impl StackBuilder<'_> {
             all.stacks.extend(one.stacks);
             all.cached += one.cached;
             all.notes.extend(one.notes);
+            all.without = all.without.or(one.without);
             for (stage, millis) in one.millis {
                 *all.millis.entry(stage).or_default() += millis;
             }
@@ -83,6 +89,9 @@ impl StackBuilder<'_> {
             }
         }
         let sequence = self.build_one(mesh, &mut built)?;
+        if built.without.is_some() {
+            return Ok(built);
+        }
         let start = Instant::now();
         let stacks = &built.stacks[0];
         if let Err(error) = cache.store(key, &removal_ranks(&sequence), stacks.tables()) {
@@ -97,11 +106,16 @@ impl StackBuilder<'_> {
         mesh: Mesh,
         built: &mut BuiltStacks,
     ) -> Result<CollapseSequence, PluginError> {
-        let sequence = match self.optimizer {
+        let start = Instant::now();
+        let optimised = self.optimizer.map(|optimizer| optimizer.optimize(&mesh, |_| true));
+        let sequence = match optimised {
             None => CollapseSequence::none(mesh.positions.len() as u32),
-            Some(optimizer) => {
-                let start = Instant::now();
-                let optimised = optimizer.optimize(&mesh, |_| true)?;
+            Some(Err(error)) if self.may_do_without && error.is_plugins_own() => {
+                built.without = Some(error);
+                CollapseSequence::none(mesh.positions.len() as u32)
+            }
+            Some(optimised) => {
+                let optimised = optimised?;
                 built.millis.insert("optimize".into(), millis_since(start));
                 let parts = optimised.stages.into_iter();
                 built.millis.extend(parts.map(|(name, spent)| (format!("optimize/{name}"), spent)));

@@ -6,6 +6,8 @@ use std::sync::{LazyLock, PoisonError, RwLock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::fuse;
+
 /// The environment variable with a fault that holds before settings come.
 pub const FAULT_VARIABLE: &str = "BUSBAR_FAULT";
 
@@ -179,7 +181,8 @@ pub(crate) fn is_set(kind: Kind, at: At) -> bool {
 
 fn pending(at: At) -> Option<Fault> {
     let from_settings = *FROM_SETTINGS.read().unwrap_or_else(PoisonError::into_inner);
-    from_settings.or(*FROM_ENVIRONMENT).filter(|fault| fault.at == at)
+    let set = from_settings.or(*FROM_ENVIRONMENT).filter(|fault| fault.at == at);
+    set.or_else(|| fuse::fault_at(at))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use busbar_plugin_sdk::{
 };
 
 use crate::fault::{At, Fault, Kind, set};
+use crate::fuse::PLUGIN_ID;
 use crate::strike::strike;
 
 /// Time between two batches.
@@ -40,7 +41,7 @@ pub struct FaultInjector {
 }
 
 impl Plugin for FaultInjector {
-    const ID: &'static str = "fault_injector";
+    const ID: &'static str = PLUGIN_ID;
     const NAME: &'static str = "Fault injector";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
     const DESCRIPTION: &'static str = "Misbehaves as it is told to.";

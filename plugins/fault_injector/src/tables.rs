@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use busbar_plugin_sdk::abi;
 
 use crate::fault::{At, Kind};
+use crate::fuse::{self, PLUGIN_ID};
 use crate::honest::FaultInjector;
 use crate::spoil;
 use crate::strike::strike;
@@ -81,7 +82,8 @@ unsafe extern "C" fn descriptor(index: u32) -> *const abi::BusbarPluginDescripto
     // SAFETY: handed on as it came.
     let honest = honest.map_or(std::ptr::null(), |descriptor| unsafe { descriptor(index) });
     // SAFETY: the SDK's descriptor is static.
-    let Some(copy) = (unsafe { honest.as_ref() }).copied() else { return honest };
+    let Some(mut copy) = (unsafe { honest.as_ref() }).copied() else { return honest };
+    copy.id = abi::BusbarStr::from_static(fuse::plugin_id());
     let spoiled = match kind {
         Some(Kind::NullResult) => return std::ptr::null(),
         Some(Kind::LieAboutSize) => abi::BusbarPluginDescriptor { struct_size: SHORT, ..copy },
@@ -89,7 +91,7 @@ unsafe extern "C" fn descriptor(index: u32) -> *const abi::BusbarPluginDescripto
         Some(Kind::OutOfRange) => {
             abi::BusbarPluginDescriptor { capability_count: TOO_MANY, ..copy }
         }
-        _ => return honest,
+        _ => copy,
     };
     Box::leak(Box::new(spoiled))
 }
@@ -103,7 +105,8 @@ unsafe extern "C" fn create(
     let Some(create) = honest_factory().and_then(|factory| factory.create) else {
         return std::ptr::null_mut();
     };
-    // SAFETY: handed on as it came.
+    let id = if is_own(id) { abi::BusbarStr::from_static(PLUGIN_ID) } else { id };
+    // SAFETY: handed on as it came, but for the id, which the SDK knows by another name.
     let made = unsafe { create(id, settings, host, error) };
     // SAFETY: null, or what the SDK just made and nobody else knows.
     let Some(plugin) = (unsafe { made.as_mut() }) else { return made };
@@ -128,6 +131,16 @@ unsafe extern "C" fn create(
         _ => {}
     }
     made
+}
+
+/// Whether that is this library's plugin.
+fn is_own(id: abi::BusbarStr) -> bool {
+    let own = fuse::plugin_id();
+    if id.len != own.len() || id.ptr.is_null() {
+        return false;
+    }
+    // SAFETY: the host's text is as long as it says.
+    unsafe { std::slice::from_raw_parts(id.ptr, id.len) == own.as_bytes() }
 }
 
 unsafe extern "C" fn get_capability(

@@ -3,112 +3,50 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::time::{Duration, Instant};
 
-use busbar_viewer::{LoadedScene, PluginStats, RendererOptions, Viewer};
+use busbar_viewer::LoadedScene;
 use e2e::trouble::{self, Trouble};
 use e2e::{Process, Scene, Stats, busbar, finish, picture, wait_for};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Signal, kill_process};
 use serde_json::json;
 
-/// From the death of a plugin until all its tags are bad, at most.
-const MAX_TO_BAD: Duration = Duration::from_secs(1);
-/// From there until it has values again, a loaded machine included.
-const MAX_TO_GOOD: Duration = Duration::from_secs(10);
-/// The longest frame of a window's kind while a plugin misbehaves.
-const MAX_FRAME: Duration = Duration::from_millis(400);
+use crate::view::{MAX_FRAME, MAX_TO_BAD, MAX_TO_GOOD, View};
+
+#[path = "common/view.rs"]
+mod view;
 
 /// Letters are rounded by where they lie in their texture, which depends on what
 /// was written first: levels of 255.
 const MAX_ROUNDING: u8 = 2;
 
-/// A view without a window that behaves like one in a window: frames wait for
-/// nobody.
-struct View {
-    viewer: Viewer,
-    longest: Duration,
-    _trouble: Trouble,
-}
-
-impl View {
-    fn open(trouble: Trouble) -> Self {
-        let loaded = LoadedScene::load(&trouble.write(), &|_, _, _| ());
-        let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
-        let options = RendererOptions { samples: 1, validation: false };
-        let mut viewer = Viewer::headless(scene, options, [64, 64]).expect("there is a device");
-        viewer.set_settles(false);
-        Self { viewer, longest: Duration::ZERO, _trouble: trouble }
+#[track_caller]
+fn assert_lost_and_back(view: &mut View, signal: Signal, words: &str) {
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    let before = view.plugin("trouble").deaths;
+    kill_process(view.pid("trouble"), signal).expect("it runs");
+    view.wait_for_quality("bad", MAX_TO_BAD);
+    for tag in view.viewer.stats().tags {
+        assert_eq!(tag.reason.as_deref(), Some("communication"), "{}", tag.id);
+        assert_eq!(tag.value, 1.0, "the last value stays, as bad");
     }
-
-    fn frame(&mut self) {
-        let start = Instant::now();
-        let input = self.viewer.headless_input(0.0);
-        self.viewer.frame(input).expect("a frame can be drawn");
-        self.longest = self.longest.max(start.elapsed());
-    }
-
-    fn plugin(&self, name: &str) -> PluginStats {
-        let plugins = self.viewer.stats().plugins;
-        plugins.into_iter().find(|plugin| plugin.name == name).expect("it is configured")
-    }
-
-    fn pid(&self, name: &str) -> Pid {
-        let pid = self.plugin(name).pid.expect("it has a process");
-        Pid::from_raw(pid as i32).expect("no process has the number 0")
-    }
-
-    /// Draws until all tags are of this quality; how long that took.
-    #[track_caller]
-    fn wait_for_quality(&mut self, quality: &str, limit: Duration) -> Duration {
-        self.wait_for(quality, limit, |view| {
-            view.viewer.stats().tags.iter().all(|tag| tag.quality == quality)
-        })
-    }
-
-    #[track_caller]
-    fn wait_for_state(&mut self, state: &str, limit: Duration) -> Duration {
-        self.wait_for(state, limit, |view| view.plugin("trouble").state == state)
-    }
-
-    #[track_caller]
-    fn wait_for(&mut self, what: &str, limit: Duration, is: impl Fn(&Self) -> bool) -> Duration {
-        let start = Instant::now();
-        wait_for(what, limit, || {
-            self.frame();
-            is(self).then_some(())
-        });
-        start.elapsed()
-    }
-
-    #[track_caller]
-    fn assert_lost_and_back(&mut self, signal: Signal, words: &str) {
-        self.wait_for_quality("good", MAX_TO_GOOD);
-        let before = self.plugin("trouble").deaths;
-        kill_process(self.pid("trouble"), signal).expect("it runs");
-        self.wait_for_quality("bad", MAX_TO_BAD);
-        for tag in self.viewer.stats().tags {
-            assert_eq!(tag.reason.as_deref(), Some("communication"), "{}", tag.id);
-            assert_eq!(tag.value, 1.0, "the last value stays, as bad");
-        }
-        self.wait_for_quality("good", MAX_TO_GOOD);
-        let plugin = self.plugin("trouble");
-        assert_eq!((plugin.state, plugin.deaths), ("running", before + 1));
-        let death = plugin.last_death.expect("it died");
-        assert!(death.contains(words), "{death}");
-    }
+    view.wait_for_quality("good", MAX_TO_GOOD);
+    let plugin = view.plugin("trouble");
+    assert_eq!((plugin.state, plugin.deaths), ("running", before + 1));
+    let death = plugin.last_death.expect("it died");
+    assert!(death.contains(words), "{death}");
 }
 
 #[test]
 fn a_killed_plugin_is_bad_within_a_second_and_comes_back() {
     let mut view = View::open(Trouble::with("trouble.steady"));
-    view.assert_lost_and_back(Signal::KILL, "killed by SIGKILL");
-    view.assert_lost_and_back(Signal::ABORT, "killed by SIGABRT");
+    assert_lost_and_back(&mut view, Signal::KILL, "killed by SIGKILL");
+    assert_lost_and_back(&mut view, Signal::ABORT, "killed by SIGABRT");
 }
 
 #[test]
 fn a_stopped_plugin_is_killed_for_its_heartbeat_and_comes_back() {
     let mut view = View::open(Trouble::with("trouble.steady"));
-    view.assert_lost_and_back(Signal::STOP, "no heartbeat");
+    assert_lost_and_back(&mut view, Signal::STOP, "no heartbeat");
 }
 
 #[test]
@@ -230,7 +168,7 @@ fn a_plugin_may_use_the_network_only_if_it_needs_it() {
     let told = |change: &dyn Fn(&mut serde_json::Value)| {
         let mut trouble = Trouble::with("trouble.socket");
         change(&mut trouble.config);
-        let Err(error) = LoadedScene::load(&trouble.write(), &|_, _, _| ()) else {
+        let Err(error) = LoadedScene::check(&trouble.write(), &|_, _, _| ()) else {
             panic!("it fails in any case")
         };
         error.to_string()

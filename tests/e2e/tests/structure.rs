@@ -96,6 +96,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("e2e", &[]),
+    (
+        "faults",
+        &[
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_tags",
+            "busbar_viewer",
+            "document",
+            "e2e",
+            "fault_injector",
+        ],
+    ),
     ("xtask", &[]),
 ];
 /// What tests alone may import besides.

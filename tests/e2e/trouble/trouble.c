@@ -13,9 +13,9 @@
 
 #include "busbar_plugin.h"
 
-enum { MAX_TAGS = 64, FLOOD_BATCH = 4096, SLOW_AFTER_DRAWS = 3 };
+enum { GREED = 1 << 22, MAX_TAGS = 64, FLOOD_BATCH = 4096, SLOW_AFTER_DRAWS = 3 };
 
-enum Kind { STEADY, FLOOD, SEGFAULT, ECHO, SLOW, SOCKET, KINDS };
+enum Kind { STEADY, FLOOD, SEGFAULT, GREEDY, PARENT, ECHO, SLOW, SOCKET, KINDS };
 
 typedef struct Trouble {
     BusbarPlugin base;
@@ -63,8 +63,32 @@ static void flood(Trouble *self) {
     }
 }
 
+// Memory without end, and then none.
+static void devour(void) {
+    for (;;) {
+        char *piece = malloc(GREED);
+        if (piece == NULL) {
+            fprintf(stderr, "no more memory\n");
+            abort();
+        }
+        memset(piece, 1, GREED);
+        usleep(1000);
+    }
+}
+
+// A child that would outlive it; its number, or 0.
+static double bear(void) {
+    pid_t child = fork();
+    if (child == 0) {
+        pause();
+        _exit(0);
+    }
+    return child > 0 ? child : 0;
+}
+
 static void *run(void *data) {
     Trouble *self = data;
+    double value = self->kind == PARENT ? bear() : 1.0;
     if (self->kind == FLOOD) {
         flood(self);
         return NULL;
@@ -72,9 +96,12 @@ static void *run(void *data) {
     BusbarSample batch[MAX_TAGS];
     for (int turn = 0; atomic_load(&self->running); turn++) {
         for (size_t i = 0; i < self->count; i++) {
-            batch[i] = sample(self->handles[i], 1.0);
+            batch[i] = sample(self->handles[i], value);
         }
         self->sink->publish(self->sink->context, batch, self->count);
+        if (self->kind == GREEDY && turn == 40) {
+            devour();
+        }
         if (self->kind == SEGFAULT && turn == 40) {
             fprintf(stderr, "about to fall over\n");
             int *volatile nowhere = NULL;
@@ -164,7 +191,8 @@ static const void *get_capability(const BusbarPlugin *plugin, BusbarStr id) {
 }
 
 static const char *const IDS[KINDS] = {"trouble.steady", "trouble.flood", "trouble.segfault",
-                                       "trouble.echo",   "trouble.slow",  "trouble.socket"};
+                                       "trouble.greedy", "trouble.parent", "trouble.echo",
+                                       "trouble.slow",   "trouble.socket"};
 
 static uint32_t count(void) { return KINDS; }
 

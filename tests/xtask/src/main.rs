@@ -9,6 +9,7 @@
 
 mod bench;
 mod demo;
+mod faults;
 mod packages;
 mod paper;
 mod pictures;
@@ -49,6 +50,8 @@ enum Command {
     Test(test::Arguments),
     /// Run the long tests: fuzzing.
     Soak(soak::Arguments),
+    /// Let every fault of a plugin strike beside a live view, 10,000 times.
+    Faults(faults::Arguments),
     /// Run the benches and comparisons.
     Bench(bench::Arguments),
     /// Measure what the paper measured and judge what it says.
@@ -75,6 +78,7 @@ fn run(command: Command) -> Result<()> {
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Faults(arguments) => faults::run(&workspace, &arguments),
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),

@@ -91,7 +91,8 @@ impl Optimising<'_> {
                 .transpose()
                 .and_then(|optimizer| {
                     let cache = self.cache.as_ref().zip(maker);
-                    let builder = StackBuilder { optimizer: optimizer.as_ref(), cache };
+                    let optimizer = optimizer.as_ref();
+                    let builder = StackBuilder { optimizer, cache, may_do_without: true };
                     let total = model.meshes.len();
                     builder.build(model.meshes, &|done| {
                         (self.progress)(&format!("collapse stacks of {name}"), done, total);
@@ -104,6 +105,11 @@ impl Optimising<'_> {
                     }
                     *self.cached_meshes += built.cached;
                     self.notes.extend(built.notes);
+                    if let Some(error) = built.without {
+                        let pointer = join_pointer(&configured.pointer, "optimizer");
+                        let cause = format!("model '{name}' is shown in full detail: {error}");
+                        faults.add_trouble(&pointer, cause, error.remedy());
+                    }
                     loaded.push(LoadedModel {
                         name: name.clone(),
                         stacks: built.stacks,

@@ -7,8 +7,8 @@ use std::time::Duration;
 use busbar_config::{Config, Isolation, PluginConfig, join_pointer};
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
-    Confinement, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
-    RunningTelemetry,
+    Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
+    RunningOverlay, RunningTelemetry,
 };
 use busbar_tags::{TagHandle, TagSpec};
 use rayon::prelude::*;
@@ -106,6 +106,10 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
             max_deaths: supervision.max_deaths,
             window: Duration::from_secs(supervision.window_seconds),
         },
+        deadlines: Deadlines {
+            lifecycle: Duration::from_millis(supervision.call_millis),
+            optimize: Duration::from_millis(supervision.optimize_millis),
+        },
         pin: pin(plugin),
     }
 }
@@ -130,6 +134,23 @@ fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
     }
 }
 
+/// Tells of the plugins that died so far; they are started again.
+pub(super) fn note_deaths(
+    config: &Config,
+    instances: &BTreeMap<String, Plugin>,
+    faults: &mut Faults<'_>,
+) {
+    for (name, instance) in instances {
+        let Some(reason) = instance.status().last_death else { continue };
+        let lost = PluginError::Lost {
+            id: instance.info().id.clone(),
+            reason: format!("it died while the scene was loaded: {reason}"),
+        };
+        let pointer = config.plugins.get(name).map_or("", |plugin| &plugin.pointer);
+        faults.add_trouble(&join_pointer(pointer, "plugin"), lost.to_string(), lost.remedy());
+    }
+}
+
 /// Whether each plugin can do what the configuration uses it for, and whether
 /// its tags' addresses are usable.
 pub(super) fn check_capabilities(
@@ -138,9 +159,7 @@ pub(super) fn check_capabilities(
     tags: &[TagSpec],
     faults: &mut Faults<'_>,
 ) {
-    let mut add = |pointer: String, error: &PluginError| {
-        faults.add(&pointer, error.to_string(), error.remedy());
-    };
+    let mut add = |pointer: String, error: &PluginError| faults.add_of_plugin(&pointer, error);
     for model in config.models.values() {
         let optimizer = model.optimizer.as_ref().and_then(|name| instances.get(name));
         if let Some(Err(error)) = optimizer.map(Optimizer::of) {
@@ -171,6 +190,10 @@ fn check_addresses(
     let source = |tag: &TelemetryTag| config.tags.get(&tag.id).map(|tag| &tag.source.pointer);
     let Some(first) = served.first() else { return };
     let Err(error) = RunningTelemetry::check(instance, &served) else { return };
+    if let PluginError::Lost { .. } = error {
+        // Told with the other deaths.
+        return;
+    }
     if let PluginError::WrongCapability { .. } = error {
         let pointer = source(first).map_or_else(String::new, |p| join_pointer(p, "plugin"));
         return add(pointer, &error);

@@ -1,0 +1,97 @@
+//! A fault that lies ready in a file beside the library, for one process.
+//!
+//! Whoever arms it writes a [`Fault`] as JSON to [`fuse_of`] the library. The first
+//! call that it is meant for takes the file away, leaves the time in
+//! [`struck_of`], and is struck, as are the later calls in that process; the process
+//! after it finds nothing. So a plugin that is started again behaves again, and a
+//! fault can strike before settings come.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, PoisonError, RwLock};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use crate::fault::{At, Fault};
+
+/// How the file name of this library begins.
+pub const LIBRARY_STEM: &str = "libfault_injector";
+/// The id of a library whose file name adds nothing to that.
+pub const PLUGIN_ID: &str = "fault_injector";
+
+/// This library's file, as the loader mapped it.
+static LIBRARY: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
+    let maps = fs::read_to_string("/proc/self/maps").ok()?;
+    let paths = maps.lines().filter_map(|line| line.find('/').map(|start| &line[start..]));
+    paths.map(Path::new).find(|path| suffix_of(path).is_some()).map(Path::to_owned)
+});
+/// The fault that struck last in this process.
+static LIT: RwLock<Option<Fault>> = RwLock::new(None);
+
+/// Where a library's next fault lies.
+pub fn fuse_of(library: &Path) -> PathBuf {
+    beside(library, ".fault")
+}
+
+/// Where a fault leaves the time at which it struck: nanoseconds since 1970.
+pub fn struck_of(library: &Path) -> PathBuf {
+    beside(library, ".struck")
+}
+
+/// The id of the plugin in a copy of this library: `fault_injector_7` in
+/// `libfault_injector_7.so`, so that one scene can have many.
+pub(crate) fn plugin_id() -> &'static str {
+    static ID: LazyLock<String> = LazyLock::new(|| {
+        let suffix = LIBRARY.as_deref().and_then(suffix_of).unwrap_or_default();
+        format!("{PLUGIN_ID}{suffix}")
+    });
+    &ID
+}
+
+/// The fault of this process for a call there, if there is one.
+pub(crate) fn fault_at(at: At) -> Option<Fault> {
+    if let Some(taken) = take(at) {
+        *LIT.write().unwrap_or_else(PoisonError::into_inner) = Some(taken);
+    }
+    LIT.read().unwrap_or_else(PoisonError::into_inner).filter(|lit| lit.at == at)
+}
+
+/// Takes the fault that lies ready, if it is meant for this call.
+fn take(at: At) -> Option<Fault> {
+    let library = LIBRARY.as_deref()?;
+    let (fuse, struck) = (fuse_of(library), struck_of(library));
+    let fault: Fault = serde_json::from_slice(&fs::read(&fuse).ok()?).ok()?;
+    if fault.at != at {
+        return None;
+    }
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?.as_nanos();
+    // Of two processes, or threads, one takes it.
+    fs::rename(&fuse, &struck).ok()?;
+    fs::write(&struck, now.to_string()).ok()?;
+    Some(fault)
+}
+
+/// What the file name has between the stem and `.so`.
+fn suffix_of(library: &Path) -> Option<&str> {
+    library.file_name()?.to_str()?.strip_prefix(LIBRARY_STEM)?.strip_suffix(".so")
+}
+
+fn beside(library: &Path, suffix: &str) -> PathBuf {
+    let mut path = OsString::from(library);
+    path.push(suffix);
+    path.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_copy_is_known_by_its_file() {
+        assert_eq!(suffix_of(Path::new("/p/libfault_injector_07.so")), Some("_07"));
+        assert_eq!(suffix_of(Path::new("/p/libfault_injector.so")), Some(""));
+        assert_eq!(suffix_of(Path::new("/p/libfault_injector.so.fault")), None);
+        assert_eq!(suffix_of(Path::new("/p/libother.so")), None);
+        assert_eq!(fuse_of(Path::new("/p/liba.so")), Path::new("/p/liba.so.fault"));
+    }
+}

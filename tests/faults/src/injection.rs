@@ -1,0 +1,151 @@
+//! Which faults there are, when each can strike, and what must come of it.
+
+use fault_injector::{At, Fault, Kind};
+use serde::Serialize;
+
+/// When in a scene's life a fault strikes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// While the scene is loaded.
+    Load,
+    /// When the plugin's process is started again.
+    Restart,
+    /// While the plugin runs.
+    Running,
+    /// When the scene is closed.
+    End,
+}
+
+/// What a plugin is to the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Role {
+    Telemetry,
+    Overlay,
+    Optimizer,
+}
+
+/// What became of an injection.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Outcome {
+    /// Its process ended or was killed, and how.
+    Died(String),
+    /// Its values or its picture were bad, and so shown.
+    Bad,
+    /// What it gave was refused.
+    Refused,
+    /// It did no harm.
+    Harmless,
+    /// It struck while the scene was closed, which closed all the same.
+    Closed,
+}
+
+/// One injection, done.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Record {
+    pub(crate) kind: Kind,
+    pub(crate) at: At,
+    pub(crate) outcome: Outcome,
+    /// From the strike, or the death before it, until a frame showed it bad.
+    pub(crate) to_bad_millis: Option<f64>,
+    /// From the death until a frame had correct data again.
+    pub(crate) to_good_millis: Option<f64>,
+}
+
+/// Every kind at every function that it can happen at.
+pub(crate) fn all() -> Vec<Fault> {
+    let kinds = Kind::ALL.iter().copied();
+    let pairs = kinds.flat_map(|kind| At::ALL.iter().map(move |&at| (kind, at)));
+    pairs
+        .filter(|&(kind, at)| kind.reaches(at))
+        .map(|(kind, at)| Fault { kind, at, after_calls: 0 })
+        .collect()
+}
+
+/// When a fault is to strike, and in what plugin; those of functions that all
+/// plugins have are spread over the roles that have room for them.
+pub(crate) fn place(fault: Fault) -> (Phase, &'static [Role]) {
+    match fault.at {
+        At::Check => (Phase::Load, &[Role::Telemetry]),
+        At::Optimize => (Phase::Load, &[Role::Optimizer]),
+        At::Stop => (Phase::End, &[Role::Telemetry]),
+        At::Destroy | At::Deinit => (Phase::End, &[Role::Overlay, Role::Optimizer]),
+        At::Configure => (Phase::Restart, &[Role::Overlay]),
+        At::Draw => (Phase::Running, &[Role::Overlay]),
+        At::Publish if fault.kind == Kind::AfterStop => (Phase::End, &[Role::Telemetry]),
+        // It begins with `start`.
+        At::Publish if fault.kind == Kind::NotUtf8 => (Phase::Restart, &[Role::Telemetry]),
+        At::Publish => (Phase::Running, &[Role::Telemetry]),
+        _ => (Phase::Restart, &[Role::Telemetry]),
+    }
+}
+
+/// Whether the fault strikes a process that is started for it: what goes on until the
+/// end begins with `start` too.
+pub(crate) fn needs_restart(fault: Fault) -> bool {
+    place(fault).0 == Phase::Restart || fault.kind == Kind::AfterStop
+}
+
+/// Whether the process ends within the call.
+pub(crate) fn is_sudden(kind: Kind) -> bool {
+    matches!(
+        kind,
+        Kind::Segfault
+            | Kind::StackOverflow
+            | Kind::Abort
+            | Kind::Exit
+            | Kind::AllocationFailure
+            | Kind::DoubleFree
+    )
+}
+
+/// Whether the process must end, at once or by its deadline: a plugin's own thread
+/// has none.
+pub(crate) fn must_die(fault: Fault) -> bool {
+    let hangs = matches!(fault.kind, Kind::EndlessLoop | Kind::Deadlock);
+    is_sudden(fault.kind) || (hangs && fault.at != At::Publish)
+}
+
+/// A reason without the figures and words that differ from case to case.
+pub(crate) fn class_of(reason: &str) -> String {
+    if reason.contains("took longer than") {
+        return "killed past the deadline of its call".into();
+    }
+    if reason.contains("no heartbeat") {
+        return "killed without a heartbeat".into();
+    }
+    if reason.contains("` failed: ") {
+        return "killed because its plugin failed".into();
+    }
+    if reason.contains("protocol between processes") || reason.contains("socket failed") {
+        return "killed for the protocol".into();
+    }
+    reason.split(';').next().unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_a_place() {
+        assert!(all().len() >= 252, "{}", all().len());
+        for phase in [Phase::Load, Phase::Restart, Phase::Running, Phase::End] {
+            assert!(all().into_iter().any(|fault| place(fault).0 == phase), "{phase:?}");
+        }
+        let stuck = Fault { kind: Kind::Deadlock, at: At::Publish, after_calls: 0 };
+        assert!(!must_die(stuck) && must_die(Fault { at: At::Draw, ..stuck }));
+    }
+
+    #[test]
+    fn reasons_are_told_apart_by_their_class() {
+        let check = |reason: &str, class| assert_eq!(class_of(reason), class);
+        check("killed by SIGSEGV", "killed by SIGSEGV");
+        let late = "`draw` took longer than 1s; killed by SIGKILL";
+        check(late, "killed past the deadline of its call");
+        check(
+            "`start` failed: plugin 'a': no; killed by SIGKILL",
+            "killed because its plugin failed",
+        );
+    }
+}

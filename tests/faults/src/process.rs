@@ -1,0 +1,59 @@
+//! What the kernel says of this process.
+
+use std::fs;
+
+/// Memory in RAM, bytes.
+pub(crate) fn resident_bytes() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kibibytes = line.and_then(|rest| rest.trim().strip_suffix("kB")?.trim().parse().ok());
+    kibibytes.unwrap_or(0_u64) * 1024
+}
+
+/// Open descriptors.
+pub(crate) fn descriptors() -> usize {
+    fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
+}
+
+/// Threads.
+pub(crate) fn threads() -> usize {
+    fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
+}
+
+/// Numbers of the processes that it started and that are still there.
+pub(crate) fn children() -> Vec<u32> {
+    let own = std::process::id().to_string();
+    let all = fs::read_dir("/proc").into_iter().flatten();
+    let pids = all.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    let is_child = |pid: &u32| {
+        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+        // After the name, which is in brackets: state, parent.
+        let parent = stat.rsplit(')').next().unwrap_or_default().split_whitespace().nth(1);
+        parent == Some(own.as_str())
+    };
+    pids.filter(is_child).collect()
+}
+
+/// The processor's name, and cores.
+pub(crate) fn machine() -> String {
+    let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = facts.lines().find_map(|line| line.strip_prefix("model name"));
+    let model = model.map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{model}, {cores} cores")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn this_process_is_known() {
+        assert!(resident_bytes() > 100_000);
+        assert!(descriptors() > 2 && threads() > 0);
+        let mut child = std::process::Command::new("sleep").arg("5").spawn().unwrap();
+        assert!(children().contains(&child.id()));
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+}

@@ -1,0 +1,36 @@
+//! Figures of one kind, in short.
+
+use serde::Serialize;
+
+/// A series in short.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Series {
+    pub(crate) count: usize,
+    pub(crate) p50: f64,
+    pub(crate) p99: f64,
+    pub(crate) longest: f64,
+}
+
+impl Series {
+    /// Sums up values.
+    pub(crate) fn of(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (values.len().saturating_sub(1) as f64 * share).round() as usize;
+            values.get(rank).copied().unwrap_or_default()
+        };
+        Self { count: values.len(), p50: at(0.5), p99: at(0.99), longest: at(1.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranks_are_those_of_the_sorted_values() {
+        let series = Series::of((0..=100).rev().map(f64::from).collect());
+        assert_eq!(series, Series { count: 101, p50: 50.0, p99: 99.0, longest: 100.0 });
+        assert_eq!(Series::of(Vec::new()), Series::default());
+    }
+}

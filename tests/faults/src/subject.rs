@@ -1,0 +1,194 @@
+//! One faulty plugin of a live view, stepped with each frame: it is struck, what
+//! comes of that is noted, and when it is well again the next fault follows.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use anyhow::{Result, bail, ensure};
+use busbar_viewer::PluginStats;
+use fault_injector::{At, Fault};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::injection::{Outcome, Record, class_of, is_sudden, must_die, needs_restart};
+use crate::site::{FRESHNESS_MILLIS, Installed};
+
+/// The longest that an injection takes from arming to correct data.
+pub(crate) const MAX_INJECTION: Duration = Duration::from_secs(30);
+/// How long a plugin that goes on after a fault is watched: its values would be
+/// stale by then.
+const WATCHED: Duration = Duration::from_millis(2 * FRESHNESS_MILLIS);
+
+/// A plugin, and the faults to come.
+pub(crate) struct Subject {
+    pub(crate) plugin: Installed,
+    pub(crate) queue: VecDeque<Fault>,
+    current: Option<Injection>,
+}
+
+/// How a plugin is, as a frame shows it.
+pub(crate) struct Seen<'a> {
+    /// Read before the frame: what is dead here cannot look alive in the frame.
+    pub(crate) before: &'a PluginStats,
+    /// Whether the frame has its correct data.
+    pub(crate) is_good: bool,
+    /// When the frame was done.
+    pub(crate) now: Instant,
+}
+
+struct Injection {
+    fault: Fault,
+    armed: Instant,
+    /// Deaths before it, and those that the injection itself causes.
+    deaths: u64,
+    /// When its process was killed so that the next one is struck.
+    killed: Option<Instant>,
+    struck: Option<Instant>,
+    bad: Option<Instant>,
+    died: Option<(Instant, String)>,
+    /// When a plugin that goes on in spite of its fault was ended.
+    ended: Option<Instant>,
+}
+
+impl Subject {
+    pub(crate) fn new(plugin: Installed) -> Self {
+        Self { plugin, queue: VecDeque::new(), current: None }
+    }
+
+    /// Whether nothing is left to do.
+    pub(crate) fn is_done(&self) -> bool {
+        self.current.is_none() && self.queue.is_empty()
+    }
+
+    /// Looks at a frame; an injection that is over.
+    pub(crate) fn step(&mut self, seen: &Seen<'_>) -> Result<Option<Record>> {
+        let Some(injection) = &mut self.current else {
+            if seen.is_well() {
+                self.begin(seen)?;
+            }
+            return Ok(None);
+        };
+        let (name, fault) = (&self.plugin.name, injection.fault);
+        ensure!(
+            injection.armed.elapsed() < MAX_INJECTION,
+            "{name}: {fault:?} is not over after {MAX_INJECTION:?}: {:?}, good: {}, struck: {}",
+            seen.before,
+            seen.is_good,
+            injection.struck.is_some(),
+        );
+        if injection.struck.is_none() {
+            injection.struck = self.plugin.struck().map(instant_of);
+        }
+        injection.look(seen)?;
+        if !injection.is_over(seen) {
+            return Ok(None);
+        }
+        let record = injection.record(seen.now);
+        let died = matches!(record.outcome, Outcome::Died(_));
+        ensure!(died || !must_die(fault), "{name}: {fault:?} ended as {:?}", record.outcome);
+        self.current = None;
+        Ok(Some(record))
+    }
+
+    fn begin(&mut self, seen: &Seen<'_>) -> Result<()> {
+        let Some(fault) = self.queue.pop_front() else { return Ok(()) };
+        self.plugin.arm(fault)?;
+        let mut injection = Injection {
+            fault,
+            armed: seen.now,
+            deaths: seen.before.deaths,
+            killed: None,
+            struck: None,
+            bad: None,
+            died: None,
+            ended: None,
+        };
+        if needs_restart(fault) {
+            injection.killed = Some(kill(seen.before)?);
+            injection.deaths += 1;
+        }
+        self.current = Some(injection);
+        Ok(())
+    }
+}
+
+impl Injection {
+    fn look(&mut self, seen: &Seen<'_>) -> Result<()> {
+        let begun = self.killed.or(self.struck);
+        if begun.is_some() && self.ended.is_none() && !seen.is_good && self.bad.is_none() {
+            self.bad = Some(seen.now);
+        }
+        let Some(struck) = self.struck else { return Ok(()) };
+        if self.died.is_none() && self.ended.is_none() && seen.before.deaths > self.deaths {
+            let reason = seen.before.last_death.clone().unwrap_or_default();
+            self.died = Some((seen.now, reason));
+        }
+        let watched = self.bad.is_some() || struck.elapsed() > WATCHED;
+        if self.goes_on() && self.died.is_none() && self.ended.is_none() && watched {
+            // It may die of its fault at this very moment.
+            if must_die(self.fault) {
+                return Ok(());
+            }
+            if let Ok(ended) = kill(seen.before) {
+                self.ended = Some(ended);
+                self.deaths += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the fault strikes again and again while the process lives.
+    fn goes_on(&self) -> bool {
+        matches!(self.fault.at, At::Publish | At::Draw) && !needs_restart(self.fault)
+    }
+
+    fn is_over(&self, seen: &Seen<'_>) -> bool {
+        let met = self.died.is_some() || self.ended.is_some() || !self.goes_on();
+        self.struck.is_some() && met && seen.is_well() && seen.before.deaths >= self.deaths
+    }
+
+    fn record(&self, now: Instant) -> Record {
+        let millis =
+            |from: Instant, to: Instant| to.saturating_duration_since(from).as_secs_f64() * 1e3;
+        let outcome = match &self.died {
+            Some((_, reason)) => Outcome::Died(class_of(reason)),
+            None if self.goes_on() && self.bad.is_some() => Outcome::Bad,
+            None => Outcome::Harmless,
+        };
+        let begun = self.killed.or(self.struck);
+        // A sudden death comes with the strike, others when they are noticed.
+        let lost = match &self.died {
+            Some(_) if is_sudden(self.fault.kind) => self.struck,
+            Some((noticed, _)) => Some(*noticed),
+            None => self.ended,
+        };
+        Record {
+            kind: self.fault.kind,
+            at: self.fault.at,
+            outcome,
+            to_bad_millis: begun.zip(self.bad).map(|(from, to)| millis(from, to)),
+            to_good_millis: lost.map(|from| millis(from, now)),
+        }
+    }
+}
+
+impl Seen<'_> {
+    pub(crate) fn is_well(&self) -> bool {
+        self.is_good && self.before.state == "running"
+    }
+}
+
+fn kill(plugin: &PluginStats) -> Result<Instant> {
+    let pid = plugin.pid.and_then(|pid| Pid::from_raw(pid as i32));
+    let Some(pid) = pid else { bail!("{} has no process", plugin.name) };
+    let now = Instant::now();
+    kill_process(pid, Signal::KILL)?;
+    Ok(now)
+}
+
+/// A time of the wall clock as an instant, never later than now.
+fn instant_of(unix_nanos: u128) -> Instant {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+    let age = Duration::from_nanos(now.saturating_sub(unix_nanos) as u64);
+    let instant = Instant::now();
+    instant.checked_sub(age).unwrap_or(instant)
+}
