@@ -63,7 +63,8 @@ def info(point):
         case "ST":
             return c104.StepInfo(c104.Int7(value), False, **more)
         case "BO":
-            return c104.BinaryInfo(c104.Byte32(value), **more)
+            # From a small int c104 makes zero.
+            return c104.BinaryInfo(c104.Byte32(value.to_bytes(4, "little")), **more)
         case "IT":
             more["quality"] = c104.BinaryCounterQuality()
             if bits & INVALID:
@@ -123,7 +124,8 @@ def on_clock_sync(
 ) -> c104.ResponseState:
     global clock_was_set
     now = datetime.datetime.now(datetime.timezone.utc)
-    if abs(date_time - now) > datetime.timedelta(seconds=5):
+    # It comes without a zone.
+    if abs(date_time.replace(tzinfo=now.tzinfo) - now) > datetime.timedelta(seconds=5):
         return c104.ResponseState.FAILURE
     clock_was_set = True
     return c104.ResponseState.SUCCESS

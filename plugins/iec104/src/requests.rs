@@ -7,9 +7,7 @@ use std::time::{Duration, Instant};
 use crate::codec::{Header, cause};
 use crate::settings::Config;
 
-/// How long a station may take to confirm a request.
-const CONFIRM_LIMIT: Duration = Duration::from_secs(15);
-/// How long it may take to answer it.
+/// How long a station may take to answer a request that it has confirmed.
 const ANSWER_LIMIT: Duration = Duration::from_secs(120);
 
 /// What is asked for.
@@ -47,6 +45,8 @@ pub(crate) struct Requests {
     /// By kind: its period, and when it is due next.
     periods: [(Kind, Option<Duration>, Option<Instant>); 3],
     interrogate_on_start: bool,
+    /// How long a station may take to confirm a request: t1, as for the frame.
+    confirm_limit: Duration,
     queue: VecDeque<Job>,
     current: Option<(Job, Instant)>,
 }
@@ -61,6 +61,7 @@ impl Requests {
                 (Kind::Counters, config.counter_period, None),
             ],
             interrogate_on_start: config.interrogate_on_start,
+            confirm_limit: config.parameters.t1,
             queue: VecDeque::new(),
             current: None,
         }
@@ -104,7 +105,7 @@ impl Requests {
             return None;
         }
         let job = self.queue.pop_front()?;
-        self.current = Some((job, now + CONFIRM_LIMIT));
+        self.current = Some((job, now + self.confirm_limit));
         Some(job)
     }
 
@@ -126,10 +127,16 @@ impl Requests {
         header: &Header,
         now: Instant,
     ) -> Option<(Job, Outcome)> {
-        let job = Job { kind, common_address: header.common_address };
+        let common_address = header.common_address;
+        let job = Job { kind, common_address };
+        if header.cause == cause::UNKNOWN_COMMON_ADDRESS {
+            // It may follow a negative confirmation, which ended the request.
+            self.current.take_if(|(current, _)| *current == job);
+            let is_ours = self.common_addresses.contains(&common_address);
+            return is_ours.then_some((job, Outcome::UnknownCommonAddress));
+        }
         let (_, by) = self.current.as_mut().filter(|(current, _)| *current == job)?;
         let outcome = match header.cause {
-            cause::UNKNOWN_COMMON_ADDRESS => Outcome::UnknownCommonAddress,
             cause @ cause::UNKNOWN_TYPE..=cause::UNKNOWN_OBJECT_ADDRESS => Outcome::Refused(cause),
             cause if header.is_negative => Outcome::Refused(cause),
             // There is nothing more to come.

@@ -4,6 +4,8 @@ use super::*;
 use crate::Settings;
 
 const SECOND: Duration = Duration::from_secs(1);
+/// The default of t1.
+const CONFIRM_LIMIT: Duration = Duration::from_secs(15);
 
 fn requests(settings: serde_json::Value) -> Requests {
     let mut all = json!({"host": "a"});
@@ -120,6 +122,19 @@ fn refusals_are_told_apart() {
         let header = answer(3, cause, is_negative);
         assert_eq!(requests.heed(Kind::Interrogation, &header, now), Some((job, outcome)));
     }
+}
+
+#[test]
+fn an_unknown_common_address_is_heard_even_after_a_refusal() {
+    let mut requests = requests(json!({}));
+    let now = Instant::now();
+    requests.begin(now);
+    let job = requests.next(now).unwrap();
+    requests.heed(Kind::Interrogation, &answer(3, cause::ACTIVATION_CONFIRMED, true), now);
+    let unknown = |common_address| answer(common_address, cause::UNKNOWN_COMMON_ADDRESS, false);
+    let heard = requests.heed(Kind::Interrogation, &unknown(3), now);
+    assert_eq!(heard, Some((job, Outcome::UnknownCommonAddress)));
+    assert_eq!(requests.heed(Kind::Interrogation, &unknown(4), now), None, "none of ours");
 }
 
 #[test]

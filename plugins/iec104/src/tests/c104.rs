@@ -79,8 +79,11 @@ fn every_type_is_read_as_the_station_has_it() {
     let tags = addressed().map(|(ioa, (_, kind, _))| tag(ioa, *kind)).collect();
     let settings = json!({"counter_period_millis": 60_000, "clock_sync_period_millis": 60_000});
     let running = start(peer.port, settings, tags);
-    for (ioa, (.., [(_, expected), _])) in addressed() {
-        running.wait_for(ioa, *expected);
+    for (ioa, (name, _, [(_, expected), _])) in addressed() {
+        // c104 leaves this one out of interrogations.
+        if *name != "M_ME_ND_1" {
+            running.wait_for(ioa, *expected);
+        }
     }
     let links = running.recorder.recording().links;
     let states: Vec<_> = links.iter().map(|(state, _)| *state).collect();

@@ -34,7 +34,7 @@ fn every_type_is_read_as_the_station_has_it() {
         ("M_BO_TB_1", ValueKind::I64, json!(1), Value::I64(1)),
         ("M_ME_NA_1", ValueKind::F64, json!(-0.5), Value::F64(-0.5)),
         ("M_ME_ND_1", ValueKind::F64, json!(0.25), Value::F64(0.25)),
-        ("M_ME_TD_1", ValueKind::F64, json!(-1.0), Value::F64(-1.0)),
+        ("M_ME_TD_1", ValueKind::F64, json!(0.5), Value::F64(0.5)),
         ("M_ME_NB_1", ValueKind::I64, json!(-32768), Value::I64(-32768)),
         ("M_ME_TE_1", ValueKind::F64, json!(32767), Value::F64(32767.0)),
         ("M_ME_NC_1", ValueKind::F64, json!(230.5), Value::F64(230.5)),
@@ -114,6 +114,18 @@ fn quality_time_and_cause_are_heeded() {
     let samples = running.recorder.recording().samples;
     let values = samples.iter().filter_map(|sample| sample.value);
     assert_eq!(values.count(), 15);
+}
+
+#[test]
+fn a_wrong_common_address_is_named_and_the_right_ones_are_served() {
+    let Some(peer) = Peer::start(Kind::Hat, &spec(&[point(1, "M_ME_NB_1", json!(5))])) else {
+        return;
+    };
+    let wrong = tag_spec(9, "wrong", ValueKind::I64, json!({"ioa": 1, "common_address": 9}));
+    let running = start(peer.port, json!({}), vec![tag(1, ValueKind::I64), wrong]);
+    running.wait_for(1, Value::I64(5));
+    running.wait_for_bad(9, Reason::Configuration);
+    running.wait_for_link(LinkState::Up, "does not know common address 9");
 }
 
 #[test]
