@@ -7,9 +7,13 @@
 
 mod apci;
 mod asdu;
+// Sums of a few bounded numbers, far from the range of i64.
+#[allow(clippy::arithmetic_side_effects)]
+mod calendar;
 mod element;
 mod error;
 mod request;
+#[allow(clippy::arithmetic_side_effects)]
 mod time;
 
 pub use apci::{Frame, Function, MAX_ASDU_BYTES, MAX_FRAME_BYTES, Sequence, split_frame};
