@@ -51,6 +51,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
     ("fault_injector", &["busbar_plugin_sdk"]),
+    ("iec104", &["busbar_plugin_sdk"]),
     ("modbus_adapter", &["busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
@@ -146,6 +147,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
     ("tokio-modbus", &["modbus_adapter", "modbus_simulator"]),
+    ("tokio-rustls", &["iec104"]),
 ];
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =

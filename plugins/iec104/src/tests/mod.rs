@@ -1,0 +1,94 @@
+//! The plugin end to end, through the SDK's sink, against real sockets.
+
+mod c104;
+mod hat;
+mod hostile;
+mod peer;
+mod server;
+mod tls;
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::{
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
+};
+use serde_json::json;
+
+use crate::{Iec104, Settings};
+
+/// Long enough for a loaded machine; a test that passes does not wait for it.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A running plugin, and what it published.
+struct Running {
+    plugin: Iec104,
+    recorder: Recorder,
+}
+
+/// Starts a plugin; `settings` are added to quick ones.
+fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
+    let mut all = json!({
+        "host": "127.0.0.1", "port": port, "reconnect": {"min_millis": 100, "max_millis": 400}
+    });
+    let (Some(all_fields), Some(fields)) = (all.as_object_mut(), settings.as_object()) else {
+        panic!("settings are an object");
+    };
+    all_fields.extend(fields.clone());
+    let settings: Settings = serde_json::from_value(all).unwrap();
+    let mut plugin = Iec104::create(settings, host()).unwrap();
+    let recorder = Recorder::new();
+    plugin.start(tags, recorder.sink()).unwrap();
+    Running { plugin, recorder }
+}
+
+impl Running {
+    fn wait_for(&self, tag: u32, value: Value) {
+        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
+    }
+
+    fn wait_for_bad(&self, tag: u32, reason: Reason) {
+        self.wait("quality", tag, |sample| sample.quality == Quality::Bad(reason));
+    }
+
+    #[track_caller]
+    fn wait(&self, what: &str, tag: u32, wanted: impl Fn(&Sample) -> bool) {
+        let arrived =
+            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
+        assert!(
+            arrived,
+            "{what} of tag {tag}: {:?}; links {:?}",
+            self.recorder.latest(tag),
+            self.recorder.recording().links
+        );
+    }
+
+    /// Waits for a link report.
+    #[track_caller]
+    fn wait_for_link(&self, state: LinkState, message: &str) {
+        let said = |seen: &Recording| {
+            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
+        };
+        let links = || self.recorder.recording().links;
+        assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
+    }
+
+    fn has_good_samples(&self) -> bool {
+        self.recorder.recording().samples.iter().any(|s| s.quality.is_good())
+    }
+}
+
+/// A tag named by its object address.
+fn tag(ioa: u32, kind: ValueKind) -> TagSpec {
+    tag_spec(ioa, &format!("tag{ioa}"), kind, json!({"ioa": ioa}))
+}
+
+/// Whether a thread of a plugin on this port lives in this process.
+#[cfg(target_os = "linux")]
+fn has_thread(port: u16) -> bool {
+    let name = format!("iec104:{port}");
+    std::fs::read_dir("/proc/self/task")
+        .unwrap()
+        .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("comm")).ok())
+        .any(|comm| comm.trim() == name)
+}
