@@ -72,6 +72,14 @@ fn honest_factory() -> Option<&'static abi::BusbarPluginFactory> {
     unsafe { HONEST.get_factory?(id).cast::<abi::BusbarPluginFactory>().as_ref() }
 }
 
+/// The SDK's descriptor with the id of this copy of the library.
+struct Own(abi::BusbarPluginDescriptor);
+static OWN: OnceLock<Own> = OnceLock::new();
+// SAFETY: all its pointers lead to static or leaked memory that never changes.
+unsafe impl Send for Own {}
+// SAFETY: as above.
+unsafe impl Sync for Own {}
+
 unsafe extern "C" fn count() -> u32 {
     if strike(At::Count) == Some(Kind::OutOfRange) { TOO_MANY } else { 1 }
 }
@@ -91,7 +99,7 @@ unsafe extern "C" fn descriptor(index: u32) -> *const abi::BusbarPluginDescripto
         Some(Kind::OutOfRange) => {
             abi::BusbarPluginDescriptor { capability_count: TOO_MANY, ..copy }
         }
-        _ => copy,
+        _ => return std::ptr::from_ref(&OWN.get_or_init(|| Own(copy)).0),
     };
     Box::leak(Box::new(spoiled))
 }

@@ -122,7 +122,6 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_scene",
-            "busbar_tags",
             "busbar_viewer",
             "corpus",
             "fault_injector",
