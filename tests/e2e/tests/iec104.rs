@@ -1,0 +1,141 @@
+//! A 104 station of c104's in a scene: what it has is in the statistics, and what
+//! it no longer vouches for is bad.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use e2e::relay::Relay;
+use e2e::{Process, Scene, Stats, available, built, built_folder, busbar, finish, workspace_path};
+use rustix::process::Signal;
+use serde_json::{Value, json};
+
+/// Messages after which all values have come: the confirmation of the start, and
+/// of the interrogation, its values, its end.
+const ANSWERS_TO_ALL: usize = 2;
+
+struct Station {
+    process: Process,
+    port: u16,
+}
+
+impl Station {
+    fn start() -> Option<Self> {
+        let points: Vec<_> = points().into_iter().map(|(point, ..)| point).collect();
+        let python = std::env::var_os("BUSBAR_PYTHON")
+            .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
+        if !available(has_c104(&python), "no c104: run `cargo xtask test`") {
+            return None;
+        }
+        let mut command = Command::new(python);
+        command.arg(workspace_path("tests/peers/iec104_c104.py"));
+        let process = Process::start(command.arg(json!({ "points": points }).to_string()));
+        let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
+        Some(Self { process, port })
+    }
+}
+
+fn has_c104(python: &Path) -> bool {
+    let mut command = Command::new(python);
+    command.args(["-c", "import c104"]).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// A point, its tag's kind, and what the statistics say: value, quality, reason.
+fn points() -> [(Value, &'static str, Value, &'static str, Option<&'static str>); 6] {
+    let point = |ioa: u32, kind: &str, value: Value, quality: u8| json!({"common_address": 1, "ioa": ioa, "type": kind, "value": value, "quality": quality});
+    [
+        (point(1, "M_SP_NA_1", json!(true), 0), "bool", json!(true), "good", None),
+        (point(2, "M_DP_NA_1", json!(2), 0), "double_point", json!("closed"), "good", None),
+        (point(3, "M_ME_NC_1", json!(230.5), 0), "f64", json!(230.5), "good", None),
+        (point(4, "M_ST_NA_1", json!(-3), 0), "i64", json!(-3), "good", None),
+        (point(5, "M_ME_NB_1", json!(7), 0x80), "f64", json!(7.0), "bad", Some("sensor")),
+        (
+            point(6, "M_ME_NB_1", json!(8), 0x01),
+            "f64",
+            json!(8.0),
+            "uncertain",
+            Some("out of range"),
+        ),
+    ]
+}
+
+fn id(point: &Value) -> String {
+    format!("P{}", point["ioa"])
+}
+
+/// A scene whose tags are the points.
+fn scene(port: u16) -> Scene {
+    let mut scene = Scene::without_tags();
+    let library = built(built_folder().join(scene.library("iec104").file_name().expect("a name")));
+    std::fs::copy(library, scene.library("iec104")).expect("it can be copied");
+    scene.config["plugins"]["station"] = json!({
+        "plugin": "iec104",
+        "settings": {
+            "host": "127.0.0.1", "port": port,
+            "t1_millis": 600, "t2_millis": 300, "t3_millis": 400,
+        }
+    });
+    for (point, kind, ..) in points() {
+        scene.config["tags"][id(&point)] = json!({
+            "type": kind, "freshness_millis": 60_000,
+            "source": {"plugin": "station", "address": {"ioa": point["ioa"]}}
+        });
+    }
+    scene
+}
+
+fn rendering(scene: &Scene, seconds: f64) -> Command {
+    let mut command = busbar();
+    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
+    command.arg("--out").arg(scene.path("picture.png"));
+    command.arg("--stats").arg(scene.path("stats.json"));
+    command.args(["--seconds", &seconds.to_string()]);
+    command
+}
+
+fn stats(scene: &Scene) -> Stats {
+    Stats::read(&scene.path("stats.json"))
+}
+
+#[test]
+fn values_are_those_of_the_station() {
+    let Some(station) = Station::start() else { return };
+    for isolation in ["process", "none"] {
+        let mut scene = scene(station.port);
+        scene.config["isolation"] = json!(isolation);
+        scene.config["tags"]["Lost"] = json!({
+            "type": "f64",
+            "source": {"plugin": "station", "address": {"ioa": 1, "common_address": 9}}
+        });
+        let output = finish(&mut rendering(&scene, 2.0)).expect_code(0);
+        let said = output.stdout + &output.stderr;
+        assert!(said.contains("the station does not know common address 9"), "{said}");
+        let stats = stats(&scene);
+        for (point, _, value, quality, reason) in points() {
+            let tag = stats.tag(&id(&point));
+            assert_eq!((&tag.value, tag.quality.as_str()), (&value, quality), "{point}");
+            assert_eq!(tag.reason.as_deref(), reason, "{point}");
+        }
+        let lost = stats.tag("Lost");
+        assert_eq!((lost.quality.as_str(), lost.reason.as_deref()), ("bad", Some("configuration")));
+    }
+}
+
+#[test]
+fn a_station_that_is_killed_or_hangs_leaves_nothing_good() {
+    for signal in [Signal::KILL, Signal::STOP] {
+        let Some(station) = Station::start() else { return };
+        let relay = Relay::start(station.port);
+        let scene = scene(relay.port);
+        let running = Process::start(&mut rendering(&scene, 3.0));
+        relay.wait_for_answers(ANSWERS_TO_ALL);
+        station.process.signal(signal);
+        running.finish().expect_code(0);
+        for (id, tag) in stats(&scene).tags() {
+            let found = (tag.quality.as_str(), tag.reason.as_deref());
+            assert_eq!(found, ("bad", Some("communication")), "{id} after {signal:?}");
+        }
+        let kept = stats(&scene).tag("P3").value;
+        assert_eq!(kept, json!(230.5), "the last value stays");
+    }
+}
