@@ -75,8 +75,16 @@ fn shipped_plugins_pass() {
             { "kind": "double_point", "address": { "table": "discrete", "register": 0 } },
         ],
     });
+    let station = json!({
+        "settings": { "host": "127.0.0.1", "port": 1 },
+        "tags": [
+            { "kind": "f64", "address": { "ioa": 1 } },
+            { "kind": "bool", "address": { "ioa": 2 } },
+        ],
+    });
     for (plugin, sample, most_skipped) in [
         ("modbus_adapter", modbus, 0),
+        ("iec104", station, 0),
         ("power_overlay", json!({}), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
