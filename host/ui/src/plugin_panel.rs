@@ -1,12 +1,12 @@
 //! Plugins, how their links and their processes are.
 
-use egui::{RichText, Ui};
+use egui::{Label, RichText, Ui};
 
 use crate::{Command, LinkLamp, PluginRow, theme};
 
 pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow], commands: &mut Vec<Command>) {
     for plugin in plugins {
-        ui.horizontal_wrapped(|ui| {
+        ui.horizontal(|ui| {
             ui.label(RichText::new(&plugin.name).strong());
             ui.label(RichText::new(&plugin.plugin).color(theme::FAINT_INK));
             let state = match plugin.lamp {
@@ -16,11 +16,13 @@ pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow], commands: &mut Vec<Comman
                 LinkLamp::Down => "× down",
             };
             ui.label(state);
-            ui.label(RichText::new(&plugin.message).color(theme::FAINT_INK));
-            ui.label(RichText::new(&plugin.process).color(theme::FAINT_INK));
             if plugin.can_start && ui.button("Start now").clicked() {
                 commands.push(Command::StartPlugin(plugin.name.clone()));
             }
         });
+        // What may be long has lines of its own.
+        for words in [&plugin.message, &plugin.process].into_iter().filter(|w| !w.is_empty()) {
+            ui.add(Label::new(RichText::new(words).color(theme::FAINT_INK)).wrap());
+        }
     }
 }

@@ -24,11 +24,8 @@ fn stays(position: u32) -> Link {
 /// Positions are as imported: those of a triangle are near each other, and so
 /// are their links.
 pub(super) fn find(mesh: &Mesh, sequence: &CollapseSequence, max_depth: u32) -> Vec<u32> {
-    let links = if max_depth <= MAX_CLIMBED_DEPTH {
-        own_links(sequence)
-    } else {
-        balanced_links(sequence)
-    };
+    let links =
+        if max_depth <= MAX_CLIMBED_DEPTH { own_links(sequence) } else { balanced_links(sequence) };
     mesh.triangles.iter().map(|&corners| death(&links, mesh.corner_positions(corners))).collect()
 }
 
