@@ -114,7 +114,9 @@ fn side_panel(
     Panel::bottom("plugins").show_separator_line(false).frame(Frame::NONE).show(ui, |ui| {
         ui.add_space(6.0);
         ui.heading("Plugins");
-        ScrollArea::vertical().id_salt("plugins").max_height(part).show(ui, |ui| {
+        let area = ScrollArea::vertical().id_salt("plugins").max_height(part);
+        // The panel is as high as it was; it grows only if it must.
+        area.min_scrolled_height(part).show(ui, |ui| {
             plugin_panel::show(ui, &model.plugins, commands);
         });
     });
