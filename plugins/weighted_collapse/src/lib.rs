@@ -9,6 +9,7 @@
 //! leaves something open, a [`Reading`] says how it is taken. Beyond the paper,
 //! [`Order`] has two orders that keep the surface whole (`greedy`).
 
+mod arc_cosine;
 mod edges;
 mod factors;
 mod forest;

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 
 use busbar_plugin_sdk::Mesh;
 
+use crate::arc_cosine::angles;
 use crate::edges::Edges;
 use crate::factors::{Factors, Hinge, angle, bend_cosine, measure};
 use crate::moments::{CHUNK, Moments};
@@ -116,7 +117,7 @@ fn measure_chunk(mesh: &Mesh<'_>, edges: &Edges, reading: &Reading, chunk: Chunk
         areas[i] = factors.area;
         curvatures[i] = factors.curvature_cosine;
     }
-    curvatures.iter_mut().for_each(|curvature| *curvature = angle(*curvature));
+    angles(curvatures);
     Totals {
         lengths: Moments::of(lengths),
         areas: Moments::of(areas),
