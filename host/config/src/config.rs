@@ -136,10 +136,42 @@ pub struct TagConfig {
     pub limits: Band,
     /// Age in milliseconds past which a value is stale.
     pub freshness_millis: u64,
+    /// Factor and offset from the number that comes to the tag's unit.
+    pub scale: Option<[f64; 2]>,
+    /// A number nearer than this to the one before does not change it; 0 for none.
+    pub dead_band: f64,
     /// Where it comes from.
-    pub source: SourceConfig,
+    pub origin: OriginConfig,
     /// JSON pointer.
     pub pointer: String,
+}
+
+/// Where a tag comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OriginConfig {
+    /// A plugin reads it.
+    Source(SourceConfig),
+    /// It is worked out of other tags, whose ids stand in braces. Whether it can be
+    /// read is not checked here.
+    Expression(String),
+}
+
+impl TagConfig {
+    /// Where a plugin reads it, unless it is derived.
+    pub fn source(&self) -> Option<&SourceConfig> {
+        match &self.origin {
+            OriginConfig::Source(source) => Some(source),
+            OriginConfig::Expression(_) => None,
+        }
+    }
+
+    /// What it is worked out by, if it is derived.
+    pub fn expression(&self) -> Option<&str> {
+        match &self.origin {
+            OriginConfig::Source(_) => None,
+            OriginConfig::Expression(expression) => Some(expression),
+        }
+    }
 }
 
 /// Type of a tag's value.
@@ -165,7 +197,7 @@ pub struct Band {
     pub high: Option<f64>,
 }
 
-/// Where a tag comes from.
+/// Where a plugin reads a tag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceConfig {
     /// Name of the plugin instance that reads it.

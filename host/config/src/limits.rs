@@ -30,6 +30,8 @@ pub const MAX_MODELS: usize = 10_000;
 pub const MAX_NODES: usize = 1_000_000;
 /// The most tags.
 pub const MAX_TAGS: usize = 1_000_000;
+/// The longest expression of a derived tag, in bytes.
+pub const MAX_EXPRESSION_BYTES: usize = 1_000;
 /// The most bindings of tags to nodes.
 pub const MAX_BINDINGS: usize = 1_000_000;
 /// The most cameras.

@@ -197,9 +197,43 @@ pub(crate) struct RawTag {
     #[serde(default = "default_freshness_millis")]
     #[schemars(range(min = 50, max = 86_400_000), extend("examples" = [3000]))]
     pub(crate) freshness_millis: u64,
+    /// From the number that the plugin brings to the tag's unit; of type f64 alone.
+    #[serde(default)]
+    #[schemars(with = "RawTagScale")]
+    pub(crate) scale: Option<RawTagScale>,
+    /// A number nearer than this to the one shown does not change it, in the tag's unit.
+    #[serde(default)]
+    #[schemars(range(min = 0.0), extend("examples" = [0.1]))]
+    pub(crate) dead_band: f64,
     /// Where the value comes from.
+    #[serde(default)]
+    #[schemars(with = "RawSource")]
     #[schemars(extend("examples" = [{"plugin": "plc", "address": {}}]))]
-    pub(crate) source: RawSource,
+    pub(crate) source: Option<RawSource>,
+    /// Instead of a source: a formula of other tags, their ids in braces.
+    #[serde(default)]
+    #[schemars(with = "String", length(min = 1, max = MAX_EXPRESSION_BYTES))]
+    #[schemars(extend("examples" = ["sqrt(3) * {T1.U} * {T1.I} / 1000"]))]
+    pub(crate) expression: Option<String>,
+}
+
+/// A straight line: `number * factor + offset`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "TagScale")]
+pub(crate) struct RawTagScale {
+    /// What the number is multiplied by.
+    #[schemars(extend("examples" = [0.1]))]
+    pub(crate) factor: f64,
+    /// What is added then.
+    #[schemars(extend("examples" = [-50]))]
+    pub(crate) offset: f64,
+}
+
+impl Default for RawTagScale {
+    fn default() -> Self {
+        Self { factor: 1.0, offset: 0.0 }
+    }
 }
 
 /// An interval, open where a bound is null or missing.

@@ -136,12 +136,21 @@ fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
         range: Band { low: raw.range.low, high: raw.range.high },
         limits: Band { low: raw.limits.low, high: raw.limits.high },
         freshness_millis: raw.freshness_millis,
-        source: SourceConfig {
-            plugin: raw.source.plugin,
-            address: raw.source.address,
-            pointer: join_pointer(&pointer, "source"),
-        },
+        scale: raw.scale.map(|scale| [scale.factor, scale.offset]),
+        dead_band: raw.dead_band,
+        origin: origin(raw.source, raw.expression, &pointer),
         pointer,
+    }
+}
+
+/// The rules ensure that there is one of the two.
+fn origin(source: Option<RawSource>, expression: Option<String>, pointer: &str) -> OriginConfig {
+    match source {
+        Some(RawSource { plugin, address }) => {
+            let pointer = join_pointer(pointer, "source");
+            OriginConfig::Source(SourceConfig { plugin, address, pointer })
+        }
+        None => OriginConfig::Expression(expression.unwrap_or_default()),
     }
 }
 

@@ -57,8 +57,36 @@ impl<'d> Rules<'d, '_, '_> {
                     self.check_band(tag, band, &pointer);
                 }
             }
-            let source = join_pointer(&pointer, "source");
-            self.check_plugin_reference(&tag["source"]["plugin"], &source, "plugin");
+            self.check_origin(tag, &pointer);
+        }
+    }
+
+    fn check_origin(&mut self, tag: &'d Value, pointer: &str) {
+        let source = join_pointer(pointer, "source");
+        match (tag["source"].is_object(), tag["expression"].is_string()) {
+            (true, false) => {
+                self.check_plugin_reference(&tag["source"]["plugin"], &source, "plugin");
+            }
+            (true, true) => self.report.error(
+                &join_pointer(pointer, "expression"),
+                "the tag has a source and an expression",
+                "remove one of the two: a value is read or derived",
+            ),
+            (false, false) if tag["source"].is_null() && tag["expression"].is_null() => {
+                self.report.error(
+                    pointer,
+                    "the tag has no source",
+                    "add \"source\" with a plugin and an address, or \"expression\"",
+                );
+            }
+            _ => {}
+        }
+        if tag["scale"].is_object() && tag["type"] != "f64" {
+            self.report.error(
+                &join_pointer(pointer, "scale"),
+                "only a tag of type 'f64' has a scale",
+                "make the type \"f64\", or remove \"scale\"",
+            );
         }
     }
 

@@ -93,15 +93,17 @@ fn tags_and_bindings_keep_what_is_theirs() {
     assert_eq!(oil.range, Band { low: Some(-40.0), high: Some(150.0) });
     assert_eq!(oil.limits, Band { low: None, high: Some(95.0) });
     assert!(oil.limits.contains(95.0) && !oil.limits.contains(95.1));
-    assert_eq!(oil.source.plugin, "plc");
-    assert_eq!(oil.source.address, json!({ "register": 7 }));
-    assert_eq!(oil.source.pointer, "/tags/T1.TopOil/source");
+    let source = oil.source().expect("a plugin reads it");
+    assert_eq!(source.plugin, "plc");
+    assert_eq!(source.address, json!({ "register": 7 }));
+    assert_eq!(source.pointer, "/tags/T1.TopOil/source");
     let position = &config.tags["Q1.Position"];
     assert_eq!(
         (position.name.as_str(), position.value_type),
         ("Q1.Position", TagType::DoublePoint)
     );
     assert_eq!(position.freshness_millis, 3000);
+    assert_eq!((position.scale, position.dead_band, position.expression()), (None, 0.0, None));
     let binding = &config.bindings[0];
     assert_eq!((binding.tag.as_str(), binding.role.as_str()), ("T1.TopOil", "value"));
     assert_eq!(binding.node, "=S12D1T1-TA1/bushing 1U");

@@ -34,7 +34,7 @@ pub use sample_check::SampleCheck;
 pub use signature::{PublicKey, sign_library};
 pub use telemetry::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleReceiver, Telemetry, TelemetryStream,
-    TelemetryTag,
+    TelemetryTag, wall_clock,
 };
 pub use text::shown;
 pub use trust::{LibraryFile, LoadRules, MAX_LIBRARIES, MAX_LIBRARY_BYTES, libraries};

@@ -92,9 +92,9 @@ impl Overlay {
     ///
     /// # Errors
     /// What the plugin says, or the rule its result breaks.
-    pub fn draw<'a>(
+    pub fn draw(
         &mut self,
-        state: impl Fn(TagHandle) -> Option<&'a TagState>,
+        state: impl Fn(TagHandle) -> Option<TagState>,
         now: SystemTime,
     ) -> Result<OverlayPicture, PluginError> {
         let values: Vec<_> = self.bindings.iter().map(|b| value_to_abi(state(b.tag))).collect();
@@ -110,7 +110,7 @@ impl Overlay {
         states: &[Option<TagState>],
         now: SystemTime,
     ) -> Result<OverlayPicture, PluginError> {
-        let state = |index| states.get(index).and_then(Option::as_ref);
+        let state = |index| states.get(index).copied().flatten();
         let values: Vec<_> = (0..self.bindings.len()).map(|i| value_to_abi(state(i))).collect();
         self.draw_values(&values, now)
     }
@@ -234,7 +234,7 @@ fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
     }
 }
 
-fn value_to_abi(state: Option<&TagState>) -> abi::BusbarTagValue {
+fn value_to_abi(state: Option<TagState>) -> abi::BusbarTagValue {
     let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
     let (kind, value) = match state.and_then(|s| s.value) {
         None => (abi::BUSBAR_VALUE_NONE, 0),

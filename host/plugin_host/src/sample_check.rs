@@ -1,14 +1,12 @@
 //! Raw samples to samples: what a telemetry plugin may send.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
 use busbar_plugin_abi as abi;
-use busbar_tags::{DoublePoint, Quality, Reason, Sample, TagHandle, Value};
+use busbar_tags::{DoublePoint, Moment, Quality, Reason, Sample, SourceTime, TagHandle, Value};
 
 use crate::TelemetryTag;
 
-/// How far a source's clock may be ahead of the host's.
-const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
+/// How far a source's clock may be ahead of the host's, nanoseconds.
+const MAX_CLOCK_AHEAD: i64 = 10_000_000_000;
 
 /// Judges the samples of one plugin, whichever way they come.
 #[derive(Clone, Debug)]
@@ -33,8 +31,8 @@ impl SampleCheck {
     pub fn check(
         &self,
         raw: &abi::BusbarSample,
-        received: Instant,
-        wall_clock: SystemTime,
+        received: Moment,
+        wall_clock: SourceTime,
     ) -> Option<Sample> {
         if !self.owned.get(raw.tag as usize).copied().unwrap_or(false) {
             return None;
@@ -60,13 +58,18 @@ impl SampleCheck {
             abi::BUSBAR_QUALITY_BAD => Quality::Bad(reason),
             _ => return None,
         };
-        // A time in the future orders nothing: it would shut out all that follows.
-        let source_time = time_from_abi(raw.source_time_unix_nanos)
-            .filter(|&time| time <= wall_clock + MAX_CLOCK_AHEAD);
-        let lag = source_time.and_then(|time| wall_clock.duration_since(time).ok());
-        let lag = lag.unwrap_or_default();
-        Some(Sample { tag: TagHandle(raw.tag), value, quality, source_time, lag, received })
+        let source_time = source_time(raw.source_time_unix_nanos, wall_clock);
+        let lag = source_time.map_or(0, |time| wall_clock.0.saturating_sub(time.0).max(0));
+        let valid_from = Moment(received.0.saturating_sub(lag.unsigned_abs()));
+        Some(Sample { tag: TagHandle(raw.tag), value, quality, source_time, received, valid_from })
     }
+}
+
+/// A time in the future orders nothing: it would shut out all that follows.
+fn source_time(unix_nanos: i64, wall_clock: SourceTime) -> Option<SourceTime> {
+    let is_known = unix_nanos != abi::BUSBAR_NO_TIME;
+    let is_possible = unix_nanos <= wall_clock.0.saturating_add(MAX_CLOCK_AHEAD);
+    (is_known && is_possible).then_some(SourceTime(unix_nanos))
 }
 
 fn reason_from_abi(reason: u8) -> Option<Reason> {
@@ -81,12 +84,4 @@ fn reason_from_abi(reason: u8) -> Option<Reason> {
         abi::BUSBAR_REASON_STALE => Reason::Stale,
         _ => return None,
     })
-}
-
-fn time_from_abi(unix_nanos: i64) -> Option<SystemTime> {
-    if unix_nanos == abi::BUSBAR_NO_TIME {
-        return None;
-    }
-    let distance = Duration::from_nanos(unix_nanos.unsigned_abs());
-    if unix_nanos < 0 { UNIX_EPOCH.checked_sub(distance) } else { UNIX_EPOCH.checked_add(distance) }
 }

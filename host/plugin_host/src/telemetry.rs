@@ -4,10 +4,10 @@ use std::ffi::c_void;
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{Reason, SampleQueue, TagHandle, ValueKind};
+use busbar_tags::{Moment, Reason, SampleQueue, SourceTime, TagHandle, ValueKind};
 use serde::{Deserialize, Serialize};
 
 use crate::{Instance, PluginError, SampleCheck, text};
@@ -59,7 +59,7 @@ pub struct LinkReport {
     pub longest_freshness: Duration,
     /// Samples that named no tag of this plugin or made no sense.
     pub rejected: u64,
-    /// Samples lost because the queue was full.
+    /// Samples that later ones of their tags overtook because too many waited.
     pub dropped: u64,
 }
 
@@ -109,7 +109,7 @@ struct QueueReceiver {
     check: SampleCheck,
     longest_freshness: Duration,
     link: Mutex<(LinkState, String)>,
-    last_sample: Mutex<Option<Instant>>,
+    last_sample: Mutex<Option<Moment>>,
     rejected: AtomicU64,
 }
 
@@ -163,7 +163,7 @@ impl Telemetry {
         LinkReport {
             state,
             message,
-            silent_for: last.map(|last| last.elapsed()),
+            silent_for: last.map(|last| Moment::now().since(last)),
             longest_freshness: receiver.longest_freshness,
             rejected: receiver.rejected.load(Ordering::Relaxed),
             dropped: receiver.queue.dropped(),
@@ -211,7 +211,8 @@ impl Drop for TelemetryStream {
 
 impl SampleReceiver for QueueReceiver {
     fn publish(&self, samples: &[abi::BusbarSample]) -> usize {
-        let (received, wall_clock) = (Instant::now(), SystemTime::now());
+        let received = Moment::now();
+        let wall_clock = wall_clock();
         // Checked before the queue is locked: the frame waits for that lock.
         let valid: Vec<_> =
             samples.iter().filter_map(|raw| self.check.check(raw, received, wall_clock)).collect();
@@ -287,6 +288,11 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     // SAFETY: the plugin gives a readable text.
     let message = unsafe { text::read_short(message, MAX_LINK_MESSAGE_BYTES) };
     context.0.report_link(state, message);
+}
+
+/// The wall clock; one that is beyond counting is for ever.
+pub fn wall_clock() -> SourceTime {
+    SourceTime::of(SystemTime::now()).unwrap_or(SourceTime(i64::MAX))
 }
 
 fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {

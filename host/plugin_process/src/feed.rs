@@ -1,14 +1,12 @@
 //! The samples of one isolated telemetry plugin, on the host's side.
 
-use std::collections::VecDeque;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::Duration;
 
 use busbar_plugin_host::{
-    LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleCheck, TelemetryTag, shown,
+    LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleCheck, TelemetryTag, shown, wall_clock,
 };
-use busbar_tags::{MAX_QUEUED_SAMPLES, Quality, Reason, Sample};
+use busbar_tags::{Backlog, Moment, Quality, Reason, Sample};
 
-use crate::clock::Instants;
 use crate::ring::RingReader;
 
 /// Takes samples out of rings, checks them, and says so when the plugin is gone.
@@ -17,9 +15,10 @@ pub(crate) struct Feed {
     check: SampleCheck,
     ring: Option<RingReader>,
     /// What came before the ring there is now.
-    backlog: VecDeque<Sample>,
+    backlog: Backlog<Sample>,
     link: (LinkState, String),
-    last_sample: Option<Instant>,
+    longest_freshness: Duration,
+    last_sample: Option<Moment>,
     /// Of the rings that are gone, and of the samples refused here.
     rejected: u64,
     dropped: u64,
@@ -32,8 +31,9 @@ impl Feed {
             tags: tags.to_vec(),
             check: SampleCheck::new(tags),
             ring: None,
-            backlog: VecDeque::new(),
+            backlog: Backlog::default(),
             link: Default::default(),
+            longest_freshness: tags.iter().map(|tag| tag.freshness).max().unwrap_or_default(),
             last_sample: None,
             rejected: 0,
             dropped: 0,
@@ -51,27 +51,26 @@ impl Feed {
         self.link = Default::default();
     }
 
-    /// Samples since the last call, the oldest first.
-    pub(crate) fn drain(&mut self) -> Vec<Sample> {
-        let mut samples: Vec<Sample> = self.backlog.drain(..).collect();
-        self.take_ring(&mut samples);
-        samples
+    /// Hands over the samples since the last call, the oldest first.
+    pub(crate) fn drain(&mut self, mut each: impl FnMut(Sample)) {
+        self.backlog.take().into_iter().for_each(&mut each);
+        self.take_ring(each);
     }
 
     /// The plugin is gone: all its tags are bad until they get new values.
     pub(crate) fn lose(&mut self, reason: &str) {
         self.retire_ring();
         self.link = (LinkState::Down, reason.to_owned());
-        let received = Instant::now();
+        let now = Moment::now();
         let lost = |tag: &TelemetryTag| Sample {
             tag: tag.tag,
             value: None,
             quality: Quality::Bad(Reason::Communication),
             source_time: None,
-            lag: Duration::ZERO,
-            received,
+            received: now,
+            valid_from: now,
         };
-        self.backlog.extend(self.tags.iter().map(lost));
+        self.tags.iter().map(lost).for_each(|sample| self.backlog.push(sample));
     }
 
     /// What the plugin said of its link.
@@ -85,39 +84,40 @@ impl Feed {
         LinkReport {
             state: self.link.0,
             message: self.link.1.clone(),
-            silent_for: self.last_sample.map(|last| last.elapsed()),
-            longest_freshness: self.tags.iter().map(|t| t.freshness).max().unwrap_or_default(),
+            silent_for: self.last_sample.map(|last| Moment::now().since(last)),
+            longest_freshness: self.longest_freshness,
             rejected: self.rejected.saturating_add(ring.map_or(0, RingReader::rejected)),
-            dropped: self.dropped.saturating_add(ring.map_or(0, RingReader::dropped)),
+            dropped: self
+                .dropped
+                .saturating_add(self.backlog.dropped())
+                .saturating_add(ring.map_or(0, RingReader::dropped)),
         }
     }
 
-    fn take_ring(&mut self, samples: &mut Vec<Sample>) {
-        let Some(ring) = &mut self.ring else { return };
-        let (instants, wall_clock) = (Instants::now(), SystemTime::now());
-        let before = samples.len();
-        let raw = ring.read();
-        samples.extend(raw.iter().filter_map(|raw| {
-            self.check.check(&raw.sample, instants.at(raw.monotonic_nanos), wall_clock)
-        }));
-        self.rejected += (raw.len() - (samples.len() - before)) as u64;
-        if let Some(last) = samples[before..].last() {
-            self.last_sample = Some(last.received);
-        }
+    fn take_ring(&mut self, mut each: impl FnMut(Sample)) {
+        let Self { ring: Some(ring), check, rejected, last_sample, .. } = self else { return };
+        let (now, wall_clock) = (Moment::now(), wall_clock());
+        ring.read(|raw| {
+            // Nothing comes from the future.
+            let received = raw.published.min(now);
+            match check.check(&raw.sample, received, wall_clock) {
+                Some(sample) => {
+                    *last_sample = Some(received);
+                    each(sample);
+                }
+                None => *rejected += 1,
+            }
+        });
     }
 
-    /// Keeps what the ring still holds, as much as a queue would.
+    /// Keeps what the ring still holds.
     fn retire_ring(&mut self) {
-        let mut last = Vec::new();
-        self.take_ring(&mut last);
-        self.backlog.extend(last);
+        let mut backlog = std::mem::take(&mut self.backlog);
+        self.take_ring(|sample| backlog.push(sample));
+        self.backlog = backlog;
         if let Some(ring) = self.ring.take() {
             self.rejected = self.rejected.saturating_add(ring.rejected());
             self.dropped = self.dropped.saturating_add(ring.dropped());
-        }
-        while self.backlog.len() > MAX_QUEUED_SAMPLES {
-            self.backlog.pop_front();
-            self.dropped += 1;
         }
     }
 }
@@ -128,7 +128,6 @@ mod tests {
     use busbar_tags::{TagHandle, Value, ValueKind};
 
     use super::*;
-    use crate::clock::monotonic_nanos;
     use crate::memory;
     use crate::ring::{RING_BYTES, RingWriter};
 
@@ -158,16 +157,22 @@ mod tests {
         }
     }
 
+    fn drained(feed: &mut Feed) -> Vec<Sample> {
+        let mut samples = Vec::new();
+        feed.drain(|sample| samples.push(sample));
+        samples
+    }
+
     #[test]
     fn samples_keep_the_time_at_which_they_were_published() {
         let (mut ring, mut feed) = feed();
-        let second = 1_000_000_000;
-        ring.write(&[sample(1, 4.5)], monotonic_nanos() - second);
-        ring.write(&[sample(1, 5.5)], monotonic_nanos() + 60 * second);
-        let samples = feed.drain();
+        let published = Moment::now().before(Duration::from_secs(1));
+        ring.write(&[sample(1, 4.5)], published);
+        ring.write(&[sample(1, 5.5)], Moment::now().after(Duration::from_secs(60)));
+        let samples = drained(&mut feed);
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));
-        assert!(samples[0].received.elapsed() >= Duration::from_secs(1));
-        assert!(samples[1].received <= Instant::now(), "nothing comes from the future");
+        assert_eq!(samples[0].received, published);
+        assert!(samples[1].received <= Moment::now(), "nothing comes from the future");
     }
 
     #[test]
@@ -175,24 +180,24 @@ mod tests {
         let (mut ring, mut feed) = feed();
         let unknown_kind = BusbarSample { kind: 9, ..sample(1, 0.0) };
         let unknown_reason = BusbarSample { reason: 99, quality: 1, ..sample(1, 0.0) };
-        ring.write(&[sample(0, 1.0), sample(7, 1.0), unknown_kind, unknown_reason], 0);
+        ring.write(&[sample(0, 1.0), sample(7, 1.0), unknown_kind, unknown_reason], Moment(0));
         ring.reject(3);
-        assert_eq!(feed.drain(), []);
+        assert_eq!(drained(&mut feed), []);
         assert_eq!(feed.link().rejected, 7);
     }
 
     #[test]
     fn a_lost_plugin_makes_its_tags_bad_after_its_last_values() {
         let (mut ring, mut feed) = feed();
-        ring.write(&[sample(1, 4.5)], monotonic_nanos());
+        ring.write(&[sample(1, 4.5)], Moment::now());
         feed.lose("killed by SIGSEGV");
-        ring.write(&[sample(1, 6.5)], monotonic_nanos());
-        let samples = feed.drain();
+        ring.write(&[sample(1, 6.5)], Moment::now());
+        let samples = drained(&mut feed);
         assert_eq!(samples.len(), 2);
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));
         assert_eq!(samples[1].value, None);
         assert_eq!(samples[1].quality, Quality::Bad(Reason::Communication));
         assert_eq!(feed.link().state, LinkState::Down);
-        assert_eq!(feed.drain(), []);
+        assert_eq!(drained(&mut feed), []);
     }
 }

@@ -14,7 +14,6 @@
 //! anybody else sees it.
 
 mod catalog;
-mod clock;
 mod confine;
 mod feed;
 mod frames;

@@ -115,11 +115,11 @@ impl RunningTelemetry {
         }
     }
 
-    /// Samples since the last call, the oldest first.
-    pub fn drain(&self) -> Vec<Sample> {
+    /// Hands over the samples since the last call, the oldest first.
+    pub fn drain(&self, each: impl FnMut(Sample)) {
         match self {
-            Self::InProcess { queue, .. } => queue.drain().into(),
-            Self::Isolated(process) => process.drain(),
+            Self::InProcess { queue, .. } => queue.drain().into_iter().for_each(each),
+            Self::Isolated(process) => process.drain(each),
         }
     }
 
@@ -177,16 +177,16 @@ impl RunningOverlay {
     ///
     /// # Errors
     /// What the plugin says, the rule its result breaks, or how it ended.
-    pub fn draw<'a>(
+    pub fn draw(
         &mut self,
-        state: impl Fn(TagHandle) -> Option<&'a TagState>,
+        state: impl Fn(TagHandle) -> Option<TagState>,
         now: SystemTime,
         patience: Duration,
     ) -> Result<OverlayPicture, PluginError> {
         match self {
             Self::InProcess(overlay) => overlay.draw(state, now),
             Self::Isolated { process, tags } => {
-                let states = tags.iter().map(|&tag| state(tag).copied()).collect();
+                let states = tags.iter().map(|&tag| state(tag)).collect();
                 process.draw(states, now, patience)
             }
         }

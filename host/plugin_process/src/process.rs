@@ -108,8 +108,10 @@ impl PluginProcess {
         started.inspect_err(|_| *self.shared.feed() = None)
     }
 
-    pub(crate) fn drain(&self) -> Vec<Sample> {
-        self.shared.feed().as_mut().map(Feed::drain).unwrap_or_default()
+    pub(crate) fn drain(&self, each: impl FnMut(Sample)) {
+        if let Some(feed) = self.shared.feed().as_mut() {
+            feed.drain(each);
+        }
     }
 
     pub(crate) fn link(&self) -> Option<LinkReport> {

@@ -1,36 +1,36 @@
 //! Samples through shared memory: one process writes, the other reads.
 //!
-//! The writer never waits: when the ring is full it overwrites the oldest
-//! samples, which the reader notices and counts. Two counters, of samples ever
-//! written, make that safe (a seqlock in the manner of H.-J. Boehm, "Can Seqlocks
-//! Get Along With Programming Language Memory Models?", MSPC 2012): the writer
-//! moves `reserved` before it touches slots and `written` after; the reader
-//! copies a piece of what is written, then throws it away if it has been reserved
-//! again.
+//! The writer never waits and never overwrites what was not read. What finds no room
+//! waits in the writer's own memory, thinned out so that it stays bounded and no tag
+//! is forgotten ([`Backlog`]), until the reader has made room.
 //!
-//! The other process may be hostile and change anything at any time. So the
-//! memory is only ever accessed as atomic words, through bounded indices, and
-//! copied out before it is looked at.
+//! The other process may be hostile and change anything at any time. So the memory is
+//! only ever accessed as atomic words, through bounded indices, and copied out before
+//! it is looked at.
 
 use std::fs::File;
-use std::sync::atomic::{AtomicU64, Ordering, fence};
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use busbar_plugin_abi::BusbarSample;
+use busbar_plugin_abi::{BUSBAR_VALUE_NONE, BusbarSample};
+use busbar_tags::{Backlog, Moment, Update};
 use memmap2::MmapRaw;
 
 /// Samples that a ring holds; a power of two.
 pub(crate) const RING_SAMPLES: usize = 1 << 18;
-/// Samples that are copied before a look at whether they were overwritten.
-const PIECE_SAMPLES: usize = 1 << 12;
-/// Pieces of one reading, those that were overwritten among them.
-const MAX_PIECES: usize = 2 * RING_SAMPLES / PIECE_SAMPLES;
+/// Samples that are read before the writer is told that there is room.
+const PIECE_SAMPLES: u64 = 1 << 12;
 /// Words of one sample: tag and small fields, value, source time, receive time.
 const WORDS: usize = 4;
 /// Words before the first sample, each counter on a cache line of its own.
 const HEADER_WORDS: usize = 32;
-const RESERVED: usize = 0;
-const WRITTEN: usize = 8;
+/// Samples ever written; the writer's.
+const WRITTEN: usize = 0;
+/// Samples ever read; the reader's.
+const READ: usize = 8;
+/// Samples that came in no usable batch; the writer's.
 const REJECTED: usize = 16;
+/// Samples overtaken by later ones of their tags; the writer's.
+const DROPPED: usize = 24;
 /// Bytes of shared memory.
 pub(crate) const RING_BYTES: u64 = ((HEADER_WORDS + RING_SAMPLES * WORDS) * 8) as u64;
 
@@ -38,8 +38,8 @@ pub(crate) const RING_BYTES: u64 = ((HEADER_WORDS + RING_SAMPLES * WORDS) * 8) a
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct RawSample {
     pub(crate) sample: BusbarSample,
-    /// Nanoseconds of the monotonic clock that all processes share.
-    pub(crate) monotonic_nanos: u64,
+    /// When it was published; all processes share that clock.
+    pub(crate) published: Moment,
 }
 
 /// The shared words.
@@ -49,13 +49,23 @@ struct Words(MmapRaw);
 pub(crate) struct RingWriter {
     words: Words,
     written: u64,
+    backlog: Backlog<RawSample>,
 }
 
 /// The end that the host reads.
 pub(crate) struct RingReader {
     words: Words,
     read: u64,
-    dropped: u64,
+}
+
+impl Update for RawSample {
+    fn tag(&self) -> u32 {
+        self.sample.tag
+    }
+
+    fn has_value(&self) -> bool {
+        self.sample.kind != BUSBAR_VALUE_NONE
+    }
 }
 
 impl Words {
@@ -87,86 +97,80 @@ impl RingWriter {
     pub(crate) fn new(memory: &File) -> Result<Self, String> {
         let words = Words::map(memory)?;
         let written = words.word(WRITTEN).load(Ordering::Acquire);
-        Ok(Self { words, written })
+        Ok(Self { words, written, backlog: Backlog::default() })
     }
 
-    /// Adds samples, over the oldest ones where there is no room; returns how
-    /// many stay.
-    pub(crate) fn write(&mut self, samples: &[BusbarSample], monotonic_nanos: u64) -> usize {
-        let skipped = samples.len().saturating_sub(RING_SAMPLES);
-        let end = self.written + samples.len() as u64;
-        self.words.word(RESERVED).store(end, Ordering::Relaxed);
-        // No slot is seen changed by who does not see it reserved.
-        fence(Ordering::Release);
-        for (number, sample) in (self.written + skipped as u64..).zip(&samples[skipped..]) {
-            let small = [sample.kind, sample.quality, sample.reason, 0];
-            let first = u64::from(sample.tag) | u64::from(u32::from_le_bytes(small)) << 32;
-            let values =
-                [first, sample.value, sample.source_time_unix_nanos as u64, monotonic_nanos];
-            for (word, value) in self.words.slot(number).into_iter().zip(values) {
-                word.store(value, Ordering::Relaxed);
-            }
+    /// Adds samples, behind those that wait. Returns whether any has to wait, for
+    /// [`Self::flush`].
+    pub(crate) fn write(&mut self, samples: &[BusbarSample], published: Moment) -> bool {
+        let room = if self.flush() { 0 } else { self.room() };
+        let (now, later) = samples.split_at(samples.len().min(room));
+        self.put(now.iter().map(|&sample| RawSample { sample, published }));
+        later.iter().for_each(|&sample| self.backlog.push(RawSample { sample, published }));
+        self.words.word(DROPPED).store(self.backlog.dropped(), Ordering::Relaxed);
+        !self.backlog.is_empty()
+    }
+
+    /// Writes what waits, as far as there is room. Returns whether some still waits.
+    pub(crate) fn flush(&mut self) -> bool {
+        if self.backlog.is_empty() {
+            return false;
         }
-        self.words.word(WRITTEN).store(end, Ordering::Release);
-        self.written = end;
-        samples.len() - skipped
+        let room = self.room();
+        let mut backlog = std::mem::take(&mut self.backlog);
+        self.put(backlog.drain(room));
+        self.backlog = backlog;
+        !self.backlog.is_empty()
     }
 
     /// Counts samples that came in no usable batch.
     pub(crate) fn reject(&self, count: u64) {
         self.words.word(REJECTED).fetch_add(count, Ordering::Relaxed);
     }
+
+    fn room(&self) -> usize {
+        let read = self.words.word(READ).load(Ordering::Acquire);
+        RING_SAMPLES.saturating_sub(self.written.wrapping_sub(read) as usize)
+    }
+
+    /// Writes samples for which there is room.
+    fn put(&mut self, samples: impl Iterator<Item = RawSample>) {
+        for RawSample { sample, published } in samples {
+            let small = [sample.kind, sample.quality, sample.reason, 0];
+            let first = u64::from(sample.tag) | u64::from(u32::from_le_bytes(small)) << 32;
+            let values = [first, sample.value, sample.source_time_unix_nanos as u64, published.0];
+            for (word, value) in self.words.slot(self.written).into_iter().zip(values) {
+                word.store(value, Ordering::Relaxed);
+            }
+            self.written = self.written.wrapping_add(1);
+        }
+        self.words.word(WRITTEN).store(self.written, Ordering::Release);
+    }
 }
 
 impl RingReader {
     /// Reads from zeroed memory of [`RING_BYTES`] whose size is sealed.
     pub(crate) fn new(memory: &File) -> Result<Self, String> {
-        Ok(Self { words: Words::map(memory)?, read: 0, dropped: 0 })
+        Ok(Self { words: Words::map(memory)?, read: 0 })
     }
 
-    /// Copies what was written since the last call, the oldest first, at most
-    /// [`RING_SAMPLES`]. A writer that overtakes this while it reads makes it go on in
-    /// the middle of the ring: the newest samples come through, however fast it is.
-    pub(crate) fn read(&mut self) -> Vec<RawSample> {
-        let mut samples = Vec::new();
-        let mut written = self.words.word(WRITTEN).load(Ordering::Acquire);
-        // More than a ring: overwritten. Whatever a hostile writer puts there,
-        // no more than a ring is read.
-        self.keep(written, RING_SAMPLES);
-        for _ in 0..MAX_PIECES {
-            let count = written.wrapping_sub(self.read).min(PIECE_SAMPLES as u64);
-            if count == 0 || samples.len() + count as usize > RING_SAMPLES {
-                break;
-            }
-            let before = samples.len();
-            samples.extend((0..count).map(|i| self.copy(self.read.wrapping_add(i))));
-            fence(Ordering::Acquire);
-            let reserved = self.words.word(RESERVED).load(Ordering::Relaxed);
-            // Slots from `reserved - RING_SAMPLES` backwards may have changed meanwhile.
-            let overtaken = reserved.wrapping_sub(self.read) > RING_SAMPLES as u64;
-            if overtaken {
-                samples.truncate(before);
-                self.dropped = self.dropped.saturating_add(count);
-            }
-            self.read = self.read.wrapping_add(count);
-            if overtaken {
-                written = self.words.word(WRITTEN).load(Ordering::Acquire);
-                self.keep(written, RING_SAMPLES / 2);
-            }
+    /// Hands over what was written up to now, the oldest first. Whatever a hostile
+    /// writer does, these are no more than [`RING_SAMPLES`].
+    pub(crate) fn read(&mut self, mut each: impl FnMut(&RawSample)) {
+        let written = self.words.word(WRITTEN).load(Ordering::Acquire);
+        let waiting = written.wrapping_sub(self.read).min(RING_SAMPLES as u64);
+        self.read = written.wrapping_sub(waiting);
+        while self.read != written {
+            let piece = written.wrapping_sub(self.read).min(PIECE_SAMPLES);
+            (0..piece).for_each(|i| each(&self.copy(self.read.wrapping_add(i))));
+            self.read = self.read.wrapping_add(piece);
+            self.words.word(READ).store(self.read, Ordering::Release);
         }
-        samples
     }
 
-    /// Gives up all but the newest samples that wait.
-    fn keep(&mut self, written: u64, count: usize) {
-        let lost = written.wrapping_sub(self.read).saturating_sub(count as u64);
-        self.read = self.read.wrapping_add(lost);
-        self.dropped = self.dropped.saturating_add(lost);
-    }
-
-    /// Samples lost because they were not read in time.
+    /// Samples that the writer says later ones overtook.
     pub(crate) fn dropped(&self) -> u64 {
-        self.dropped
+        self.words.word(DROPPED).load(Ordering::Relaxed)
     }
 
     /// Samples that the writer counted as unusable.
@@ -175,7 +179,7 @@ impl RingReader {
     }
 
     fn copy(&self, number: u64) -> RawSample {
-        let [first, value, source_time, monotonic_nanos] =
+        let [first, value, source_time, published] =
             self.words.slot(number).map(|word| word.load(Ordering::Relaxed));
         let [kind, quality, reason, reserved] = ((first >> 32) as u32).to_le_bytes();
         let sample = BusbarSample {
@@ -187,7 +191,7 @@ impl RingReader {
             value,
             source_time_unix_nanos: source_time as i64,
         };
-        RawSample { sample, monotonic_nanos }
+        RawSample { sample, published: Moment(published) }
     }
 }
 

@@ -28,6 +28,12 @@ fn samples(values: std::ops::Range<u64>) -> Vec<BusbarSample> {
     values.map(sample).collect()
 }
 
+fn read(reader: &mut RingReader) -> Vec<RawSample> {
+    let mut samples = Vec::new();
+    reader.read(|raw| samples.push(*raw));
+    samples
+}
+
 fn values(read: &[RawSample]) -> Vec<u64> {
     read.iter().map(|raw| raw.sample.value).collect()
 }
@@ -35,28 +41,57 @@ fn values(read: &[RawSample]) -> Vec<u64> {
 #[test]
 fn samples_arrive_whole_and_in_order() {
     let (_memory, mut writer, mut reader) = ring();
-    assert_eq!(reader.read(), []);
-    assert_eq!(writer.write(&samples(0..3), 77), 3);
-    writer.write(&samples(3..4), 78);
-    let read = reader.read();
-    assert_eq!(values(&read), [0, 1, 2, 3]);
-    assert_eq!(read[3], RawSample { sample: sample(3), monotonic_nanos: 78 });
-    assert_eq!(reader.read(), []);
+    assert_eq!(read(&mut reader), []);
+    assert!(!writer.write(&samples(0..3), Moment(77)));
+    writer.write(&samples(3..4), Moment(78));
+    let samples = read(&mut reader);
+    assert_eq!(values(&samples), [0, 1, 2, 3]);
+    assert_eq!(samples[3], RawSample { sample: sample(3), published: Moment(78) });
+    assert_eq!(read(&mut reader), []);
     assert_eq!(reader.dropped(), 0);
 }
 
 #[test]
-fn a_full_ring_drops_its_oldest_and_counts() {
+fn what_finds_no_room_comes_later_and_in_order() {
     let (_memory, mut writer, mut reader) = ring();
     let size = RING_SAMPLES as u64;
-    writer.write(&samples(0..size), 0);
-    writer.write(&samples(size..size + 5), 0);
-    let read = reader.read();
-    assert_eq!((read.len(), read[0].sample.value), (RING_SAMPLES, 5));
-    assert_eq!(reader.dropped(), 5);
-    assert_eq!(writer.write(&samples(0..size + 9), 0), RING_SAMPLES, "a batch longer than a ring");
-    assert_eq!(values(&reader.read())[0], 9);
-    assert_eq!(reader.dropped(), 14);
+    assert!(!writer.write(&samples(0..size), Moment(0)));
+    assert!(writer.write(&samples(size..size + 5), Moment(0)));
+    assert!(writer.flush(), "there is no room yet");
+    assert!(values(&read(&mut reader)).into_iter().eq(0..size));
+    assert!(!writer.write(&samples(size + 5..size + 6), Moment(0)));
+    assert!(values(&read(&mut reader)).into_iter().eq(size..size + 6));
+    assert!(writer.write(&samples(0..size + 9), Moment(0)), "a batch longer than a ring");
+    assert_eq!(values(&read(&mut reader)).len() as u64, size);
+    assert!(!writer.flush());
+    assert!(values(&read(&mut reader)).into_iter().eq(size..size + 9));
+    assert_eq!(reader.dropped(), 0);
+}
+
+/// Nobody reads for a long time: memory stays bounded, and each tag's last value comes
+/// through at last, even that of one that spoke once.
+#[test]
+fn no_tag_is_forgotten_when_nobody_reads() {
+    let (_memory, mut writer, mut reader) = ring();
+    let of_tag = |tag, value| BusbarSample { tag, ..sample(value) };
+    let size = RING_SAMPLES as u64;
+    writer.write(&samples(0..size), Moment(0));
+    writer.write(&[of_tag(7, 700)], Moment(1));
+    for value in 0..3 * size {
+        writer.write(&[of_tag(8, value)], Moment(2));
+    }
+    assert!(writer.backlog.len() <= busbar_tags::MAX_QUEUED_SAMPLES);
+    let mut last = std::collections::BTreeMap::new();
+    loop {
+        let is_waiting = writer.flush();
+        let read = read(&mut reader);
+        last.extend(read.iter().map(|raw| (raw.sample.tag, raw.sample.value)));
+        if !is_waiting {
+            break;
+        }
+    }
+    assert_eq!((last[&7], last[&8]), (700, 3 * size - 1));
+    assert!(reader.dropped() > 0, "what was overtaken is counted");
 }
 
 #[test]
@@ -66,37 +101,41 @@ fn memory_of_another_size_is_refused() {
     assert!(RingWriter::new(&memory).is_err());
 }
 
-/// A writer that overtakes the reader all the time: what is read is whole and
+/// A writer that is faster than the reader all the time: what is read is whole and
 /// ascends, and with what was dropped it is all that was written.
 #[test]
 fn nothing_torn_is_read_under_a_flood() {
     let (_memory, mut writer, mut reader) = ring();
     let over = AtomicBool::new(false);
+    let of_one_tag = |value| BusbarSample { tag: 1, ..sample(value) };
     std::thread::scope(|scope| {
         let writing = scope.spawn(|| {
             let mut next = 0;
             while !over.load(Ordering::Relaxed) {
-                writer.write(&samples(next..next + 4099), 0);
+                writer.write(&(next..next + 4099).map(of_one_tag).collect::<Vec<_>>(), Moment(0));
                 next += 4099;
             }
-            next
+            (next, writer)
         });
         let (mut last, mut count) = (None, 0);
-        // Until it was overtaken, and then some; what it leaves comes through all the same.
-        let size = RING_SAMPLES as u64;
-        while reader.dropped() < 4 * size || count < size {
-            for raw in reader.read() {
-                assert_eq!(raw.sample, sample(raw.sample.value));
+        let mut look = |reader: &mut RingReader| {
+            for raw in read(reader) {
+                assert_eq!(raw.sample, of_one_tag(raw.sample.value));
                 assert!(last < Some(raw.sample.value), "{last:?}, then {raw:?}");
                 last = Some(raw.sample.value);
                 count += 1;
             }
-        }
+            count
+        };
+        // Until some were overtaken, and then some; the rest comes through all the same.
+        let size = RING_SAMPLES as u64;
+        while look(&mut reader) < 4 * size || reader.dropped() < size {}
         over.store(true, Ordering::Relaxed);
-        let total = writing.join().unwrap();
-        count += reader.read().len() as u64;
-        assert_eq!(count + reader.dropped(), total);
-        assert!(count > 0);
+        let (total, mut writer) = writing.join().unwrap();
+        while writer.flush() {
+            look(&mut reader);
+        }
+        assert_eq!(look(&mut reader) + reader.dropped(), total);
     });
 }
 
@@ -110,14 +149,16 @@ proptest! {
         garbage in any::<[u8; 64]>(),
     ) {
         let (memory, mut writer, mut reader) = ring();
-        writer.write(&samples(0..10), 0);
-        for [reserved, written, rejected] in headers {
-            for (word, value) in [(RESERVED, reserved), (WRITTEN, written), (REJECTED, rejected)] {
+        writer.write(&samples(0..10), Moment(0));
+        for [taken, written, rejected] in headers {
+            for (word, value) in [(READ, taken), (WRITTEN, written), (REJECTED, rejected)] {
                 memory.write_all_at(&value.to_ne_bytes(), word as u64 * 8).unwrap();
             }
             memory.write_all_at(&garbage, HEADER_WORDS as u64 * 8).unwrap();
             memory.write_all_at(&garbage, RING_BYTES - 64).unwrap();
-            prop_assert!(reader.read().len() <= RING_SAMPLES);
+            prop_assert!(read(&mut reader).len() <= RING_SAMPLES);
+            writer.write(&samples(0..10), Moment(0));
+            writer.flush();
             prop_assert_eq!(reader.rejected(), rejected);
             let _ = reader.dropped();
         }

@@ -11,20 +11,22 @@ use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
     Catalog, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError, SampleReceiver,
     TelemetryStream,
 };
+use busbar_tags::Moment;
 use rustix::process::{Signal, getpid, kill_process};
 
 use crate::confine::{confine, let_go_of_host};
 use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
 use crate::ring::RingWriter;
-use crate::{clock, frames, memory, socket};
+use crate::{frames, memory, socket};
 
 /// Meshes that are optimised at once.
 const MAX_OPTIMISING: usize = 64;
@@ -177,9 +179,8 @@ impl Session {
             }
             Request::Start { tags } => {
                 let ring = RingWriter::new(&file()?).map_err(|error| lie(&error))?;
-                let receiver = Forwarder { link: self.link.clone(), ring: Mutex::new(ring) };
-                let instance = self.instance()?.clone();
-                let stream = TelemetryStream::start(instance, &tags, Arc::new(receiver))?;
+                let receiver = Forwarder::start(self.link.clone(), ring).map_err(|e| failed(&e))?;
+                let stream = TelemetryStream::start(self.instance()?.clone(), &tags, receiver)?;
                 self.stream = Some(stream);
                 Ok(Answer::Done)
             }
@@ -228,11 +229,10 @@ fn optimize_shared(
 ) -> Outcome {
     let mesh = memory::read_mesh(sizes, mesh).map_err(|error| failed(&error))?;
     let cancelled = link.cancelled().get(&call).cloned().unwrap_or_default();
-    let mut told = clock::monotonic_nanos();
+    let mut told = Instant::now();
     let optimised = optimizer.optimize(&mesh, |fraction| {
-        let now = clock::monotonic_nanos();
-        if now.saturating_sub(told) > PROGRESS_PERIOD_NANOS {
-            told = now;
+        if told.elapsed() > PROGRESS_PERIOD {
+            told = Instant::now();
             link.send(&FromPlugin::Progress { call, fraction });
         }
         !cancelled.load(Ordering::Relaxed)
@@ -243,22 +243,57 @@ fn optimize_shared(
 }
 
 /// How often progress is told.
-const PROGRESS_PERIOD_NANOS: u64 = 20_000_000;
+const PROGRESS_PERIOD: Duration = Duration::from_millis(20);
 
 /// Samples into the ring, the rest over the socket. Unchecked: the host checks.
 struct Forwarder {
     link: Arc<Link>,
     ring: Mutex<RingWriter>,
+    /// Told when samples wait for room.
+    waiting: Condvar,
+}
+
+/// How often it is tried to write samples that found no room.
+const FLUSH_PERIOD: Duration = Duration::from_millis(5);
+/// How often the thread that does so looks whether it is still needed.
+const FLUSH_CHECK: Duration = Duration::from_secs(1);
+
+impl Forwarder {
+    /// Writes into `ring`, with a thread that helps when that is full.
+    fn start(link: Arc<Link>, ring: RingWriter) -> std::io::Result<Arc<Self>> {
+        let forwarder = Arc::new(Self { link, ring: Mutex::new(ring), waiting: Condvar::new() });
+        let weak = Arc::downgrade(&forwarder);
+        let flush = move || while weak.upgrade().map(|forwarder| forwarder.flush()).is_some() {};
+        thread::Builder::new().name("samples".into()).spawn(flush)?;
+        Ok(forwarder)
+    }
+
+    fn ring(&self) -> MutexGuard<'_, RingWriter> {
+        self.ring.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits a while for samples to wait for room, and writes them as there is some.
+    fn flush(&self) {
+        let waiting = self.waiting.wait_timeout(self.ring(), FLUSH_CHECK);
+        let (mut ring, _) = waiting.unwrap_or_else(PoisonError::into_inner);
+        while ring.flush() {
+            drop(ring);
+            thread::sleep(FLUSH_PERIOD);
+            ring = self.ring();
+        }
+    }
 }
 
 impl SampleReceiver for Forwarder {
     fn publish(&self, samples: &[BusbarSample]) -> usize {
-        let mut ring = self.ring.lock().unwrap_or_else(PoisonError::into_inner);
-        ring.write(samples, clock::monotonic_nanos())
+        if self.ring().write(samples, Moment::now()) {
+            self.waiting.notify_one();
+        }
+        samples.len()
     }
 
     fn reject(&self, count: u64) {
-        self.ring.lock().unwrap_or_else(PoisonError::into_inner).reject(count);
+        self.ring().reject(count);
     }
 
     fn report_link(&self, state: LinkState, message: String) {

@@ -1,15 +1,29 @@
 //! Tags: values of equipment with quality and freshness.
 //!
-//! Samples go through a bounded [`SampleQueue`] into the [`TagTable`]; the
-//! frame reads one consistent [`Snapshot`]. Freshness is decided here, on the
-//! monotonic clock: a value past its limit is stale whatever its source says.
+//! Samples go through a bounded [`SampleQueue`] or ring into the [`TagTable`]; the
+//! frame reads one consistent [`Snapshot`]. Freshness is decided here, on a clock
+//! that never jumps: a value past its limit is stale whatever its source says.
 //!
 //! Invariant: nothing here knows a protocol, and nothing here draws.
 
+mod derived;
+mod events;
+mod expression;
+mod moment;
 mod queue;
+mod sample;
+mod snapshot;
+mod spec;
 mod table;
 mod value;
+mod wheel;
 
-pub use queue::{MAX_QUEUED_SAMPLES, SampleQueue};
-pub use table::{QualityCounts, Snapshot, TagHandle, TagSpec, TagState, TagTable};
-pub use value::{DoublePoint, Quality, Reason, Sample, Value, ValueKind};
+pub use events::{Event, EventLog, MAX_EVENTS};
+pub use expression::{Expression, ExpressionError, MAX_EXPRESSION_BYTES, MAX_EXPRESSION_DEPTH};
+pub use moment::Moment;
+pub use queue::{Backlog, MAX_QUEUED_SAMPLES, SampleQueue, Update};
+pub use sample::{Change, Sample, SourceTime};
+pub use snapshot::{QualityCounts, Snapshot, TagState};
+pub use spec::{Scale, SpecFault, TagHandle, TagSet, TagSpec};
+pub use table::TagTable;
+pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};

@@ -1,11 +1,8 @@
-//! Values, qualities and samples.
+//! Values and qualities.
 
 use std::fmt;
-use std::time::{Duration, Instant, SystemTime};
 
 use serde::{Deserialize, Serialize};
-
-use crate::TagHandle;
 
 /// A value of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,23 +75,6 @@ pub enum Reason {
     Stale,
 }
 
-/// One update of one tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// The tag.
-    pub tag: TagHandle,
-    /// The value; `None` says something about quality only.
-    pub value: Option<Value>,
-    /// Quality at the source.
-    pub quality: Quality,
-    /// Time at the source, if it gave one. Orders the values of a tag.
-    pub source_time: Option<SystemTime>,
-    /// How old it was already when the host got it.
-    pub lag: Duration,
-    /// When the host got it, on the monotonic clock.
-    pub received: Instant,
-}
-
 impl Value {
     /// The type of this value.
     pub fn kind(self) -> ValueKind {
@@ -139,14 +119,19 @@ impl Quality {
         }
     }
 
-    /// The worse of two; the first where they are alike.
-    pub fn worst(self, other: Self) -> Self {
-        let rank = |quality| match quality {
+    /// 0 for good, 1 for uncertain, 2 for bad.
+    pub(crate) fn rank(self) -> u8 {
+        match self {
             Self::Good => 0,
             Self::Uncertain(_) => 1,
             Self::Bad(_) => 2,
-        };
-        if rank(other) > rank(self) { other } else { self }
+        }
+    }
+
+    /// The worse of two; the first where they are alike.
+    #[must_use]
+    pub fn worst(self, other: Self) -> Self {
+        if other.rank() > self.rank() { other } else { self }
     }
 }
 

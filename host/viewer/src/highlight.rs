@@ -34,7 +34,7 @@ enum Condition {
 pub(crate) fn of_nodes(
     graph: &SceneGraph,
     tints: &[OverlayTint],
-    snapshot: &Snapshot,
+    snapshot: Snapshot<'_>,
     selected: Option<NodeIndex>,
 ) -> Vec<Highlight> {
     let mut own: HashMap<u32, Condition> = HashMap::new();
@@ -70,10 +70,13 @@ fn color(condition: Condition, selected: bool) -> Highlight {
 
 #[cfg(test)]
 mod tests {
-    use std::time::{Duration, Instant};
+    use std::sync::Arc;
+    use std::time::Duration;
 
     use busbar_scene::{Placement, Transform};
-    use busbar_tags::{Quality, Sample, TagHandle, TagSpec, TagTable, Value, ValueKind};
+    use busbar_tags::{
+        Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
+    };
 
     use super::*;
 
@@ -91,25 +94,32 @@ mod tests {
         SceneGraph::build(&placements, &[]).unwrap()
     }
 
-    fn snapshot_after(age: Duration) -> Snapshot {
-        let mut table = TagTable::new(vec![TagSpec {
+    fn table_after(age: Duration) -> TagTable {
+        let start = Moment::now();
+        let spec = TagSpec {
             id: "a".into(),
             name: "a".into(),
             kind: ValueKind::F64,
             unit: String::new(),
             range: None,
             freshness: Duration::from_secs(1),
-        }]);
-        let received = Instant::now();
-        table.apply([Sample {
+            scale: None,
+            dead_band: 0.0,
+            expression: None,
+        };
+        let tags = TagSet::new(vec![spec]).unwrap();
+        let mut table = TagTable::new(Arc::new(tags), start);
+        let sample = Sample {
             tag: TAG,
             value: Some(Value::F64(1.0)),
             quality: Quality::Good,
             source_time: None,
-            lag: Duration::ZERO,
-            received,
-        }]);
-        table.snapshot(received + age)
+            received: start,
+            valid_from: start,
+        };
+        table.apply([sample], |_| {});
+        table.advance(start.after(age), |_| {});
+        table
     }
 
     fn tint(node: u32, severity: Severity) -> OverlayTint {
@@ -119,19 +129,21 @@ mod tests {
     #[test]
     fn an_alarm_gone_stale_looks_neither_alarmed_nor_healthy() {
         let tints = [tint(1, Severity::Alarm)];
-        let fresh = of_nodes(&graph(), &tints, &snapshot_after(Duration::ZERO), None);
+        let fresh = of_nodes(&graph(), &tints, table_after(Duration::ZERO).snapshot(), None);
         assert_eq!(fresh, [NONE, ALARM]);
-        let stale = of_nodes(&graph(), &tints, &snapshot_after(Duration::from_secs(2)), None);
+        let stale =
+            of_nodes(&graph(), &tints, table_after(Duration::from_secs(2)).snapshot(), None);
         assert_eq!(stale, [NONE, UNKNOWN]);
     }
 
     #[test]
     fn the_more_urgent_of_own_and_inherited_shows_and_selection_hides_neither() {
-        let snapshot = snapshot_after(Duration::ZERO);
+        let table = table_after(Duration::ZERO);
+        let snapshot = table.snapshot();
         let tints = [tint(0, Severity::Alarm), tint(1, Severity::Warning)];
-        let shown = of_nodes(&graph(), &tints, &snapshot, Some(NodeIndex(1)));
+        let shown = of_nodes(&graph(), &tints, snapshot, Some(NodeIndex(1)));
         assert_eq!(shown, [ALARM, ALARM]);
-        let shown = of_nodes(&graph(), &[], &snapshot, Some(NodeIndex(0)));
+        let shown = of_nodes(&graph(), &[], snapshot, Some(NodeIndex(0)));
         assert_eq!(shown, [SELECTION, SELECTION]);
     }
 }

@@ -11,7 +11,7 @@ use crate::camera::Projection;
 /// Labels of all nodes that lines name and that are before the camera.
 pub(crate) fn build(
     lines: &[OverlayLine],
-    snapshot: &Snapshot,
+    snapshot: Snapshot<'_>,
     graph: &SceneGraph,
     projection: Projection,
     eye: Vec3,

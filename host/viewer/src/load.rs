@@ -17,7 +17,7 @@ use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
-use busbar_tags::{TagHandle, TagSpec};
+use busbar_tags::{TagHandle, TagSet};
 
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
@@ -34,7 +34,7 @@ pub struct LoadedScene {
     pub(crate) instances: BTreeMap<String, Plugin>,
     pub(crate) models: Vec<LoadedModel>,
     pub(crate) graph: SceneGraph,
-    pub(crate) tags: Vec<TagSpec>,
+    pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Vec<Binding>,
     /// The first node that each tag is bound to.
     nodes_of_tags: HashMap<TagHandle, NodeIndex>,
@@ -131,11 +131,11 @@ impl LoadedScene {
 
         let start = Instant::now();
         let graph = bindings::place(&config, &imported, &mut faults);
-        let tags = bindings::tag_specs(&config);
+        let tags = Arc::new(bindings::tags(&config, &mut faults));
         let bindings = bindings::resolve(&config, graph.as_ref(), &imported, &mut faults);
         millis.insert("scene".into(), millis_since(start));
 
-        plugins::check_capabilities(&config, &instances, &tags, &mut faults);
+        plugins::check_capabilities(&config, &instances, tags.specs(), &mut faults);
         let mut notes = std::mem::take(&mut imported.notes);
         let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
         let mut cached_meshes = 0;
@@ -233,7 +233,7 @@ impl LoadedScene {
 
     /// The tags that a telemetry plugin serves.
     pub(crate) fn telemetry_tags(&self, plugin: &str) -> Vec<TelemetryTag> {
-        plugins::telemetry_tags(&self.config, &self.tags, plugin)
+        plugins::telemetry_tags(&self.config, self.tags.specs(), plugin)
     }
 
     /// The bindings as overlays get them.

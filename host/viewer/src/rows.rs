@@ -13,7 +13,7 @@ use crate::labels::mark;
 /// Tags as rows, made one by one as they are looked at.
 pub(crate) struct Rows<'a> {
     scene: &'a LoadedScene,
-    snapshot: &'a Snapshot,
+    snapshot: Snapshot<'a>,
     /// The greatest severity that overlays give to each tag.
     severities: HashMap<TagHandle, Severity>,
 }
@@ -21,7 +21,7 @@ pub(crate) struct Rows<'a> {
 impl<'a> Rows<'a> {
     pub(crate) fn new(
         scene: &'a LoadedScene,
-        snapshot: &'a Snapshot,
+        snapshot: Snapshot<'a>,
         lines: &[OverlayLine],
     ) -> Self {
         let mut severities: HashMap<TagHandle, Severity> = HashMap::new();
@@ -35,12 +35,12 @@ impl<'a> Rows<'a> {
 
 impl TagRows for Rows<'_> {
     fn len(&self) -> usize {
-        self.scene.tags.len()
+        self.scene.tags.specs().len()
     }
 
     fn row(&self, index: usize) -> TagRow {
         let tag = TagHandle(index as u32);
-        let (Some(spec), Some(state)) = (self.scene.tags.get(index), self.snapshot.state(tag))
+        let (Some(spec), Some(state)) = (self.scene.tags.spec(tag), self.snapshot.state(tag))
         else {
             return TagRow::default();
         };

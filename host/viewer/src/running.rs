@@ -49,7 +49,7 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<RunningTelemetr
 /// nothing and keeps its fault, which is logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [ShownOverlay],
-    snapshot: &Snapshot,
+    snapshot: Snapshot<'_>,
     patience: Duration,
 ) -> OverlayPicture {
     let mut all = OverlayPicture::default();

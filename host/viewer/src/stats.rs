@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::Plugin;
-use busbar_tags::{QualityCounts, Snapshot, TagSpec, TagState, Value};
+use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use serde::Serialize;
 
 /// Milliseconds a stage of loading, in no order.
@@ -45,6 +45,8 @@ pub struct Stats {
     pub cached_meshes: usize,
     /// Every plugin.
     pub plugins: Vec<PluginStats>,
+    /// Changes of single points and double-points since the start.
+    pub events: u64,
     /// Every tag.
     pub tags: Vec<TagStats>,
     /// Tags a quality.
@@ -72,7 +74,7 @@ pub struct PluginStats {
     pub deaths: u64,
     /// How it ended last, or null.
     pub last_death: Option<String>,
-    /// Samples lost because they were not taken in time.
+    /// Samples that later ones of their tags overtook because too many waited.
     pub dropped: u64,
     /// Samples that named no tag of this plugin or made no sense.
     pub rejected: u64,
@@ -134,8 +136,8 @@ pub(crate) fn plugin(
 }
 
 /// All tags of a snapshot.
-pub(crate) fn tags(specs: &[TagSpec], snapshot: &Snapshot) -> Vec<TagStats> {
-    specs.iter().zip(snapshot.states()).map(|(spec, state)| tag(spec, state)).collect()
+pub(crate) fn tags(tags: &TagSet, snapshot: Snapshot<'_>) -> Vec<TagStats> {
+    tags.specs().iter().zip(snapshot.states()).map(|(spec, state)| tag(spec, &state)).collect()
 }
 
 fn tag(spec: &TagSpec, state: &TagState) -> TagStats {

@@ -12,7 +12,7 @@ use busbar_renderer::{
     WindowHandles,
 };
 use busbar_scene::NodeIndex;
-use busbar_tags::{Snapshot, TagTable};
+use busbar_tags::{EventLog, Moment, Snapshot, TagTable};
 use busbar_ui::{Command, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
@@ -34,8 +34,8 @@ pub struct Viewer {
     telemetry: Vec<RunningTelemetry>,
     overlays: Vec<ShownOverlay>,
     tags: TagTable,
-    /// Of the last frame.
-    snapshot: Snapshot,
+    /// What switched, in order.
+    events: EventLog,
     scene: LoadedScene,
     renderer: Renderer,
     models: Vec<ShownModel>,
@@ -103,7 +103,7 @@ impl Viewer {
         scene.millis.insert("upload".into(), millis_since(start));
         let policies = scene.config.models.values().map(|model| policy_of(&model.theta)).collect();
         let theta_scale = scene.config.view.theta_scale;
-        let tags = TagTable::new(scene.tags.clone());
+        let tags = TagTable::new(scene.tags.clone(), Moment::now());
         let overlays = running::start_overlays(&scene)?;
         let telemetry = running::start_telemetry(&scene)?;
         let camera =
@@ -112,10 +112,10 @@ impl Viewer {
             .map_or_else(|| OrbitCamera::framing(scene.graph.bounds()), OrbitCamera::from_config);
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
         Ok(Self {
-            snapshot: tags.snapshot(start),
             telemetry,
             overlays,
             tags,
+            events: EventLog::default(),
             triangles_full: full_triangles(&scene),
             cursors: Cursors::new(&scene.graph, &scene.models, policies, theta_scale),
             settles: !in_window,
@@ -206,23 +206,21 @@ impl Viewer {
     pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
         let started = Instant::now();
         self.note_screen(&input);
-        for telemetry in &self.telemetry {
-            self.tags.apply(telemetry.drain());
-        }
-        let snapshot = self.tags.snapshot(started);
+        self.take_samples();
+        let snapshot = self.tags.snapshot();
         let patience =
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
-        let overlaid = running::run_overlays(&mut self.overlays, &snapshot, patience);
-        let model = self.view_model(&snapshot);
+        let overlaid = running::run_overlays(&mut self.overlays, snapshot, patience);
+        let model = self.view_model(snapshot);
 
         let (scene, screen, selected) = (&self.scene, self.screen, self.selected);
-        let rows = rows::Rows::new(scene, &snapshot, &overlaid.lines);
+        let rows = rows::Rows::new(scene, snapshot, &overlaid.lines);
         let mut camera = self.camera;
         let output = self.panels.run(input, &model, &rows, |viewport, commands| {
             camera.steer(commands, viewport, scene);
             let view = camera.view(viewport, screen);
             let projection = Projection::new(&view, screen);
-            labels::build(&overlaid.lines, &snapshot, &scene.graph, projection, view.eye, selected)
+            labels::build(&overlaid.lines, snapshot, &scene.graph, projection, view.eye, selected)
         });
         self.camera = camera;
         self.viewport = output.viewport;
@@ -232,7 +230,7 @@ impl Viewer {
         let shapes = std::mem::take(&mut egui.shapes);
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let highlights =
-            highlight::of_nodes(&self.scene.graph, &overlaid.tints, &snapshot, self.selected);
+            highlight::of_nodes(&self.scene.graph, &overlaid.tints, self.tags(), self.selected);
         self.move_cursors();
         let instances = self.draw_instances(&highlights);
         let overlay = EguiFrame {
@@ -257,7 +255,6 @@ impl Viewer {
                 picked => picked?,
             };
         }
-        self.snapshot = snapshot;
         self.count_frame(started);
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
         let is_coming =
@@ -343,8 +340,9 @@ impl Viewer {
                 .instances()
                 .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
                 .collect(),
-            tags: stats::tags(&self.scene.tags, &self.snapshot),
-            quality: self.snapshot.counts().into(),
+            tags: stats::tags(&self.scene.tags, self.tags.snapshot()),
+            quality: self.tags.snapshot().counts().into(),
+            events: self.events.count(),
             picked: self.selected_id(),
             validation_messages: self.renderer.validation_messages(),
         }
@@ -357,6 +355,27 @@ impl Viewer {
         }
     }
 
+    /// The tags as the last frame showed them.
+    pub fn tags(&self) -> Snapshot<'_> {
+        self.tags.snapshot()
+    }
+
+    /// What switched since the start, in the order in which it came.
+    pub fn events(&self) -> &EventLog {
+        &self.events
+    }
+
+    /// Takes over what plugins brought; values past their limit are stale from here on.
+    fn take_samples(&mut self) {
+        let (tags, events) = (&mut self.tags, &mut self.events);
+        for telemetry in &self.telemetry {
+            telemetry.drain(|sample| {
+                tags.apply([sample], |change| events.note(change));
+            });
+        }
+        tags.advance(Moment::now(), |change| events.note(change));
+    }
+
     fn note_screen(&mut self, input: &RawInput) {
         if let Some(screen) = input.screen_rect {
             self.screen = screen;
@@ -366,7 +385,7 @@ impl Viewer {
         self.pixels_per_point = native.unwrap_or(1.0) * self.panels.context().zoom_factor();
     }
 
-    fn view_model(&self, snapshot: &Snapshot) -> ViewModel {
+    fn view_model(&self, snapshot: Snapshot<'_>) -> ViewModel {
         let counts = snapshot.counts();
         ViewModel {
             models: self.models.iter().map(|model| model.row.clone()).collect(),

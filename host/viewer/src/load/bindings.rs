@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_config::{Config, TagType, join_pointer};
 use busbar_plugin_host::OverlayBinding;
 use busbar_scene::{ModelIndex, Placement, SceneGraph, Transform};
-use busbar_tags::{TagHandle, TagSpec, ValueKind};
+use busbar_tags::{Scale, SpecFault, TagHandle, TagSet, TagSpec, ValueKind};
 
 use super::models::ImportedModels;
 use super::{Binding, Faults, LoadedScene};
@@ -46,8 +46,20 @@ pub(super) fn place(
         .ok()
 }
 
-/// Tags in the order of their ids, which is the order of their handles.
-pub(super) fn tag_specs(config: &Config) -> Vec<TagSpec> {
+/// Tags in the order of their ids, which is the order of their handles; without the
+/// derived ones' expressions where one of them cannot be.
+pub(super) fn tags(config: &Config, faults: &mut Faults<'_>) -> TagSet {
+    TagSet::new(tag_specs(config)).unwrap_or_else(|found| {
+        for SpecFault { id, cause, remedy } in found {
+            let pointer = config.tags.get(&id).map_or("/tags", |tag| tag.pointer.as_str());
+            faults.add(&join_pointer(pointer, "expression"), cause, remedy);
+        }
+        let plain = |spec| TagSpec { expression: None, ..spec };
+        TagSet::new(tag_specs(config).into_iter().map(plain).collect()).unwrap_or_default()
+    })
+}
+
+fn tag_specs(config: &Config) -> Vec<TagSpec> {
     config
         .tags
         .iter()
@@ -68,6 +80,9 @@ pub(super) fn tag_specs(config: &Config) -> Vec<TagSpec> {
                 unit: tag.unit.clone(),
                 range,
                 freshness: Duration::from_millis(tag.freshness_millis),
+                scale: tag.scale.map(|[factor, offset]| Scale { factor, offset }),
+                dead_band: tag.dead_band,
+                expression: tag.expression().map(str::to_owned),
             }
         })
         .collect()
@@ -135,7 +150,7 @@ pub(super) fn for_overlays(scene: &LoadedScene) -> Vec<OverlayBinding> {
         .bindings
         .iter()
         .map(|binding| {
-            let spec = &scene.tags[binding.tag.0 as usize];
+            let spec = &scene.tags.specs()[binding.tag.0 as usize];
             let limits = scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();
             OverlayBinding {
                 tag: binding.tag,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
-use busbar_config::{Config, Isolation, PluginConfig, join_pointer};
+use busbar_config::{Config, Isolation, PluginConfig, TagConfig, join_pointer};
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
@@ -89,7 +89,10 @@ pub(super) fn create(
 
 /// How a plugin runs. Only the source of a tag needs the network by itself.
 fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions {
-    let is_source = || config.tags.values().any(|tag| tag.source.plugin == *name);
+    let is_source = || {
+        let mut sources = config.tags.values().filter_map(TagConfig::source);
+        sources.any(|source| source.plugin == *name)
+    };
     let supervision = &config.supervision;
     PluginOptions {
         isolation: match plugin.isolation {
@@ -187,7 +190,8 @@ fn check_addresses(
     add: &mut impl FnMut(String, &PluginError),
 ) {
     let served = telemetry_tags(config, tags, name);
-    let source = |tag: &TelemetryTag| config.tags.get(&tag.id).map(|tag| &tag.source.pointer);
+    let source =
+        |tag: &TelemetryTag| config.tags.get(&tag.id)?.source().map(|source| &source.pointer);
     let Some(first) = served.first() else { return };
     let Err(error) = RunningTelemetry::check(instance, &served) else { return };
     if let PluginError::Lost { .. } = error {
@@ -219,13 +223,15 @@ pub(super) fn telemetry_tags(config: &Config, tags: &[TagSpec], plugin: &str) ->
         .tags
         .iter()
         .enumerate()
-        .filter(|(_, (_, tag))| tag.source.plugin == plugin)
-        .map(|(index, (id, tag))| TelemetryTag {
-            tag: TagHandle(index as u32),
-            kind: tags[index].kind,
-            freshness: Duration::from_millis(tag.freshness_millis),
-            id: id.clone(),
-            address_json: tag.source.address.to_string(),
+        .filter_map(|(index, (id, tag))| {
+            let source = tag.source().filter(|source| source.plugin == plugin)?;
+            Some(TelemetryTag {
+                tag: TagHandle(index as u32),
+                kind: tags[index].kind,
+                freshness: Duration::from_millis(tag.freshness_millis),
+                id: id.clone(),
+                address_json: source.address.to_string(),
+            })
         })
         .collect()
 }

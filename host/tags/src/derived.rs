@@ -1,0 +1,222 @@
+//! Derived tags: which rest on which, and their values.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap, HashMap};
+
+use crate::{
+    DoublePoint, Expression, Moment, Quality, Sample, SpecFault, TagHandle, TagSpec, TagState,
+    Value, ValueKind,
+};
+
+/// All derived tags of a table, each after those that it rests on.
+#[derive(Debug, Default)]
+pub(crate) struct Derivations {
+    rules: Vec<Rule>,
+    /// The rules that rest on each tag.
+    resting_on: HashMap<TagHandle, Vec<usize>>,
+}
+
+/// How one tag is worked out.
+#[derive(Debug)]
+pub(crate) struct Rule {
+    pub(crate) tag: TagHandle,
+    /// In the order of the expression's.
+    pub(crate) inputs: Vec<TagHandle>,
+    expression: Expression,
+}
+
+/// Rules that have to be worked out, each once, in order.
+#[derive(Debug, Default)]
+pub(crate) struct Due(BinaryHeap<Reverse<usize>>);
+
+impl Derivations {
+    /// Reads the expressions of all tags that have one.
+    pub(crate) fn of(specs: &[TagSpec]) -> Result<Self, Vec<SpecFault>> {
+        if specs.iter().all(|spec| spec.expression.is_none()) {
+            return Ok(Self::default());
+        }
+        let handles: HashMap<&str, TagHandle> =
+            specs.iter().zip(0..).map(|(spec, rank)| (spec.id.as_str(), TagHandle(rank))).collect();
+        let (mut rules, mut faults) = (BTreeMap::new(), Vec::new());
+        for (spec, rank) in specs.iter().zip(0..) {
+            match Rule::of(spec, TagHandle(rank), &handles) {
+                Some(Ok(rule)) => {
+                    rules.insert(rule.tag, rule);
+                }
+                Some(Err(fault)) => faults.push(fault),
+                None => {}
+            }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let rules = in_order(rules, specs)?;
+        let mut resting_on: HashMap<TagHandle, Vec<usize>> = HashMap::new();
+        for (index, rule) in rules.iter().enumerate() {
+            for &input in &rule.inputs {
+                resting_on.entry(input).or_default().push(index);
+            }
+        }
+        Ok(Self { rules, resting_on })
+    }
+
+    /// The tags that derived tags rest on.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = TagHandle> {
+        self.resting_on.keys().copied()
+    }
+
+    pub(crate) fn rule(&self, index: usize) -> &Rule {
+        &self.rules[index]
+    }
+
+    /// The rules that rest on any of these tags.
+    pub(crate) fn due(&self, touched: &[TagHandle]) -> Due {
+        let mut due = Due::default();
+        touched.iter().for_each(|&tag| self.dependents(tag, &mut due));
+        due
+    }
+
+    /// Adds the rules that rest on a tag.
+    pub(crate) fn dependents(&self, tag: TagHandle, due: &mut Due) {
+        due.0.extend(self.resting_on.get(&tag).into_iter().flatten().map(|&index| Reverse(index)));
+    }
+}
+
+impl Due {
+    /// The next rule; what it rests on was before it.
+    pub(crate) fn next_due(&mut self) -> Option<usize> {
+        let Reverse(next) = self.0.pop()?;
+        while self.0.peek() == Some(&Reverse(next)) {
+            self.0.pop();
+        }
+        Some(next)
+    }
+}
+
+impl Rule {
+    fn of(
+        spec: &TagSpec,
+        tag: TagHandle,
+        handles: &HashMap<&str, TagHandle>,
+    ) -> Option<Result<Self, SpecFault>> {
+        let expression = match Expression::parse(spec.expression.as_deref()?) {
+            Ok(expression) => expression,
+            Err(error) => {
+                let cause = format!("its expression is none: {error}");
+                let remedy = "write a formula of tag ids in braces, such as '{T1.U} * {T1.I}'";
+                return Some(Err(fault(spec, cause, remedy)));
+            }
+        };
+        let inputs =
+            expression.inputs().iter().map(|id| handles.get(id.as_str()).copied().ok_or(id));
+        match inputs.collect::<Result<Vec<_>, _>>() {
+            Ok(inputs) => Some(Ok(Self { tag, inputs, expression })),
+            Err(id) => {
+                let cause = format!("its expression names '{id}', and there is no such tag");
+                Some(Err(fault(spec, cause, "name tags of this configuration")))
+            }
+        }
+    }
+
+    /// The value for these states of its inputs: no better than the worst of them, and
+    /// as old as the oldest.
+    pub(crate) fn work_out(
+        &self,
+        states: impl Iterator<Item = TagState>,
+        kind: ValueKind,
+        now: Moment,
+    ) -> Sample {
+        let mut quality = Quality::Good;
+        let mut numbers = Vec::with_capacity(self.inputs.len());
+        let mut oldest = now;
+        for state in states {
+            quality = quality.worst(state.quality);
+            numbers.extend(state.value.map(number));
+            oldest = oldest.min(now.before(state.age.unwrap_or_default()));
+        }
+        let is_known = numbers.len() == self.inputs.len();
+        let value = is_known.then(|| typed(self.expression.evaluate(&numbers), kind));
+        // No source time: the clocks of its inputs may differ.
+        Sample {
+            tag: self.tag,
+            value,
+            quality,
+            source_time: None,
+            received: now,
+            valid_from: oldest,
+        }
+    }
+}
+
+/// Each rule after those that it rests on (Kahn, 1962).
+fn in_order(
+    mut rules: BTreeMap<TagHandle, Rule>,
+    specs: &[TagSpec],
+) -> Result<Vec<Rule>, Vec<SpecFault>> {
+    let mut missing: BTreeMap<TagHandle, usize> = BTreeMap::new();
+    let mut resting_on: BTreeMap<TagHandle, Vec<TagHandle>> = BTreeMap::new();
+    for rule in rules.values() {
+        let derived: Vec<_> = rule.inputs.iter().filter(|tag| rules.contains_key(tag)).collect();
+        missing.insert(rule.tag, derived.len());
+        derived.into_iter().for_each(|&on| resting_on.entry(on).or_default().push(rule.tag));
+    }
+    let mut ready: Vec<TagHandle> =
+        missing.iter().filter(|(_, count)| **count == 0).map(|(&tag, _)| tag).collect();
+    let mut ordered = Vec::with_capacity(rules.len());
+    while let Some(tag) = ready.pop() {
+        for on in resting_on.remove(&tag).unwrap_or_default() {
+            if let Some(count) = missing.get_mut(&on) {
+                *count -= 1;
+                if *count == 0 {
+                    ready.push(on);
+                }
+            }
+        }
+        ordered.extend(rules.remove(&tag));
+    }
+    if rules.is_empty() {
+        return Ok(ordered);
+    }
+    let circular = |&tag: &TagHandle| {
+        let cause = "its expression rests on itself".into();
+        fault(&specs[tag.0 as usize], cause, "break the circle of derived tags")
+    };
+    Err(rules.keys().map(circular).collect())
+}
+
+fn fault(spec: &TagSpec, cause: String, remedy: &str) -> SpecFault {
+    SpecFault { id: spec.id.clone(), cause, remedy: remedy.into() }
+}
+
+/// A value in a formula.
+fn number(value: Value) -> f64 {
+    match value {
+        Value::F64(number) => number,
+        Value::I64(number) => number as f64,
+        Value::Bool(on) => f64::from(u8::from(on)),
+        Value::DoublePoint(point) => match point {
+            DoublePoint::Intermediate => 0.0,
+            DoublePoint::Off => 1.0,
+            DoublePoint::On => 2.0,
+            DoublePoint::BadState => 3.0,
+        },
+    }
+}
+
+/// A formula's result as a value of a type; one that it cannot be stays a number, for
+/// the table to call bad.
+fn typed(result: f64, kind: ValueKind) -> Value {
+    let is_whole = result.fract() == 0.0 && result.abs() < 9.0e15;
+    match kind {
+        ValueKind::I64 if is_whole => Value::I64(result as i64),
+        ValueKind::Bool if result.is_finite() => Value::Bool(result != 0.0),
+        ValueKind::DoublePoint => match result {
+            0.0 => Value::DoublePoint(DoublePoint::Intermediate),
+            1.0 => Value::DoublePoint(DoublePoint::Off),
+            2.0 => Value::DoublePoint(DoublePoint::On),
+            3.0 => Value::DoublePoint(DoublePoint::BadState),
+            _ => Value::F64(result),
+        },
+        _ => Value::F64(result),
+    }
+}

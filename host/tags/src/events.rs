@@ -1,0 +1,72 @@
+//! The sequence of events: what switched, in the order in which it came.
+
+use std::collections::VecDeque;
+
+use crate::{Change, ValueKind};
+
+/// Events that are kept; the oldest go first.
+pub const MAX_EVENTS: usize = 1 << 16;
+
+/// A change of state, and its number since the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// 0 for the first.
+    pub number: u64,
+    /// What changed.
+    pub change: Change,
+}
+
+/// The last changes of states: single points and double-points, not measurements.
+#[derive(Clone, Debug, Default)]
+pub struct EventLog {
+    events: VecDeque<Event>,
+    count: u64,
+}
+
+impl EventLog {
+    /// Notes a change if it is one of a state.
+    pub fn note(&mut self, change: &Change) {
+        let kind = change.value.map(crate::Value::kind);
+        if !matches!(kind, Some(ValueKind::Bool | ValueKind::DoublePoint)) {
+            return;
+        }
+        if self.events.len() >= MAX_EVENTS {
+            self.events.pop_front();
+        }
+        self.events.push_back(Event { number: self.count, change: *change });
+        self.count += 1;
+    }
+
+    /// The events that are kept, the oldest first.
+    pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> + ExactSizeIterator {
+        self.events.iter()
+    }
+
+    /// Events since the start.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Moment, Quality, TagHandle, Value};
+
+    #[test]
+    fn states_are_kept_in_order_and_measurements_are_not() {
+        let mut log = EventLog::default();
+        let change = |tag, value| Change {
+            tag: TagHandle(tag),
+            value: Some(value),
+            quality: Quality::Good,
+            source_time: None,
+            received: Moment(0),
+        };
+        log.note(&change(0, Value::F64(1.0)));
+        let count = MAX_EVENTS as u32 + 3;
+        (0..count).for_each(|tag| log.note(&change(tag, Value::Bool(true))));
+        assert_eq!((log.count(), log.events().len()), (u64::from(count), MAX_EVENTS));
+        assert!(log.events().map(|event| event.number).eq(3..u64::from(count)));
+    }
+}

@@ -1,0 +1,61 @@
+//! Time as freshness counts it.
+
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+
+const NANOS_PER_SECOND: u64 = 1_000_000_000;
+
+/// A point of the clock that never jumps, that all processes of a machine share,
+/// and that goes on while the machine sleeps: a value from before a sleep is old.
+/// Nanoseconds since boot.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub struct Moment(pub u64);
+
+impl Moment {
+    /// Now.
+    pub fn now() -> Self {
+        let now = clock_gettime(ClockId::Boottime);
+        Self(now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64)
+    }
+
+    /// How long after `earlier` this is; nothing if it is before.
+    pub fn since(self, earlier: Self) -> Duration {
+        Duration::from_nanos(self.0.saturating_sub(earlier.0))
+    }
+
+    /// This much later.
+    #[must_use]
+    pub fn after(self, duration: Duration) -> Self {
+        Self(self.0.saturating_add(nanos(duration)))
+    }
+
+    /// This much earlier.
+    #[must_use]
+    pub fn before(self, duration: Duration) -> Self {
+        Self(self.0.saturating_sub(nanos(duration)))
+    }
+}
+
+/// Nanoseconds of a duration; what does not fit is for ever.
+fn nanos(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_counted_in_nanoseconds_and_never_wrap() {
+        let second = Duration::from_secs(1);
+        assert_eq!(Moment(5).after(second), Moment(1_000_000_005));
+        assert_eq!(Moment(5).before(second), Moment(0));
+        assert_eq!(Moment(u64::MAX).after(Duration::MAX), Moment(u64::MAX));
+        assert_eq!(Moment(7).since(Moment(9)), Duration::ZERO);
+        assert!(Moment::now() > Moment(0));
+    }
+}

@@ -1,0 +1,65 @@
+//! All tags at one instant.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Quality, SourceTime, TagHandle, TagTable, Value};
+
+/// A tag at one instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TagState {
+    /// The last value that came, however old or bad.
+    pub value: Option<Value>,
+    /// Quality, freshness included.
+    pub quality: Quality,
+    /// Age of the value: time since it came, and its lag before that.
+    pub age: Option<Duration>,
+    /// When it was so at its source, if that said so.
+    pub source_time: Option<SourceTime>,
+}
+
+/// All tags at the instant to which their table was advanced. It borrows the table, so
+/// that nothing changes while it is looked at, and nothing is copied.
+#[derive(Clone, Copy, Debug)]
+pub struct Snapshot<'a> {
+    table: &'a TagTable,
+}
+
+/// How many tags have which quality.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QualityCounts {
+    /// Good tags.
+    pub good: usize,
+    /// Uncertain tags.
+    pub uncertain: usize,
+    /// Bad tags.
+    pub bad: usize,
+}
+
+impl<'a> Snapshot<'a> {
+    pub(crate) fn of(table: &'a TagTable) -> Self {
+        Self { table }
+    }
+
+    /// The state of a tag of the same table.
+    pub fn state(self, tag: TagHandle) -> Option<TagState> {
+        self.table.state(tag)
+    }
+
+    /// All states, by handle.
+    pub fn states(self) -> impl ExactSizeIterator<Item = TagState> + 'a {
+        self.table.states()
+    }
+
+    /// The tags that changed since the instant before, in value or quality, each once;
+    /// becoming stale is a change.
+    pub fn changed(self) -> &'a [TagHandle] {
+        self.table.changed()
+    }
+
+    /// How many tags have which quality.
+    pub fn counts(self) -> QualityCounts {
+        self.table.counts()
+    }
+}

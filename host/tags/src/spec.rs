@@ -1,0 +1,99 @@
+//! What a tag is.
+
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::ValueKind;
+use crate::derived::Derivations;
+
+/// Names a tag within one table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct TagHandle(pub u32);
+
+/// What a tag is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TagSpec {
+    /// Unique id.
+    pub id: String,
+    /// Name for people.
+    pub name: String,
+    /// Type of its values; a sample of another type is bad.
+    pub kind: ValueKind,
+    /// Unit, such as `kV`; empty for none.
+    pub unit: String,
+    /// Plausible measuring range: a value outside it is uncertain.
+    pub range: Option<RangeInclusive<f64>>,
+    /// How old a value may be before it is stale.
+    pub freshness: Duration,
+    /// From the number that comes to the tag's unit; [`ValueKind::F64`] alone.
+    pub scale: Option<Scale>,
+    /// A number nearer than this to the one before does not change it, in the tag's
+    /// unit; 0 for none.
+    pub dead_band: f64,
+    /// Worked out of other tags: an [`Expression`](crate::Expression) of their ids.
+    pub expression: Option<String>,
+}
+
+/// All tags of a scene: what they are, and which rest on which. A tag's handle is its
+/// place.
+#[derive(Debug, Default)]
+pub struct TagSet {
+    specs: Vec<TagSpec>,
+    derived: Derivations,
+}
+
+/// A straight line: `number * factor + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// What a number is multiplied by.
+    pub factor: f64,
+    /// What is added then.
+    pub offset: f64,
+}
+
+/// A tag that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("tag '{id}': {cause}")]
+pub struct SpecFault {
+    /// Its id.
+    pub id: String,
+    /// What is wrong with it.
+    pub cause: String,
+    /// What helps.
+    pub remedy: String,
+}
+
+impl TagSet {
+    /// Puts tags together.
+    ///
+    /// # Errors
+    /// The tags whose expressions cannot be read, name tags that are not there, or go
+    /// in a circle.
+    pub fn new(specs: Vec<TagSpec>) -> Result<Self, Vec<SpecFault>> {
+        let derived = Derivations::of(&specs)?;
+        Ok(Self { specs, derived })
+    }
+
+    /// What the tags are, by handle.
+    pub fn specs(&self) -> &[TagSpec] {
+        &self.specs
+    }
+
+    /// What a tag is.
+    pub fn spec(&self, tag: TagHandle) -> Option<&TagSpec> {
+        self.specs.get(tag.0 as usize)
+    }
+
+    pub(crate) fn derived(&self) -> &Derivations {
+        &self.derived
+    }
+}
+
+impl Scale {
+    /// The number in the tag's unit.
+    pub fn apply(self, number: f64) -> f64 {
+        number * self.factor + self.offset
+    }
+}

@@ -1,0 +1,345 @@
+use std::time::Duration;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::Scale;
+
+const TAG: TagHandle = TagHandle(0);
+const START: Moment = Moment(1 << 40);
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::from_secs_f64(seconds)
+}
+
+fn at(after: f64) -> Moment {
+    START.after(seconds(after))
+}
+
+fn spec() -> TagSpec {
+    TagSpec {
+        id: "T1.TopOil".into(),
+        name: "Top oil".into(),
+        kind: ValueKind::F64,
+        unit: "°C".into(),
+        range: Some(-40.0..=150.0),
+        freshness: seconds(3.0),
+        scale: None,
+        dead_band: 0.0,
+        expression: None,
+    }
+}
+
+fn table() -> TagTable {
+    table_of(vec![spec()])
+}
+
+fn table_of(specs: Vec<TagSpec>) -> TagTable {
+    TagTable::new(Arc::new(TagSet::new(specs).unwrap()), START)
+}
+
+fn sample(value: f64, received: Moment) -> Sample {
+    Sample {
+        tag: TAG,
+        value: Some(Value::F64(value)),
+        quality: Quality::Good,
+        source_time: None,
+        received,
+        valid_from: received,
+    }
+}
+
+fn put(table: &mut TagTable, sample: Sample) -> Vec<Change> {
+    let mut changes = Vec::new();
+    table.apply([sample], |change| changes.push(*change));
+    changes
+}
+
+fn state_at(table: &mut TagTable, now: Moment) -> TagState {
+    table.advance(now, |_| {});
+    table.snapshot().state(TAG).unwrap()
+}
+
+fn quality_at(table: &mut TagTable, now: Moment) -> Quality {
+    state_at(table, now).quality
+}
+
+#[test]
+fn a_cell_fills_a_cache_line() {
+    assert_eq!(size_of::<Cell>(), 64);
+}
+
+#[test]
+fn a_tag_without_a_value_is_not_connected() {
+    assert_eq!(quality_at(&mut table(), START), Quality::Bad(Reason::NotConnected));
+}
+
+#[test]
+fn a_value_past_its_limit_is_stale_whatever_its_source_says() {
+    let mut table = table();
+    put(&mut table, sample(60.0, START));
+    assert_eq!(quality_at(&mut table, at(3.0)), Quality::Good);
+    let state = state_at(&mut table, at(3.001));
+    assert_eq!(state.quality, Quality::Bad(Reason::Stale));
+    assert_eq!(state.value, Some(Value::F64(60.0)), "the last value stays, marked");
+    assert_eq!(state.age, Some(Duration::from_millis(3001)));
+    assert_eq!(table.snapshot().changed(), [TAG], "becoming stale is a change");
+}
+
+#[test]
+fn a_quality_without_a_value_does_not_make_the_value_fresh() {
+    let mut table = table();
+    put(&mut table, sample(60.0, START));
+    let bad = Quality::Bad(Reason::Communication);
+    put(&mut table, Sample { value: None, quality: bad, ..sample(0.0, at(2.0)) });
+    assert_eq!(quality_at(&mut table, at(2.0)), bad);
+    put(&mut table, Sample { value: None, ..sample(0.0, at(2.0)) });
+    assert_eq!(quality_at(&mut table, at(4.0)), Quality::Bad(Reason::Stale));
+}
+
+#[test]
+fn a_good_quality_without_a_value_does_not_launder_a_bad_value() {
+    for value in [Value::F64(f64::NAN), Value::F64(151.0), Value::Bool(true)] {
+        let mut table = table();
+        put(&mut table, Sample { value: Some(value), ..sample(0.0, START) });
+        let before = quality_at(&mut table, START);
+        assert!(!before.is_good());
+        put(&mut table, Sample { value: None, ..sample(0.0, START) });
+        assert_eq!(quality_at(&mut table, START), before, "{value:?}");
+    }
+}
+
+#[test]
+fn a_value_that_was_old_when_it_came_is_stale_at_once() {
+    let mut table = table();
+    put(&mut table, Sample { valid_from: START.before(seconds(4.0)), ..sample(60.0, START) });
+    assert_eq!(quality_at(&mut table, START), Quality::Bad(Reason::Stale));
+}
+
+#[test]
+fn a_deadline_may_come_nearer() {
+    let mut table = table();
+    put(&mut table, sample(60.0, at(10.0)));
+    assert_eq!(quality_at(&mut table, at(10.0)), Quality::Good);
+    put(&mut table, Sample { valid_from: at(7.5), ..sample(61.0, at(10.0)) });
+    table.advance(at(10.4), |_| {});
+    assert_eq!(table.snapshot().counts().good, 1);
+    table.advance(at(10.6), |_| {});
+    assert_eq!(table.snapshot().counts(), QualityCounts { bad: 1, ..QualityCounts::default() });
+}
+
+#[test]
+fn a_bad_quality_is_taken_whatever_its_source_time() {
+    let mut table = table();
+    put(&mut table, Sample { source_time: Some(SourceTime(100)), ..sample(1.0, START) });
+    let quality = Quality::Bad(Reason::Communication);
+    let source_time = Some(SourceTime(0));
+    put(&mut table, Sample { value: None, quality, source_time, ..sample(0.0, START) });
+    assert_eq!(quality_at(&mut table, START), quality);
+}
+
+#[test]
+fn an_older_source_time_never_overwrites_a_newer_one() {
+    let mut table = table();
+    put(&mut table, Sample { source_time: Some(SourceTime(100)), ..sample(1.0, START) });
+    let older = Sample { source_time: Some(SourceTime(99)), ..sample(2.0, START) };
+    assert_eq!(table.apply([older], |_| panic!("it changes nothing")), 1);
+    assert_eq!(state_at(&mut table, START).value, Some(Value::F64(1.0)));
+    let repeated = Sample { source_time: Some(SourceTime(100)), ..sample(1.0, at(1.0)) };
+    assert_eq!(put(&mut table, repeated), [], "the same again is no change");
+}
+
+#[test]
+fn the_host_judges_values_itself() {
+    let check = |value, expected| {
+        let mut table = table();
+        put(&mut table, Sample { value: Some(value), ..sample(0.0, START) });
+        assert_eq!(quality_at(&mut table, START), expected, "{value:?}");
+    };
+    check(Value::F64(150.0), Quality::Good);
+    check(Value::F64(150.1), Quality::Uncertain(Reason::OutOfRange));
+    check(Value::F64(f64::NAN), Quality::Bad(Reason::NotFinite));
+    check(Value::F64(f64::INFINITY), Quality::Bad(Reason::NotFinite));
+    check(Value::DoublePoint(DoublePoint::On), Quality::Bad(Reason::Configuration));
+    let spec = TagSpec { kind: ValueKind::DoublePoint, range: None, ..spec() };
+    let mut table = table_of(vec![spec]);
+    let faulty = Some(Value::DoublePoint(DoublePoint::BadState));
+    put(&mut table, Sample { value: faulty, ..sample(0.0, START) });
+    assert_eq!(quality_at(&mut table, START), Quality::Uncertain(Reason::Sensor));
+}
+
+#[test]
+fn samples_of_unknown_tags_are_counted_and_harmless() {
+    let unknown = Sample { tag: TagHandle(7), ..sample(1.0, START) };
+    assert_eq!(table().apply([unknown], |_| {}), 1);
+}
+
+#[test]
+fn numbers_are_scaled_before_they_are_judged() {
+    let scale = Some(Scale { factor: 0.1, offset: -50.0 });
+    let mut table = table_of(vec![TagSpec { scale, ..spec() }]);
+    put(&mut table, sample(1200.0, START));
+    let state = state_at(&mut table, START);
+    assert_eq!((state.value, state.quality), (Some(Value::F64(70.0)), Quality::Good));
+    put(&mut table, sample(2100.0, START));
+    assert_eq!(quality_at(&mut table, START), Quality::Uncertain(Reason::OutOfRange));
+}
+
+#[test]
+fn a_dead_band_hides_small_changes_and_keeps_the_value_fresh() {
+    let mut table = table_of(vec![TagSpec { dead_band: 0.5, ..spec() }]);
+    put(&mut table, sample(60.0, START));
+    assert_eq!(put(&mut table, sample(60.4, at(2.0))), []);
+    let state = state_at(&mut table, at(4.0));
+    assert_eq!((state.value, state.quality), (Some(Value::F64(60.0)), Quality::Good));
+    assert_eq!(put(&mut table, sample(60.5, at(4.0)))[0].value, Some(Value::F64(60.5)));
+    put(&mut table, sample(f64::NAN, at(5.0)));
+    assert_eq!(quality_at(&mut table, at(5.0)), Quality::Bad(Reason::NotFinite));
+    put(&mut table, sample(60.4, at(5.0)));
+    assert_eq!(state_at(&mut table, at(5.0)).value, Some(Value::F64(60.4)));
+}
+
+fn derived_table() -> TagTable {
+    let tag = |id: &str, kind, expression: Option<&str>| TagSpec {
+        id: id.into(),
+        kind,
+        range: None,
+        expression: expression.map(Into::into),
+        ..spec()
+    };
+    let specs = vec![
+        tag("a", ValueKind::F64, None),
+        tag("alarm", ValueKind::Bool, Some("{sum} > 10")),
+        tag("b", ValueKind::F64, None),
+        tag("sum", ValueKind::F64, Some("{a} + {b}")),
+    ];
+    table_of(specs)
+}
+
+#[test]
+fn derived_tags_follow_what_they_rest_on() {
+    let mut table = derived_table();
+    let state = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap();
+    put(&mut table, sample(4.0, START));
+    table.advance(START, |_| {});
+    assert_eq!(state(&table, 3).quality, Quality::Bad(Reason::NotConnected));
+    put(&mut table, Sample { tag: TagHandle(2), ..sample(7.0, at(1.0)) });
+    let mut changes = Vec::new();
+    table.advance(at(1.0), |change| changes.push(change.tag.0));
+    assert_eq!(changes, [3, 1], "the sum before what rests on it");
+    assert_eq!(state(&table, 3).value, Some(Value::F64(11.0)));
+    assert_eq!(state(&table, 3).age, Some(seconds(1.0)), "as old as the older of the two");
+    assert_eq!(state(&table, 1).value, Some(Value::Bool(true)));
+    assert_eq!(state(&table, 1).quality, Quality::Good);
+
+    // The same values again: nothing changes but the age.
+    put(&mut table, sample(4.0, at(2.0)));
+    table.advance(at(2.0), |_| panic!("nothing changes"));
+    assert_eq!(state(&table, 1).age, Some(seconds(1.0)));
+
+    // One of the two goes stale: so does what rests on it.
+    put(&mut table, sample(4.0, at(4.0)));
+    table.advance(at(4.5), |_| {});
+    assert_eq!(state(&table, 0).quality, Quality::Good);
+    assert_eq!(state(&table, 1).quality, Quality::Bad(Reason::Stale));
+    assert_eq!(table.snapshot().counts(), QualityCounts { good: 1, uncertain: 0, bad: 3 });
+
+    let meddling = Sample { tag: TagHandle(3), ..sample(0.0, at(5.0)) };
+    assert_eq!(table.apply([meddling], |_| {}), 1, "no sample sets a derived tag");
+}
+
+#[test]
+fn derived_tags_that_cannot_be_are_named() {
+    let tag = |id: &str, expression: &str| TagSpec {
+        id: id.into(),
+        expression: Some(expression.into()),
+        ..spec()
+    };
+    let faults = |specs: Vec<TagSpec>| -> Vec<String> {
+        let faults = TagSet::new(specs).unwrap_err();
+        faults.iter().map(ToString::to_string).collect()
+    };
+    let circle =
+        faults(vec![tag("a", "{b}"), tag("b", "{c} + {b0}"), tag("c", "{a}"), spec_of("b0")]);
+    assert_eq!(circle.len(), 3, "{circle:?}");
+    assert!(circle[0].contains("rests on itself"));
+    assert!(faults(vec![tag("a", "{x}")])[0].contains("names 'x'"));
+    assert!(faults(vec![tag("a", "1 +")])[0].contains("cannot be read"));
+}
+
+fn spec_of(id: &str) -> TagSpec {
+    TagSpec { id: id.into(), ..spec() }
+}
+
+/// What a table does, step by step.
+#[derive(Clone, Debug)]
+enum Step {
+    Put { tag: u32, value: Option<u8>, bad: bool, lag_millis: u64, source_time: Option<i64> },
+    Advance { millis: u64 },
+}
+
+fn steps() -> impl Strategy<Value = Vec<Step>> {
+    let put = (
+        0..6_u32,
+        prop::option::of(0..3_u8),
+        any::<bool>(),
+        0..3000_u64,
+        prop::option::of(0..9_i64),
+    );
+    let put = put.prop_map(|(tag, value, bad, lag_millis, source_time)| Step::Put {
+        tag,
+        value,
+        bad,
+        lag_millis,
+        source_time,
+    });
+    let advance = prop_oneof![0..40_u64, 0..4000_u64, 0..200_000_u64];
+    let step = prop_oneof![3 => put, 2 => advance.prop_map(|millis| Step::Advance { millis })];
+    prop::collection::vec(step, 0..120)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+    /// Counts, changes and states are what looking at every tag anew would give.
+    #[test]
+    fn advancing_finds_what_looking_at_all_would(steps in steps()) {
+        let freshness = [100.0, 1.0, 3.0, 70.0, 600.0, 0.01];
+        let specs = freshness.map(|limit| TagSpec { freshness: seconds(limit), ..spec() });
+        let mut table = table_of(specs.to_vec());
+        let mut now = START;
+        let mut shown: Vec<_> =
+            table.snapshot().states().map(|state| (state.value, state.quality)).collect();
+        for step in steps {
+            match step {
+                Step::Put { tag, value, bad, lag_millis, source_time } => {
+                    let reason = Quality::Bad(Reason::Sensor);
+                    table.apply([Sample {
+                        tag: TagHandle(tag),
+                        value: value.map(|value| Value::F64(f64::from(value))),
+                        quality: if bad { reason } else { Quality::Good },
+                        source_time: source_time.map(SourceTime),
+                        received: now,
+                        valid_from: now.before(Duration::from_millis(lag_millis)),
+                    }], |_| {});
+                }
+                Step::Advance { millis } => {
+                    now = now.after(Duration::from_millis(millis));
+                    table.advance(now, |_| {});
+                    let states: Vec<_> = table.snapshot().states().collect();
+                    let mut counts = QualityCounts::default();
+                    for (tag, state) in states.iter().enumerate() {
+                        *counts.of(state.quality.rank()) += 1;
+                        if let Some(age) = state.age {
+                            prop_assert!(age <= seconds(freshness[tag]) || !state.quality.is_good());
+                        }
+                        let is_changed = table.snapshot().changed().contains(&TagHandle(tag as u32));
+                        let differs = shown[tag] != (state.value, state.quality);
+                        prop_assert!(is_changed || !differs, "tag {} changed unseen", tag);
+                    }
+                    prop_assert_eq!(table.snapshot().counts(), counts);
+                    shown = states.iter().map(|state| (state.value, state.quality)).collect();
+                }
+            }
+        }
+    }
+}
