@@ -9,6 +9,9 @@ use crate::{
     TagHandle, TagSet, TagSpec, TagState, Value, ValueKind,
 };
 
+/// How far the wall clock may go back, as when it is kept in step, nanoseconds.
+const MAX_CLOCK_BACK: i64 = 1_000_000_000;
+
 /// The tags of a scene and their last values.
 ///
 /// Updates go in by [`TagTable::apply`]; [`TagTable::advance`] moves its time on, once
@@ -19,6 +22,8 @@ pub struct TagTable {
     cells: Vec<Cell>,
     wheel: Wheel,
     now: Moment,
+    /// The wall clock less the clock of `now`, as it was last, nanoseconds.
+    clock_offset: Option<i64>,
     /// Tags that changed up to `now`, and those that changed since.
     changed: Vec<TagHandle>,
     changing: Vec<TagHandle>,
@@ -61,7 +66,8 @@ impl TagTable {
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
         let wheel = Wheel::new(now);
         let (changed, changing, touched) = (Vec::new(), Vec::new(), Vec::new());
-        Self { tags, cells, wheel, now, changed, changing, touched, counts }
+        let clock_offset = None;
+        Self { tags, cells, wheel, now, clock_offset, changed, changing, touched, counts }
     }
 
     /// What the tags are.
@@ -107,6 +113,16 @@ impl TagTable {
             *self.counts.of(rank) += 1;
             cell.counted = rank;
             cell.is_changing = false;
+        }
+    }
+
+    /// Notes the wall clock at `now`. When it was set back, source times from before would
+    /// shut out all that follows until it is as late again: they order nothing any more.
+    pub fn follow_clock(&mut self, wall_clock: SourceTime, now: Moment) {
+        let offset = wall_clock.0.saturating_sub_unsigned(now.0);
+        let before = self.clock_offset.replace(offset);
+        if before.is_some_and(|before| offset < before.saturating_sub(MAX_CLOCK_BACK)) {
+            self.cells.iter_mut().for_each(|cell| cell.source_time = None);
         }
     }
 

@@ -150,6 +150,19 @@ fn an_older_source_time_never_overwrites_a_newer_one() {
 }
 
 #[test]
+fn a_wall_clock_set_back_shuts_nothing_out() {
+    let mut table = table();
+    let second = 1_000_000_000;
+    let at_second = |n: i64, value| Sample { source_time: Some(SourceTime(n * second)), ..sample(value, START) };
+    table.follow_clock(SourceTime(5000 * second), START);
+    put(&mut table, at_second(5000, 1.0));
+    table.follow_clock(SourceTime(5001 * second - second / 2), at(1.0));
+    assert_eq!(put(&mut table, at_second(4999, 2.0)), [], "kept in step: older is older");
+    table.follow_clock(SourceTime(1400 * second), at(2.0));
+    assert_eq!(put(&mut table, at_second(1400, 3.0)).len(), 1);
+}
+
+#[test]
 fn the_host_judges_values_itself() {
     let check = |value, expected| {
         let mut table = table();
@@ -342,4 +355,104 @@ proptest! {
             }
         }
     }
+}
+
+/// A small generator of numbers (G. Marsaglia, "Xorshift RNGs", 2003).
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, sides: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % sides
+    }
+}
+
+/// What an observer with a notebook knows of a tag.
+#[derive(Clone, Copy, Default)]
+struct Noted {
+    source_time: Option<i64>,
+    valid_from: Option<Moment>,
+    is_bad: bool,
+}
+
+/// A year in steps of a minute on average: links go and come back, the wall clock is set
+/// forwards and backwards, the machine sleeps, the scene is loaded anew.
+#[test]
+fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
+    const TAGS: u64 = 24;
+    const DAY: u64 = 86_400;
+    let mut dice = Dice(0x2026_1122);
+    let limits = |tag: u64| [0.5, 3.0, 60.0, 100.0, 3600.0, 86_400.0][tag as usize % 6];
+    let specs = || (0..TAGS).map(|tag| TagSpec { freshness: seconds(limits(tag)), ..spec() });
+    let mut table = table_of(specs().collect());
+    let mut noted = vec![Noted { is_bad: true, ..Noted::default() }; TAGS as usize];
+    let (mut now, mut wall, mut is_up) = (START, 1_790_000_000_i64, true);
+    let mut accepted = 0_u64;
+    table.follow_clock(SourceTime(wall * 1_000_000_000), now);
+    while now < START.after(seconds(365.0 * DAY as f64)) {
+        let step = Duration::from_millis(dice.below(120_000));
+        now = now.after(step);
+        wall += step.as_secs() as i64;
+        match dice.below(20_000) {
+            0 => wall += 3600,
+            1 => {
+                wall -= 3600;
+                noted.iter_mut().for_each(|tag| tag.source_time = None);
+            }
+            // It slept: nothing came meanwhile.
+            2 => {
+                now = now.after(seconds(8.0 * 3600.0));
+                wall += 8 * 3600;
+            }
+            3 => {
+                table = table_of(specs().collect());
+                table.follow_clock(SourceTime(wall * 1_000_000_000), now);
+                noted.fill(Noted { is_bad: true, ..Noted::default() });
+            }
+            4..400 => {
+                is_up = !is_up;
+                if !is_up {
+                    let quality = Quality::Bad(Reason::Communication);
+                    let lost = |tag| Sample {
+                        tag: TagHandle(tag as u32),
+                        value: None,
+                        quality,
+                        ..sample(0.0, now)
+                    };
+                    table.apply((0..TAGS).map(lost), |_| {});
+                    noted.iter_mut().for_each(|tag| tag.is_bad = true);
+                }
+            }
+            _ => {}
+        }
+        table.follow_clock(SourceTime(wall * 1_000_000_000), now);
+        for _ in 0..if is_up { 1 + dice.below(4) } else { 0 } {
+            let tag = dice.below(TAGS);
+            let source_time = (dice.below(2) == 0).then_some(wall - dice.below(3) as i64);
+            let note = &mut noted[tag as usize];
+            let update = Sample {
+                tag: TagHandle(tag as u32),
+                source_time: source_time.map(|time| SourceTime(time * 1_000_000_000)),
+                ..sample(dice.below(100) as f64, now)
+            };
+            let is_older = source_time.zip(note.source_time).is_some_and(|(new, old)| new < old);
+            assert_eq!(table.apply([update], |_| {}), usize::from(is_older));
+            if !is_older {
+                *note = Noted { source_time, valid_from: Some(now), is_bad: false };
+                accepted += 1;
+            }
+        }
+        table.advance(now, |_| {});
+        let is_good = |(tag, note): (u64, &Noted)| {
+            !note.is_bad
+                && note.valid_from.is_some_and(|from| now.since(from) <= seconds(limits(tag)))
+        };
+        let good = (0..).zip(&noted).filter(|&pair| is_good(pair)).count();
+        assert_eq!(table.snapshot().counts().good, good, "at {now:?}");
+        assert!(table.wheel.len() <= 2 * TAGS as usize, "the wheel holds {}", table.wheel.len());
+    }
+    assert!(accepted > 400_000, "{accepted} updates in the year");
+    assert!(table.changed.capacity() + table.changing.capacity() <= 64 * TAGS as usize);
 }

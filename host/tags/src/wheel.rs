@@ -39,6 +39,12 @@ impl Wheel {
         self.slots[(slot % SLOTS) as usize].push(tag);
     }
 
+    /// Entries that wait.
+    #[cfg(test)]
+    pub(crate) fn len(&self) -> usize {
+        self.slots.iter().map(Vec::len).sum()
+    }
+
     /// Takes out what may be due at `now`, slot by slot. The slot of `now` itself is
     /// among them: what is not due yet has to be put in again.
     pub(crate) fn take_due(&mut self, now: Moment) -> Vec<(Slot, Vec<u32>)> {

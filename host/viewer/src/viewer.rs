@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_config::MAX_THETA_SCALE;
-use busbar_plugin_host::LinkReport;
+use busbar_plugin_host::{LinkReport, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
     DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer, RendererOptions,
@@ -368,6 +368,7 @@ impl Viewer {
     /// Takes over what plugins brought; values past their limit are stale from here on.
     fn take_samples(&mut self) {
         let (tags, events) = (&mut self.tags, &mut self.events);
+        tags.follow_clock(wall_clock(), Moment::now());
         for telemetry in &self.telemetry {
             telemetry.drain(|sample| {
                 tags.apply([sample], |change| events.note(change));

@@ -4,12 +4,16 @@
 
 pub mod chart;
 mod html;
+mod machine;
 mod markdown;
+mod series;
 pub mod words;
 mod writer;
 
 pub use html::html;
+pub use machine::machine;
 pub use markdown::markdown;
+pub use series::Series;
 pub use writer::write;
 
 /// A report.

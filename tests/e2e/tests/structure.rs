@@ -55,6 +55,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("modbus_adapter", &["busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
+    ("sample_generator", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
         "bench",
@@ -107,6 +108,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "document",
             "e2e",
             "fault_injector",
+        ],
+    ),
+    (
+        "traffic",
+        &[
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_tags",
+            "busbar_viewer",
+            "document",
         ],
     ),
     ("xtask", &[]),

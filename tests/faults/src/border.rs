@@ -12,12 +12,11 @@ use busbar_plugin_process::{
 };
 use busbar_tags::{TagHandle, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use document::Series;
 use e2e::trouble::Trouble;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 use serde_json::json;
-
-use crate::series::Series;
 
 /// Tags that samples are for, and bindings of the overlay.
 const TAGS: u32 = 14;

@@ -8,7 +8,6 @@ mod process;
 mod report;
 mod results;
 mod round;
-mod series;
 mod site;
 mod subject;
 

@@ -34,15 +34,6 @@ pub(crate) fn children() -> Vec<u32> {
     pids.filter(is_child).collect()
 }
 
-/// The processor's name, and cores.
-pub(crate) fn machine() -> String {
-    let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = facts.lines().find_map(|line| line.strip_prefix("model name"));
-    let model = model.map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{model}, {cores} cores")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,15 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use document::words::grouped;
-use document::{Block, Document};
+use document::{Block, Document, Series, machine};
 use fault_injector::{At, Kind};
 use serde_json::json;
 
 use crate::border::Border;
 use crate::injection::Outcome;
-use crate::process::machine;
 use crate::results::Results;
-use crate::series::Series;
 use crate::site::FRESHNESS_MILLIS;
 
 /// Writes the report; its files.

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use document::{Claim, Verdict};
+use document::{Claim, Series, Verdict};
 use serde::Serialize;
 
 use crate::border::Border;
 use crate::injection::{Outcome, Record};
 use crate::round::Round;
-use crate::series::Series;
 
 /// The most that memory may grow from the first round to the last, bytes: what
 /// allocators and the software rasteriser keep is there after the first.

@@ -22,6 +22,7 @@ mod stage;
 mod steps;
 mod summary;
 mod test;
+mod traffic;
 mod workspace;
 mod x_server;
 
@@ -52,6 +53,8 @@ enum Command {
     Soak(soak::Arguments),
     /// Let every fault of a plugin strike beside a live view, 10,000 times.
     Faults(faults::Arguments),
+    /// Measure the way of values, from a plugin to the picture.
+    Traffic(traffic::Arguments),
     /// Run the benches and comparisons.
     Bench(bench::Arguments),
     /// Measure what the paper measured and judge what it says.
@@ -78,6 +81,7 @@ fn run(command: Command) -> Result<()> {
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
+        Command::Traffic(arguments) => traffic::run(&workspace, &arguments),
         Command::Faults(arguments) => faults::run(&workspace, &arguments),
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),

@@ -16,7 +16,10 @@ use crate::process;
 use crate::workspace::{Profile, Workspace};
 
 /// The programs that the demo runs, beside the plugins.
-const PROGRAMS: [&str; 3] = ["busbar", "demo_model", "modbus_simulator"];
+const PROGRAMS: [&str; 3] = ["busbar", MODEL_MAKER, "modbus_simulator"];
+const MODEL_MAKER: &str = "demo_model";
+/// Where the demo scene's models are.
+pub(crate) const MODELS: &str = "config/models";
 /// Plugins are not loaded from files that others may write to.
 const LIBRARY_MODE: u32 = 0o755;
 
@@ -51,8 +54,20 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
     let folder = workspace.path("config/plugins");
     replace_libraries(&folder, &libraries)?;
     println!("{} plugins in {}", libraries.len(), folder.display());
-    let mut command = Command::new(workspace.program(profile, "demo_model"));
-    process::run(command.arg(workspace.path("config/models")))
+    make_models(workspace, profile)
+}
+
+/// Makes the models of the demo.
+pub(crate) fn models(workspace: &Workspace) -> Result<()> {
+    let mut build = process::cargo();
+    build.args(["build", "--profile", Profile::Release.name(), "--package", MODEL_MAKER]);
+    process::run(build.current_dir(&workspace.root))?;
+    make_models(workspace, Profile::Release)
+}
+
+fn make_models(workspace: &Workspace, profile: Profile) -> Result<()> {
+    let mut command = Command::new(workspace.program(profile, MODEL_MAKER));
+    process::run(command.arg(workspace.path(MODELS)))
 }
 
 /// Makes `libraries` the only libraries in `folder`. Each appears whole or not

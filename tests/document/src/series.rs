@@ -4,16 +4,20 @@ use serde::Serialize;
 
 /// A series in short.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Series {
-    pub(crate) count: usize,
-    pub(crate) p50: f64,
-    pub(crate) p99: f64,
-    pub(crate) longest: f64,
+pub struct Series {
+    /// How many.
+    pub count: usize,
+    /// Median.
+    pub p50: f64,
+    /// 99th percentile.
+    pub p99: f64,
+    /// The greatest.
+    pub longest: f64,
 }
 
 impl Series {
     /// Sums up values.
-    pub(crate) fn of(mut values: Vec<f64>) -> Self {
+    pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let rank = (values.len().saturating_sub(1) as f64 * share).round() as usize;

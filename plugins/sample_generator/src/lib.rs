@@ -1,0 +1,165 @@
+//! Samples at a given rate, with no device behind them: what tests and benches load
+//! the way of values with. It is never shipped.
+//!
+//! Tags are updated one after the other, round after round. In round `n` a whole number
+//! is `n`, a number 0 or 100 in turn, a single point off or on, a double-point open or
+//! closed; the source time is that of publishing.
+
+use std::time::{Duration, Instant, SystemTime};
+
+use busbar_plugin_sdk::{
+    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleSink, TagSpec,
+    Telemetry, Value, ValueKind, Worker, export_plugin,
+};
+
+/// The most updates that are published at once.
+const MAX_BATCH: u64 = 1 << 17;
+/// The longest between two batches.
+const MAX_BATCH_MILLIS: u64 = 10_000;
+
+/// Settings of the generator.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Updates a second, of all tags together.
+    #[schemars(range(min = 0.0, max = 1e9))]
+    pub updates_per_second: f64,
+    /// Milliseconds between two batches.
+    #[schemars(range(min = 1, max = MAX_BATCH_MILLIS))]
+    pub batch_millis: u64,
+    /// Milliseconds before the first update.
+    #[schemars(range(max = MAX_BATCH_MILLIS))]
+    pub delay_millis: u64,
+    /// Updates in all; none for no end.
+    pub updates: Option<u64>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { updates_per_second: 1000.0, batch_millis: 1, delay_millis: 0, updates: None }
+    }
+}
+
+/// The plugin.
+pub struct SampleGenerator {
+    settings: Settings,
+    host: Host,
+    worker: Option<Worker>,
+}
+
+impl Plugin for SampleGenerator {
+    const ID: &'static str = "sample_generator";
+    const NAME: &'static str = "Sample generator";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str = "Samples at a given rate, for tests and benches.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
+        let is_rate = (0.0..=1e9).contains(&settings.updates_per_second);
+        let is_period = (1..=MAX_BATCH_MILLIS).contains(&settings.batch_millis);
+        if !is_rate || !is_period || settings.delay_millis > MAX_BATCH_MILLIS {
+            return Err(Error::settings(format!(
+                "updates_per_second is from 0 to 10^9, batch_millis from 1 to \
+                 {MAX_BATCH_MILLIS}, delay_millis at most that"
+            )));
+        }
+        Ok(Self { settings, host, worker: None })
+    }
+}
+
+impl Telemetry for SampleGenerator {
+    fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
+        let settings = self.settings.clone();
+        let worker = Worker::start(&self.host, "samples", move |running| {
+            sink.report_link(LinkState::Up, "generating");
+            if running.wait(Duration::from_millis(settings.delay_millis)) {
+                publish(&settings, &tags, &sink, running);
+            }
+        })?;
+        self.worker = Some(worker);
+        Ok(())
+    }
+
+    fn stop(&mut self) {
+        self.worker = None;
+    }
+}
+
+fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+    let last = if tags.is_empty() { 0 } else { settings.updates.unwrap_or(u64::MAX) };
+    let (start, mut sent) = (Instant::now(), 0);
+    let mut batch = Vec::new();
+    while sent < last && running.wait(Duration::from_millis(settings.batch_millis)) {
+        let due = (start.elapsed().as_secs_f64() * settings.updates_per_second) as u64;
+        let due = due.min(last).min(sent + MAX_BATCH);
+        let now = Some(SystemTime::now());
+        batch.clear();
+        batch.extend((sent..due).map(|number| {
+            let tag = &tags[(number % tags.len() as u64) as usize];
+            let value = value(tag.kind, number / tags.len() as u64);
+            Sample { tag: tag.tag, value: Some(value), quality: Quality::Good, source_time: now }
+        }));
+        sink.publish(&batch);
+        sent = due;
+    }
+    sink.report_link(LinkState::Up, "done");
+}
+
+fn value(kind: ValueKind, round: u64) -> Value {
+    let odd = round % 2 == 1;
+    match kind {
+        ValueKind::F64 => Value::F64(if odd { 100.0 } else { 0.0 }),
+        ValueKind::I64 => Value::I64(round as i64),
+        ValueKind::Bool => Value::Bool(odd),
+        ValueKind::DoublePoint => {
+            Value::DoublePoint(if odd { DoublePoint::On } else { DoublePoint::Off })
+        }
+    }
+}
+
+export_plugin!(SampleGenerator: telemetry);
+
+#[cfg(test)]
+mod tests {
+    use busbar_plugin_sdk::testing::{Recorder, TestClock, tag_spec};
+
+    use super::*;
+
+    #[test]
+    fn as_many_updates_as_are_asked_for_tag_after_tag() {
+        let (clock, recorder) = (TestClock::new(), Recorder::new());
+        let settings =
+            Settings { updates_per_second: 1e6, updates: Some(5), ..Settings::default() };
+        let mut generator = SampleGenerator::create(settings, clock.host()).unwrap();
+        let address = serde_json::json!({});
+        let tags = [ValueKind::I64, ValueKind::Bool];
+        let tags =
+            tags.into_iter().zip(0..).map(|(kind, tag)| tag_spec(tag, "t", kind, address.clone()));
+        generator.start(tags.collect(), recorder.sink()).unwrap();
+        let came =
+            |count| move |seen: &busbar_plugin_sdk::testing::Recording| seen.samples.len() >= count;
+        for _ in 0..100 {
+            clock.advance(Duration::from_millis(1));
+            if recorder.wait_until(Duration::from_millis(20), came(5)) {
+                break;
+            }
+        }
+        generator.stop();
+        let samples = recorder.recording().samples;
+        let values: Vec<_> = samples.iter().map(|sample| (sample.tag, sample.value)).collect();
+        let (number, point) = (|n| Some(Value::I64(n)), |on| Some(Value::Bool(on)));
+        assert_eq!(
+            values,
+            [(0, number(0)), (1, point(false)), (0, number(1)), (1, point(true)), (0, number(2))]
+        );
+    }
+
+    #[test]
+    fn impossible_rates_are_refused() {
+        for (rate, period) in [(-1.0, 1), (f64::NAN, 1), (1.0, 0)] {
+            let settings =
+                Settings { updates_per_second: rate, batch_millis: period, ..Settings::default() };
+            assert!(SampleGenerator::create(settings, TestClock::new().host()).is_err());
+        }
+    }
+}

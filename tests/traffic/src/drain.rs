@@ -1,0 +1,75 @@
+//! What it costs to take waiting updates over: out of shared memory, checked, into the
+//! tag table, counted.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, ensure};
+use busbar_tags::{Moment, TagSet, TagSpec, TagTable, ValueKind};
+use document::Series;
+use serde::Serialize;
+use serde_json::json;
+
+use crate::site::{Site, tag_id};
+
+/// Tags, each updated once a burst.
+pub(crate) const TAGS: u32 = 100_000;
+/// Between two bursts.
+const PERIOD: Duration = Duration::from_millis(60);
+const ROUNDS: u64 = 100;
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+pub(crate) struct Drain {
+    /// Milliseconds for [`TAGS`] updates.
+    pub(crate) millis: Series,
+    /// Of it, from shared memory to checked samples that go nowhere.
+    pub(crate) reading_millis: Series,
+}
+
+pub(crate) fn measure(site: &Site) -> Result<Drain> {
+    let rate = f64::from(TAGS) / PERIOD.as_secs_f64();
+    let settings = json!({ "updates_per_second": rate, "batch_millis": PERIOD.as_millis() as u64 });
+    let telemetry = site.generator(&settings, TAGS)?;
+    let spec = |tag| TagSpec {
+        id: tag_id(tag),
+        name: tag_id(tag),
+        kind: ValueKind::F64,
+        unit: String::new(),
+        range: None,
+        freshness: Duration::from_secs(3),
+        scale: None,
+        dead_band: 0.0,
+        expression: None,
+    };
+    let tags = TagSet::new((0..u64::from(TAGS)).map(spec).collect()).unwrap_or_default();
+    let mut table = TagTable::new(Arc::new(tags), Moment::now());
+    let (mut all, mut reading) = (Vec::new(), Vec::new());
+    let rounds = 2 * (ROUNDS / site.divisor) as usize;
+    let started = Instant::now();
+    while all.len() + reading.len() < rounds {
+        ensure!(started.elapsed() < Duration::from_secs(120), "the generator brings too little");
+        std::thread::sleep(PERIOD);
+        let into_table = all.len() <= reading.len();
+        let (mut count, mut changes) = (0_u32, 0_u32);
+        let start = Instant::now();
+        if into_table {
+            telemetry.drain(|sample| {
+                count += 1;
+                table.apply([sample], |_| changes += 1);
+            });
+            table.advance(Moment::now(), |_| {});
+        } else {
+            telemetry.drain(|sample| count += u32::from(sample.value.is_some()));
+        }
+        let millis = start.elapsed().as_secs_f64() * 1e3;
+        // Bursts that were under way are too few, or too many, to be compared.
+        if count >= TAGS / 2 {
+            let series = if into_table { &mut all } else { &mut reading };
+            series.push(millis * f64::from(TAGS) / f64::from(count));
+        }
+    }
+    let link = telemetry.link();
+    ensure!(link.dropped == 0 && link.rejected == 0, "updates were lost: {link:?}");
+    Ok(Drain { millis: Series::of(all), reading_millis: Series::of(reading) })
+}

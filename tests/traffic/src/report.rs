@@ -1,0 +1,144 @@
+//! Results as Markdown and HTML for people, and as JSON.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use document::words::grouped;
+use document::{Block, Claim, Document, Series, Verdict, machine};
+use serde_json::json;
+
+use crate::sustained::{UPDATES_PER_SECOND, median};
+use crate::{Results, avalanche, drain};
+
+/// Milliseconds that taking [`drain::TAGS`] updates over may take.
+const MAX_DRAIN_MILLIS: f64 = 1.0;
+/// How much longer the 99th percentile of frames may be beside sustained updates.
+const MAX_P99_RATIO: f64 = 1.1;
+/// Of the updates a second that were asked for, those that must arrive: the rest is
+/// the clock's.
+const MIN_SHARE: f64 = 0.98;
+/// Milliseconds between frames in an avalanche.
+const MAX_GAP_MILLIS: f64 = 100.0;
+
+const HEAD: [&str; 5] = ["", "median", "99th percentile", "longest", "count"];
+
+/// Writes the report; its files.
+pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = document::write(&document(results), folder)?.to_vec();
+    let path = folder.join("report.json");
+    let bars = bars(results);
+    let value = json!({
+        "machine": machine(),
+        "results": results,
+        "bars": bars.iter().map(|bar| {
+            json!({ "bar": bar.claim, "verdict": bar.verdict.word(), "figure": bar.figure })
+        }).collect::<Vec<_>>(),
+    });
+    fs::write(&path, serde_json::to_vec_pretty(&value)?)
+        .with_context(|| format!("cannot write {}", path.display()))?;
+    files.push(path);
+    Ok(files)
+}
+
+/// The bars of this project.
+pub(crate) fn bars(results: &Results) -> Vec<Claim> {
+    let Results { drain, sustained, avalanche, .. } = results;
+    let [quiet, busy] = sustained.p99();
+    let bar =
+        |claim: String, reached, figure| Claim { claim, verdict: Verdict::of_bar(reached), figure };
+    vec![
+        bar(
+            format!(
+                "{} updates drained in at most {MAX_DRAIN_MILLIS} ms",
+                grouped(u64::from(drain::TAGS))
+            ),
+            drain.millis.p50 <= MAX_DRAIN_MILLIS,
+            format!("{:.3} ms", drain.millis.p50),
+        ),
+        bar(
+            format!("{} updates a second reach the table", grouped(UPDATES_PER_SECOND)),
+            sustained.slowest() >= MIN_SHARE * UPDATES_PER_SECOND as f64 && sustained.lost == 0,
+            format!("{:.0} at least, {} lost", sustained.slowest(), sustained.lost),
+        ),
+        bar(
+            format!("beside them, p99 of frames at most {MAX_P99_RATIO} times that without"),
+            busy <= MAX_P99_RATIO * quiet,
+            format!("{busy:.1} ms against {quiet:.1} ms, {:.2} times", busy / quiet),
+        ),
+        bar(
+            format!(
+                "an avalanche of {} changes in a second: none lost, order kept",
+                grouped(avalanche::SWITCHES)
+            ),
+            avalanche.noted == avalanche.made && avalanche.in_order,
+            format!(
+                "{} of {} noted in {:.2} s, {}",
+                avalanche.noted,
+                avalanche.made,
+                avalanche.seconds,
+                if avalanche.in_order { "in order" } else { "out of order" }
+            ),
+        ),
+        bar(
+            format!("no gap between its frames over {MAX_GAP_MILLIS} ms"),
+            avalanche.gap_millis.longest <= MAX_GAP_MILLIS,
+            format!("{:.1} ms", avalanche.gap_millis.longest),
+        ),
+    ]
+}
+
+fn document(results: &Results) -> Document {
+    let Results { drain, sustained, pixel, avalanche } = results;
+    let title = "The way of values, from a plugin to the picture".into();
+    let mut document = Document { title, blocks: Vec::new() };
+    document.text(format!(
+        "Values come from a generator in a process of its own, through shared memory into the \
+         tag table, which a view of the demo's transformer shows. Measured on {}.",
+        machine()
+    ));
+    document.heading("Bars");
+    document.blocks.push(Block::Claims(bars(results)));
+    document.heading("Taking updates over");
+    let rows = [
+        ("read, checked and put into the table", drain.millis),
+        ("of it, read and checked", drain.reading_millis),
+    ];
+    let caption = format!("{} waiting updates, ms", grouped(u64::from(drain::TAGS)));
+    document.table(&caption, &HEAD, rows.map(row).to_vec());
+    document.heading("From change to picture");
+    let rows = [
+        ("from source time to the picture read back", pixel.millis),
+        ("a frame, reading it back among it", pixel.frame_millis),
+    ];
+    document.table(
+        "One value that changes seven times a second, ms",
+        &HEAD,
+        rows.map(row).to_vec(),
+    );
+    document.heading("Frames beside sustained updates");
+    document.text(format!(
+        "{} tags in the configuration; from its first byte to the first frame {:.1} s.",
+        grouped(sustained.tags),
+        median(sustained.load_seconds.iter().copied())
+    ));
+    let rounds = |name: &'static str, series: &[Series]| -> Vec<Vec<String>> {
+        series.iter().map(|&series| row((name, series))).collect()
+    };
+    let mut rows = rounds("without updates", &sustained.quiet);
+    rows.extend(rounds("beside a million a second", &sustained.busy));
+    document.table("Frames in alternating rounds, ms", &HEAD, rows);
+    document.heading("Avalanche");
+    document.table(
+        "Every switch once a second, ms",
+        &HEAD,
+        vec![row(("from frame to frame", avalanche.gap_millis))],
+    );
+    document
+}
+
+fn row((name, series): (&str, Series)) -> Vec<String> {
+    let Series { count, p50, p99, longest } = series;
+    let figures = [p50, p99, longest].map(|figure| format!("{figure:.3}"));
+    std::iter::once(name.to_owned()).chain(figures).chain([grouped(count as u64)]).collect()
+}

@@ -1,0 +1,51 @@
+//! `traffic`: the way of values, from a plugin to the picture, measured.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::packages::{self, Purpose};
+use crate::process;
+use crate::stage;
+use crate::workspace::{Profile, Workspace};
+
+const PACKAGE: &str = "traffic";
+/// Where values come from, and what shows them.
+const PLUGINS: [&str; 2] = ["sample_generator", "power_overlay"];
+/// The program whose processes plugins run in.
+const HOST: &str = "busbar";
+/// Where the report goes.
+const FOLDER: &str = "target/traffic";
+
+/// Options of `traffic`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Measure a tenth of everything, and judge nothing.
+    #[arg(long)]
+    quick: bool,
+}
+
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    packages::ensure(Purpose::Picture)?;
+    let mut build = process::cargo();
+    build.args(["build", "--profile", Profile::Release.name()]);
+    for package in PLUGINS.into_iter().chain([PACKAGE, HOST]) {
+        build.args(["--package", package]);
+    }
+    process::run(build.current_dir(&workspace.root))?;
+    stage::models(workspace)?;
+    process::run(&mut command(workspace, arguments))
+}
+
+fn command(workspace: &Workspace, arguments: &Arguments) -> Command {
+    let mut command = Command::new(workspace.program(Profile::Release, PACKAGE));
+    for plugin in PLUGINS {
+        command.arg("--library").arg(workspace.library(Profile::Release, plugin));
+    }
+    command.arg("--models").arg(workspace.path(stage::MODELS));
+    command.arg("--out").arg(workspace.path(FOLDER));
+    if arguments.quick {
+        command.arg("--quick");
+    }
+    command
+}
