@@ -148,13 +148,14 @@ impl Session {
     fn note_silence(&self, link: &mut Link, unit: u8, fault: LinkFault) -> Result<(), LinkFault> {
         let of_unit = self.points.iter().filter(|point| point.unit == unit);
         self.sink.publish_bad(of_unit.map(|point| point.tag), Reason::Communication);
-        let delay = link.units.note_silence(unit, Instant::now());
+        let is_new = link.units.note_silence(unit, Instant::now());
         if link.units.are_all_silent() {
             return Err(fault);
         }
-        let text = format!("{fault}; next try in {:.1} s", delay.as_secs_f64());
-        self.host.log(LogLevel::Warning, &format!("{}: {text}", self.config.transport));
-        self.report_units(link);
+        if is_new {
+            self.host.log(LogLevel::Warning, &format!("{}: {fault}", self.config.transport));
+            self.report_units(link);
+        }
         Ok(())
     }
 

@@ -1,7 +1,6 @@
 //! The devices of a serial line that do not answer.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
 
 use busbar_link::{Backoff, Reconnect};
 use tokio::time::Instant;
@@ -34,13 +33,13 @@ impl Units {
         self.silent.get(&unit).is_some_and(|silence| now < silence.retry_at)
     }
 
-    /// A unit did not answer; how long it is left alone.
-    pub(crate) fn note_silence(&mut self, unit: u8, now: Instant) -> Duration {
+    /// A unit did not answer; whether it had before. It is left alone for a while.
+    pub(crate) fn note_silence(&mut self, unit: u8, now: Instant) -> bool {
+        let count = self.silent.len();
         let new = || Silence { backoff: Backoff::new(self.delays), retry_at: now };
         let silence = self.silent.entry(unit).or_insert_with(new);
-        let delay = silence.backoff.next_delay();
-        silence.retry_at = now + delay;
-        delay
+        silence.retry_at = now + silence.backoff.next_delay();
+        self.silent.len() > count
     }
 
     /// A unit answered; whether it had been silent.
@@ -58,5 +57,48 @@ impl Units {
         let units: Vec<_> = self.silent.keys().map(u8::to_string).collect();
         let plural = if units.len() > 1 { "s" } else { "" };
         (!units.is_empty()).then(|| format!("no answer from unit{plural} {}", units.join(", ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use busbar_plugin_sdk::testing::{host, tag_spec};
+    use busbar_plugin_sdk::{Plugin, ValueKind};
+    use serde_json::json;
+
+    use super::*;
+    use crate::{ModbusAdapter, address};
+
+    #[test]
+    fn silent_units_are_left_alone_longer_and_longer() {
+        let settings = serde_json::from_value(json!({"serial": {"device": "/dev/ttyS0"}}));
+        let adapter = ModbusAdapter::create(settings.unwrap(), host()).unwrap();
+        let tags = [1, 7].map(|unit| {
+            let address = json!({"table": "coil", "register": 0, "unit": unit});
+            tag_spec(unit, "tag", ValueKind::Bool, address)
+        });
+        let points = address::parse(&tags, &adapter.config).unwrap();
+        let mut units = Units::new(&points, adapter.config.reconnect);
+        let start = Instant::now();
+        let after = |seconds| start + Duration::from_secs(seconds);
+        assert_eq!(units.silent(), None);
+        assert!(units.note_silence(7, start));
+        // Between one second and two, then two and four, at most thirty.
+        assert!(units.is_left_alone(7, start) && !units.is_left_alone(7, after(2)));
+        assert!(!units.note_silence(7, start));
+        assert!(units.is_left_alone(7, after(1)) && !units.is_left_alone(7, after(4)));
+        for _ in 0..10 {
+            units.note_silence(7, start);
+        }
+        assert!(units.is_left_alone(7, after(14)) && !units.is_left_alone(7, after(30)));
+        assert_eq!(units.silent().unwrap(), "no answer from unit 7");
+        assert!(!units.are_all_silent() && !units.is_left_alone(1, start));
+        units.note_silence(1, start);
+        assert_eq!(units.silent().unwrap(), "no answer from units 1, 7");
+        assert!(units.are_all_silent());
+        assert!(units.note_answer(7) && !units.note_answer(7));
+        assert!(!units.are_all_silent());
     }
 }

@@ -45,3 +45,19 @@ fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
     peer.command("set holding 0 50");
     running.wait_for(1, Value::F64(50.0));
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_stopped_server_makes_tags_bad_within_the_deadline() {
+    let Some(libmodbus) = Libmodbus::compile() else { return };
+    let mut peer = libmodbus.start(&Place::Tcp(free_port()));
+    peer.command("set holding 0 5");
+    let running = start(peer.port, json!({"timeout_millis": 200}), vec![holding(1, 0)]);
+    running.wait_for(1, Value::F64(5.0));
+    peer.signal("STOP");
+    let stopped = std::time::Instant::now();
+    running.wait_for_bad(1, Reason::Communication);
+    assert!(stopped.elapsed() < Duration::from_millis(1500), "{:?}", stopped.elapsed());
+    peer.signal("CONT");
+    running.wait_for(1, Value::F64(5.0));
+}

@@ -1,6 +1,7 @@
 //! The adapter end to end, through the SDK's sink, against real sockets.
 
 mod hostile;
+mod hostile_line;
 mod late;
 mod libmodbus;
 mod line;

@@ -13,7 +13,7 @@ pub(super) enum Place {
     /// A port; 0 is any that is free.
     Tcp(u16),
     /// The same, encrypted, with these files.
-    Tls(serde_json::Value),
+    Tls(u16, serde_json::Value),
     /// A serial line.
     Serial(PathBuf),
 }
@@ -38,7 +38,9 @@ impl Peer {
         command.arg(Path::new(ROOT).join("tests/peers/pymodbus_server.py"));
         match place {
             Place::Tcp(port) => command.args(["--port", &port.to_string()]),
-            Place::Tls(files) => command.args(["--tls", &files.to_string()]),
+            Place::Tls(port, files) => {
+                command.args(["--port", &port.to_string(), "--tls", &files.to_string()])
+            }
             Place::Serial(device) => command.arg("--serial").arg(device),
         };
         Some(Self::run(command.arg(values.to_string())))
@@ -127,7 +129,7 @@ impl Libmodbus {
         match place {
             Place::Tcp(port) => command.args(["tcp", &port.to_string()]),
             Place::Serial(device) => command.arg("rtu").arg(device).arg("1"),
-            Place::Tls(_) => panic!("libmodbus does not encrypt"),
+            Place::Tls(..) => panic!("libmodbus does not encrypt"),
         };
         Peer::run(&mut command)
     }

@@ -1,6 +1,8 @@
 //! Modbus/TCP Security, to pymodbus behind OpenSSL.
 
 use std::path::PathBuf;
+#[cfg(target_os = "linux")]
+use std::time::Instant;
 
 use busbar_link::testing::Authority;
 
@@ -28,7 +30,7 @@ fn only_the_right_certificates_open_a_connection() {
     let theirs = Authority::new(folder.path(), "theirs");
     let (certificate, key) = ours.sign("device", "127.0.0.1");
     let files = json!({"ca": ours.certificate(), "certificate": certificate, "key": key});
-    let Some(peer) = Peer::start_at(&Place::Tls(files), &types::values()) else { return };
+    let Some(peer) = Peer::start_at(&Place::Tls(0, files), &types::values()) else { return };
     let (good, bad) = (ours.sign("client", "viewer"), theirs.sign("client", "viewer"));
     let right = settings(&ours, Some(&good), "127.0.0.1");
     types::check(json!({"host": "127.0.0.1", "port": peer.port, "tls": right}));
@@ -49,6 +51,36 @@ fn only_the_right_certificates_open_a_connection() {
     let plain = start(peer.port, json!({"timeout_millis": 500}), vec![holding(1, 60)]);
     plain.wait_for_link(LinkState::Down, "");
     assert!(!plain.has_good_samples());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_killed_or_frozen_device_makes_tags_bad_and_a_new_one_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let ours = Authority::new(folder.path(), "ours");
+    let (certificate, key) = ours.sign("device", "127.0.0.1");
+    let files = json!({"ca": ours.certificate(), "certificate": certificate, "key": key});
+    let start_peer = |port: u16, value: u16| {
+        let values = json!({"holding": {"0": value}});
+        Peer::start_at(&Place::Tls(port, files.clone()), &values)
+    };
+    let Some(peer) = start_peer(0, 5) else { return };
+    let port = peer.port;
+    let tls = settings(&ours, Some(&ours.sign("client", "viewer")), "127.0.0.1");
+    let running = start(port, json!({"timeout_millis": 300, "tls": tls}), vec![holding(1, 0)]);
+    running.wait_for(1, Value::F64(5.0));
+    drop(peer);
+    running.wait_for_bad(1, Reason::Communication);
+    let peer = start_peer(port, 50).unwrap();
+    running.wait_for(1, Value::F64(50.0));
+    peer.signal("STOP");
+    let frozen = Instant::now();
+    running.wait_for_bad(1, Reason::Communication);
+    assert!(frozen.elapsed() < Duration::from_millis(1500), "{:?}", frozen.elapsed());
+    // The system still takes connections for it, but nobody shakes hands.
+    running.wait_for_link(LinkState::Down, "no secure connection within 300 ms");
+    peer.signal("CONT");
+    running.wait_for(1, Value::F64(50.0));
 }
 
 #[test]
