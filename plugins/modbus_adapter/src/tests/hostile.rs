@@ -1,5 +1,6 @@
 //! Against servers that break the protocol in every way we know.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -68,6 +69,20 @@ fn answers_another_transaction() {
         at_once(answer)
     };
     check(wrong, "another request or unit");
+}
+
+#[test]
+fn answers_what_another_connection_asked() {
+    // The first request of each connection is the same, but for what is ours.
+    let kept = Mutex::new(None);
+    let swap = move |r: &[u8]| {
+        let former = kept.lock().unwrap().replace(right(r));
+        former.and_then(at_once)
+    };
+    let server = Server::start(swap);
+    let running = start(server.port, json!({"timeout_millis": 100}), vec![holding(1, 0)]);
+    running.wait_for_link(LinkState::Down, "another request or unit");
+    assert!(!running.has_good_samples());
 }
 
 #[test]

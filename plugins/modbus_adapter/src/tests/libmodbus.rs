@@ -55,9 +55,8 @@ fn a_stopped_server_makes_tags_bad_within_the_deadline() {
     let running = start(peer.port, json!({"timeout_millis": 200}), vec![holding(1, 0)]);
     running.wait_for(1, Value::F64(5.0));
     peer.signal("STOP");
-    let stopped = std::time::Instant::now();
     running.wait_for_bad(1, Reason::Communication);
-    assert!(stopped.elapsed() < Duration::from_millis(1500), "{:?}", stopped.elapsed());
+    running.wait_for_link(LinkState::Down, "no answer within 200 ms");
     peer.signal("CONT");
     running.wait_for(1, Value::F64(5.0));
 }

@@ -100,13 +100,13 @@ fn a_device_is_tried_once_a_second_at_most() {
     let recorder = Recorder::new();
     let started = Instant::now();
     adapter.start(stamps::tags(), recorder.sink()).unwrap();
-    while started.elapsed() < Duration::from_secs(5) {
+    while started.elapsed() < Duration::from_secs(5) || proxy.connections() < 3 {
+        assert!(started.elapsed() < MAX_TEST, "{} connections", proxy.connections());
         // The first at once, and then one a second.
         let most = started.elapsed().as_secs() + 1;
         assert!(proxy.connections() <= most, "{} in {:?}", proxy.connections(), started.elapsed());
         std::thread::sleep(Duration::from_millis(10));
     }
-    assert!(proxy.connections() >= 2);
     let delay = |text: &str| text.rsplit_once("next try in ")?.1.strip_suffix(" s")?.parse().ok();
     let links = recorder.recording().links;
     let delays: Vec<f64> = links.iter().filter_map(|(_, text)| delay(text)).collect();

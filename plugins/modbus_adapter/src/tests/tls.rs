@@ -1,8 +1,6 @@
 //! Modbus/TCP Security, to pymodbus behind OpenSSL.
 
 use std::path::PathBuf;
-#[cfg(target_os = "linux")]
-use std::time::Instant;
 
 use busbar_link::testing::Authority;
 
@@ -74,9 +72,8 @@ fn a_killed_or_frozen_device_makes_tags_bad_and_a_new_one_good() {
     let peer = start_peer(port, 50).unwrap();
     running.wait_for(1, Value::F64(50.0));
     peer.signal("STOP");
-    let frozen = Instant::now();
     running.wait_for_bad(1, Reason::Communication);
-    assert!(frozen.elapsed() < Duration::from_millis(1500), "{:?}", frozen.elapsed());
+    running.wait_for_link(LinkState::Down, "no answer within 300 ms");
     // The system still takes connections for it, but nobody shakes hands.
     running.wait_for_link(LinkState::Down, "no secure connection within 300 ms");
     peer.signal("CONT");
