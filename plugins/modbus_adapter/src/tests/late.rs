@@ -4,15 +4,20 @@ use super::line::Line;
 use super::peer::{Libmodbus, Place};
 use super::*;
 
-/// Rounds of late answers; each takes some two seconds.
-const ROUNDS: u64 = 6;
+/// Rounds of late answers.
+const ROUNDS: u64 = 10;
+/// Delays that leave no pause for late answers to come in.
+const AT_ONCE: Reconnect =
+    Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
 
 #[test]
 fn a_late_answer_lands_on_no_tag() {
     let (Some(libmodbus), Some(line)) = (Libmodbus::compile(), Line::lay()) else { return };
     let mut peer = libmodbus.start(&Place::Serial(line.theirs()));
     peer.command("stamp");
-    let running = line.start(json!({"timeout_millis": 100}), stamps::tags());
+    let mut settings = line.settings();
+    settings["timeout_millis"] = json!(100);
+    let running = start_with(settings, AT_ONCE, stamps::tags());
     let mut random = fastrand::Rng::with_seed(8);
     for round in 0..ROUNDS {
         let good = |seen: &Recording| {
