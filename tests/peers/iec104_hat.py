@@ -3,7 +3,10 @@ second independent peer, with types, causes and times that c104 does not send.
 
     iec104_hat.py [--port N] SPEC
 
-SPEC is JSON: {"points": [POINT, ...]}, sent in answer to interrogations. A POINT
+SPEC is JSON: {"points": [POINT, ...], "stamp_seconds": S}, sent in answer to
+interrogations. With stamp_seconds, which may be left out, every point gets a new
+value in this period and is sent: its address in bits 24 to 30, below it a number
+that counts up. A POINT
 is {"common_address", "ioa", "type": "M_ME_NC_1", "value", "quality": bits of a
 quality descriptor, "time": [year, month, day, hour, minute, milliseconds],
 "is_time_invalid", "is_summer_time", "is_test", "cause"}; what follows the value may
@@ -148,6 +151,21 @@ def enabled():
     return [connection for connection in connections if connection.is_enabled]
 
 
+async def stamp(points, period):
+    number = 0
+    while True:
+        await asyncio.sleep(period)
+        number += 1
+        for point in points:
+            point["value"] = point["ioa"] << 24 | number
+        messages = [message(point, "SPONTANEOUS") for point in points]
+        for connection in enabled():
+            try:
+                await connection.send(messages)
+            except ConnectionError:
+                pass
+
+
 async def obey(command):
     match command:
         case {"send": point}:
@@ -176,13 +194,16 @@ async def main():
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("spec")
     arguments = parser.parse_args()
-    points = json.loads(arguments.spec)["points"]
+    spec = json.loads(arguments.spec)
+    points = spec["points"]
 
     server = await iec104.listen(
         lambda connection: serve(connection, points),
         net.TcpAddress("127.0.0.1", arguments.port),
     )
     print("READY", server.info.addresses[0].port, flush=True)
+    if "stamp_seconds" in spec:
+        stamping = asyncio.create_task(stamp(points, spec["stamp_seconds"]))
 
     loop = asyncio.get_running_loop()
     while line := await loop.run_in_executor(None, sys.stdin.readline):

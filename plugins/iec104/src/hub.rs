@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use busbar_link::Endpoint;
 use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, SampleSink};
 use tokio::sync::watch;
 
 use crate::link::LinkFault;
-use crate::settings::Endpoint;
 use crate::station::Station;
 
 /// What the connections share. One at most is active, and carries data; the

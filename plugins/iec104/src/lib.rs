@@ -4,7 +4,6 @@
 //! README.md. One thread serves all connections of a station. It asks for
 //! values, and sends nothing else but, where the settings want it, the time.
 
-mod backoff;
 #[warn(clippy::arithmetic_side_effects, clippy::cast_possible_truncation, clippy::indexing_slicing)]
 #[cfg_attr(test, allow(clippy::arithmetic_side_effects, clippy::indexing_slicing))]
 pub mod codec;
@@ -18,19 +17,16 @@ mod settings;
 mod station;
 #[cfg(test)]
 mod tests;
-mod tls;
 
 use std::cell::RefCell;
 use std::convert::Infallible;
 use std::rc::Rc;
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
+use busbar_link::{IoLoop, TlsClient};
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, export_plugin,
+    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
 };
-use tokio::sync::oneshot;
-use tokio::task::{JoinSet, LocalSet};
+use tokio::task::JoinSet;
 
 use crate::hub::Hub;
 use crate::link::Link;
@@ -38,26 +34,13 @@ use crate::points::Points;
 use crate::settings::Config;
 pub use crate::settings::Settings;
 use crate::station::{Station, freshness_warning};
-use crate::tls::Tls;
-
-/// How long `stop` waits for the thread.
-const STOP_LIMIT: Duration = Duration::from_millis(1500);
-/// How often `stop` looks whether the thread has ended.
-const STOP_CHECK: Duration = Duration::from_millis(2);
-/// How long the thread waits for a name lookup that hangs in the system.
-const LOOKUP_LIMIT: Duration = Duration::from_millis(500);
 
 /// The plugin.
 pub struct Iec104 {
     config: Config,
     host: Host,
-    running: Option<Running>,
-}
-
-struct Running {
-    /// Dropped to end the thread.
-    stop: oneshot::Sender<()>,
-    thread: JoinHandle<()>,
+    /// Serves the station; dropped to end that.
+    worker: Option<Worker>,
 }
 
 impl Plugin for Iec104 {
@@ -68,7 +51,7 @@ impl Plugin for Iec104 {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, running: None })
+        Ok(Self { config: settings.parse()?, host, worker: None })
     }
 }
 
@@ -80,7 +63,7 @@ impl Telemetry for Iec104 {
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         self.stop();
         let points = Points::parse(&tags, &self.config)?;
-        let tls = Tls::load(&self.config)?;
+        let tls = self.load_tls()?;
         if points.all().is_empty() {
             return Ok(());
         }
@@ -88,58 +71,37 @@ impl Telemetry for Iec104 {
         if let Some(text) = freshness_warning(&self.config, &tags) {
             self.host.log(LogLevel::Info, &format!("{endpoint}: {text}"));
         }
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .max_blocking_threads(self.config.endpoints.len())
-            .build()
+        let io_loop = IoLoop::new(self.config.endpoints.len())
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
+        let name = format!("iec104:{}", endpoint.port);
         let (config, host) = (self.config.clone(), self.host.clone());
-        let (stop, stopped) = oneshot::channel();
-        let thread = std::thread::Builder::new()
-            .name(format!("iec104:{}", endpoint.port))
-            .spawn(move || {
-                runtime.block_on(LocalSet::new().run_until(async {
-                    tokio::select! {
-                        biased;
-                        _ = stopped => {}
-                        () = serve(config, points, sink, host, tls) => {}
-                    }
-                }));
-                runtime.shutdown_timeout(LOOKUP_LIMIT);
-            })
-            .map_err(|error| Error::failed(format!("cannot start a thread: {error}")))?;
-        self.running = Some(Running { stop, thread });
+        self.worker = Some(Worker::start(&self.host, &name, move |running| {
+            io_loop.run_until(running.stopped(), serve(config, points, sink, host, tls));
+        })?);
         Ok(())
     }
 
     fn stop(&mut self) {
-        let Some(Running { stop, thread }) = self.running.take() else {
-            return;
-        };
-        drop(stop);
-        let deadline = Instant::now() + STOP_LIMIT;
-        while !thread.is_finished() && Instant::now() < deadline {
-            std::thread::sleep(STOP_CHECK);
-        }
-        let endpoint = &self.config.endpoints[0];
-        if !thread.is_finished() {
-            let message = format!("{endpoint}: the thread did not end in time; left behind");
-            self.host.log(LogLevel::Error, &message);
-        } else if thread.join().is_err() {
-            let message = format!("{endpoint}: the thread had panicked; please report this");
-            self.host.log(LogLevel::Error, &message);
-        }
+        self.worker = None;
     }
 }
 
-impl Drop for Iec104 {
-    fn drop(&mut self) {
-        self.stop();
+impl Iec104 {
+    fn load_tls(&self) -> Result<Option<TlsClient>, Error> {
+        let Config { tls, endpoints, .. } = &self.config;
+        let load = |files| TlsClient::load(files, endpoints);
+        tls.as_ref().map(load).transpose().map_err(|fault| Error::settings(fault.to_string()))
     }
 }
 
 /// Serves all connections of a station for ever.
-async fn serve(config: Config, points: Points, sink: SampleSink, host: Host, tls: Option<Tls>) {
+async fn serve(
+    config: Config,
+    points: Points,
+    sink: SampleSink,
+    host: Host,
+    tls: Option<TlsClient>,
+) {
     let station = Station::new(config.clone(), points, sink.clone(), host.clone());
     let hub = Rc::new(RefCell::new(Hub::new(station, &config.endpoints, sink, host)));
     hub.borrow().open();
@@ -149,7 +111,7 @@ async fn serve(config: Config, points: Points, sink: SampleSink, host: Host, tls
         let link = Link { hub, index, endpoint, config, tls };
         links.spawn_local(link.run());
     }
-    // None ends but by a panic, which is for `stop` to tell.
+    // None ends but by a panic, which is for the worker to tell.
     while let Some(Err(error)) = links.join_next().await {
         if let Ok(panic) = error.try_into_panic() {
             std::panic::resume_unwind(panic);

@@ -1,8 +1,8 @@
 //! Settings as typed, and the valid configuration made from them.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
+use busbar_link::{Endpoint, Faults, Reconnect, ReconnectSettings, TlsFiles, TlsSettings};
 use busbar_plugin_sdk::Error;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -18,15 +18,10 @@ const MAX_TEST_MILLIS: u64 = 172_800_000;
 /// Shortest and longest period of a request: a second, a day.
 const MIN_PERIOD_MILLIS: u64 = 1000;
 const MAX_PERIOD_MILLIS: u64 = 86_400_000;
-/// Shortest and longest delay between two tries to connect.
-const MIN_RECONNECT_MILLIS: u64 = 100;
-const MAX_RECONNECT_MILLIS: u64 = 600_000;
 /// Largest windows: half of the sequence numbers would be ambiguous.
 const MAX_WINDOW: u16 = 32_767;
 /// Connections of a redundancy group.
 const MAX_CONNECTIONS: usize = 8;
-/// Longest host name (RFC 1035, 2.3.4).
-const MAX_HOST_BYTES: usize = 253;
 /// No place is further from UTC.
 const MAX_OFFSET_MINUTES: i16 = 14 * 60;
 
@@ -101,10 +96,10 @@ pub struct Settings {
     utc_offset_minutes: Option<i16>,
     /// Delay between tries to connect.
     #[serde(default)]
-    reconnect: Reconnect,
+    reconnect: ReconnectSettings,
     /// Encrypts the connections (IEC 62351-3).
     #[serde(default)]
-    tls: Option<RawTls>,
+    tls: Option<TlsSettings>,
 }
 
 /// One way to the station.
@@ -118,39 +113,6 @@ struct RawEndpoint {
     #[serde(default = "default_port")]
     #[schemars(range(min = 1))]
     port: u16,
-}
-
-/// Delay between tries to connect: it doubles from `min_millis` to
-/// `max_millis`, with jitter, so that clients do not come back in step.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Reconnect {
-    /// Shortest delay, milliseconds.
-    #[schemars(range(min = 100, max = 600_000))]
-    min_millis: u64,
-    /// Longest delay, milliseconds.
-    #[schemars(range(min = 100, max = 600_000))]
-    max_millis: u64,
-}
-
-/// Files in PEM form, by absolute paths.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct RawTls {
-    /// Certificates of the authorities that may vouch for the station.
-    ca: PathBuf,
-    /// Our certificate, and those that lead to its authority.
-    certificate: Option<PathBuf>,
-    /// The key of our certificate.
-    key: Option<PathBuf>,
-    /// The name in the station's certificate, where it is not `host`.
-    server_name: Option<String>,
-}
-
-impl Default for Reconnect {
-    fn default() -> Self {
-        Self { min_millis: 1000, max_millis: 30_000 }
-    }
 }
 
 fn default_port() -> u16 {
@@ -203,32 +165,8 @@ pub(crate) struct Config {
     pub(crate) counter_period: Option<Duration>,
     pub(crate) clock_sync_period: Option<Duration>,
     pub(crate) zone: Zone,
-    pub(crate) reconnect_min: Duration,
-    pub(crate) reconnect_max: Duration,
+    pub(crate) reconnect: Reconnect,
     pub(crate) tls: Option<TlsFiles>,
-}
-
-/// One way to the station.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Endpoint {
-    pub(crate) host: String,
-    pub(crate) port: u16,
-}
-
-/// Where certificates are; all paths are absolute.
-#[derive(Clone, Debug)]
-pub(crate) struct TlsFiles {
-    pub(crate) ca: PathBuf,
-    /// Our certificate and its key.
-    pub(crate) own: Option<(PathBuf, PathBuf)>,
-    pub(crate) server_name: Option<String>,
-}
-
-impl std::fmt::Display for Endpoint {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { host, port } = self;
-        if host.contains(':') { write!(f, "[{host}]:{port}") } else { write!(f, "{host}:{port}") }
-    }
 }
 
 impl Settings {
@@ -237,8 +175,8 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults(Vec::new());
-        let tls = self.tls.and_then(|tls| tls.parse(&mut faults));
+        let mut faults = Faults::default();
+        let tls = self.tls.map(|tls| tls.parse(&mut faults));
         let timeouts = MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS;
         let parameters = Parameters {
             k: faults.check("k", self.k, 1..=MAX_WINDOW),
@@ -251,7 +189,6 @@ impl Settings {
             faults.add("t2_millis: must be less than t1_millis, or the station gives up first");
         }
         let periods = MIN_PERIOD_MILLIS..=MAX_PERIOD_MILLIS;
-        let delays = MIN_RECONNECT_MILLIS..=MAX_RECONNECT_MILLIS;
         let mut period = |name: &str, period: Option<u64>| {
             period.map(|period| faults.millis(name, period, periods.clone()))
         };
@@ -259,10 +196,6 @@ impl Settings {
             period("interrogation_period_millis", self.interrogation_period_millis);
         let counter_period = period("counter_period_millis", self.counter_period_millis);
         let clock_sync_period = period("clock_sync_period_millis", self.clock_sync_period_millis);
-        let (min, max) = (self.reconnect.min_millis, self.reconnect.max_millis);
-        if min > max {
-            faults.add("reconnect: min_millis is larger than max_millis");
-        }
         let zone = self.utc_offset_minutes.map_or(Zone::Utc, |offset| Zone::Local {
             offset_minutes: faults.check(
                 "utc_offset_minutes",
@@ -271,7 +204,7 @@ impl Settings {
             ),
         });
         let config = Config {
-            endpoints: endpoints(self.host, self.port, self.redundancy, &mut faults),
+            endpoints: endpoints(&self.host, self.port, &self.redundancy, &mut faults),
             common_address: faults.check("common_address", self.common_address, 1..=65_534),
             originator: self.originator,
             connect_timeout: faults.millis("t0_millis", self.t0_millis, timeouts),
@@ -281,40 +214,20 @@ impl Settings {
             counter_period,
             clock_sync_period,
             zone,
-            reconnect_min: faults.millis("reconnect.min_millis", min, delays.clone()),
-            reconnect_max: faults.millis("reconnect.max_millis", max, delays),
+            reconnect: self.reconnect.parse(&mut faults),
             tls,
         };
-        match &faults.0[..] {
-            [] => Ok(config),
-            faults => Err(Error::settings(format!("settings: {}", faults.join("; ")))),
-        }
+        let result = faults.into_result();
+        result.map(|()| config).map_err(|faults| Error::settings(format!("settings: {faults}")))
     }
 }
 
-fn endpoints(
-    host: String,
-    port: u16,
-    others: Vec<RawEndpoint>,
-    faults: &mut Faults,
-) -> Vec<Endpoint> {
-    let raw = std::iter::once(RawEndpoint { host, port }).chain(others);
-    let endpoints: Vec<_> = raw
-        .enumerate()
-        .map(|(index, RawEndpoint { host, port })| {
-            let place = match index {
-                0 => String::new(),
-                _ => format!("redundancy[{}].", index - 1),
-            };
-            let host = host.trim().to_owned();
-            if host.is_empty() || host.len() > MAX_HOST_BYTES {
-                faults.add(format!(
-                    "{place}host: give a name or an address of 1 to {MAX_HOST_BYTES} bytes"
-                ));
-            }
-            Endpoint { host, port: faults.check(&format!("{place}port"), port, 1..=u16::MAX) }
-        })
-        .collect();
+fn endpoints(host: &str, port: u16, others: &[RawEndpoint], faults: &mut Faults) -> Vec<Endpoint> {
+    let mut endpoints = vec![Endpoint::parse("", host, port, faults)];
+    for (index, RawEndpoint { host, port }) in others.iter().enumerate() {
+        let place = format!("redundancy[{index}].");
+        endpoints.push(Endpoint::parse(&place, host, *port, faults));
+    }
     if endpoints.len() > MAX_CONNECTIONS {
         faults.add(format!(
             "redundancy: {} connections; at most {MAX_CONNECTIONS} are allowed",
@@ -327,55 +240,6 @@ fn endpoints(
         }
     }
     endpoints
-}
-
-impl RawTls {
-    fn parse(self, faults: &mut Faults) -> Option<TlsFiles> {
-        let own = match (self.certificate, self.key) {
-            (Some(certificate), Some(key)) => Some((certificate, key)),
-            (None, None) => None,
-            _ => {
-                faults.add("tls: certificate and key go together");
-                None
-            }
-        };
-        let own_paths = own.iter().flat_map(|(certificate, key)| [certificate, key]);
-        for path in own_paths.chain([&self.ca]).filter(|path| !path.is_absolute()) {
-            faults.add(format!("tls: '{}' is no absolute path", path.display()));
-        }
-        Some(TlsFiles { ca: self.ca, own, server_name: self.server_name })
-    }
-}
-
-/// All that is wrong, so that it can be told at once.
-struct Faults(Vec<String>);
-
-impl Faults {
-    fn add(&mut self, fault: impl Into<String>) {
-        self.0.push(fault.into());
-    }
-
-    fn check<T: Copy + PartialOrd + std::fmt::Display>(
-        &mut self,
-        name: &str,
-        value: T,
-        allowed: std::ops::RangeInclusive<T>,
-    ) -> T {
-        if !allowed.contains(&value) {
-            let (min, max) = (allowed.start(), allowed.end());
-            self.add(format!("{name}: {value} is not within {min} to {max}"));
-        }
-        value
-    }
-
-    fn millis(
-        &mut self,
-        name: &str,
-        value: u64,
-        allowed: std::ops::RangeInclusive<u64>,
-    ) -> Duration {
-        Duration::from_millis(self.check(name, value, allowed))
-    }
 }
 
 #[cfg(test)]

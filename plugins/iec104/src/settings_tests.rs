@@ -18,7 +18,7 @@ fn defaults_are_those_of_the_standard() {
     assert_eq!(config.zone, Zone::Utc);
     assert!(config.interrogate_on_start && config.clock_sync_period.is_none());
     assert!(config.interrogation_period.is_none() && config.counter_period.is_none());
-    assert_eq!(config.reconnect_min, seconds(1));
+    assert_eq!(config.reconnect.min, seconds(1));
     assert!(config.tls.is_none());
 }
 
@@ -29,7 +29,7 @@ fn every_fault_is_named() {
         "t0_millis": 1, "t1_millis": 1000, "t2_millis": 1000, "t3_millis": 99,
         "interrogation_period_millis": 999, "counter_period_millis": 0,
         "clock_sync_period_millis": 90_000_000, "utc_offset_minutes": 900,
-        "reconnect": {"min_millis": 700, "max_millis": 650},
+        "reconnect": {"min_millis": 1700, "max_millis": 1650},
         "redundancy": [{"host": "b"}, {"host": "b", "port": 2404}, {"host": ""}],
         "tls": {"ca": "ca.pem", "certificate": "/c.pem"}
     }))

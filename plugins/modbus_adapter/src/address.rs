@@ -186,10 +186,16 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
         Decoding::BitPair => 2,
         Decoding::Bit | Decoding::RegisterBit(_) | Decoding::RegisterBitPair(_) => 1,
     };
+    let unit = raw.unit.unwrap_or(config.unit);
+    let units = config.transport.units();
+    if !units.contains(&unit) {
+        let (min, max) = (units.start(), units.end());
+        return Err(fault(format!("unit {unit} is not within {min} to {max}")));
+    }
     let point = Point {
         tag: tag.tag,
         id: tag.id.clone(),
-        unit: raw.unit.unwrap_or(config.unit),
+        unit,
         table: raw.table,
         group: group(raw.poll_group.as_deref(), config).map_err(fault)?,
         first: raw.register,

@@ -1,48 +1,51 @@
-//! One TCP connection: one request at a time, each with a deadline.
+//! A connection to a device, or to the devices of a serial line: one request at a
+//! time, each with a deadline.
 
 use std::io;
-use std::net::SocketAddr;
 use std::time::Duration;
 
+use busbar_link::{ConnectFault, Endpoint, TlsClient, in_words, is_of_tls};
 use thiserror::Error;
-use tokio::net::{TcpStream, lookup_host};
-use tokio::time::{Instant, timeout, timeout_at};
+use tokio::time::timeout;
 use tokio_modbus::client::{Client, Context, tcp};
 use tokio_modbus::prelude::{Request, Response, Slave, SlaveContext};
 use tokio_modbus::{Error as ModbusError, ExceptionCode, ProtocolError};
 
 use crate::address::Table;
+use crate::bus::{Bus, SharedLate};
 use crate::decode::Cells;
+use crate::marked::Marked;
 use crate::plan::Block;
 use crate::settings::Config;
+use crate::transport::Transport;
 
-/// Addresses of one name that are tried, so that each has a useful share of
-/// the deadline.
-const MAX_ADDRESSES: usize = 8;
 const OTHER_FUNCTION: &str = "it is of another function";
 
-/// Why a link went down. After any of these the connection is dropped, so that
-/// a late answer can never be taken for that of a later request.
+/// Why a link went down, or a device of a serial line did not answer. After any of
+/// these a network connection is dropped, so that a late answer can never be taken
+/// for that of a later request.
 #[derive(Debug, Error)]
 pub(crate) enum LinkFault {
     #[error("{0}")]
-    Connect(String),
-    #[error("no connection within {} ms; is the address right, and the device on?", .0.as_millis())]
-    ConnectTimeout(Duration),
-    #[error("the name was not found within {} ms; is the name service up?", .0.as_millis())]
-    LookupTimeout(Duration),
-    #[error("the name has no address")]
-    NoAddress,
-    /// By address.
-    #[error("{}", .0.iter().map(|(address, fault)| format!("{address}: {fault}"))
-        .collect::<Vec<_>>().join("; "))]
-    NoneConnects(Vec<(SocketAddr, LinkFault)>),
+    Connect(#[from] ConnectFault),
+    #[error("{0}")]
+    Port(String),
     #[error("no answer within {} ms to a read of {what}", .limit.as_millis())]
     NoAnswer { what: String, limit: Duration },
     #[error("{what}: the answer cannot be used: {why}")]
     Answer { what: String, why: String },
+    #[error("unit {0} is out of step: its answers are those of former requests")]
+    OutOfStep(u8),
+    #[error("the line does not fall silent: is another master on it, or the baud rate wrong?")]
+    Noise,
     #[error("{0}")]
     Lost(String),
+}
+
+impl LinkFault {
+    pub(crate) fn no_answer(block: &Block, limit: Duration) -> Self {
+        Self::NoAnswer { what: describe(block), limit }
+    }
 }
 
 /// What a device answered.
@@ -51,6 +54,8 @@ pub(crate) enum Reply {
     Registers(Vec<u16>),
     Bits(Vec<bool>),
     Exception(ExceptionCode),
+    /// One device of a serial line gave no answer that can be used; the others may.
+    None(LinkFault),
 }
 
 impl Reply {
@@ -60,43 +65,68 @@ impl Reply {
         match self {
             Self::Registers(all) => all.get(range).map(Cells::Registers),
             Self::Bits(all) => all.get(range).map(Cells::Bits),
-            Self::Exception(_) => None,
+            Self::Exception(_) | Self::None(_) => None,
         }
     }
 }
 
-pub(crate) struct Connection {
+/// Makes connections, one after the other.
+pub(crate) struct Connector {
+    transport: Transport,
+    limit: Duration,
+    tls: Option<TlsClient>,
+    late: SharedLate,
+}
+
+impl Connector {
+    pub(crate) fn new(config: &Config, tls: Option<TlsClient>) -> Self {
+        let transport = config.transport.clone();
+        Self { transport, limit: config.timeout, tls, late: SharedLate::default() }
+    }
+
+    /// Connects within the deadline.
+    pub(crate) async fn open(&self) -> Result<Connection, LinkFault> {
+        match &self.transport {
+            Transport::Tcp { endpoint, .. } => self.open_network(endpoint).await,
+            Transport::Serial(line) => {
+                Bus::open(line, self.limit, self.late.clone()).map(Connection::Serial)
+            }
+        }
+    }
+
+    async fn open_network(&self, endpoint: &Endpoint) -> Result<Connection, LinkFault> {
+        let stream = busbar_link::connect(endpoint, self.tls.as_ref(), self.limit).await?;
+        let client = tcp::attach(Marked::new(stream, fastrand::u16(..)));
+        Ok(Connection::Network(Network { client, limit: self.limit }))
+    }
+}
+
+pub(crate) enum Connection {
+    Network(Network),
+    Serial(Bus),
+}
+
+impl Connection {
+    /// Reads a block. On an error the connection must be dropped.
+    pub(crate) async fn read(&mut self, block: &Block) -> Result<Reply, LinkFault> {
+        match self {
+            Self::Network(network) => network.read(block).await,
+            Self::Serial(bus) => bus.read(block).await,
+        }
+    }
+}
+
+/// A TCP connection, encrypted or not.
+pub(crate) struct Network {
     client: Context,
     limit: Duration,
 }
 
-impl Connection {
-    /// Connects within the deadline.
-    pub(crate) async fn open(config: &Config) -> Result<Self, LinkFault> {
-        let limit = config.timeout;
-        let deadline = Instant::now() + limit;
-        let addresses = timeout_at(deadline, lookup_host((&*config.host, config.port)))
-            .await
-            .map_err(|_| LinkFault::LookupTimeout(limit))?
-            .map_err(|error| LinkFault::Connect(in_words(&error)))?;
-        let stream = connect_any(addresses.take(MAX_ADDRESSES).collect(), deadline).await?;
-        // Requests are small and each waits for its answer.
-        stream.set_nodelay(true).map_err(|error| LinkFault::Connect(in_words(&error)))?;
-        Ok(Self { client: tcp::attach(stream), limit })
-    }
-
-    /// Reads a block. On an error the connection must be dropped.
-    pub(crate) async fn read(&mut self, block: &Block) -> Result<Reply, LinkFault> {
-        let (first, count) = (block.first, block.count);
-        let request = match block.table {
-            Table::Coil => Request::ReadCoils(first, count),
-            Table::Discrete => Request::ReadDiscreteInputs(first, count),
-            Table::Holding => Request::ReadHoldingRegisters(first, count),
-            Table::Input => Request::ReadInputRegisters(first, count),
-        };
+impl Network {
+    async fn read(&mut self, block: &Block) -> Result<Reply, LinkFault> {
         self.client.set_slave(Slave(block.unit));
-        match timeout(self.limit, self.client.call(request)).await {
-            Err(_) => Err(LinkFault::NoAnswer { what: describe(block), limit: self.limit }),
+        match timeout(self.limit, self.client.call(request(block))).await {
+            Err(_) => Err(LinkFault::no_answer(block, self.limit)),
             Ok(Err(error)) => Err(fault(block, &error)),
             Ok(Ok(Err(exception))) => Ok(Reply::Exception(exception)),
             Ok(Ok(Ok(response))) => checked(block, response),
@@ -104,38 +134,20 @@ impl Connection {
     }
 }
 
-/// Connects to the first address that lets us. Each has an equal share of the
-/// time that is left, so that one that stays silent does not hide the others.
-async fn connect_any(
-    addresses: Vec<SocketAddr>,
-    deadline: Instant,
-) -> Result<TcpStream, LinkFault> {
-    let mut faults = Vec::new();
-    for (address, to_try) in addresses.iter().zip((1..=addresses.len() as u32).rev()) {
-        let share = deadline.saturating_duration_since(Instant::now()) / to_try;
-        match connect(*address, share).await {
-            Ok(stream) => return Ok(stream),
-            Err(fault) => faults.push((*address, fault)),
-        }
+/// What asks for a block.
+pub(crate) fn request(block: &Block) -> Request<'static> {
+    let (first, count) = (block.first, block.count);
+    match block.table {
+        Table::Coil => Request::ReadCoils(first, count),
+        Table::Discrete => Request::ReadDiscreteInputs(first, count),
+        Table::Holding => Request::ReadHoldingRegisters(first, count),
+        Table::Input => Request::ReadInputRegisters(first, count),
     }
-    Err(if faults.len() > 1 {
-        LinkFault::NoneConnects(faults)
-    } else {
-        // The only address is the endpoint, which the report names anyway.
-        faults.pop().map_or(LinkFault::NoAddress, |(_, fault)| fault)
-    })
-}
-
-async fn connect(address: SocketAddr, limit: Duration) -> Result<TcpStream, LinkFault> {
-    timeout(limit, TcpStream::connect(address))
-        .await
-        .map_err(|_| LinkFault::ConnectTimeout(limit))?
-        .map_err(|error| LinkFault::Connect(in_words(&error)))
 }
 
 /// `Client::call` has matched transaction, unit and function; the length is
 /// left to us.
-fn checked(block: &Block, response: Response) -> Result<Reply, LinkFault> {
+pub(crate) fn checked(block: &Block, response: Response) -> Result<Reply, LinkFault> {
     let wanted = usize::from(block.count);
     let (reply, length, wanted) = match response {
         Response::ReadCoils(bits) | Response::ReadDiscreteInputs(bits) => {
@@ -160,12 +172,16 @@ fn checked(block: &Block, response: Response) -> Result<Reply, LinkFault> {
     })
 }
 
-fn fault(block: &Block, error: &ModbusError) -> LinkFault {
+/// What an error of the client says of the link.
+pub(crate) fn fault(block: &Block, error: &ModbusError) -> LinkFault {
     let why = match error {
         ModbusError::Protocol(ProtocolError::HeaderMismatch { .. }) => {
             "it belongs to another request or unit".into()
         }
         ModbusError::Protocol(ProtocolError::FunctionCodeMismatch { .. }) => OTHER_FUNCTION.into(),
+        ModbusError::Transport(error) if is_of_tls(error) => {
+            return LinkFault::Lost(in_words(error));
+        }
         ModbusError::Transport(error) => match error.kind() {
             io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
@@ -183,21 +199,6 @@ fn fault(block: &Block, error: &ModbusError) -> LinkFault {
     LinkFault::Answer { what: describe(block), why }
 }
 
-/// An I/O error without its number, where the system has words for it.
-fn in_words(error: &io::Error) -> String {
-    match error.kind() {
-        kind @ (io::ErrorKind::ConnectionRefused
-        | io::ErrorKind::ConnectionReset
-        | io::ErrorKind::ConnectionAborted
-        | io::ErrorKind::BrokenPipe
-        | io::ErrorKind::HostUnreachable
-        | io::ErrorKind::NetworkUnreachable
-        | io::ErrorKind::PermissionDenied
-        | io::ErrorKind::TimedOut) => kind.to_string(),
-        _ => error.to_string(),
-    }
-}
-
 /// The block for messages, such as `holding register 100 to 109 of unit 1`.
 pub(crate) fn describe(block: &Block) -> String {
     let Block { unit, table, first, count, .. } = block;
@@ -209,7 +210,3 @@ pub(crate) fn describe(block: &Block) -> String {
         ),
     }
 }
-
-#[cfg(test)]
-#[path = "connection_tests.rs"]
-mod tests;

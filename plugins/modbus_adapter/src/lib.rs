@@ -1,59 +1,53 @@
-//! Modbus TCP telemetry: reads registers and bits of one device or gateway.
+//! Modbus telemetry: reads registers and bits of one device or gateway over TCP or
+//! TLS, or of the devices of a serial line over RTU.
 //!
 //! The JSON of settings and tag addresses is described in the crate's
 //! README.md. One thread serves one connection; it only ever reads.
 
 mod address;
-mod backoff;
+mod bus;
 mod connection;
 mod decode;
+mod group;
+mod late;
+mod marked;
 mod plan;
+mod port;
 mod session;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod transport;
+mod units;
 
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
-
+use busbar_link::{IoLoop, TlsClient};
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, export_plugin,
+    Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
 };
-use tokio::sync::oneshot;
 
 use crate::session::Session;
 use crate::settings::Config;
 pub use crate::settings::Settings;
-
-/// How long `stop` waits for the thread.
-const STOP_LIMIT: Duration = Duration::from_millis(1500);
-/// How often `stop` looks whether the thread has ended.
-const STOP_CHECK: Duration = Duration::from_millis(2);
-/// How long the thread waits for a name lookup that hangs in the system.
-const LOOKUP_LIMIT: Duration = Duration::from_millis(500);
+use crate::transport::Transport;
 
 /// The plugin.
 pub struct ModbusAdapter {
     config: Config,
     host: Host,
-    running: Option<Running>,
-}
-
-struct Running {
-    /// Dropped to end the thread.
-    stop: oneshot::Sender<()>,
-    thread: JoinHandle<()>,
+    /// Serves the tags; dropped to end that.
+    worker: Option<Worker>,
 }
 
 impl Plugin for ModbusAdapter {
     const ID: &'static str = "modbus_adapter";
-    const NAME: &'static str = "Modbus TCP";
+    const NAME: &'static str = "Modbus";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
-    const DESCRIPTION: &'static str = "Reads registers, coils and inputs over Modbus TCP.";
+    const DESCRIPTION: &'static str =
+        "Reads registers, coils and inputs over Modbus TCP, TLS and RTU.";
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, running: None })
+        Ok(Self { config: settings.parse()?, host, worker: None })
     }
 }
 
@@ -65,56 +59,32 @@ impl Telemetry for ModbusAdapter {
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         self.stop();
         let points = address::parse(&tags, &self.config)?;
+        let tls = self.load_tls()?;
         if points.is_empty() {
             return Ok(());
         }
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .max_blocking_threads(1)
-            .build()
+        let io_loop = IoLoop::new(1)
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
-        let session = Session::new(self.config.clone(), points, sink, self.host.clone());
-        let (stop, stopped) = oneshot::channel();
-        let thread = std::thread::Builder::new()
-            .name(format!("modbus:{}", self.config.port))
-            .spawn(move || {
-                runtime.block_on(async {
-                    tokio::select! {
-                        biased;
-                        _ = stopped => {}
-                        () = session.run() => {}
-                    }
-                });
-                runtime.shutdown_timeout(LOOKUP_LIMIT);
-            })
-            .map_err(|error| Error::failed(format!("cannot start a thread: {error}")))?;
-        self.running = Some(Running { stop, thread });
+        let session = Session::new(self.config.clone(), tls, points, sink, self.host.clone());
+        let name = format!("modbus:{}", self.config.transport.short_name());
+        self.worker = Some(Worker::start(&self.host, &name, move |running| {
+            io_loop.run_until(running.stopped(), session.run());
+        })?);
         Ok(())
     }
 
     fn stop(&mut self) {
-        let Some(Running { stop, thread }) = self.running.take() else {
-            return;
-        };
-        drop(stop);
-        let deadline = Instant::now() + STOP_LIMIT;
-        while !thread.is_finished() && Instant::now() < deadline {
-            std::thread::sleep(STOP_CHECK);
-        }
-        let endpoint = self.config.endpoint();
-        if !thread.is_finished() {
-            let message = format!("{endpoint}: the thread did not end in time; left behind");
-            self.host.log(LogLevel::Error, &message);
-        } else if thread.join().is_err() {
-            let message = format!("{endpoint}: the thread had panicked; please report this");
-            self.host.log(LogLevel::Error, &message);
-        }
+        self.worker = None;
     }
 }
 
-impl Drop for ModbusAdapter {
-    fn drop(&mut self) {
-        self.stop();
+impl ModbusAdapter {
+    fn load_tls(&self) -> Result<Option<TlsClient>, Error> {
+        let Transport::Tcp { endpoint, tls: Some(files) } = &self.config.transport else {
+            return Ok(None);
+        };
+        let tls = TlsClient::load(files, [endpoint]);
+        tls.map(Some).map_err(|fault| Error::settings(fault.to_string()))
     }
 }
 

@@ -1,29 +1,18 @@
 //! The life of a link: connect, poll, fail, wait, again.
 
-use std::collections::VecDeque;
-use std::time::Duration;
-
+use busbar_link::{Backoff, TlsClient};
 use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, Sample, SampleSink};
 use tokio::time::{Instant, sleep, sleep_until};
 use tokio_modbus::ExceptionCode;
 
 use crate::address::Point;
-use crate::backoff::Backoff;
-use crate::connection::{Connection, LinkFault, Reply, describe};
+use crate::connection::{Connection, Connector, LinkFault, Reply, describe};
 use crate::decode::decode;
-use crate::plan::{Block, plan, plan_of};
+use crate::group::{Group, Origin, Poll, next_due};
+use crate::plan::{Block, plan};
 use crate::settings::Config;
+use crate::units::Units;
 
-/// Splits of refused blocks in one poll of a group; the rest waits for the
-/// next, so that one bad table does not hold up the others.
-const MAX_SPLITS_PER_POLL: usize = 32;
-/// How long refused cells are left alone before they are asked for again.
-const REFUSED_RETRY: Duration = Duration::from_secs(30);
-/// Refused blocks that are asked for again in one poll of a group.
-const MAX_RETRIES_PER_POLL: usize = 4;
-/// Longest time after which a group with split blocks is planned anew; it
-/// doubles from [`REFUSED_RETRY`] as long as that is of no use.
-const MAX_REPLAN_PAUSE: Duration = Duration::from_secs(600);
 /// Tags that one log line names.
 const MAX_TAGS_IN_MESSAGE: usize = 5;
 
@@ -33,46 +22,17 @@ pub(crate) struct Session {
     sink: SampleSink,
     host: Host,
     backoff: Backoff,
+    connector: Connector,
 }
 
-/// What a connection knows of a poll group.
-struct Group {
-    period: Duration,
-    due: Instant,
-    /// Whether this connection has served a whole poll.
-    is_polled: bool,
-    /// Together with those refused they hold all points of the group.
-    blocks: Vec<Block>,
-    /// In order of `retry_at`.
-    refused: VecDeque<Refused>,
-    /// When to join again what was split, for the device may have changed its
-    /// mind.
-    replan_at: Option<Instant>,
-    replan_pause: Duration,
-}
-
-struct Refused {
-    block: Block,
-    retry_at: Instant,
-}
-
-/// One poll of a group under way.
-struct Poll {
-    queue: VecDeque<(Block, Origin)>,
-    /// The blocks before the group was planned anew; else empty.
-    former: Vec<Block>,
-    splits_left: usize,
-    /// Whether a block that was refused has answered.
+/// A connection, and what is known of the devices behind it.
+struct Link {
+    connection: Connection,
+    units: Units,
+    /// Whether anybody has answered.
+    is_up: bool,
+    /// Whether a unit answered that had been silent.
     has_recovered: bool,
-}
-
-/// Why a block is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Origin {
-    Known,
-    Replanned,
-    /// It was refused before.
-    Retry,
 }
 
 /// What an exception says of the tags of a block.
@@ -87,10 +47,16 @@ enum Verdict {
 }
 
 impl Session {
-    pub(crate) fn new(config: Config, points: Vec<Point>, sink: SampleSink, host: Host) -> Self {
-        let backoff =
-            Backoff::new(config.reconnect_min, config.reconnect_max, fastrand::Rng::new());
-        Self { config, points, sink, host, backoff }
+    pub(crate) fn new(
+        config: Config,
+        tls: Option<TlsClient>,
+        points: Vec<Point>,
+        sink: SampleSink,
+        host: Host,
+    ) -> Self {
+        let backoff = Backoff::new(config.reconnect);
+        let connector = Connector::new(&config, tls);
+        Self { config, points, sink, host, backoff, connector }
     }
 
     /// Serves the tags for ever; drop the future to end it.
@@ -109,23 +75,32 @@ impl Session {
 
     /// Polls over one connection until it fails.
     async fn serve_link(&mut self) -> Result<std::convert::Infallible, LinkFault> {
-        let mut connection = Connection::open(&self.config).await?;
+        let mut link = self.connect().await?;
         // Planned anew: the device may have been replaced in between.
         let mut groups = self.groups();
-        let mut up = false;
         loop {
             let Some(group) = groups.iter_mut().min_by_key(|group| group.due) else {
                 return std::future::pending().await;
             };
             sleep_until(group.due).await;
-            self.poll(&mut connection, group, &mut up).await?;
+            self.poll(&mut link, group).await?;
             group.due = next_due(group.due, group.period, Instant::now());
             group.is_polled = true;
             // Not before: a peer that answers once and closes is no success.
             if groups.iter().all(|group| group.is_polled) {
                 self.backoff.reset();
             }
+            if std::mem::take(&mut link.has_recovered) {
+                // Its tags of slower groups are bad too.
+                groups.iter_mut().for_each(|group| group.due = Instant::now());
+            }
         }
+    }
+
+    async fn connect(&self) -> Result<Link, LinkFault> {
+        let connection = self.connector.open().await?;
+        let units = Units::new(&self.points, self.config.reconnect);
+        Ok(Link { connection, units, is_up: false, has_recovered: false })
     }
 
     fn groups(&self) -> Vec<Group> {
@@ -136,18 +111,21 @@ impl Session {
             .collect()
     }
 
-    async fn poll(
-        &mut self,
-        connection: &mut Connection,
-        group: &mut Group,
-        up: &mut bool,
-    ) -> Result<(), LinkFault> {
+    async fn poll(&mut self, link: &mut Link, group: &mut Group) -> Result<(), LinkFault> {
         let mut poll = group.begin_poll(&self.points, Instant::now());
         while let Some((block, origin)) = poll.queue.pop_front() {
-            let reply = connection.read(&block).await?;
-            if !std::mem::replace(up, true) {
-                self.report(LinkState::Up, "connected");
+            if link.units.is_left_alone(block.unit, Instant::now()) {
+                self.publish_bad(&block, Reason::Communication);
+                group.blocks.push(block);
+                continue;
             }
+            let reply = link.connection.read(&block).await?;
+            if let Reply::None(fault) = reply {
+                self.note_silence(link, block.unit, fault)?;
+                group.blocks.push(block);
+                continue;
+            }
+            self.note_answer(link, block.unit);
             if let Reply::Exception(exception) = reply {
                 self.heed(exception, block, origin, group, &mut poll);
             } else {
@@ -157,10 +135,43 @@ impl Session {
             }
         }
         for refused in &group.refused {
-            self.publish_bad(&refused.block, Reason::Configuration);
+            let is_silent = link.units.is_left_alone(refused.block.unit, Instant::now());
+            let reason = if is_silent { Reason::Communication } else { Reason::Configuration };
+            self.publish_bad(&refused.block, reason);
         }
         group.end_poll(&poll, Instant::now());
         Ok(())
+    }
+
+    /// One device of a serial line did not answer: all of its tags are bad, whatever
+    /// their poll groups.
+    fn note_silence(&self, link: &mut Link, unit: u8, fault: LinkFault) -> Result<(), LinkFault> {
+        let of_unit = self.points.iter().filter(|point| point.unit == unit);
+        self.sink.publish_bad(of_unit.map(|point| point.tag), Reason::Communication);
+        let is_new = link.units.note_silence(unit, Instant::now());
+        if link.units.are_all_silent() {
+            return Err(fault);
+        }
+        if is_new {
+            self.host.log(LogLevel::Warning, &format!("{}: {fault}", self.config.transport));
+            self.report_units(link);
+        }
+        Ok(())
+    }
+
+    fn note_answer(&self, link: &mut Link, unit: u8) {
+        let is_new = !std::mem::replace(&mut link.is_up, true);
+        let has_recovered = link.units.note_answer(unit);
+        link.has_recovered |= has_recovered;
+        if is_new || has_recovered {
+            self.report_units(link);
+        }
+    }
+
+    fn report_units(&self, link: &Link) {
+        let state = if link.is_up { LinkState::Up } else { LinkState::Connecting };
+        let text = link.units.silent().unwrap_or_else(|| "connected".into());
+        self.report(state, &text);
     }
 
     /// Does with a block what the device's exception asks for.
@@ -229,7 +240,7 @@ impl Session {
     }
 
     fn report(&self, state: LinkState, message: &str) {
-        let message = format!("{}: {message}", self.config.endpoint());
+        let message = format!("{}: {message}", self.config.transport);
         self.sink.report_link(state, &message);
     }
 
@@ -244,87 +255,12 @@ impl Session {
         let message = format!(
             "{}: the device refused {} ({exception}), asked for by tag {}{}; \
              correct the address, or configure the device",
-            self.config.endpoint(),
+            self.config.transport,
             describe(block),
             ids.join(", "),
             if more > 0 { format!(" and {more} more") } else { String::new() }
         );
         self.host.log(LogLevel::Warning, &message);
-    }
-}
-
-impl Group {
-    fn new(period: Duration, blocks: Vec<Block>) -> Self {
-        Self {
-            period,
-            due: Instant::now(),
-            is_polled: false,
-            blocks,
-            refused: VecDeque::new(),
-            replan_at: None,
-            replan_pause: REFUSED_RETRY,
-        }
-    }
-
-    /// Takes what is to be asked for now.
-    fn begin_poll(&mut self, points: &[Point], now: Instant) -> Poll {
-        let mut blocks = std::mem::take(&mut self.blocks);
-        let mut former = Vec::new();
-        let mut origin = Origin::Known;
-        if self.replan_at.take_if(|at| *at <= now).is_some() {
-            let wanted = blocks.iter().flat_map(|block| &block.points).copied().collect();
-            former = std::mem::replace(&mut blocks, plan_of(points, wanted));
-            origin = Origin::Replanned;
-        }
-        let mut queue: VecDeque<_> = blocks.into_iter().map(|block| (block, origin)).collect();
-        queue.extend(self.take_due(now).into_iter().map(|block| (block, Origin::Retry)));
-        Poll { queue, former, splits_left: MAX_SPLITS_PER_POLL, has_recovered: false }
-    }
-
-    /// Settles when to plan anew.
-    fn end_poll(&mut self, poll: &Poll, now: Instant) {
-        if poll.splits_left < MAX_SPLITS_PER_POLL {
-            if self.replan_at.is_none() {
-                self.replan_at = Some(now + self.replan_pause);
-                self.replan_pause = self.replan_pause.saturating_mul(2).min(MAX_REPLAN_PAUSE);
-            }
-        } else if !poll.former.is_empty() {
-            self.replan_pause = REFUSED_RETRY;
-        }
-        if poll.has_recovered {
-            // Once for all that recover together, as far as that can wait.
-            let has_due = self.refused.front().is_some_and(|refused| refused.retry_at <= now);
-            let at = if has_due { now + REFUSED_RETRY } else { now };
-            self.replan_at = Some(self.replan_at.map_or(at, |planned| planned.min(at)));
-        }
-    }
-
-    /// Takes refused blocks whose time has come.
-    fn take_due(&mut self, now: Instant) -> Vec<Block> {
-        let due = self
-            .refused
-            .iter()
-            .take(MAX_RETRIES_PER_POLL)
-            .take_while(|refused| refused.retry_at <= now)
-            .count();
-        self.refused.drain(..due).map(|refused| refused.block).collect()
-    }
-
-    fn refuse(&mut self, block: Block) {
-        let retry_at = Instant::now() + REFUSED_RETRY;
-        self.refused.push_back(Refused { block, retry_at });
-    }
-}
-
-impl Poll {
-    /// Asks for the points of a block as before they were planned anew: that
-    /// the device has answered, so no tag turns bad for a try to save requests.
-    fn fall_back(&mut self, block: &Block, points: &[Point]) {
-        for former in &self.former {
-            if let Some(piece) = former.within(block, points) {
-                self.queue.push_front((piece, Origin::Known));
-            }
-        }
     }
 }
 
@@ -341,15 +277,6 @@ fn verdict(exception: ExceptionCode) -> Verdict {
         | ExceptionCode::ServerDeviceBusy => Verdict::Unavailable(Reason::Communication),
         _ => Verdict::Unavailable(Reason::Unknown),
     }
-}
-
-/// The next multiple of the period after `now`: polls do not drift, and those
-/// missed are left out.
-fn next_due(due: Instant, period: Duration, now: Instant) -> Instant {
-    let late = now.saturating_duration_since(due);
-    let missed = late.as_nanos() / period.as_nanos().max(1);
-    let steps = u32::try_from(missed).unwrap_or(u32::MAX).saturating_add(1);
-    due + period.saturating_mul(steps)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU16, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Recorder, host};
 use busbar_plugin_sdk::{Quality, TagSpec};
@@ -8,6 +9,7 @@ use serde_json::json;
 
 use super::*;
 use crate::Settings;
+use crate::group::MAX_RETRIES_PER_POLL;
 use crate::tests::holding;
 use crate::tests::server::{Server, at_once, illegal_address, right};
 
@@ -67,7 +69,7 @@ struct Bench {
     recorder: Recorder,
     session: Session,
     runtime: tokio::runtime::Runtime,
-    connection: Connection,
+    link: Link,
     group: Group,
 }
 
@@ -83,18 +85,17 @@ impl Bench {
             registers.into_iter().map(|register| holding(register.into(), register)).collect();
         let points = crate::address::parse(&tags, &config).unwrap();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        let connection = runtime.block_on(Connection::open(&config)).unwrap();
         let recorder = Recorder::new();
-        let session = Session::new(config, points, recorder.sink(), host());
+        let session = Session::new(config, None, points, recorder.sink(), host());
+        let link = runtime.block_on(session.connect()).unwrap();
         let group = session.groups().pop().unwrap();
-        Self { device, recorder, session, runtime, connection, group }
+        Self { device, recorder, session, runtime, link, group }
     }
 
     /// Requests of one poll.
     fn poll(&mut self) -> u16 {
         self.device.requests.store(0, Ordering::SeqCst);
-        let mut up = true;
-        let poll = self.session.poll(&mut self.connection, &mut self.group, &mut up);
+        let poll = self.session.poll(&mut self.link, &mut self.group);
         self.runtime.block_on(poll).unwrap();
         self.device.requests.load(Ordering::SeqCst)
     }

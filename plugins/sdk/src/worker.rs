@@ -1,7 +1,8 @@
 //! A thread of a plugin's own that ends when it is told to.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::future::poll_fn;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, Waker};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -48,15 +49,47 @@ pub struct Worker {
 /// What a worker's thread asks whether it shall go on.
 #[derive(Clone)]
 pub struct Running {
-    stopping: Arc<AtomicBool>,
+    stop: Arc<Mutex<Stop>>,
     clock: Clock,
+}
+
+#[derive(Default)]
+struct Stop {
+    is_wanted: bool,
+    /// Of the task in [`Running::stopped`].
+    waker: Option<Waker>,
 }
 
 impl Running {
     /// Whether to go on. A loop that blocks elsewhere asks this at least every
     /// second.
     pub fn is_running(&self) -> bool {
-        !self.stopping.load(Ordering::Acquire)
+        !self.stop.lock().unwrap_or_else(PoisonError::into_inner).is_wanted
+    }
+
+    /// Ends when the worker is dropped, for threads with an event loop of their own.
+    /// One task at a time may wait for it.
+    pub fn stopped(&self) -> impl Future<Output = ()> + Send + use<> {
+        let stop = Arc::clone(&self.stop);
+        poll_fn(move |context: &mut Context<'_>| {
+            let mut stop = stop.lock().unwrap_or_else(PoisonError::into_inner);
+            if stop.is_wanted {
+                return Poll::Ready(());
+            }
+            stop.waker = Some(context.waker().clone());
+            Poll::Pending
+        })
+    }
+
+    fn end(&self) {
+        let mut stop = self.stop.lock().unwrap_or_else(PoisonError::into_inner);
+        stop.is_wanted = true;
+        let waker = stop.waker.take();
+        drop(stop);
+        if let Some(waker) = waker {
+            waker.wake();
+        }
+        self.clock.wake();
     }
 
     /// Waits, at most until the worker is dropped; whether to go on.
@@ -76,7 +109,7 @@ impl Worker {
         name: &str,
         work: impl FnOnce(&Running) + Send + 'static,
     ) -> Result<Self, Error> {
-        let running = Running { stopping: Arc::default(), clock: host.clock().clone() };
+        let running = Running { stop: Arc::default(), clock: host.clock().clone() };
         let handed = running.clone();
         let thread = std::thread::Builder::new()
             .name(name.to_owned())
@@ -123,8 +156,7 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        self.running.stopping.store(true, Ordering::Release);
-        self.running.clock.wake();
+        self.running.end();
         let Some(thread) = self.thread.take() else { return };
         let deadline = Instant::now() + MAX_STOP;
         while !thread.is_finished() && Instant::now() < deadline {
@@ -157,6 +189,29 @@ mod tests {
         let worker = Worker::start(&host(), "test", |running| assert!(!running.wait(LONG)));
         drop(worker.unwrap());
         assert!(started.elapsed() < MAX_STOP);
+    }
+
+    #[test]
+    fn dropping_wakes_an_event_loop() {
+        struct Unpark(std::thread::Thread);
+        impl std::task::Wake for Unpark {
+            fn wake(self: Arc<Self>) {
+                self.0.unpark();
+            }
+        }
+        let (sender, events) = channel();
+        let worker = Worker::start(&host(), "test", move |running| {
+            let mut stopped = std::pin::pin!(running.stopped());
+            let waker = Arc::new(Unpark(std::thread::current())).into();
+            while stopped.as_mut().poll(&mut Context::from_waker(&waker)).is_pending() {
+                sender.send("waits").unwrap();
+                std::thread::park();
+            }
+            sender.send("ends").unwrap();
+        });
+        events.recv_timeout(Duration::from_secs(5)).unwrap();
+        drop(worker.unwrap());
+        assert_eq!(events.iter().last(), Some("ends"));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! pymodbus, an independent server, in a process of its own.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -20,9 +21,20 @@ impl Peer {
     /// Starts a server with these values, such as `{"holding": {"0": [1, 2]}}`;
     /// none where there is no pymodbus (see [`available`]).
     pub fn start(values: &Value) -> Option<Self> {
+        Self::start_with(&[], values)
+    }
+
+    /// Starts a server at a serial line.
+    pub fn start_serial(device: &Path, values: &Value) -> Option<Self> {
+        Self::start_with(&["--serial".as_ref(), device.as_os_str()], values)
+    }
+
+    fn start_with(arguments: &[&OsStr], values: &Value) -> Option<Self> {
         let python = python()?;
         let script = workspace_path("tests/peers/pymodbus_server.py");
-        let process = Process::start(Command::new(python).arg(script).arg(values.to_string()));
+        let mut command = Command::new(python);
+        command.arg(script).args(arguments).arg(values.to_string());
+        let process = Process::start(&mut command);
         let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
         Some(Self { process, port, answers: 0 })
     }

@@ -75,6 +75,10 @@ fn shipped_plugins_pass() {
             { "kind": "double_point", "address": { "table": "discrete", "register": 0 } },
         ],
     });
+    let line = json!({
+        "settings": { "serial": { "device": "/dev/there-is-none" } },
+        "tags": [{ "kind": "bool", "address": { "table": "coil", "register": 0, "unit": 7 } }],
+    });
     let station = json!({
         "settings": { "host": "127.0.0.1", "port": 1 },
         "tags": [
@@ -84,6 +88,7 @@ fn shipped_plugins_pass() {
     });
     for (plugin, sample, most_skipped) in [
         ("modbus_adapter", modbus, 0),
+        ("modbus_adapter", line, 0),
         ("iec104", station, 0),
         ("power_overlay", json!({}), 0),
         ("quadric_collapse", json!({}), 0),

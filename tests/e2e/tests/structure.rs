@@ -51,8 +51,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
     ("fault_injector", &["busbar_plugin_sdk"]),
-    ("iec104", &["busbar_plugin_sdk"]),
-    ("modbus_adapter", &["busbar_plugin_sdk"]),
+    ("busbar_link", &[]),
+    ("iec104", &["busbar_link", "busbar_plugin_sdk"]),
+    ("modbus_adapter", &["busbar_link", "busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
@@ -98,6 +99,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("e2e", &[]),
+    ("fault_proxy", &[]),
     (
         "faults",
         &[
@@ -140,6 +142,8 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_gltf_import", &["busbar_gltf_export"]),
+    ("iec104", &["fault_proxy"]),
+    ("modbus_adapter", &["fault_proxy"]),
     ("corpus", &["busbar_gltf_import"]),
     ("quadric_collapse", &["busbar_geometry"]),
     ("substation", &["busbar_config", "busbar_gltf_import"]),
@@ -157,7 +161,8 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
     ("tokio-modbus", &["modbus_adapter", "modbus_simulator"]),
-    ("tokio-rustls", &["iec104"]),
+    ("tokio-rustls", &["busbar_link"]),
+    ("tokio-serial", &["modbus_adapter"]),
 ];
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =

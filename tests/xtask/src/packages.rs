@@ -41,6 +41,8 @@ const TESTS: &[Package] = &[
     package("imagemagick", "screenshots"),
     package("gcc", "compiles the C header, and plugins in C"),
     package("make", "builds plugins in C"),
+    package("socat", "serial lines without wires, for Modbus RTU"),
+    package("libmodbus-dev", "a Modbus server that tests talk to"),
     package("g++", "compiles the C header as C++, the fuzzer, and what benches compare"),
 ];
 

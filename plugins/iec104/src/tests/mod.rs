@@ -4,11 +4,14 @@ mod c104;
 mod hat;
 mod hostile;
 mod peer;
+#[cfg(target_os = "linux")]
+mod proxied;
 mod server;
 mod tls;
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use busbar_link::Reconnect;
 use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
@@ -20,6 +23,10 @@ use crate::{Iec104, Settings};
 /// Long enough for a loaded machine; a test that passes does not wait for it.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// Delays that the settings would not allow.
+const QUICK: Reconnect =
+    Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
+
 /// A running plugin, and what it published.
 struct Running {
     plugin: Iec104,
@@ -28,15 +35,23 @@ struct Running {
 
 /// Starts a plugin; `settings` are added to quick ones.
 fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
-    let mut all = json!({
-        "host": "127.0.0.1", "port": port, "reconnect": {"min_millis": 100, "max_millis": 400}
-    });
+    start_with(port, settings, QUICK, tags)
+}
+
+fn start_with(
+    port: u16,
+    settings: serde_json::Value,
+    delays: Reconnect,
+    tags: Vec<TagSpec>,
+) -> Running {
+    let mut all = json!({"host": "127.0.0.1", "port": port});
     let (Some(all_fields), Some(fields)) = (all.as_object_mut(), settings.as_object()) else {
         panic!("settings are an object");
     };
     all_fields.extend(fields.clone());
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Iec104::create(settings, host()).unwrap();
+    plugin.config.reconnect = delays;
     let recorder = Recorder::new();
     plugin.start(tags, recorder.sink()).unwrap();
     Running { plugin, recorder }

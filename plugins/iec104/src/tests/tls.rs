@@ -1,47 +1,11 @@
 //! Encrypted connections, to c104 behind mbed TLS.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use rcgen::{CertificateParams, Issuer, KeyPair};
+use busbar_link::testing::Authority;
 
 use super::peer::{Kind, Peer};
 use super::*;
-
-/// An authority that signs certificates, in a folder.
-struct Authority {
-    name: &'static str,
-    folder: PathBuf,
-    issuer: Issuer<'static, KeyPair>,
-}
-
-impl Authority {
-    fn new(folder: &Path, name: &'static str) -> Self {
-        let key = KeyPair::generate().unwrap();
-        let mut params = CertificateParams::default();
-        params.distinguished_name.push(rcgen::DnType::CommonName, name);
-        params.is_ca = rcgen::IsCa::Ca(rcgen::BasicConstraints::Unconstrained);
-        let certificate = params.self_signed(&key).unwrap();
-        let authority = Self { name, folder: folder.to_owned(), issuer: Issuer::new(params, key) };
-        std::fs::write(authority.certificate(), certificate.pem()).unwrap();
-        authority
-    }
-
-    fn certificate(&self) -> PathBuf {
-        self.folder.join(format!("{}.pem", self.name))
-    }
-
-    /// Signs a certificate; its path and its key's.
-    fn sign(&self, owner: &str, host: &str) -> (PathBuf, PathBuf) {
-        let key = KeyPair::generate().unwrap();
-        let params = CertificateParams::new(vec![host.to_owned()]).unwrap();
-        let certificate = params.signed_by(&key, &self.issuer).unwrap();
-        let path = |end| self.folder.join(format!("{}_{owner}.{end}", self.name));
-        let paths = (path("pem"), path("key"));
-        std::fs::write(&paths.0, certificate.pem()).unwrap();
-        std::fs::write(&paths.1, key.serialize_pem()).unwrap();
-        paths
-    }
-}
 
 #[test]
 fn only_the_right_certificates_open_a_connection() {

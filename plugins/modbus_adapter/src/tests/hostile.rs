@@ -1,9 +1,8 @@
 //! Against servers that break the protocol in every way we know.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
-
-use busbar_plugin_sdk::LinkState;
 
 use super::server::{Pieces, Server, at_once, right};
 use super::*;
@@ -70,6 +69,20 @@ fn answers_another_transaction() {
         at_once(answer)
     };
     check(wrong, "another request or unit");
+}
+
+#[test]
+fn answers_what_another_connection_asked() {
+    // The first request of each connection is the same, but for what is ours.
+    let kept = Mutex::new(None);
+    let swap = move |r: &[u8]| {
+        let former = kept.lock().unwrap().replace(right(r));
+        former.and_then(at_once)
+    };
+    let server = Server::start(swap);
+    let running = start(server.port, json!({"timeout_millis": 100}), vec![holding(1, 0)]);
+    running.wait_for_link(LinkState::Down, "another request or unit");
+    assert!(!running.has_good_samples());
 }
 
 #[test]
@@ -164,14 +177,17 @@ fn delays(running: &Running, count: usize) -> Vec<f64> {
     delays(&running.recorder.recording())
 }
 
-const LONG_BACKOFF: &str = r#"{"reconnect": {"min_millis": 100, "max_millis": 3000}}"#;
+/// Starts an adapter whose delays grow for long.
+fn start_patient(port: u16, tags: Vec<TagSpec>) -> Running {
+    let delays = Reconnect { max: Duration::from_secs(3), ..QUICK };
+    start_with(json!({"host": "127.0.0.1", "port": port}), delays, tags)
+}
 
 #[test]
 fn tries_thin_out_when_it_answers_once_and_closes() {
     // The second request is for register 500.
     let server = Server::start(|r| if r[8..10] == [0, 0] { at_once(right(r)) } else { None });
-    let settings = serde_json::from_str(LONG_BACKOFF).unwrap();
-    let running = start(server.port, settings, vec![holding(1, 0), holding(2, 500)]);
+    let running = start_patient(server.port, vec![holding(1, 0), holding(2, 500)]);
     let delays = delays(&running, 4);
     // At least 100, 200, 400 and 800 ms.
     assert!(delays[2] >= 0.4 && delays[3] >= 0.8, "{delays:?}");
@@ -187,8 +203,7 @@ fn tries_start_over_after_a_whole_cycle() {
         if is_third { None } else { at_once(right(r)) }
     };
     let server = Server::start(third_closes);
-    let settings = serde_json::from_str(LONG_BACKOFF).unwrap();
-    let running = start(server.port, settings, vec![holding(1, 0), holding(2, 500)]);
+    let running = start_patient(server.port, vec![holding(1, 0), holding(2, 500)]);
     let delays = delays(&running, 4);
     assert!(delays.iter().all(|delay| *delay <= 0.2), "{delays:?}");
 }

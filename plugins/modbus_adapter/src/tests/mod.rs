@@ -1,14 +1,25 @@
 //! The adapter end to end, through the SDK's sink, against real sockets.
 
 mod hostile;
+mod hostile_line;
+mod late;
+mod libmodbus;
+mod line;
 mod peer;
+#[cfg(target_os = "linux")]
+mod proxied;
 mod pymodbus;
+mod serial;
 pub(crate) mod server;
+mod stamps;
+mod tls;
+mod types;
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
-use busbar_plugin_sdk::{Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind};
+use busbar_link::Reconnect;
+use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::{LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind};
 use serde_json::json;
 
 use crate::{ModbusAdapter, Settings};
@@ -22,21 +33,34 @@ struct Running {
     recorder: Recorder,
 }
 
-/// Starts an adapter; `settings` are added to fast ones.
+/// Delays that the settings would not allow.
+const QUICK: Reconnect =
+    Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
+
+/// Starts an adapter of a local server; `settings` are added to fast ones.
 fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
-    let mut all = json!({
-        "host": "127.0.0.1", "port": port, "poll_millis": 50,
-        "reconnect": {"min_millis": 100, "max_millis": 400}
-    });
-    let (Some(all_fields), Some(fields)) = (all.as_object_mut(), settings.as_object()) else {
-        panic!("settings are an object");
-    };
-    all_fields.extend(fields.clone());
+    let mut all = json!({"host": "127.0.0.1", "port": port});
+    add(&mut all, settings);
+    start_with(all, QUICK, tags)
+}
+
+/// Starts an adapter that polls fast.
+fn start_with(settings: serde_json::Value, delays: Reconnect, tags: Vec<TagSpec>) -> Running {
+    let mut all = json!({"poll_millis": 50});
+    add(&mut all, settings);
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut adapter = ModbusAdapter::create(settings, host()).unwrap();
+    adapter.config.reconnect = delays;
     let recorder = Recorder::new();
     adapter.start(tags, recorder.sink()).unwrap();
     Running { adapter, recorder }
+}
+
+fn add(all: &mut serde_json::Value, settings: serde_json::Value) {
+    let (Some(all), serde_json::Value::Object(settings)) = (all.as_object_mut(), settings) else {
+        panic!("settings are an object");
+    };
+    all.extend(settings);
 }
 
 impl Running {
@@ -57,6 +81,16 @@ impl Running {
             self.recorder.latest(tag),
             self.recorder.recording().links
         );
+    }
+
+    /// Waits for a link report.
+    #[track_caller]
+    fn wait_for_link(&self, state: LinkState, message: &str) {
+        let said = |seen: &Recording| {
+            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
+        };
+        let links = || self.recorder.recording().links;
+        assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
     }
 
     fn has_good_samples(&self) -> bool {

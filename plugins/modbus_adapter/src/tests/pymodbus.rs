@@ -2,88 +2,13 @@
 
 use std::time::Instant;
 
-use busbar_plugin_sdk::{DoublePoint, LinkState};
-
 use super::peer::Peer;
 use super::*;
 
 #[test]
 fn every_type_is_read_as_the_server_has_it() {
-    let values = json!({
-        "holding": {
-            // -1.5f32 = 0xBFC00000; 1e300 = 0x7E37E43C8800759C; -2 as i64.
-            "0": [65535, 0xFFF6, 0x0001, 0x0002, 0xFFFF, 0xFFFD, 0xBFC0, 0x0000],
-            "8": [0x7E37, 0xE43C, 0x8800, 0x759C, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFE],
-            "16": [0x0000, 0xBFC0, 0b1000_0110, 0x7FC0, 0x0000],
-            "60": [600],
-            "300": [1234]
-        },
-        "input": {"5": [250]},
-        "coil": {"3": [1, 0, 1]},
-        "discrete": {"1000": [0, 1, 1, 1]}
-    });
-    let Some(peer) = Peer::start(&values) else {
-        return;
-    };
-    let f64_kind = ValueKind::F64;
-    let i64_kind = ValueKind::I64;
-    let on = Value::DoublePoint(DoublePoint::On);
-    let holding = |register: u16, format: &str| json!({"table": "holding", "register": register, "type": format});
-    let bit = |table: &str, register: u16| json!({"table": table, "register": register});
-    let cases = [
-        (f64_kind, holding(0, "u16"), Value::F64(65535.0)),
-        (f64_kind, holding(0, "i16"), Value::F64(-1.0)),
-        (i64_kind, holding(1, "i16"), Value::I64(-10)),
-        (i64_kind, holding(2, "u32"), Value::I64(65538)),
-        (f64_kind, holding(4, "i32"), Value::F64(-3.0)),
-        (f64_kind, holding(6, "f32"), Value::F64(-1.5)),
-        (f64_kind, holding(8, "f64"), Value::F64(1e300)),
-        (i64_kind, holding(12, "i64"), Value::I64(-2)),
-        (i64_kind, holding(60, "u16"), Value::I64(600)),
-        (i64_kind, holding(300, "u16"), Value::I64(1234)),
-        (
-            f64_kind,
-            json!({"table": "holding", "register": 16, "type": "f32", "word_order": "little"}),
-            Value::F64(-1.5),
-        ),
-        (ValueKind::Bool, json!({"table": "holding", "register": 18, "bit": 1}), Value::Bool(true)),
-        (
-            ValueKind::Bool,
-            json!({"table": "holding", "register": 18, "bit": 0}),
-            Value::Bool(false),
-        ),
-        (ValueKind::DoublePoint, json!({"table": "holding", "register": 18, "bits": 6}), on),
-        (
-            f64_kind,
-            json!({"table": "input", "register": 5, "type": "u16", "scale": 0.5, "offset": -40,
-                "unit": 9}),
-            Value::F64(85.0),
-        ),
-        (ValueKind::Bool, bit("coil", 3), Value::Bool(true)),
-        (ValueKind::Bool, bit("coil", 4), Value::Bool(false)),
-        (ValueKind::DoublePoint, bit("coil", 4), on),
-        (ValueKind::DoublePoint, bit("discrete", 1000), on),
-        (ValueKind::DoublePoint, bit("discrete", 1002), Value::DoublePoint(DoublePoint::BadState)),
-    ];
-    let tags = (0..).zip(&cases).map(|(tag, (kind, address, _))| {
-        tag_spec(tag, &format!("tag{tag}"), *kind, address.clone())
-    });
-    let not_a_number = 99;
-    let tags = tags.chain([tag_spec(not_a_number, "nan", f64_kind, holding(19, "f32"))]).collect();
-    let running = start(peer.port, json!({}), tags);
-    for (tag, (_, _, expected)) in (0..).zip(cases) {
-        running.wait_for(tag, expected);
-    }
-    // What is not finite is passed on for the host to mark.
-    running.wait(
-        "NaN",
-        not_a_number,
-        |sample| matches!(sample.value, Some(Value::F64(value)) if value.is_nan()),
-    );
-    let links = running.recorder.recording().links;
-    let states: Vec<_> = links.iter().map(|(state, _)| *state).collect();
-    assert_eq!(states, [LinkState::Connecting, LinkState::Up], "{links:?}");
-    assert!(running.recorder.recording().samples.iter().all(|s| s.source_time.is_none()));
+    let Some(peer) = Peer::start(&types::values()) else { return };
+    types::check(json!({"host": "127.0.0.1", "port": peer.port}));
 }
 
 #[test]

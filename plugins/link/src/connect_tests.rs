@@ -1,5 +1,7 @@
 use std::net::{Ipv4Addr, TcpListener};
 
+use tokio::time::timeout;
+
 use super::*;
 
 const LIMIT: Duration = Duration::from_secs(2);

@@ -1,0 +1,148 @@
+//! Delays between tries to connect.
+
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::Faults;
+
+/// Shortest delay between two tries: a device that is in trouble is asked once a
+/// second at most.
+pub const MIN_RETRY_MILLIS: u64 = 1000;
+/// Longest delay: ten minutes.
+const MAX_RETRY_MILLIS: u64 = 600_000;
+
+/// Delay between tries to connect: it doubles from `min_millis` to
+/// `max_millis`, with jitter, so that clients do not come back in step.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReconnectSettings {
+    /// Shortest delay, milliseconds.
+    #[schemars(range(min = 1000, max = 600_000))]
+    min_millis: u64,
+    /// Longest delay, milliseconds.
+    #[schemars(range(min = 1000, max = 600_000))]
+    max_millis: u64,
+}
+
+impl Default for ReconnectSettings {
+    fn default() -> Self {
+        Self { min_millis: MIN_RETRY_MILLIS, max_millis: 30_000 }
+    }
+}
+
+impl ReconnectSettings {
+    /// Checks the setting `reconnect`.
+    pub fn parse(&self, faults: &mut Faults) -> Reconnect {
+        let allowed = MIN_RETRY_MILLIS..=MAX_RETRY_MILLIS;
+        let min = faults.millis("reconnect.min_millis", self.min_millis, allowed.clone());
+        let max = faults.millis("reconnect.max_millis", self.max_millis, allowed);
+        if min > max {
+            faults.add("reconnect: min_millis is larger than max_millis");
+        }
+        Reconnect { min, max }
+    }
+}
+
+/// Bounds of the delays between tries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reconnect {
+    /// Shortest delay.
+    pub min: Duration,
+    /// Longest delay, not less.
+    pub max: Duration,
+}
+
+/// Doubling, jittered delays within a minimum and a maximum.
+///
+/// Each delay is drawn from the upper half of its step, so that clients of a
+/// device that comes back do not all knock at once.
+#[derive(Debug)]
+pub struct Backoff {
+    bounds: Reconnect,
+    step: Duration,
+    random: fastrand::Rng,
+}
+
+impl Backoff {
+    /// Delays by a seed from the system.
+    pub fn new(bounds: Reconnect) -> Self {
+        Self::with_random(bounds, fastrand::Rng::new())
+    }
+
+    fn with_random(bounds: Reconnect, random: fastrand::Rng) -> Self {
+        Self { bounds, step: bounds.min, random }
+    }
+
+    /// The delay before the next try.
+    pub fn next_delay(&mut self) -> Duration {
+        let Reconnect { min, max } = self.bounds;
+        self.step = self.step.saturating_mul(2).min(max);
+        let half = self.step / 2;
+        (half + half.mul_f64(self.random.f64())).clamp(min, max)
+    }
+
+    /// After a success: the next delay is a short one again.
+    pub fn reset(&mut self) {
+        self.step = self.bounds.min;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    const BOUNDS: Reconnect =
+        Reconnect { min: Duration::from_millis(100), max: Duration::from_secs(3) };
+
+    fn delays(seed: u64, count: usize) -> Vec<u128> {
+        let mut backoff = Backoff::with_random(BOUNDS, fastrand::Rng::with_seed(seed));
+        (0..count).map(|_| backoff.next_delay().as_millis()).collect()
+    }
+
+    fn parse(json: serde_json::Value) -> Result<Reconnect, String> {
+        let mut faults = Faults::default();
+        let settings: ReconnectSettings = serde_json::from_value(json).unwrap();
+        let reconnect = settings.parse(&mut faults);
+        faults.into_result().map(|()| reconnect)
+    }
+
+    #[test]
+    fn a_device_is_tried_once_a_second_at_most() {
+        let mut backoff = Backoff::new(parse(json!({})).unwrap());
+        assert!((0..1000).all(|_| backoff.next_delay() >= Duration::from_secs(1)));
+        let fault = parse(json!({"min_millis": 999})).unwrap_err();
+        assert_eq!(fault, "reconnect.min_millis: 999 is not within 1000 to 600000");
+        let fault = parse(json!({"min_millis": 3000, "max_millis": 2000})).unwrap_err();
+        assert_eq!(fault, "reconnect: min_millis is larger than max_millis");
+    }
+
+    #[test]
+    fn delays_double_within_their_bounds() {
+        for seed in 0..200 {
+            let bounds = [100..=200, 200..=400, 400..=800, 800..=1600, 1500..=3000, 1500..=3000];
+            for (delay, bounds) in delays(seed, bounds.len()).iter().zip(bounds) {
+                assert!(bounds.contains(delay), "seed {seed}: {delay} in {bounds:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn clients_differ_and_seeds_repeat() {
+        assert_eq!(delays(1, 5), delays(1, 5));
+        assert_ne!(delays(1, 5), delays(2, 5));
+    }
+
+    #[test]
+    fn a_success_starts_over() {
+        let mut backoff = Backoff::with_random(BOUNDS, fastrand::Rng::with_seed(3));
+        for _ in 0..4 {
+            backoff.next_delay();
+        }
+        backoff.reset();
+        assert!(backoff.next_delay() <= Duration::from_millis(200));
+    }
+}

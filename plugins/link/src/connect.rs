@@ -1,0 +1,124 @@
+//! Connecting to a device by name, within a deadline.
+
+use std::fmt::Debug;
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::{TcpStream, lookup_host};
+use tokio::time::{Instant, timeout_at};
+
+use crate::tls::is_of_tls;
+use crate::{Endpoint, TlsClient};
+
+/// Addresses of one name that are tried, so that each has a useful share of
+/// the deadline.
+pub const MAX_ADDRESSES: usize = 8;
+
+/// A connection, encrypted or not.
+pub trait ByteStream: AsyncRead + AsyncWrite + Debug + Send + Unpin {}
+impl<T: AsyncRead + AsyncWrite + Debug + Send + Unpin> ByteStream for T {}
+
+/// Why there is no connection.
+#[derive(Debug, Error)]
+pub enum ConnectFault {
+    /// The system says why.
+    #[error("{0}")]
+    System(String),
+    /// Nobody answered.
+    #[error("no connection within {} ms; is the address right, and the device on?", .0.as_millis())]
+    Timeout(Duration),
+    /// The name service did not answer.
+    #[error("the name was not found within {} ms; is the name service up?", .0.as_millis())]
+    LookupTimeout(Duration),
+    /// The name service knows the name, but no address.
+    #[error("the name has no address")]
+    NoAddress,
+    /// By address.
+    #[error("{}", .0.iter().map(|(address, fault)| format!("{address}: {fault}"))
+        .collect::<Vec<_>>().join("; "))]
+    NoneConnects(Vec<(SocketAddr, ConnectFault)>),
+    /// The device is not who it should be, or takes us for nobody.
+    #[error("no secure connection: {0}")]
+    Insecure(String),
+    /// The device did not complete the handshake.
+    #[error("no secure connection within {} ms; does the device speak TLS on this port?",
+        .0.as_millis())]
+    InsecureTimeout(Duration),
+}
+
+/// Connects within `limit`, name lookup and TLS handshake included.
+///
+/// # Errors
+/// In words for operators.
+pub async fn connect(
+    endpoint: &Endpoint,
+    tls: Option<&TlsClient>,
+    limit: Duration,
+) -> Result<Box<dyn ByteStream>, ConnectFault> {
+    let deadline = Instant::now() + limit;
+    let addresses = timeout_at(deadline, lookup_host((&*endpoint.host, endpoint.port)))
+        .await
+        .map_err(|_| ConnectFault::LookupTimeout(limit))?
+        .map_err(|error| system(&error))?;
+    let stream = connect_any(addresses.take(MAX_ADDRESSES).collect(), deadline).await?;
+    // Messages are small, and each waits for its answer.
+    stream.set_nodelay(true).map_err(|error| system(&error))?;
+    let Some(tls) = tls else { return Ok(Box::new(stream)) };
+    let encrypted = timeout_at(deadline, tls.handshake(endpoint, stream)).await;
+    Ok(Box::new(encrypted.map_err(|_| ConnectFault::InsecureTimeout(limit))??))
+}
+
+/// Connects to the first address that lets us. Each has an equal share of the
+/// time that is left, so that one that stays silent does not hide the others.
+async fn connect_any(
+    addresses: Vec<SocketAddr>,
+    deadline: Instant,
+) -> Result<TcpStream, ConnectFault> {
+    let mut faults = Vec::new();
+    for (address, to_try) in addresses.iter().zip((1..=addresses.len() as u32).rev()) {
+        let now = Instant::now();
+        let share = deadline.saturating_duration_since(now) / to_try;
+        let fault = match timeout_at(now + share, TcpStream::connect(address)).await {
+            Ok(Ok(stream)) => return Ok(stream),
+            Ok(Err(error)) => system(&error),
+            Err(_) => ConnectFault::Timeout(share),
+        };
+        faults.push((*address, fault));
+    }
+    Err(if faults.len() > 1 {
+        ConnectFault::NoneConnects(faults)
+    } else {
+        // The only address is the endpoint, which the report names anyway.
+        faults.pop().map_or(ConnectFault::NoAddress, |(_, fault)| fault)
+    })
+}
+
+fn system(error: &io::Error) -> ConnectFault {
+    ConnectFault::System(in_words(error))
+}
+
+/// An I/O error without its number, where the system has words for it.
+pub fn in_words(error: &io::Error) -> String {
+    match error.kind() {
+        kind @ (io::ErrorKind::ConnectionRefused
+        | io::ErrorKind::ConnectionReset
+        | io::ErrorKind::ConnectionAborted
+        | io::ErrorKind::BrokenPipe
+        | io::ErrorKind::HostUnreachable
+        | io::ErrorKind::NetworkUnreachable
+        | io::ErrorKind::PermissionDenied
+        | io::ErrorKind::ResourceBusy
+        | io::ErrorKind::TimedOut) => kind.to_string(),
+        io::ErrorKind::UnexpectedEof if is_of_tls(error) => {
+            "the device ended the secure connection; does it trust our certificate?".into()
+        }
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+#[path = "connect_tests.rs"]
+mod tests;

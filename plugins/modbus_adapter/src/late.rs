@@ -1,0 +1,100 @@
+//! Answers that may still come.
+//!
+//! Modbus RTU has no transaction numbers: an answer that comes too late looks like
+//! that to a later request of the same function and length, whatever cells that one
+//! asked for. What is relied on here is that a device answers its requests in order.
+//! So an answer of another length, that is, to a request which could not be mixed up
+//! with those before, shows that nothing older is to come.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use crate::address::Table;
+use crate::plan::{Block, MAX_BITS, MAX_REGISTERS};
+
+/// Requests of a unit whose answers are waited for. A device that left so many
+/// unanswered has long lost the first.
+const MAX_OPEN: usize = 8;
+
+/// What tells an answer from another: its function and its data bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shape {
+    table: Table,
+    pub(crate) bytes: u16,
+}
+
+impl Shape {
+    pub(crate) fn of(block: &Block) -> Self {
+        let count = block.count;
+        let bytes = if block.table.is_bits() { count.div_ceil(8) } else { 2 * count };
+        Self { table: block.table, bytes }
+    }
+}
+
+/// Requests that were not answered, by unit, the oldest first.
+#[derive(Debug, Default)]
+pub(crate) struct LateAnswers(BTreeMap<u8, VecDeque<Shape>>);
+
+impl LateAnswers {
+    /// What to ask for when a block is wanted: the block itself, or, as long as
+    /// the answer could be a late one, its cells in another number.
+    pub(crate) fn unmistakable(&self, block: &Block) -> Block {
+        let Some(open) = self.0.get(&block.unit) else { return block.clone() };
+        let is_free = |block: &Block| !open.contains(&Shape::of(block));
+        if is_free(block) {
+            return block.clone();
+        }
+        // One more try than shapes are open, so that one of them is free.
+        let mut others = (1..=MAX_OPEN as u16 + 1).map(|step| of_other_length(block, step));
+        others.find(is_free).unwrap_or_else(|| block.clone())
+    }
+
+    /// A request goes out.
+    pub(crate) fn note_request(&mut self, block: &Block) {
+        let open = self.0.entry(block.unit).or_default();
+        if open.len() == MAX_OPEN {
+            open.pop_front();
+        }
+        open.push_back(Shape::of(block));
+    }
+
+    /// Its answer came: no older one is to come.
+    pub(crate) fn note_answer(&mut self, block: &Block) {
+        let shape = Shape::of(block);
+        self.close(block.unit, |open| *open == shape);
+    }
+
+    /// An exception came, of the oldest request that it fits: it names its function
+    /// alone.
+    pub(crate) fn note_exception(&mut self, block: &Block) {
+        self.close(block.unit, |open| open.table == block.table);
+    }
+
+    /// Forgets the requests up to the first that fits.
+    fn close(&mut self, unit: u8, fits: impl FnMut(&Shape) -> bool) {
+        let Some(open) = self.0.get_mut(&unit) else { return };
+        let answered = open.iter().position(fits);
+        open.drain(..answered.map_or(0, |index| index + 1));
+        if open.is_empty() {
+            self.0.remove(&unit);
+        }
+    }
+}
+
+/// Cells around those of a block whose answer differs by `step` of what it counts:
+/// fewer, or more where there are not enough.
+fn of_other_length(block: &Block, step: u16) -> Block {
+    let (unit, max) = if block.table.is_bits() { (8, MAX_BITS) } else { (1, MAX_REGISTERS) };
+    let mut other = block.clone();
+    other.count = match block.count.checked_sub(step * unit) {
+        Some(count @ 1..) => count,
+        // Blocks that are too short for fewer are short enough for more.
+        _ => (block.count + step * unit).min(max),
+    };
+    let beyond = (u32::from(other.first) + u32::from(other.count)).saturating_sub(1 << 16);
+    other.first -= beyond as u16;
+    other
+}
+
+#[cfg(test)]
+#[path = "late_tests.rs"]
+mod tests;

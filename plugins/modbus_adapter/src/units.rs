@@ -1,0 +1,104 @@
+//! The devices of a serial line that do not answer.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use busbar_link::{Backoff, Reconnect};
+use tokio::time::Instant;
+
+use crate::address::Point;
+
+/// Which units are silent, and when each is asked again: the line is not held up
+/// by those that are off.
+#[derive(Debug)]
+pub(crate) struct Units {
+    count: usize,
+    delays: Reconnect,
+    silent: BTreeMap<u8, Silence>,
+}
+
+#[derive(Debug)]
+struct Silence {
+    backoff: Backoff,
+    retry_at: Instant,
+}
+
+impl Units {
+    pub(crate) fn new(points: &[Point], delays: Reconnect) -> Self {
+        let all: BTreeSet<_> = points.iter().map(|point| point.unit).collect();
+        Self { count: all.len(), delays, silent: BTreeMap::new() }
+    }
+
+    /// Whether a unit is not to be asked now.
+    pub(crate) fn is_left_alone(&self, unit: u8, now: Instant) -> bool {
+        self.silent.get(&unit).is_some_and(|silence| now < silence.retry_at)
+    }
+
+    /// A unit did not answer; whether it had before. It is left alone for a while.
+    pub(crate) fn note_silence(&mut self, unit: u8, now: Instant) -> bool {
+        let count = self.silent.len();
+        let new = || Silence { backoff: Backoff::new(self.delays), retry_at: now };
+        let silence = self.silent.entry(unit).or_insert_with(new);
+        silence.retry_at = now + silence.backoff.next_delay();
+        self.silent.len() > count
+    }
+
+    /// A unit answered; whether it had been silent.
+    pub(crate) fn note_answer(&mut self, unit: u8) -> bool {
+        self.silent.remove(&unit).is_some()
+    }
+
+    /// Whether there is nobody left.
+    pub(crate) fn are_all_silent(&self) -> bool {
+        self.silent.len() >= self.count
+    }
+
+    /// The silent ones, for operators; none if all answer.
+    pub(crate) fn silent(&self) -> Option<String> {
+        let units: Vec<_> = self.silent.keys().map(u8::to_string).collect();
+        let plural = if units.len() > 1 { "s" } else { "" };
+        (!units.is_empty()).then(|| format!("no answer from unit{plural} {}", units.join(", ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use busbar_plugin_sdk::testing::{host, tag_spec};
+    use busbar_plugin_sdk::{Plugin, ValueKind};
+    use serde_json::json;
+
+    use super::*;
+    use crate::{ModbusAdapter, address};
+
+    #[test]
+    fn silent_units_are_left_alone_longer_and_longer() {
+        let settings = serde_json::from_value(json!({"serial": {"device": "/dev/ttyS0"}}));
+        let adapter = ModbusAdapter::create(settings.unwrap(), host()).unwrap();
+        let tags = [1, 7].map(|unit| {
+            let address = json!({"table": "coil", "register": 0, "unit": unit});
+            tag_spec(unit, "tag", ValueKind::Bool, address)
+        });
+        let points = address::parse(&tags, &adapter.config).unwrap();
+        let mut units = Units::new(&points, adapter.config.reconnect);
+        let start = Instant::now();
+        let after = |seconds| start + Duration::from_secs(seconds);
+        assert_eq!(units.silent(), None);
+        assert!(units.note_silence(7, start));
+        // Between one second and two, then two and four, at most thirty.
+        assert!(units.is_left_alone(7, start) && !units.is_left_alone(7, after(2)));
+        assert!(!units.note_silence(7, start));
+        assert!(units.is_left_alone(7, after(1)) && !units.is_left_alone(7, after(4)));
+        for _ in 0..10 {
+            units.note_silence(7, start);
+        }
+        assert!(units.is_left_alone(7, after(14)) && !units.is_left_alone(7, after(30)));
+        assert_eq!(units.silent().unwrap(), "no answer from unit 7");
+        assert!(!units.are_all_silent() && !units.is_left_alone(1, start));
+        units.note_silence(1, start);
+        assert_eq!(units.silent().unwrap(), "no answer from units 1, 7");
+        assert!(units.are_all_silent());
+        assert!(units.note_answer(7) && !units.note_answer(7));
+        assert!(!units.are_all_silent());
+    }
+}

@@ -1,0 +1,185 @@
+//! One connection, and what its fault does to it.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::{Arc, PoisonError};
+use std::time::Duration;
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::net::tcp::{ReadHalf, WriteHalf};
+use tokio::time::sleep;
+
+use crate::Shared;
+use crate::fault::{Fault, Plan};
+
+/// Bytes that are passed on at once.
+const CHUNK_BYTES: usize = 4096;
+/// Longest delay of a piece.
+const MAX_DELAY_MILLIS: u64 = 40;
+/// Between the bytes that dribble.
+const TRICKLE: Duration = Duration::from_millis(150);
+/// Random bytes in one place.
+const MAX_GARBAGE_BYTES: usize = 300;
+
+pub(crate) struct Connection {
+    pub(crate) plan: Plan,
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) server: SocketAddr,
+}
+
+/// How a connection ends that did not end by itself.
+enum End {
+    Reset,
+    Close,
+    Vanish,
+}
+
+impl Connection {
+    pub(crate) async fn serve(mut self, mut client: TcpStream) {
+        // Without a server the client is hung up on.
+        let Ok(mut server) = TcpStream::connect(self.server).await else { return };
+        let _ = (client.set_nodelay(true), server.set_nodelay(true));
+        let stale =
+            std::mem::take(&mut *self.shared.stale.lock().unwrap_or_else(PoisonError::into_inner));
+        let shared = Arc::clone(&self.shared);
+        let end = {
+            let (mut from_client, to_client) = client.split();
+            let (from_server, mut to_server) = server.split();
+            let is_split = self.plan.fault == Fault::Split;
+            let (said, has_said) = tokio::sync::oneshot::channel();
+            tokio::select! {
+                _ = pass_up(&mut from_client, &mut to_server, is_split, said) => End::Close,
+                end = self.pass_down(from_server, to_client, stale, has_said) => {
+                    end.unwrap_or(End::Close)
+                }
+                () = shared.hang_up.notified() => End::Close,
+            }
+        };
+        match end {
+            End::Close => {}
+            End::Reset => _ = client.set_zero_linger(),
+            End::Vanish => {
+                drop(server);
+                swallow(&mut client).await;
+            }
+        }
+    }
+
+    /// Hands on what the server says, up to the strike of a fault.
+    async fn pass_down(
+        &mut self,
+        mut from: ReadHalf<'_>,
+        mut to: WriteHalf<'_>,
+        stale: Vec<u8>,
+        has_said: tokio::sync::oneshot::Receiver<()>,
+    ) -> io::Result<End> {
+        if !stale.is_empty() {
+            // The sender lives as long as this.
+            let _ = has_said.await;
+            to.write_all(&stale).await?;
+        }
+        let mut chunk = [0; CHUNK_BYTES];
+        let mut left = self.plan.strike_after;
+        loop {
+            let count = from.read(&mut chunk).await?;
+            let piece = chunk.get(..count).unwrap_or_default();
+            if piece.is_empty() {
+                return Ok(End::Close);
+            }
+            let (before, after) = piece.split_at(left.min(count));
+            left -= before.len();
+            let strikes = !after.is_empty();
+            match self.plan.fault {
+                Fault::None => to.write_all(piece).await?,
+                Fault::Split => write_bytes(&mut to, piece, Duration::ZERO).await?,
+                Fault::Delay => {
+                    let millis = self.plan.random.u64(0..=MAX_DELAY_MILLIS);
+                    sleep(Duration::from_millis(millis)).await;
+                    to.write_all(piece).await?;
+                }
+                Fault::Garbage if strikes => {
+                    self.shared.note_strike();
+                    let count = self.plan.random.usize(1..=MAX_GARBAGE_BYTES);
+                    let garbage: Vec<u8> = (0..count).map(|_| self.plan.random.u8(..)).collect();
+                    to.write_all(&garbage).await?;
+                    to.write_all(piece).await?;
+                }
+                Fault::Swap if strikes => {
+                    self.shared.note_strike();
+                    let mut stale =
+                        self.shared.stale.lock().unwrap_or_else(PoisonError::into_inner);
+                    *stale = piece.to_vec();
+                    return Ok(End::Close);
+                }
+                Fault::Garbage | Fault::Swap => to.write_all(piece).await?,
+                fault => {
+                    to.write_all(before).await?;
+                    if strikes && let Some(end) = self.strike(fault, &mut to, after).await? {
+                        return Ok(end);
+                    }
+                }
+            }
+        }
+    }
+
+    async fn strike(
+        &self,
+        fault: Fault,
+        to: &mut WriteHalf<'_>,
+        after: &[u8],
+    ) -> io::Result<Option<End>> {
+        self.shared.note_strike();
+        Ok(match fault {
+            Fault::Reset => Some(End::Reset),
+            Fault::Vanish => Some(End::Vanish),
+            Fault::Trickle => {
+                write_bytes(to, after, TRICKLE).await?;
+                None
+            }
+            _ => Some(End::Close),
+        })
+    }
+}
+
+/// Hands on what the client says; `said` is used at its first bytes.
+async fn pass_up(
+    from: &mut ReadHalf<'_>,
+    to: &mut WriteHalf<'_>,
+    is_split: bool,
+    said: tokio::sync::oneshot::Sender<()>,
+) -> io::Result<()> {
+    let mut chunk = [0; CHUNK_BYTES];
+    let mut said = Some(said);
+    loop {
+        let count = from.read(&mut chunk).await?;
+        let piece = chunk.get(..count).unwrap_or_default();
+        if piece.is_empty() {
+            return Ok(());
+        }
+        if let Some(said) = said.take() {
+            let _ = said.send(());
+        }
+        if is_split {
+            write_bytes(to, piece, Duration::ZERO).await?;
+        } else {
+            to.write_all(piece).await?;
+        }
+    }
+}
+
+async fn write_bytes(to: &mut WriteHalf<'_>, bytes: &[u8], pause: Duration) -> io::Result<()> {
+    for byte in bytes {
+        to.write_all(std::slice::from_ref(byte)).await?;
+        to.flush().await?;
+        // Also lets others go on.
+        sleep(pause).await;
+    }
+    Ok(())
+}
+
+/// Takes what comes, says nothing, until the client has had enough.
+async fn swallow(client: &mut TcpStream) {
+    let mut chunk = [0; CHUNK_BYTES];
+    while let Ok(1..) = client.read(&mut chunk).await {}
+}
