@@ -10,6 +10,7 @@ use serde_json::Value;
 use crate::config::TagType;
 use crate::limits::*;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
+use crate::simulate::RawSimulate;
 use crate::theta::RawTheta;
 
 /// Configuration of a Busbar viewer: plugins, models, scene, tags and view.
@@ -200,6 +201,9 @@ pub(crate) struct RawTag {
     /// Where the value comes from.
     #[schemars(extend("examples" = [{"plugin": "plc", "address": {}}]))]
     pub(crate) source: RawSource,
+    /// How the value moves where `busbar simulate` takes the place of its device.
+    #[serde(default)]
+    pub(crate) simulate: RawSimulate,
 }
 
 /// An interval, open where a bound is null or missing.

@@ -289,7 +289,7 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     context.0.report_link(state, message);
 }
 
-fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
+pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
     abi::BusbarTagSpec {
         tag: tag.tag.0,
         kind: u32::from(kind_to_abi(tag.kind)),

@@ -15,6 +15,7 @@ mod points;
 mod requests;
 pub mod session;
 mod settings;
+mod simulator;
 mod station;
 #[cfg(test)]
 mod tests;
@@ -27,8 +28,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, export_plugin,
+    Error, Host, LogLevel, Plugin, SampleSink, Simulation, SimulationStatus, Simulator, TagSpec,
+    Telemetry, export_plugin,
 };
+use device_server::DeviceServer;
 use tokio::sync::oneshot;
 use tokio::task::{JoinSet, LocalSet};
 
@@ -52,6 +55,7 @@ pub struct Iec104 {
     config: Config,
     host: Host,
     running: Option<Running>,
+    device: Option<DeviceServer>,
 }
 
 struct Running {
@@ -68,7 +72,7 @@ impl Plugin for Iec104 {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, running: None })
+        Ok(Self { config: settings.parse()?, host, running: None, device: None })
     }
 }
 
@@ -132,6 +136,21 @@ impl Telemetry for Iec104 {
     }
 }
 
+impl Simulator for Iec104 {
+    fn start_simulation(&mut self, simulation: Simulation) -> Result<(), Error> {
+        self.device = Some(simulator::start(&self.config, simulation, &self.host)?);
+        Ok(())
+    }
+
+    fn stop_simulation(&mut self) {
+        self.device = None;
+    }
+
+    fn simulation_status(&self) -> SimulationStatus {
+        self.device.as_ref().map(DeviceServer::status).unwrap_or_default()
+    }
+}
+
 impl Drop for Iec104 {
     fn drop(&mut self) {
         self.stop();
@@ -157,4 +176,4 @@ async fn serve(config: Config, points: Points, sink: SampleSink, host: Host, tls
     }
 }
 
-export_plugin!(Iec104: telemetry);
+export_plugin!(Iec104: telemetry, simulator);

@@ -10,6 +10,7 @@ mod decode;
 mod plan;
 mod session;
 mod settings;
+mod simulator;
 #[cfg(test)]
 mod tests;
 
@@ -17,8 +18,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, export_plugin,
+    Error, Host, LogLevel, Plugin, SampleSink, Simulation, SimulationStatus, Simulator, TagSpec,
+    Telemetry, export_plugin,
 };
+use device_server::DeviceServer;
 use tokio::sync::oneshot;
 
 use crate::session::Session;
@@ -37,6 +40,7 @@ pub struct ModbusAdapter {
     config: Config,
     host: Host,
     running: Option<Running>,
+    device: Option<DeviceServer>,
 }
 
 struct Running {
@@ -53,7 +57,7 @@ impl Plugin for ModbusAdapter {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, running: None })
+        Ok(Self { config: settings.parse()?, host, running: None, device: None })
     }
 }
 
@@ -112,10 +116,25 @@ impl Telemetry for ModbusAdapter {
     }
 }
 
+impl Simulator for ModbusAdapter {
+    fn start_simulation(&mut self, simulation: Simulation) -> Result<(), Error> {
+        self.device = Some(simulator::start(&self.config, simulation, &self.host)?);
+        Ok(())
+    }
+
+    fn stop_simulation(&mut self) {
+        self.device = None;
+    }
+
+    fn simulation_status(&self) -> SimulationStatus {
+        self.device.as_ref().map(DeviceServer::status).unwrap_or_default()
+    }
+}
+
 impl Drop for ModbusAdapter {
     fn drop(&mut self) {
         self.stop();
     }
 }
 
-export_plugin!(ModbusAdapter: telemetry);
+export_plugin!(ModbusAdapter: telemetry, simulator);

@@ -16,7 +16,7 @@ use crate::process;
 use crate::workspace::{Profile, Workspace};
 
 /// The programs that the demo runs, beside the plugins.
-const PROGRAMS: [&str; 3] = ["busbar", "demo_model", "modbus_simulator"];
+const PROGRAMS: [&str; 2] = ["busbar", "demo_model"];
 /// Plugins are not loaded from files that others may write to.
 const LIBRARY_MODE: u32 = 0o755;
 

@@ -11,6 +11,7 @@ mod asdu;
 #[allow(clippy::arithmetic_side_effects)]
 mod calendar;
 mod element;
+mod encode;
 mod error;
 mod request;
 #[allow(clippy::arithmetic_side_effects)]
@@ -19,6 +20,7 @@ mod time;
 pub use apci::{Frame, Function, MAX_ASDU_BYTES, MAX_FRAME_BYTES, Sequence, split_frame};
 pub use asdu::{Asdu, Body, Header, Object, Objects, cause};
 pub use element::{Flags, Value};
+pub use encode::{AsduWriter, answer_to, initialisation_ended, type_of};
 pub use error::{AsduError, FrameError};
 pub use request::Request;
 pub use time::{Cp24, Cp56, TimeTag, Zone};

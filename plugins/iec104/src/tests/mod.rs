@@ -3,8 +3,9 @@
 mod c104;
 mod hat;
 mod hostile;
-mod peer;
+pub(crate) mod peer;
 mod server;
+mod simulator;
 mod tls;
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};

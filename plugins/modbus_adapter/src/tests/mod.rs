@@ -4,6 +4,7 @@ mod hostile;
 mod peer;
 mod pymodbus;
 pub(crate) mod server;
+mod simulator;
 
 use std::time::Duration;
 
