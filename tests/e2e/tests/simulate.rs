@@ -1,14 +1,14 @@
 //! `busbar simulate` beside `busbar render`: what is shown is what the generator gives.
 
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::process::Command;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
 use busbar_plugin_sdk::{DoublePoint, Value as SimulatedValue, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, TagStats, Viewer};
-use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish};
-use rustix::process::Signal as ProcessSignal;
+use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, wait_for};
+use rustix::process::{Pid, Signal as ProcessSignal, kill_process};
 use serde_json::{Value, json};
 
 const SEED: u64 = 42;
@@ -266,6 +266,39 @@ fn faults_make_tags_bad_and_never_wrong() {
         let said = simulator.finish().expect_code(0).stdout;
         assert!(said.contains(&format!("device: fault: {fault}")), "{said}");
     }
+}
+
+/// A device whose process is killed is that device again.
+#[test]
+fn a_device_that_dies_comes_back() {
+    let scene = scene();
+    let simulator = simulate(&scene, &["--plugin", "device"]);
+    let port = scene.config["plugins"]["device"]["settings"]["port"].as_u64();
+    let address = ("127.0.0.1", port.and_then(|port| u16::try_from(port).ok()).expect("a port"));
+    assert!(TcpStream::connect(address).is_ok());
+    let before = children(simulator.id());
+    for &child in &before {
+        kill_process(child, ProcessSignal::KILL).expect("it lives");
+    }
+    wait_for("the device", PATIENCE, || {
+        let is_new = children(simulator.id()).iter().any(|child| !before.contains(child));
+        (is_new && TcpStream::connect(address).is_ok()).then_some(())
+    });
+    simulator.signal(ProcessSignal::TERM);
+    let said = simulator.finish().expect_code(0);
+    assert!(said.stderr.contains("SIGKILL"), "{}", said.stderr);
+}
+
+/// The processes that any thread of a process has started.
+fn children(process: u32) -> Vec<Pid> {
+    let threads = std::fs::read_dir(format!("/proc/{process}/task")).expect("it lives");
+    let lists = threads
+        .flatten()
+        .filter_map(|thread| std::fs::read_to_string(thread.path().join("children")).ok());
+    let numbers = lists.flat_map(|list| {
+        list.split_whitespace().filter_map(|number| number.parse().ok()).collect::<Vec<_>>()
+    });
+    numbers.filter_map(Pid::from_raw).collect()
 }
 
 #[test]
