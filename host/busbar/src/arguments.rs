@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use busbar_viewer::FaultKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// 3D viewer of live power equipment.
@@ -28,6 +29,8 @@ pub(crate) enum Command {
     },
     /// Simplify one model by one optimiser plugin
     Optimize(OptimizeOptions),
+    /// Be the devices of a configuration, so that it can be viewed without them
+    Simulate(SimulateOptions),
     /// Print the JSON Schema of configurations
     Schema,
     /// Look at plugins
@@ -175,6 +178,38 @@ pub(crate) struct RenderOptions {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct SimulateOptions {
+    /// Configuration file
+    pub(crate) config: PathBuf,
+    /// The same seed gives the same values and the same faults
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// End after this many seconds [default: on Ctrl-C]
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<Duration>,
+    /// Simulate the device of this plugin instance alone
+    #[arg(long, value_name = "INSTANCE")]
+    pub(crate) plugin: Option<String>,
+    /// Let this go wrong now and then: `all`, or some of link-loss, slow, half-open,
+    /// reset, garbage, late, clock-jump
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse_fault)]
+    pub(crate) fault: Vec<Faults>,
+    /// One fault in each of these periods, seconds
+    #[arg(long, value_name = "S", value_parser = parse_period, default_value = "30")]
+    pub(crate) fault_period: Duration,
+    /// How long a fault holds at most, seconds; less than its period
+    #[arg(long, value_name = "S", value_parser = parse_period, default_value = "8")]
+    pub(crate) fault_seconds: Duration,
+    /// How often devices that speak by themselves look for changes, seconds
+    #[arg(long, value_name = "S", value_parser = parse_period, default_value = "1")]
+    pub(crate) update: Duration,
+}
+
+/// Faults that one word names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Faults(pub(crate) Vec<FaultKind>);
+
+#[derive(Debug, Args)]
 pub(crate) struct OptimizeOptions {
     /// Model file, .glb or .gltf
     pub(crate) model: PathBuf,
@@ -252,6 +287,30 @@ fn parse_limit(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// The shortest and the longest period of a simulation, seconds.
+const PERIOD_SECONDS: std::ops::RangeInclusive<f64> = 0.01..=86_400.0;
+
+fn parse_period(text: &str) -> Result<Duration, String> {
+    match text.parse() {
+        Ok(seconds) if PERIOD_SECONDS.contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => {
+            let (least, most) = (PERIOD_SECONDS.start(), PERIOD_SECONDS.end());
+            Err(format!("a number of seconds from {least} to {most}"))
+        }
+    }
+}
+
+fn parse_fault(text: &str) -> Result<Faults, String> {
+    if text == "all" {
+        return Ok(Faults(FaultKind::ALL.to_vec()));
+    }
+    let named = FaultKind::ALL.into_iter().find(|fault| fault.name() == text);
+    named.map(|fault| Faults(vec![fault])).ok_or_else(|| {
+        let names: Vec<_> = FaultKind::ALL.iter().map(|fault| fault.name()).collect();
+        format!("write `all`, or some of {}", names.join(", "))
+    })
+}
+
 fn parse_setting(text: &str) -> Result<(String, serde_json::Value), String> {
     let (key, value) = text.split_once('=').ok_or("write it as key=value")?;
     let value = serde_json::from_str(value).unwrap_or_else(|_| value.into());
@@ -275,6 +334,11 @@ mod tests {
         assert!(["NaN", "inf", "0"].iter().all(|text| parse_limit(text).is_err()));
         assert!(["NaN", "inf", "-1"].iter().all(|text| parse_seconds(text).is_err()));
         assert_eq!(parse_setting("a=true"), Ok(("a".into(), true.into())));
+        assert_eq!(parse_period("0.25"), Ok(Duration::from_millis(250)));
+        assert!(["NaN", "0", "1e9"].iter().all(|text| parse_period(text).is_err()));
+        assert_eq!(parse_fault("all"), Ok(Faults(FaultKind::ALL.to_vec())));
+        assert_eq!(parse_fault("half-open"), Ok(Faults(vec![FaultKind::HalfOpen])));
+        assert!(parse_fault("half_open").is_err_and(|remedy| remedy.contains("half-open")));
         assert_eq!(parse_setting("a=b=c"), Ok(("a".into(), "b=c".into())));
     }
 }

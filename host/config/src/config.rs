@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
+use crate::simulate::SimulateConfig;
 use crate::{Diagnostic, Positions};
 
 /// A valid configuration.
@@ -142,6 +143,8 @@ pub struct TagConfig {
     pub dead_band: f64,
     /// Where it comes from.
     pub origin: OriginConfig,
+    /// How it moves where its device is simulated.
+    pub simulate: SimulateConfig,
     /// JSON pointer.
     pub pointer: String,
 }

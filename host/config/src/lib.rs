@@ -21,6 +21,7 @@ mod resolve;
 mod rules;
 mod scene_rules;
 mod schema;
+mod simulate;
 mod structure;
 mod suggest;
 mod syntax;
@@ -38,6 +39,7 @@ pub use plugins::{Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
 pub use schema::schema;
+pub use simulate::{SimulateConfig, SimulatedShape};
 
 use report::Report;
 

@@ -42,6 +42,10 @@ pub const MAX_THETA_LEVELS: usize = 16;
 pub const MAX_THETA_HYSTERESIS: f64 = 0.5;
 /// The most that all thetas together are multiplied by.
 pub const MAX_THETA_SCALE: f64 = 2.0;
+/// The shortest period in which a simulated value moves, in seconds.
+pub const MIN_SIMULATED_PERIOD_SECONDS: f64 = 0.01;
+/// The longest: a year.
+pub const MAX_SIMULATED_PERIOD_SECONDS: f64 = 31_536_000.0;
 /// The longest name or equipment id, in bytes.
 pub const MAX_NAME_BYTES: usize = 200;
 /// The longest path, in bytes.

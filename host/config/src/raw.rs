@@ -10,6 +10,7 @@ use serde_json::Value;
 use crate::config::TagType;
 use crate::limits::*;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
+use crate::simulate::RawSimulate;
 use crate::theta::RawTheta;
 
 /// Configuration of a Busbar viewer: plugins, models, scene, tags and view.
@@ -215,6 +216,9 @@ pub(crate) struct RawTag {
     #[schemars(with = "String", length(min = 1, max = MAX_EXPRESSION_BYTES))]
     #[schemars(extend("examples" = ["sqrt(3) * {T1.U} * {T1.I} / 1000"]))]
     pub(crate) expression: Option<String>,
+    /// How the value moves where `busbar simulate` takes the place of its device.
+    #[serde(default)]
+    pub(crate) simulate: RawSimulate,
 }
 
 /// A straight line: `number * factor + offset`.

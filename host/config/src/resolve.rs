@@ -129,12 +129,15 @@ fn transform(raw: &RawTransform) -> TransformConfig {
 }
 
 fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
+    let range = Band { low: raw.range.low, high: raw.range.high };
+    let limits = Band { low: raw.limits.low, high: raw.limits.high };
     TagConfig {
         name: raw.name.unwrap_or_else(|| id.to_owned()),
         value_type: raw.value_type,
         unit: raw.unit,
-        range: Band { low: raw.range.low, high: raw.range.high },
-        limits: Band { low: raw.limits.low, high: raw.limits.high },
+        range,
+        limits,
+        simulate: raw.simulate.resolve(raw.value_type, range, limits),
         freshness_millis: raw.freshness_millis,
         scale: raw.scale.map(|scale| [scale.factor, scale.offset]),
         dead_band: raw.dead_band,

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use serde_json::{Map, Value};
 
 use crate::report::Report;
-use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, suggest, theta};
+use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, simulate, suggest, theta};
 
 /// Reports every fault of meaning.
 pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
@@ -57,6 +57,7 @@ impl<'d> Rules<'d, '_, '_> {
                     self.check_band(tag, band, &pointer);
                 }
             }
+            simulate::check(tag, &pointer, self.report);
             self.check_origin(tag, &pointer);
         }
     }

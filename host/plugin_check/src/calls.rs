@@ -51,6 +51,19 @@ type Draw = unsafe extern "C" fn(
     *mut abi::BusbarError,
 ) -> Status;
 
+type Simulate = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarSimulatedTag,
+    usize,
+    *const abi::BusbarSimulation,
+    *mut abi::BusbarError,
+) -> Status;
+type SimulatorStatus = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *mut abi::BusbarSimulatorStatus,
+    *mut abi::BusbarError,
+) -> Status;
+
 /// Notes the name and makes the call.
 macro_rules! call {
     ($probe:expr, $name:literal, $function:ident($($argument:expr),*)) => {{
@@ -151,6 +164,35 @@ impl Probe {
         plugin: *const abi::BusbarPlugin,
     ) {
         call!(self, "stop", stop(plugin));
+    }
+
+    pub(crate) fn simulate(
+        &self,
+        simulate: Simulate,
+        plugin: *const abi::BusbarPlugin,
+        tags: (*const abi::BusbarSimulatedTag, usize),
+        simulation: *const abi::BusbarSimulation,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "simulate", simulate(plugin, tags.0, tags.1, simulation, error))
+    }
+
+    pub(crate) fn stop_simulation(
+        &self,
+        stop: unsafe extern "C" fn(*const abi::BusbarPlugin),
+        plugin: *const abi::BusbarPlugin,
+    ) {
+        call!(self, "stop_simulation", stop(plugin));
+    }
+
+    pub(crate) fn simulation_status(
+        &self,
+        status: SimulatorStatus,
+        plugin: *const abi::BusbarPlugin,
+        into: *mut abi::BusbarSimulatorStatus,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "simulation_status", status(plugin, into, error))
     }
 
     pub(crate) fn optimize(

@@ -8,6 +8,8 @@ mod library;
 mod optimizer;
 mod overlay;
 mod settings;
+mod simulator;
+mod simulator_arguments;
 mod telemetry;
 mod telemetry_samples;
 
@@ -45,6 +47,7 @@ pub(crate) enum Scope {
 const TELEMETRY: Scope = Scope::Capability(abi::TELEMETRY_ID);
 const OPTIMIZER: Scope = Scope::Capability(abi::MESH_OPTIMIZER_ID);
 const OVERLAY: Scope = Scope::Capability(abi::OVERLAY_ID);
+const SIMULATOR: Scope = Scope::Capability(abi::SIMULATOR_ID);
 
 macro_rules! cases {
     ($($name:literal $scope:expr, $needs:expr, $run:path: $what:literal;)*) => {
@@ -111,6 +114,12 @@ pub(crate) const CASES: &[Case] = cases! {
         "no bindings, small buffers and many bindings are borne, in time";
     "overlay-order" OVERLAY, ["create"], overlay::order:
         "draw before configure, and configure twice, do no harm";
+    "simulator-arguments" SIMULATOR, ["create"], simulator_arguments::refused:
+        "null, misaligned, short and unknown arguments are refused";
+    "simulator-order" SIMULATOR, ["create"], simulator::order:
+        "stop before start, start twice and destroy while active do no harm";
+    "simulator-stop" SIMULATOR, ["create"], simulator::ends:
+        "stop ends within two seconds and frees its place, and start works again";
 };
 
 /// An instance of the plugin of a case.

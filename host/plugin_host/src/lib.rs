@@ -16,6 +16,7 @@ mod overlay;
 mod overlay_picture;
 mod sample_check;
 mod signature;
+mod simulator;
 mod telemetry;
 mod text;
 mod trust;
@@ -32,6 +33,9 @@ pub use overlay_picture::{
 };
 pub use sample_check::SampleCheck;
 pub use signature::{PublicKey, sign_library};
+pub use simulator::{
+    Behaviour, FaultKind, Shape, SimulatedTag, Simulation, SimulationStatus, Simulator,
+};
 pub use telemetry::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleReceiver, Telemetry, TelemetryStream,
     TelemetryTag, wall_clock,

@@ -295,7 +295,7 @@ pub fn wall_clock() -> SourceTime {
     SourceTime::of(SystemTime::now()).unwrap_or(SourceTime(i64::MAX))
 }
 
-fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
+pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
     abi::BusbarTagSpec {
         tag: tag.tag.0,
         kind: u32::from(kind_to_abi(tag.kind)),

@@ -5,8 +5,8 @@ use std::time::SystemTime;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    LinkState, OverlayBinding, OverlayPicture, PluginError, PluginInfo, SettingsFault, Stage,
-    TelemetryTag, shown,
+    LinkState, OverlayBinding, OverlayPicture, PluginError, PluginInfo, SettingsFault,
+    SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 1;
+pub(crate) const PROTOCOL_VERSION: u32 = 2;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -44,6 +44,10 @@ pub(crate) enum Request {
     Check { tags: Vec<TelemetryTag> },
     /// Serve tags; the descriptor of the ring comes along.
     Start { tags: Vec<TelemetryTag> },
+    /// Be the device of tags.
+    Simulate { tags: Vec<SimulatedTag>, simulation: Simulation },
+    /// How that goes.
+    SimulationStatus,
     /// Take bindings.
     Configure { bindings: Vec<OverlayBinding> },
     /// Work out a picture from the states of the bound tags.
@@ -83,6 +87,8 @@ pub(crate) enum Answer {
     Done,
     /// A picture.
     Drawn(OverlayPicture),
+    /// How a simulation goes.
+    Simulating(SimulationStatus),
     /// So many collapses lie in the room for them.
     Optimized { collapses: u32, stages: Vec<Stage> },
 }
@@ -126,7 +132,8 @@ impl Fault {
                 PluginError::Violation { id, what: words(what) }
             }
             Self::WrongCapability { wanted, has } => {
-                let known = [abi::TELEMETRY_ID, abi::OVERLAY_ID, abi::MESH_OPTIMIZER_ID];
+                let known =
+                    [abi::TELEMETRY_ID, abi::OVERLAY_ID, abi::MESH_OPTIMIZER_ID, abi::SIMULATOR_ID];
                 let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
                 match known.into_iter().find(|known| *known == wanted) {
                     Some(wanted) => PluginError::WrongCapability { id, wanted, has },
@@ -159,6 +166,8 @@ impl Request {
             Self::Create { .. } => "create",
             Self::Check { .. } => "check",
             Self::Start { .. } => "start",
+            Self::Simulate { .. } => "simulate",
+            Self::SimulationStatus => "simulation status",
             Self::Configure { .. } => "configure",
             Self::Draw { .. } => "draw",
             Self::Optimize { .. } => "optimize",

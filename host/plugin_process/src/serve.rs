@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
     Catalog, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError, SampleReceiver,
-    TelemetryStream,
+    Simulator, TelemetryStream,
 };
 use busbar_tags::Moment;
 use rustix::process::{Signal, getpid, kill_process};
@@ -47,7 +47,15 @@ pub fn serve() -> Result<(), String> {
     let spawned =
         thread::Builder::new().name("host".into()).spawn(move || read_host(&reader, &sender));
     spawned.map_err(|error| format!("no thread can be started: {error}"))?;
-    Session { link, catalog: None, instance: None, stream: None, overlay: None }.run(&calls);
+    let session = Session {
+        link,
+        catalog: None,
+        stream: None,
+        simulator: None,
+        overlay: None,
+        instance: None,
+    };
+    session.run(&calls);
     Ok(())
 }
 
@@ -130,6 +138,7 @@ struct Session {
     catalog: Option<Catalog>,
     // In the order in which they must go.
     stream: Option<TelemetryStream>,
+    simulator: Option<Simulator>,
     overlay: Option<Overlay>,
     instance: Option<Arc<Instance>>,
 }
@@ -183,6 +192,16 @@ impl Session {
                 let stream = TelemetryStream::start(self.instance()?.clone(), &tags, receiver)?;
                 self.stream = Some(stream);
                 Ok(Answer::Done)
+            }
+            Request::Simulate { tags, simulation } => {
+                let instance = self.instance()?.clone();
+                self.simulator = Some(Simulator::start(instance, &tags, &simulation)?);
+                Ok(Answer::Done)
+            }
+            Request::SimulationStatus => {
+                let simulator = self.simulator.as_ref();
+                let simulator = simulator.ok_or_else(|| lie("it does not simulate"))?;
+                Ok(Answer::Simulating(simulator.status()?))
             }
             Request::Configure { bindings } => {
                 self.overlay = Some(Overlay::configure(self.instance()?.clone(), bindings)?);

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use busbar_plugin_host::{LibraryFile, PluginError};
+use busbar_plugin_host::{LibraryFile, PluginError, SimulatedTag, Simulation};
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::feed::Feed;
@@ -35,8 +35,16 @@ pub(crate) struct Shared {
     state: Mutex<State>,
     feed: Mutex<Option<Feed>>,
     slot: Mutex<Option<Slot>>,
+    simulation: Mutex<Option<Simulated>>,
     /// A picture came, or none will.
     pub(crate) drawn: Condvar,
+}
+
+/// What a process simulates.
+#[derive(Clone)]
+pub(crate) struct Simulated {
+    pub(crate) tags: Vec<SimulatedTag>,
+    pub(crate) simulation: Simulation,
 }
 
 pub(crate) struct State {
@@ -167,6 +175,7 @@ impl Shared {
             state: Mutex::new(state),
             feed: Mutex::default(),
             slot: Mutex::default(),
+            simulation: Mutex::default(),
             drawn: Condvar::new(),
         })
     }
@@ -181,6 +190,10 @@ impl Shared {
 
     pub(crate) fn slot(&self) -> MutexGuard<'_, Option<Slot>> {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn simulation(&self) -> MutexGuard<'_, Option<Simulated>> {
+        self.simulation.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Makes the supervisor look at what is wanted.

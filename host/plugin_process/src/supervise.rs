@@ -132,6 +132,10 @@ fn set_up(shared: &Shared, spawned: Spawned) -> Result<Spawned, String> {
     if let Some(slot) = &*shared.slot() {
         requests.push((Request::Configure { bindings: slot.bindings().to_vec() }, None));
     }
+    if let Some(simulated) = shared.simulation().clone() {
+        let (tags, simulation) = (simulated.tags, simulated.simulation);
+        requests.push((Request::Simulate { tags, simulation }, None));
+    }
     state.life = Life::Starting(requests.len());
     state.pid = Some(spawned.child.id());
     state.connection = Some(connection.clone());

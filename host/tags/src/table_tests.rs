@@ -153,7 +153,10 @@ fn an_older_source_time_never_overwrites_a_newer_one() {
 fn a_wall_clock_set_back_shuts_nothing_out() {
     let mut table = table();
     let second = 1_000_000_000;
-    let at_second = |n: i64, value| Sample { source_time: Some(SourceTime(n * second)), ..sample(value, START) };
+    let at_second = |n: i64, value| Sample {
+        source_time: Some(SourceTime(n * second)),
+        ..sample(value, START)
+    };
     table.follow_clock(SourceTime(5000 * second), START);
     put(&mut table, at_second(5000, 1.0));
     table.follow_clock(SourceTime(5001 * second - second / 2), at(1.0));

@@ -21,10 +21,15 @@ mod stats;
 mod viewer;
 
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
-pub use busbar_plugin_host::{Catalog, LoadRules, PluginInfo, Refused, sign_library};
+pub use busbar_plugin_host::{
+    Catalog, FaultKind, LoadRules, PluginInfo, Refused, Simulation, SimulationStatus, sign_library,
+};
 pub use busbar_plugin_process::{Isolation, PluginCatalog, serve as serve_plugin};
 pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
 pub use error::{LoadError, ViewError};
-pub use load::{LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, plugin_catalog};
+pub use load::{
+    LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,
+    plugin_catalog,
+};
 pub use stats::{LoadMillis, PluginStats, Stats, TagStats};
 pub use viewer::{FrameOutput, Viewer};

@@ -4,6 +4,7 @@ mod bindings;
 mod cache;
 mod models;
 mod plugins;
+mod simulate;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -18,6 +19,8 @@ use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
 use busbar_tags::{TagHandle, TagSet};
+
+pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};

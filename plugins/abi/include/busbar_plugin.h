@@ -41,6 +41,7 @@
 #define BUSBAR_MESH_OPTIMIZER_ID "busbar.mesh-optimizer/1-draft"
 #define BUSBAR_TELEMETRY_ID "busbar.telemetry/1-draft"
 #define BUSBAR_OVERLAY_ID "busbar.overlay/1-draft"
+#define BUSBAR_SIMULATOR_ID "busbar.simulator/1-draft"
 
 // Marks the one symbol that a library exports:
 //   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
@@ -85,6 +86,45 @@
 
 // Severity: needs action now.
 #define BUSBAR_SEVERITY_ALARM 2
+
+// Shape: the base, always.
+#define BUSBAR_SHAPE_CONSTANT 0
+
+// Shape: a sine about the base.
+#define BUSBAR_SHAPE_SINE 1
+
+// Shape: a smooth random walk about the base.
+#define BUSBAR_SHAPE_WALK 2
+
+// Shape: levels about the base, or positions of a switch, each held for a period.
+#define BUSBAR_SHAPE_STEPS 3
+
+// Shape: one more each period, from the base to base and amplitude, then anew.
+#define BUSBAR_SHAPE_COUNTER 4
+
+// Fault: connections end, and new ones are turned away.
+#define BUSBAR_FAULT_LINK_LOSS 1
+
+// Fault: every answer takes a while, but comes in time.
+#define BUSBAR_FAULT_SLOW 2
+
+// Fault: connections stay, and nothing comes through them.
+#define BUSBAR_FAULT_HALF_OPEN 4
+
+// Fault: connections are reset, again and again.
+#define BUSBAR_FAULT_RESET 8
+
+// Fault: random bytes come instead of answers.
+#define BUSBAR_FAULT_GARBAGE 16
+
+// Fault: answers come after the client's deadline.
+#define BUSBAR_FAULT_LATE 32
+
+// Fault: the device's clock is wrong.
+#define BUSBAR_FAULT_CLOCK_JUMP 64
+
+// Bytes of the text of a [`BusbarSimulatorStatus`].
+#define BUSBAR_SIMULATOR_MESSAGE_CAPACITY 512
 
 // Value kind: none; the sample says something about quality only.
 #define BUSBAR_VALUE_NONE 0
@@ -574,6 +614,84 @@ typedef struct BusbarOverlay {
                        struct BusbarOverlayOutput *output,
                        struct BusbarError *error);
 } BusbarOverlay;
+
+// One tag that is simulated. Array element.
+typedef struct BusbarSimulatedTag {
+  // The tag, as telemetry has it.
+  struct BusbarTagSpec spec;
+  // `BUSBAR_SHAPE_*`.
+  uint32_t shape;
+  // Zero.
+  uint32_t reserved;
+  // What it is about, in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
+  double base;
+  // How far it goes from that; not negative.
+  double amplitude;
+  // Time of a wave, a level or a count, seconds; more than 0.
+  double period_seconds;
+} BusbarSimulatedTag;
+
+// What holds for all tags of a simulation.
+typedef struct BusbarSimulation {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Sum of the `BUSBAR_FAULT_*` that strike; 0 for none.
+  uint32_t faults;
+  // The same seed gives the same values and the same faults.
+  uint64_t seed;
+  // Period in which changes are looked for, milliseconds; more than 0. Of no
+  // meaning to protocols whose devices only answer.
+  uint64_t update_millis;
+  // In each of these periods one fault strikes, milliseconds; more than
+  // `fault_millis`.
+  uint64_t fault_period_millis;
+  // How long a fault holds at most, milliseconds; more than 0.
+  uint64_t fault_millis;
+} BusbarSimulation;
+
+// How a simulation goes.
+typedef struct BusbarSimulatorStatus {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // The `BUSBAR_FAULT_*` that holds; 0 for none.
+  uint32_t fault;
+  // Clients that are connected.
+  uint32_t clients;
+  // Used bytes of `message`.
+  uint32_t message_len;
+  // Connections that were taken so far.
+  uint64_t connections;
+  // Answers to requests, and messages without one, that were sent so far.
+  uint64_t messages;
+  // Where it listens, UTF-8.
+  uint8_t message[BUSBAR_SIMULATOR_MESSAGE_CAPACITY];
+} BusbarSimulatorStatus;
+
+// Table of `busbar.simulator/1-draft`. Whether the plugin also serves tags by
+// `busbar.telemetry/1-draft` is of no concern to it.
+typedef struct BusbarSimulator {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread & idle]` Listens, serves tags on threads of the plugin's own, and
+  // returns at once. Tags and simulation are valid during the call. Fails with
+  // `BUSBAR_INVALID_SETTINGS` when an address is wrong or cannot hold the values of
+  // its tag, naming every tag at fault that the message has room for; with
+  // `BUSBAR_FAILED` when it cannot listen. The plugin is then idle.
+  BusbarStatus (*start)(const struct BusbarPlugin *plugin,
+                        const struct BusbarSimulatedTag *tags,
+                        size_t tag_count,
+                        const struct BusbarSimulation *simulation,
+                        struct BusbarError *error);
+  // `[main-thread & active]` Ends all connections and threads within two seconds,
+  // and listens no more.
+  void (*stop)(const struct BusbarPlugin *plugin);
+  // `[main-thread & active]` Fills in how it goes.
+  BusbarStatus (*status)(const struct BusbarPlugin *plugin,
+                         struct BusbarSimulatorStatus *status,
+                         struct BusbarError *error);
+} BusbarSimulator;
 
 // Done.
 #define BUSBAR_OK 0

@@ -9,8 +9,8 @@
 //! - every table and every struct passed alone starts with its size in bytes,
 //!   so that fields can be added at the end; structs that are passed as arrays
 //!   ([`BusbarCollapse`], [`BusbarStage`], [`BusbarSample`], [`BusbarTagSpec`],
-//!   [`BusbarBinding`], [`BusbarTagValue`], [`BusbarOverlayPrimitive`]) have a
-//!   frozen layout instead;
+//!   [`BusbarSimulatedTag`], [`BusbarBinding`], [`BusbarTagValue`],
+//!   [`BusbarOverlayPrimitive`]) have a frozen layout instead;
 //! - text is UTF-8 with a length ([`BusbarStr`]), without a terminating zero;
 //! - what a caller passes is valid during the call only, unless said otherwise;
 //!   who wants to keep it copies it. No call hands over ownership of memory:
@@ -44,9 +44,11 @@
 mod entry;
 mod mesh_optimizer;
 mod overlay;
+mod simulator;
 mod telemetry;
 
 pub use entry::*;
 pub use mesh_optimizer::*;
 pub use overlay::*;
+pub use simulator::*;
 pub use telemetry::*;

@@ -37,7 +37,7 @@ fn header_is_up_to_date() {
 #[test]
 fn header_names_the_ids() {
     let header = std::fs::read_to_string(header_path()).unwrap();
-    for id in [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID] {
+    for id in [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID] {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }
     assert!(header.contains(ENTRY_SYMBOL.to_str().unwrap()));
@@ -111,6 +111,12 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarOverlayOutput { struct_size, primitive_capacity, primitive_count, text_capacity,
             text_len, primitives, text }
         BusbarOverlay { struct_size, configure, draw }
+        BusbarSimulatedTag { spec, shape, base, amplitude, period_seconds }
+        BusbarSimulation { struct_size, faults, seed, update_millis, fault_period_millis,
+            fault_millis }
+        BusbarSimulatorStatus { struct_size, fault, clients, message_len, connections, messages,
+            message }
+        BusbarSimulator { struct_size, start, stop, status }
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
     // What a plugin built before wedges came knows of a mesh: it never moves.

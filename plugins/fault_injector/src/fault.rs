@@ -110,6 +110,12 @@ named! {
         Draw,
         /// `BusbarMeshOptimizer.optimize`.
         Optimize,
+        /// `BusbarSimulator.start`.
+        Simulate,
+        /// `BusbarSimulator.status`.
+        SimulationStatus,
+        /// `BusbarSimulator.stop`.
+        StopSimulation,
     }
 }
 
@@ -121,7 +127,16 @@ impl Kind {
             Self::LieAboutSize => matches!(at, GetFactory | Descriptor | Create | GetCapability),
             Self::NotUtf8 => matches!(
                 at,
-                Descriptor | Create | Check | Start | Publish | Configure | Draw | Optimize
+                Descriptor
+                    | Create
+                    | Check
+                    | Start
+                    | Publish
+                    | Configure
+                    | Draw
+                    | Optimize
+                    | Simulate
+                    | SimulationStatus
             ),
             Self::NotFinite => matches!(at, Publish | Optimize),
             Self::OutOfRange => matches!(at, Count | Descriptor | Publish | Draw | Optimize),
@@ -134,6 +149,11 @@ impl Kind {
 }
 
 impl At {
+    /// Whether a view calls it; a simulator has no part in one.
+    pub fn is_in_view(self) -> bool {
+        !matches!(self, Self::Simulate | Self::SimulationStatus | Self::StopSimulation)
+    }
+
     /// Whether settings have come by then.
     pub fn knows_settings(self) -> bool {
         !matches!(

@@ -7,7 +7,7 @@ use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
 use busbar_plugin_sdk::{
     Binding, Canvas, Collapse, CollapseList, DoublePoint, Error, Host, LinkState, Mesh,
     MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, Running, Sample, SampleSink, Severity,
-    TagSpec, Telemetry, Value, ValueKind, Worker, export,
+    Simulation, SimulationStatus, Simulator, TagSpec, Telemetry, Value, ValueKind, Worker, export,
 };
 
 use crate::fault::{At, Fault, Kind, set};
@@ -126,6 +126,23 @@ fn value_of(kind: ValueKind, step: u32) -> Value {
     }
 }
 
+/// A device that nobody can connect to.
+impl Simulator for FaultInjector {
+    fn start_simulation(&mut self, _simulation: Simulation) -> Result<(), Error> {
+        strike(At::Simulate);
+        Ok(())
+    }
+
+    fn stop_simulation(&mut self) {
+        strike(At::StopSimulation);
+    }
+
+    fn simulation_status(&self) -> SimulationStatus {
+        strike(At::SimulationStatus);
+        SimulationStatus { endpoint: "listens nowhere".into(), ..SimulationStatus::default() }
+    }
+}
+
 impl Overlay for FaultInjector {
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
         strike(At::Configure);
@@ -177,8 +194,12 @@ impl MeshOptimizer for FaultInjector {
 
 // What `export_plugin!` would write, but for the entry, which is `tables`' own.
 impl Exported for FaultInjector {
-    const CAPABILITIES: &'static [Capability] =
-        &[export::telemetry::<Self>(), export::overlay::<Self>(), export::mesh_optimizer::<Self>()];
+    const CAPABILITIES: &'static [Capability] = &[
+        export::telemetry::<Self>(),
+        export::overlay::<Self>(),
+        export::mesh_optimizer::<Self>(),
+        export::simulator::<Self>(),
+    ];
 
     fn descriptor() -> &'static Descriptor {
         static DESCRIPTOR: std::sync::OnceLock<Descriptor> = std::sync::OnceLock::new();

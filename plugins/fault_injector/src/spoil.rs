@@ -66,6 +66,17 @@ const fn optimizer(struct_size: u32) -> abi::BusbarMeshOptimizer {
     abi::BusbarMeshOptimizer { struct_size, reserved: 0, optimize: Some(optimize as _) }
 }
 
+const fn simulator(struct_size: u32) -> abi::BusbarSimulator {
+    let (start, stop) = (Some(simulate as _), Some(stop_simulation as _));
+    abi::BusbarSimulator {
+        struct_size,
+        reserved: 0,
+        start,
+        stop,
+        status: Some(simulation_status as _),
+    }
+}
+
 /// Each table as it is, and as the lie has it.
 static TELEMETRY: [abi::BusbarTelemetry; 2] =
     [telemetry(size_of::<abi::BusbarTelemetry>() as u32), telemetry(SHORT)];
@@ -73,6 +84,8 @@ static OVERLAY: [abi::BusbarOverlay; 2] =
     [overlay(size_of::<abi::BusbarOverlay>() as u32), overlay(SHORT)];
 static OPTIMIZER: [abi::BusbarMeshOptimizer; 2] =
     [optimizer(size_of::<abi::BusbarMeshOptimizer>() as u32), optimizer(SHORT)];
+static SIMULATOR: [abi::BusbarSimulator; 2] =
+    [simulator(size_of::<abi::BusbarSimulator>() as u32), simulator(SHORT)];
 
 /// The table of a capability that the plugin has.
 pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
@@ -83,6 +96,7 @@ pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
         Ok(abi::TELEMETRY_ID) => std::ptr::from_ref(&TELEMETRY[index]).cast(),
         Ok(abi::OVERLAY_ID) => std::ptr::from_ref(&OVERLAY[index]).cast(),
         Ok(abi::MESH_OPTIMIZER_ID) => std::ptr::from_ref(&OPTIMIZER[index]).cast(),
+        Ok(abi::SIMULATOR_ID) => std::ptr::from_ref(&SIMULATOR[index]).cast(),
         _ => std::ptr::null(),
     }
 }
@@ -247,4 +261,55 @@ unsafe extern "C" fn optimize(
     }
     // SAFETY: the host's error is null or valid.
     unsafe { status(At::Optimize, done, error) }
+}
+
+fn honest_simulator() -> Option<&'static abi::BusbarSimulator> {
+    honest_table::<abi::BusbarSimulator>(abi::SIMULATOR_ID)
+}
+
+unsafe extern "C" fn simulate(
+    plugin: *const abi::BusbarPlugin,
+    tags: *const abi::BusbarSimulatedTag,
+    tag_count: usize,
+    simulation: *const abi::BusbarSimulation,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let Some((start, stop)) = honest_simulator().and_then(|t| t.start.zip(t.stop)) else {
+        return abi::BUSBAR_INTERNAL;
+    };
+    // SAFETY: handed on as it came.
+    let started = unsafe { start(plugin, tags, tag_count, simulation, error) };
+    // SAFETY: the host's error is null or valid.
+    let spoiled = unsafe { status(At::Simulate, started, error) };
+    if started == abi::BUSBAR_OK && spoiled != abi::BUSBAR_OK {
+        // SAFETY: it was started just now; one that failed is idle.
+        unsafe { stop(plugin) };
+    }
+    spoiled
+}
+
+unsafe extern "C" fn stop_simulation(plugin: *const abi::BusbarPlugin) {
+    if let Some(stop) = honest_simulator().and_then(|t| t.stop) {
+        // SAFETY: handed on as it came.
+        unsafe { stop(plugin) };
+    }
+}
+
+unsafe extern "C" fn simulation_status(
+    plugin: *const abi::BusbarPlugin,
+    into: *mut abi::BusbarSimulatorStatus,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let Some(honest) = honest_simulator().and_then(|t| t.status) else {
+        return abi::BUSBAR_INTERNAL;
+    };
+    // SAFETY: handed on as it came.
+    let code = unsafe { honest(plugin, into, error) };
+    if code == abi::BUSBAR_OK && due_again(At::SimulationStatus) == Some(Kind::NotUtf8) {
+        // SAFETY: the SDK found it good.
+        let into = unsafe { &mut *into };
+        into.message[..BAD_BYTES.len()].copy_from_slice(&BAD_BYTES);
+        into.message_len = BAD_BYTES.len() as u32;
+    }
+    code
 }

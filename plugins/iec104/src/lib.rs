@@ -14,6 +14,7 @@ mod points;
 mod requests;
 pub mod session;
 mod settings;
+mod simulator;
 mod station;
 #[cfg(test)]
 mod tests;
@@ -24,8 +25,10 @@ use std::rc::Rc;
 
 use busbar_link::{IoLoop, TlsClient};
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    Error, Host, LogLevel, Plugin, SampleSink, Simulation, SimulationStatus, Simulator, TagSpec,
+    Telemetry, Worker, export_plugin,
 };
+use device_server::DeviceServer;
 use tokio::task::JoinSet;
 
 use crate::hub::Hub;
@@ -41,6 +44,7 @@ pub struct Iec104 {
     host: Host,
     /// Serves the station; dropped to end that.
     worker: Option<Worker>,
+    device: Option<DeviceServer>,
 }
 
 impl Plugin for Iec104 {
@@ -51,7 +55,7 @@ impl Plugin for Iec104 {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, worker: None })
+        Ok(Self { config: settings.parse()?, host, worker: None, device: None })
     }
 }
 
@@ -83,6 +87,21 @@ impl Telemetry for Iec104 {
 
     fn stop(&mut self) {
         self.worker = None;
+    }
+}
+
+impl Simulator for Iec104 {
+    fn start_simulation(&mut self, simulation: Simulation) -> Result<(), Error> {
+        self.device = Some(simulator::start(&self.config, simulation, &self.host)?);
+        Ok(())
+    }
+
+    fn stop_simulation(&mut self) {
+        self.device = None;
+    }
+
+    fn simulation_status(&self) -> SimulationStatus {
+        self.device.as_ref().map(DeviceServer::status).unwrap_or_default()
     }
 }
 
@@ -119,4 +138,4 @@ async fn serve(
     }
 }
 
-export_plugin!(Iec104: telemetry);
+export_plugin!(Iec104: telemetry, simulator);

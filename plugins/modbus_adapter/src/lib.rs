@@ -15,6 +15,7 @@ mod plan;
 mod port;
 mod session;
 mod settings;
+mod simulator;
 #[cfg(test)]
 mod tests;
 mod transport;
@@ -22,8 +23,10 @@ mod units;
 
 use busbar_link::{IoLoop, TlsClient};
 use busbar_plugin_sdk::{
-    Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    Error, Host, Plugin, SampleSink, Simulation, SimulationStatus, Simulator, TagSpec, Telemetry,
+    Worker, export_plugin,
 };
+use device_server::DeviceServer;
 
 use crate::session::Session;
 use crate::settings::Config;
@@ -36,6 +39,7 @@ pub struct ModbusAdapter {
     host: Host,
     /// Serves the tags; dropped to end that.
     worker: Option<Worker>,
+    device: Option<DeviceServer>,
 }
 
 impl Plugin for ModbusAdapter {
@@ -47,7 +51,7 @@ impl Plugin for ModbusAdapter {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, worker: None })
+        Ok(Self { config: settings.parse()?, host, worker: None, device: None })
     }
 }
 
@@ -78,6 +82,21 @@ impl Telemetry for ModbusAdapter {
     }
 }
 
+impl Simulator for ModbusAdapter {
+    fn start_simulation(&mut self, simulation: Simulation) -> Result<(), Error> {
+        self.device = Some(simulator::start(&self.config, simulation, &self.host)?);
+        Ok(())
+    }
+
+    fn stop_simulation(&mut self) {
+        self.device = None;
+    }
+
+    fn simulation_status(&self) -> SimulationStatus {
+        self.device.as_ref().map(DeviceServer::status).unwrap_or_default()
+    }
+}
+
 impl ModbusAdapter {
     fn load_tls(&self) -> Result<Option<TlsClient>, Error> {
         let Transport::Tcp { endpoint, tls: Some(files) } = &self.config.transport else {
@@ -88,4 +107,4 @@ impl ModbusAdapter {
     }
 }
 
-export_plugin!(ModbusAdapter: telemetry);
+export_plugin!(ModbusAdapter: telemetry, simulator);

@@ -7,9 +7,10 @@
 //! 5. [Errors](errors): what to report, how, and to whom
 //! 6. [Settings](settings): settings and addresses that explain themselves
 //! 7. [Testing](testing): without a device, without waiting
-//! 8. [In C](c): the header alone
-//! 9. [Versions](versions): what stays, what changes
-//! 10. [Before a release](checklist): a list to go through
+//! 8. [Simulation](simulation): a plugin that is its own device
+//! 9. [In C](c): the header alone
+//! 10. [Versions](versions): what stays, what changes
+//! 11. [Before a release](checklist): a list to go through
 
 #[doc = include_str!("book/start.md")]
 pub mod start {}
@@ -31,6 +32,9 @@ pub mod settings {}
 
 #[doc = include_str!("book/testing.md")]
 pub mod testing {}
+
+#[doc = include_str!("book/simulation.md")]
+pub mod simulation {}
 
 #[doc = include_str!("book/c.md")]
 pub mod c {}

@@ -14,10 +14,10 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{mesh_optimizer, overlay, telemetry};
+pub use tables::{mesh_optimizer, overlay, simulator, telemetry};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay);`
+/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator);`
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -59,6 +59,7 @@ enum Table {
     MeshOptimizer(abi::BusbarMeshOptimizer),
     Telemetry(abi::BusbarTelemetry),
     Overlay(abi::BusbarOverlay),
+    Simulator(abi::BusbarSimulator),
 }
 
 impl Table {
@@ -67,6 +68,7 @@ impl Table {
             Self::MeshOptimizer(table) => std::ptr::from_ref(table).cast(),
             Self::Telemetry(table) => std::ptr::from_ref(table).cast(),
             Self::Overlay(table) => std::ptr::from_ref(table).cast(),
+            Self::Simulator(table) => std::ptr::from_ref(table).cast(),
         }
     }
 }
@@ -131,6 +133,8 @@ struct Instance<P> {
     host: Host,
     /// Open while telemetry runs.
     sink: Mutex<Option<SampleSink>>,
+    /// Whether a simulation runs.
+    is_simulating: Mutex<bool>,
 }
 
 impl<P> Instance<P> {
@@ -186,6 +190,7 @@ unsafe extern "C" fn create<P: Exported>(
             plugin: RwLock::new(P::create(settings, host.clone())?),
             host: host.clone(),
             sink: Mutex::new(None),
+            is_simulating: Mutex::new(false),
         };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {
             struct_size: size_of::<abi::BusbarPlugin>() as u32,

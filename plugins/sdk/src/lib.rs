@@ -1,7 +1,7 @@
 //! Safe Rust for plugin authors.
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
-//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`].
+//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
 //! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
@@ -55,6 +55,8 @@ pub mod export;
 mod host;
 mod mesh_optimizer;
 mod overlay;
+pub mod simulation;
+mod simulator;
 mod telemetry;
 pub mod testing;
 mod value;
@@ -64,6 +66,7 @@ pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
+pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
 pub use worker::{MAX_STOP, Running, Worker};

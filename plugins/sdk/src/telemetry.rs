@@ -227,17 +227,20 @@ pub(crate) unsafe fn read_specs(
 ) -> Result<Vec<TagSpec>, Error> {
     // SAFETY: the host gives `count` elements.
     let tags = unsafe { crate::border::slice(tags, count)? };
-    tags.iter()
-        .map(|raw| {
-            // SAFETY: the host's texts are valid for the call.
-            let (id, address) =
-                unsafe { (crate::border::text(raw.id)?, crate::border::text(raw.address_json)?) };
-            let kind = ValueKind::from_abi(raw.kind)
-                .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
-            let address = serde_json::from_str(address)
-                .map_err(|error| Error::argument(format!("tag '{id}': address: {error}")))?;
-            let freshness = Duration::from_millis(raw.freshness_millis);
-            Ok(TagSpec { tag: raw.tag, kind, freshness, id: id.to_owned(), address })
-        })
-        .collect()
+    // SAFETY: the host's texts are valid for the call.
+    tags.iter().map(|raw| unsafe { read_spec(raw) }).collect()
+}
+
+/// # Safety
+/// The texts are valid for the call.
+pub(crate) unsafe fn read_spec(raw: &abi::BusbarTagSpec) -> Result<TagSpec, Error> {
+    // SAFETY: the caller vouches for the texts.
+    let (id, address) =
+        unsafe { (crate::border::text(raw.id)?, crate::border::text(raw.address_json)?) };
+    let kind = ValueKind::from_abi(raw.kind)
+        .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
+    let address = serde_json::from_str(address)
+        .map_err(|error| Error::argument(format!("tag '{id}': address: {error}")))?;
+    let freshness = Duration::from_millis(raw.freshness_millis);
+    Ok(TagSpec { tag: raw.tag, kind, freshness, id: id.to_owned(), address })
 }

@@ -147,6 +147,18 @@ impl DoublePoint {
     }
 }
 
+impl DoublePoint {
+    /// The two bits of a double-point information element.
+    pub fn bits(self) -> u8 {
+        match self {
+            Self::Intermediate => 0,
+            Self::Off => 1,
+            Self::On => 2,
+            Self::BadState => 3,
+        }
+    }
+}
+
 impl Reason {
     fn to_abi(self) -> u8 {
         match self {

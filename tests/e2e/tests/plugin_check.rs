@@ -40,6 +40,9 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::Overrun, At::Optimize),
     (Kind::Flood, At::Publish),
     (Kind::AfterStop, At::Publish),
+    (Kind::Segfault, At::Simulate),
+    (Kind::LeakMemory, At::StopSimulation),
+    (Kind::NotUtf8, At::SimulationStatus),
 ];
 
 fn library(plugin: &str) -> PathBuf {
@@ -67,8 +70,11 @@ fn good_sample() -> Value {
 
 #[test]
 fn shipped_plugins_pass() {
+    // Free, so that simulators can listen there.
+    let free = std::net::TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    let port = free.expect("a port is free").port();
     let modbus = json!({
-        "settings": { "host": "127.0.0.1", "port": 1, "poll_millis": 100 },
+        "settings": { "host": "127.0.0.1", "port": port, "poll_millis": 100 },
         "tags": [
             { "kind": "f64", "address": { "table": "input", "register": 100, "type": "i16" } },
             { "kind": "bool", "address": { "table": "discrete", "register": 4 } },
@@ -80,7 +86,7 @@ fn shipped_plugins_pass() {
         "tags": [{ "kind": "bool", "address": { "table": "coil", "register": 0, "unit": 7 } }],
     });
     let station = json!({
-        "settings": { "host": "127.0.0.1", "port": 1 },
+        "settings": { "host": "127.0.0.1", "port": port },
         "tags": [
             { "kind": "f64", "address": { "ioa": 1 } },
             { "kind": "bool", "address": { "ioa": 2 } },

@@ -2,11 +2,12 @@
 //! runs against a simulator, by the commands of its README.
 
 use std::fs;
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use e2e::picture::{self, difference};
-use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, workspace_path};
+use e2e::{Process, Scene, Stats, built_folder, busbar, finish, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -156,9 +157,10 @@ fn assert_runs_in_demo(project: &Project, mut command: Command) {
 }
 
 fn assert_overlay_works(project: &Project) {
-    let program = built(built_folder().join("modbus_simulator"));
-    let (_device, port) = simulator(Command::new(program).args(["--listen", "127.0.0.1:0"]));
-    project.edit_scene("15020", &port.to_string());
+    let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
+    project.edit_scene("15020", &free.expect("a port is free").port().to_string());
+    let device = Process::start(busbar().arg("simulate").arg(project.path("scene.json")));
+    device.wait_for_line(|line| (line == "ready").then_some(()));
     let (with, stats) = project.render("1");
     assert_eq!(stats.tag("Temperature").quality, "good");
     project.edit_scene("[\"values\"]", "[]");

@@ -50,10 +50,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_ui", &[]),
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
+    ("device_server", &["busbar_plugin_sdk"]),
     ("fault_injector", &["busbar_plugin_sdk"]),
     ("busbar_link", &[]),
-    ("iec104", &["busbar_link", "busbar_plugin_sdk"]),
-    ("modbus_adapter", &["busbar_link", "busbar_plugin_sdk"]),
+    ("iec104", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
+    ("modbus_adapter", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
@@ -81,7 +82,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("substation", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model"]),
     ("document", &[]),
     ("measure", &["busbar_geometry"]),
-    ("modbus_simulator", &[]),
     (
         "paper",
         &[
@@ -134,6 +134,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_gltf_import",
             "busbar_plugin_host",
             "busbar_plugin_process",
+            "busbar_plugin_sdk",
             "busbar_scene",
             "busbar_viewer",
             "corpus",
@@ -160,7 +161,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("gltf", &["busbar_gltf_import"]),
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
-    ("tokio-modbus", &["modbus_adapter", "modbus_simulator"]),
+    ("tokio-modbus", &["modbus_adapter"]),
     ("tokio-rustls", &["busbar_link"]),
     ("tokio-serial", &["modbus_adapter"]),
 ];

@@ -57,7 +57,7 @@ pub(crate) fn all() -> Vec<Fault> {
     let kinds = Kind::ALL.iter().copied();
     let pairs = kinds.flat_map(|kind| At::ALL.iter().map(move |&at| (kind, at)));
     pairs
-        .filter(|&(kind, at)| kind.reaches(at))
+        .filter(|&(kind, at)| kind.reaches(at) && at.is_in_view())
         .map(|(kind, at)| Fault { kind, at, after_calls: 0 })
         .collect()
 }

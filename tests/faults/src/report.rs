@@ -43,7 +43,7 @@ pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
 fn document(results: &Results) -> Document {
     let mut document =
         Document { title: "Faults of plugins beside a live view".into(), blocks: Vec::new() };
-    let (kinds, places) = (Kind::ALL.len(), At::ALL.len());
+    let (kinds, places) = (Kind::ALL.len(), in_view().count());
     document.text(format!(
         "{} injections in {} rounds and {:.0} s: {kinds} kinds of fault at {places} functions of \
          the plugin ABI, in {} processes of plugins beside one view, which survived all of them. \
@@ -155,5 +155,10 @@ fn matrix(results: &Results) -> Vec<Vec<String>> {
             count(|outcome| *outcome == Outcome::Closed),
         ]
     };
-    At::ALL.iter().map(row).collect()
+    in_view().map(row).collect()
+}
+
+/// The functions that a view calls.
+fn in_view() -> impl Iterator<Item = &'static At> {
+    At::ALL.iter().filter(|at| at.is_in_view())
 }

@@ -31,7 +31,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(if window { Purpose::Window } else { Purpose::Picture })?;
     stage::build(workspace, Profile::Release)?;
     stage::stage(workspace, Profile::Release)?;
-    let _simulator = simulator::start(workspace, Profile::Release)?;
+    let _simulator = simulator::start(workspace)?;
     if window { show_window(workspace) } else { make_picture(workspace) }
 }
 

@@ -59,7 +59,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     render_substation(workspace, &folder)?;
     let (name, options) = LINK_DOWN;
     render(workspace, options, &picture(&folder, name))?;
-    let _simulator = simulator::start(workspace, Profile::Release)?;
+    let _simulator = simulator::start(workspace)?;
     for (name, options) in RENDERED {
         render(workspace, options, &picture(&folder, name))?;
     }

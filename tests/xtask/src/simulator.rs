@@ -1,14 +1,14 @@
-//! The simulated device that the demo scene reads.
+//! The simulated device that the demo scene reads: `busbar simulate` is it.
 
 use std::io::ErrorKind;
 use std::net::TcpListener;
-use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
+use crate::demo::{SCENE, busbar};
 use crate::process::Process;
-use crate::workspace::{Profile, Workspace};
+use crate::workspace::Workspace;
 
 /// Where `config/demo.json` expects the device.
 const ADDRESS: &str = "127.0.0.1:15020";
@@ -16,14 +16,13 @@ const ADDRESS: &str = "127.0.0.1:15020";
 const MAX_START: Duration = Duration::from_secs(20);
 
 /// Starts the simulator; it listens when this returns, and ends when dropped.
-pub(crate) fn start(workspace: &Workspace, profile: Profile) -> Result<Process> {
+pub(crate) fn start(workspace: &Workspace) -> Result<Process> {
     ensure_free(ADDRESS)?;
-    let mut command = Command::new(workspace.program(profile, "modbus_simulator"));
-    let mut simulator = Process::start_listening(command.args(["--listen", ADDRESS]))?;
-    let line = simulator
-        .wait_for_line(MAX_START, |_| true)
+    let mut simulator = Process::start_listening(busbar(workspace).args(["simulate", SCENE]))?;
+    simulator
+        .wait_for_line(MAX_START, |line| line == "ready")
         .context("the simulator did not start; see its messages above")?;
-    println!("{line}");
+    println!("a simulated device at {ADDRESS}");
     Ok(simulator)
 }
 

@@ -16,7 +16,7 @@ use crate::process;
 use crate::workspace::{Profile, Workspace};
 
 /// The programs that the demo runs, beside the plugins.
-const PROGRAMS: [&str; 3] = ["busbar", MODEL_MAKER, "modbus_simulator"];
+const PROGRAMS: [&str; 2] = ["busbar", MODEL_MAKER];
 const MODEL_MAKER: &str = "demo_model";
 /// Where the demo scene's models are.
 pub(crate) const MODELS: &str = "config/models";

@@ -18,13 +18,13 @@ const SETTINGS: abi::BusbarStatus = abi::BUSBAR_INVALID_SETTINGS;
 const CANARY: u8 = 0xa5;
 
 /// A copy of a struct at an odd address, with canaries around it.
-struct Misaligned {
+pub(super) struct Misaligned {
     bytes: Vec<u64>,
     len: usize,
 }
 
 impl Misaligned {
-    fn copy_of<T: Copy>(value: &T) -> Self {
+    pub(super) fn copy_of<T: Copy>(value: &T) -> Self {
         let len = size_of::<T>();
         let mut copy = Self { bytes: vec![u64::from_ne_bytes([CANARY; 8]); len / 8 + 3], len };
         // SAFETY: there is room for the copy and more behind the odd address.
@@ -35,11 +35,11 @@ impl Misaligned {
         copy
     }
 
-    fn as_mut_ptr<T>(&mut self) -> *mut T {
+    pub(super) fn as_mut_ptr<T>(&mut self) -> *mut T {
         self.bytes.as_mut_ptr().cast::<u8>().wrapping_add(1).cast()
     }
 
-    fn as_ptr<T>(&mut self) -> *const T {
+    pub(super) fn as_ptr<T>(&mut self) -> *const T {
         self.as_mut_ptr()
     }
 
@@ -50,7 +50,7 @@ impl Misaligned {
 }
 
 /// A struct that says it is shorter than it is.
-fn short<T: Copy>(value: &T, bytes: u32) -> T {
+pub(super) fn short<T: Copy>(value: &T, bytes: u32) -> T {
     let mut copy = *value;
     // SAFETY: every struct of the ABI that is passed alone starts with its size.
     unsafe { (&raw mut copy).cast::<u32>().write(bytes) };

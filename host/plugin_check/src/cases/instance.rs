@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 
 use super::Instance;
-use super::{leaks, optimizer, overlay, telemetry};
+use super::{leaks, optimizer, overlay, simulator, telemetry};
 use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
 use crate::text;
@@ -28,10 +28,17 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
                 super::required(table.configure, "configure")?;
                 super::required(table.draw, "draw")?;
             }
+            abi::SIMULATOR_ID => {
+                let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
+                super::required(table.start, "start")?;
+                super::required(table.stop, "stop")?;
+                super::required(table.status, "status")?;
+            }
             _ => {}
         }
     }
-    for known in [abi::TELEMETRY_ID, abi::MESH_OPTIMIZER_ID, abi::OVERLAY_ID] {
+    let all = [abi::TELEMETRY_ID, abi::MESH_OPTIMIZER_ID, abi::OVERLAY_ID, abi::SIMULATOR_ID];
+    for known in all {
         if !subject.capabilities.iter().any(|id| id == known) {
             let hidden = !instance.ask(abi::BusbarStr::from_static(known)).is_null();
             let fault = format!("it gives {known}, which its descriptor does not list");
@@ -79,6 +86,7 @@ fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Out
             abi::TELEMETRY_ID => telemetry::use_briefly(probe, instance)?,
             abi::MESH_OPTIMIZER_ID => optimizer::use_briefly(probe, instance)?,
             abi::OVERLAY_ID => overlay::use_briefly(probe, instance)?,
+            abi::SIMULATOR_ID => simulator::use_briefly(probe, instance)?,
             _ => {}
         }
     }

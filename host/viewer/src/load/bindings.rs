@@ -59,7 +59,7 @@ pub(super) fn tags(config: &Config, faults: &mut Faults<'_>) -> TagSet {
     })
 }
 
-fn tag_specs(config: &Config) -> Vec<TagSpec> {
+pub(super) fn tag_specs(config: &Config) -> Vec<TagSpec> {
     config
         .tags
         .iter()

@@ -63,6 +63,16 @@ pub(super) fn create(
     folder: &Path,
     faults: &mut Faults<'_>,
 ) -> BTreeMap<String, Plugin> {
+    create_some(config, folder, faults, &|_| true)
+}
+
+/// Makes those of the configured instances that are wanted, some at once.
+pub(super) fn create_some(
+    config: &Config,
+    folder: &Path,
+    faults: &mut Faults<'_>,
+    is_wanted: &(dyn Fn(&str) -> bool + Sync),
+) -> BTreeMap<String, Plugin> {
     if config.plugins.is_empty() {
         return BTreeMap::new();
     }
@@ -70,13 +80,14 @@ pub(super) fn create(
     let created: Vec<_> = config
         .plugins
         .par_iter()
+        .filter(|(name, _)| is_wanted(name))
         .map(|(name, plugin)| {
             let options = options(config, name, plugin);
-            catalog.create(name, &plugin.plugin, &plugin.settings, &options)
+            (name, plugin, catalog.create(name, &plugin.plugin, &plugin.settings, &options))
         })
         .collect();
     let mut instances = BTreeMap::new();
-    for ((name, plugin), created) in config.plugins.iter().zip(created) {
+    for (name, plugin, created) in created {
         match created {
             Ok(instance) => {
                 instances.insert(name.clone(), instance);
@@ -118,7 +129,7 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
 }
 
 /// Puts a plugin's error where the configuration caused it.
-fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
+pub(super) fn place(pointer: &str, error: &PluginError, faults: &mut Faults<'_>) {
     let settings = join_pointer(pointer, "settings");
     match error {
         PluginError::Settings { id, faults: wrong } => {

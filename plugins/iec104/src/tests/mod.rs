@@ -3,10 +3,11 @@
 mod c104;
 mod hat;
 mod hostile;
-mod peer;
+pub(crate) mod peer;
 #[cfg(target_os = "linux")]
 mod proxied;
 mod server;
+mod simulator;
 mod tls;
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};

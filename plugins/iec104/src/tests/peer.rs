@@ -9,7 +9,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 /// Which implementation.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// lib60870-C behind c104.
     C104,
     /// hat-drivers, in Python throughout.
@@ -109,7 +109,7 @@ impl Drop for Peer {
     }
 }
 
-fn python(kind: Kind) -> Option<PathBuf> {
+pub(crate) fn python(kind: Kind) -> Option<PathBuf> {
     let path = std::env::var_os("BUSBAR_PYTHON")
         .map_or_else(|| Path::new(ROOT).join("target/venv/bin/python"), PathBuf::from);
     let works = Command::new(&path)

@@ -11,6 +11,7 @@ mod proxied;
 mod pymodbus;
 mod serial;
 pub(crate) mod server;
+mod simulator;
 mod stamps;
 mod tls;
 mod types;

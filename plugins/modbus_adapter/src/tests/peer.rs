@@ -90,7 +90,7 @@ impl Drop for Peer {
     }
 }
 
-fn python() -> Option<PathBuf> {
+pub(super) fn python() -> Option<PathBuf> {
     let path = std::env::var_os("BUSBAR_PYTHON")
         .map_or_else(|| Path::new(ROOT).join("target/venv/bin/python"), PathBuf::from);
     let works = Command::new(&path)

@@ -7,7 +7,7 @@ use busbar_plugin_abi as abi;
 
 use super::{Capability, Instance, Table, instance};
 use crate::border::{given, guard};
-use crate::{Error, MeshOptimizer, Overlay, SampleSink, Telemetry};
+use crate::{Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
 
 /// `busbar.mesh-optimizer/1-draft` of a type.
 pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
@@ -154,6 +154,82 @@ pub const fn overlay<P: Overlay>() -> Capability {
             reserved: 0,
             configure: Some(configure::<P>),
             draw: Some(draw::<P>),
+        }),
+    }
+}
+
+/// `busbar.simulator/1-draft` of a type.
+pub const fn simulator<P: Simulator>() -> Capability {
+    unsafe extern "C" fn start<P: Simulator>(
+        plugin: *const abi::BusbarPlugin,
+        tags: *const abi::BusbarSimulatedTag,
+        tag_count: usize,
+        simulation: *const abi::BusbarSimulation,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        let mut begun = None;
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        let status = unsafe {
+            guard(error, || {
+                let instance = instance::<P>(plugin)?;
+                let simulation = crate::simulator::read_simulation(tags, tag_count, simulation)?;
+                let active = instance.is_simulating.lock();
+                if std::mem::replace(&mut *active.unwrap_or_else(PoisonError::into_inner), true) {
+                    return Err(Error::argument("start: already started"));
+                }
+                begun = Some(instance);
+                let mut plugin = instance.plugin.write().unwrap_or_else(PoisonError::into_inner);
+                plugin.start_simulation(simulation)
+            })
+        };
+        if let (Some(instance), true) = (begun, status != abi::BUSBAR_OK) {
+            end(instance);
+        }
+        status
+    }
+    unsafe extern "C" fn stop<P: Simulator>(plugin: *const abi::BusbarPlugin) {
+        // SAFETY: the host passes what `create` made.
+        unsafe {
+            guard(std::ptr::null_mut(), || {
+                end(instance::<P>(plugin)?);
+                Ok(())
+            })
+        };
+    }
+    unsafe extern "C" fn status<P: Simulator>(
+        plugin: *const abi::BusbarPlugin,
+        status: *mut abi::BusbarSimulatorStatus,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and a status of its own.
+        unsafe {
+            guard(error, || {
+                let instance = instance::<P>(plugin)?;
+                if !*instance.is_simulating.lock().unwrap_or_else(PoisonError::into_inner) {
+                    return Err(Error::argument("status: not started"));
+                }
+                let plugin = instance.plugin.read().unwrap_or_else(PoisonError::into_inner);
+                crate::simulator::write_status(&plugin.simulation_status(), status)
+            })
+        }
+    }
+    fn end<P: Simulator>(instance: &Instance<P>) {
+        let active = &instance.is_simulating;
+        if !std::mem::take(&mut *active.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return;
+        }
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            instance.plugin.write().unwrap_or_else(PoisonError::into_inner).stop_simulation();
+        }));
+    }
+    Capability {
+        id: abi::SIMULATOR_ID,
+        table: Table::Simulator(abi::BusbarSimulator {
+            struct_size: size_of::<abi::BusbarSimulator>() as u32,
+            reserved: 0,
+            start: Some(start::<P>),
+            stop: Some(stop::<P>),
+            status: Some(status::<P>),
         }),
     }
 }

@@ -1,0 +1,232 @@
+//! Capability `busbar.simulator/1-draft`.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use busbar_plugin_abi as abi;
+use serde::{Deserialize, Serialize};
+
+use crate::{Instance, PluginError, TelemetryTag, telemetry, text};
+
+/// A tag and how its value moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulatedTag {
+    /// The tag, as telemetry has it.
+    pub tag: TelemetryTag,
+    /// How its value moves.
+    pub behaviour: Behaviour,
+}
+
+/// How a value moves; measures in the tag's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Behaviour {
+    /// The form of the movement.
+    pub shape: Shape,
+    /// What it is about.
+    pub base: f64,
+    /// How far it goes from that; not negative.
+    pub amplitude: f64,
+    /// Time of a wave, a level or a count; not zero.
+    pub period: Duration,
+}
+
+/// Forms of movement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Shape {
+    /// The base, always.
+    Constant,
+    /// A sine about the base.
+    Sine,
+    /// A smooth random walk about the base.
+    Walk,
+    /// Levels about the base, or positions of a switch, each held for a period.
+    Steps,
+    /// One more each period.
+    Counter,
+}
+
+/// A way in which a simulated device fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FaultKind {
+    /// Connections end, and new ones are turned away.
+    LinkLoss,
+    /// Every answer takes a while, but comes in time.
+    Slow,
+    /// Connections stay, and nothing comes through them.
+    HalfOpen,
+    /// Connections are reset, again and again.
+    Reset,
+    /// Random bytes come instead of answers.
+    Garbage,
+    /// Answers come after the client's deadline.
+    Late,
+    /// The device's clock is wrong.
+    ClockJump,
+}
+
+impl FaultKind {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::LinkLoss,
+        Self::Slow,
+        Self::HalfOpen,
+        Self::Reset,
+        Self::Garbage,
+        Self::Late,
+        Self::ClockJump,
+    ];
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LinkLoss => "link-loss",
+            Self::Slow => "slow",
+            Self::HalfOpen => "half-open",
+            Self::Reset => "reset",
+            Self::Garbage => "garbage",
+            Self::Late => "late",
+            Self::ClockJump => "clock-jump",
+        }
+    }
+
+    fn to_abi(self) -> u32 {
+        match self {
+            Self::LinkLoss => abi::BUSBAR_FAULT_LINK_LOSS,
+            Self::Slow => abi::BUSBAR_FAULT_SLOW,
+            Self::HalfOpen => abi::BUSBAR_FAULT_HALF_OPEN,
+            Self::Reset => abi::BUSBAR_FAULT_RESET,
+            Self::Garbage => abi::BUSBAR_FAULT_GARBAGE,
+            Self::Late => abi::BUSBAR_FAULT_LATE,
+            Self::ClockJump => abi::BUSBAR_FAULT_CLOCK_JUMP,
+        }
+    }
+}
+
+/// What holds for all tags of a simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Simulation {
+    /// The same seed gives the same values and the same faults.
+    pub seed: u64,
+    /// Period in which changes are looked for; not zero.
+    pub update: Duration,
+    /// Faults that strike.
+    pub faults: Vec<FaultKind>,
+    /// In each of these periods one does; longer than `fault_length`.
+    pub fault_period: Duration,
+    /// How long it holds at most; not zero.
+    pub fault_length: Duration,
+}
+
+/// How a simulation goes.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SimulationStatus {
+    /// Where it listens.
+    pub endpoint: String,
+    /// The fault that holds.
+    pub fault: Option<FaultKind>,
+    /// Clients that are connected.
+    pub clients: u32,
+    /// Connections that were taken so far.
+    pub connections: u64,
+    /// Answers to requests, and messages without one, that were sent so far.
+    pub messages: u64,
+}
+
+/// A running simulation; dropping it stops it.
+pub struct Simulator {
+    table: &'static abi::BusbarSimulator,
+    instance: Arc<Instance>,
+}
+
+impl Simulator {
+    /// Starts an instance as the device of its tags.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`], or what the plugin says of addresses and of the
+    /// place where it is to listen.
+    pub fn start(
+        instance: Arc<Instance>,
+        tags: &[SimulatedTag],
+        simulation: &Simulation,
+    ) -> Result<Self, PluginError> {
+        let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
+        let (Some(start), Some(_), Some(_)) = (table.start, table.stop, table.status) else {
+            return Err(instance.violation("`start`, `stop` or `status` is null"));
+        };
+        let raw: Vec<_> = tags.iter().map(to_abi).collect();
+        let millis = |duration: Duration| u64::try_from(duration.as_millis()).unwrap_or(u64::MAX);
+        let simulation = abi::BusbarSimulation {
+            struct_size: size_of::<abi::BusbarSimulation>() as u32,
+            faults: simulation.faults.iter().fold(0, |sum, fault| sum | fault.to_abi()),
+            seed: simulation.seed,
+            update_millis: millis(simulation.update),
+            fault_period_millis: millis(simulation.fault_period),
+            fault_millis: millis(simulation.fault_length),
+        };
+        let mut error = abi::BusbarError::empty();
+        let serial = instance.serialise();
+        // SAFETY: tags, simulation and error live for the call.
+        let status =
+            unsafe { start(instance.as_ptr(), raw.as_ptr(), raw.len(), &simulation, &mut error) };
+        drop(serial);
+        instance.outcome(status, &error)?;
+        Ok(Self { table, instance })
+    }
+
+    /// The instance.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// How it goes.
+    ///
+    /// # Errors
+    /// What the plugin says, or the rule that it breaks.
+    pub fn status(&self) -> Result<SimulationStatus, PluginError> {
+        let Some(status) = self.table.status else { return Ok(SimulationStatus::default()) };
+        let mut raw = abi::BusbarSimulatorStatus::empty();
+        let mut error = abi::BusbarError::empty();
+        let serial = self.instance.serialise();
+        // SAFETY: it was started; status and error live for the call.
+        let code = unsafe { status(self.instance.as_ptr(), &mut raw, &mut error) };
+        drop(serial);
+        self.instance.outcome(code, &error)?;
+        let length = (raw.message_len as usize).min(raw.message.len());
+        let endpoint = String::from_utf8_lossy(&raw.message[..length]);
+        Ok(SimulationStatus {
+            endpoint: text::shown(&endpoint, abi::BUSBAR_SIMULATOR_MESSAGE_CAPACITY),
+            fault: FaultKind::ALL.into_iter().find(|fault| fault.to_abi() == raw.fault),
+            clients: raw.clients,
+            connections: raw.connections,
+            messages: raw.messages,
+        })
+    }
+}
+
+impl Drop for Simulator {
+    fn drop(&mut self) {
+        if let Some(stop) = self.table.stop {
+            let _serial = self.instance.serialise();
+            // SAFETY: it was started.
+            unsafe { stop(self.instance.as_ptr()) }
+        }
+    }
+}
+
+fn to_abi(tag: &SimulatedTag) -> abi::BusbarSimulatedTag {
+    let Behaviour { shape, base, amplitude, period } = tag.behaviour;
+    abi::BusbarSimulatedTag {
+        spec: telemetry::to_abi(&tag.tag),
+        shape: match shape {
+            Shape::Constant => abi::BUSBAR_SHAPE_CONSTANT,
+            Shape::Sine => abi::BUSBAR_SHAPE_SINE,
+            Shape::Walk => abi::BUSBAR_SHAPE_WALK,
+            Shape::Steps => abi::BUSBAR_SHAPE_STEPS,
+            Shape::Counter => abi::BUSBAR_SHAPE_COUNTER,
+        },
+        reserved: 0,
+        base,
+        amplitude,
+        period_seconds: period.as_secs_f64(),
+    }
+}

@@ -1,0 +1,89 @@
+//! Plugins that are devices, wherever they run.
+
+use std::sync::Arc;
+
+use busbar_plugin_abi as abi;
+use busbar_plugin_host::{
+    PluginError, SimulatedTag, Simulation, SimulationStatus, Simulator, shown,
+};
+
+use crate::message::{Answer, Request};
+use crate::plugin::Plugin;
+use crate::process::PluginProcess;
+use crate::shared::Simulated;
+
+/// A plugin that is the device of its tags. One in this process stops when this is
+/// dropped, one in its own with the last of its [`Plugin`]s.
+pub enum RunningSimulator {
+    /// In this process.
+    InProcess(Simulator),
+    /// In a process of its own.
+    Isolated(Arc<PluginProcess>),
+}
+
+impl RunningSimulator {
+    /// Whether a plugin says that it can be a device.
+    pub fn is_offered_by(plugin: &Plugin) -> bool {
+        plugin.info().capabilities.iter().any(|id| id == abi::SIMULATOR_ID)
+    }
+
+    /// Starts a plugin as the device of its tags. One whose process dies is started
+    /// again, and is that device again.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`], or what the plugin says of addresses and of the
+    /// place where it is to listen.
+    pub fn start(
+        plugin: &Plugin,
+        tags: Vec<SimulatedTag>,
+        simulation: &Simulation,
+    ) -> Result<Self, PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => {
+                Simulator::start(instance.clone(), &tags, simulation).map(Self::InProcess)
+            }
+            Plugin::Isolated(process) => {
+                process.simulate(tags, simulation.clone())?;
+                Ok(Self::Isolated(process.clone()))
+            }
+        }
+    }
+
+    /// The configuration's id of the instance.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::InProcess(simulator) => simulator.instance().name(),
+            Self::Isolated(process) => process.name(),
+        }
+    }
+
+    /// How it goes.
+    ///
+    /// # Errors
+    /// What the plugin says, or how its process ended.
+    pub fn status(&self) -> Result<SimulationStatus, PluginError> {
+        match self {
+            Self::InProcess(simulator) => simulator.status(),
+            Self::Isolated(process) => process.simulation_status(),
+        }
+    }
+}
+
+impl PluginProcess {
+    fn simulate(&self, tags: Vec<SimulatedTag>, simulation: Simulation) -> Result<(), PluginError> {
+        let request = Request::Simulate { tags: tags.clone(), simulation: simulation.clone() };
+        // First: one that dies is started again as that device.
+        *self.shared.simulation() = Some(Simulated { tags, simulation });
+        self.done(request, &[]).inspect_err(|_| *self.shared.simulation() = None)
+    }
+
+    fn simulation_status(&self) -> Result<SimulationStatus, PluginError> {
+        match self.shared.call(Request::SimulationStatus, &[])? {
+            Answer::Simulating(status) => Ok(SimulationStatus {
+                endpoint: shown(&status.endpoint, abi::BUSBAR_SIMULATOR_MESSAGE_CAPACITY),
+                ..status
+            }),
+            _ => Err(self.shared.confused()),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! A configuration without its devices: plugins that can be them are.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use busbar_config::{Config, SimulatedShape, TagConfig};
+use busbar_plugin_host::{
+    Behaviour, PluginError, Shape, SimulatedTag, Simulation, SimulationStatus,
+};
+use busbar_plugin_process::{Plugin, RunningSimulator};
+
+use super::{Faults, LoadError, bindings, folder_of, plugins, read_text};
+
+/// The devices of a configuration, for as long as this lives.
+pub struct SimulatedDevices {
+    devices: Vec<SimulatedDevice>,
+    instances: BTreeMap<String, Plugin>,
+    remarks: Vec<String>,
+}
+
+/// One plugin instance that is a device.
+pub struct SimulatedDevice {
+    simulator: RunningSimulator,
+    /// How many tags it has.
+    pub tag_count: usize,
+}
+
+impl SimulatedDevice {
+    /// The configuration's name of the plugin instance.
+    pub fn name(&self) -> &str {
+        self.simulator.name()
+    }
+
+    /// How it goes.
+    ///
+    /// # Errors
+    /// What the plugin says, or how its process ended; it is started again then.
+    pub fn status(&self) -> Result<SimulationStatus, PluginError> {
+        self.simulator.status()
+    }
+}
+
+impl SimulatedDevices {
+    /// Starts the device of every plugin instance that is the source of a tag and can be
+    /// one, or of the one named alone.
+    ///
+    /// # Errors
+    /// Every fault of the file and of what it asks of plugins; also when there is no
+    /// device to start.
+    pub fn start(
+        path: &Path,
+        only: Option<&str>,
+        simulation: &Simulation,
+    ) -> Result<Self, LoadError> {
+        let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
+        let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+        let config = busbar_config::parse(&text).map_err(faulty)?;
+        let mut faults = Faults { found: Vec::new(), ..Faults::of(&config) };
+        let is_wanted = |name: &str| {
+            let mut sources = config.tags.values().filter_map(TagConfig::source);
+            only.is_none_or(|only| only == name) && sources.any(|source| source.plugin == name)
+        };
+        let instances = plugins::create_some(&config, &folder_of(path), &mut faults, &is_wanted);
+        let mut started = Self { devices: Vec::new(), instances, remarks: Vec::new() };
+        if faults.found.is_empty() {
+            started.start_all(&config, simulation, &mut faults);
+        }
+        if faults.found.is_empty() && started.devices.is_empty() {
+            faults.add("/plugins", started.nothing(only), NOTHING_REMEDY);
+        }
+        match faults.found {
+            found if found.is_empty() => Ok(started),
+            found => Err(faulty(found)),
+        }
+    }
+
+    fn start_all(&mut self, config: &Config, simulation: &Simulation, faults: &mut Faults<'_>) {
+        let specs = bindings::tag_specs(config);
+        for (name, plugin) in &self.instances {
+            let tags = plugins::telemetry_tags(config, &specs, name);
+            if !RunningSimulator::is_offered_by(plugin) {
+                self.remarks.push(format!(
+                    "'{name}' cannot be simulated, and its {} tags have no device here: plugin \
+                     '{}' offers no simulator",
+                    tags.len(),
+                    plugin.info().id
+                ));
+                continue;
+            }
+            let simulated: Vec<_> = tags
+                .into_iter()
+                .filter_map(|tag| {
+                    let behaviour = behaviour(config.tags.get(&tag.id)?);
+                    Some(SimulatedTag { tag, behaviour })
+                })
+                .collect();
+            let tag_count = simulated.len();
+            match RunningSimulator::start(plugin, simulated, simulation) {
+                Ok(simulator) => self.devices.push(SimulatedDevice { simulator, tag_count }),
+                Err(error) => {
+                    let pointer = config.plugins.get(name).map_or("", |plugin| &plugin.pointer);
+                    plugins::place(pointer, &error, faults);
+                }
+            }
+        }
+    }
+
+    fn nothing(&self, only: Option<&str>) -> String {
+        match only {
+            Some(only) if self.instances.is_empty() => {
+                format!("no tag has a source '{only}': there is nothing to simulate")
+            }
+            _ => "no source of a tag can be simulated".into(),
+        }
+    }
+
+    /// The devices, in order of name.
+    pub fn devices(&self) -> &[SimulatedDevice] {
+        &self.devices
+    }
+
+    /// What is not simulated, and why.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+}
+
+const NOTHING_REMEDY: &str = "name the source of a tag whose plugin offers a simulator; `busbar \
+                              plugin list` shows what plugins offer";
+
+impl Drop for SimulatedDevices {
+    fn drop(&mut self) {
+        // They end beside each other, not one after another.
+        self.instances.values().for_each(Plugin::quit);
+    }
+}
+
+/// How the device's number moves: the host's view of the tag, its scale undone.
+fn behaviour(tag: &TagConfig) -> Behaviour {
+    let simulate = &tag.simulate;
+    let [factor, offset] = tag.scale.filter(|[factor, _]| *factor != 0.0).unwrap_or([1.0, 0.0]);
+    Behaviour {
+        shape: match simulate.shape {
+            SimulatedShape::Constant => Shape::Constant,
+            SimulatedShape::Sine => Shape::Sine,
+            SimulatedShape::Walk => Shape::Walk,
+            SimulatedShape::Steps => Shape::Steps,
+            SimulatedShape::Counter => Shape::Counter,
+        },
+        base: (simulate.base - offset) / factor,
+        amplitude: (simulate.amplitude / factor).abs(),
+        period: Duration::from_secs_f64(simulate.period_seconds),
+    }
+}

@@ -1,0 +1,123 @@
+//! What the simulators of plugins share: a thread that listens, and connections that
+//! fail as a plan says. It knows bytes and no protocol.
+
+mod link;
+mod pump;
+#[cfg(test)]
+mod tests;
+
+use std::net::{TcpListener, ToSocketAddrs};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use busbar_plugin_sdk::{Error, Host, LogLevel, SimulationStatus};
+use tokio::sync::oneshot;
+
+pub use crate::link::{Link, MAX_CLIENTS};
+
+/// How long dropping a [`DeviceServer`] waits for its thread.
+const STOP_LIMIT: Duration = Duration::from_millis(1500);
+/// How often it looks whether the thread has ended.
+const STOP_CHECK: Duration = Duration::from_millis(2);
+/// Pause after a connection could not be taken, such as for want of descriptors.
+pub const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// A simulated device: a thread with its listeners, for as long as this lives.
+pub struct DeviceServer {
+    link: Link,
+    endpoint: String,
+    host: Host,
+    /// Dropped to end the thread.
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl DeviceServer {
+    /// Listens at all of these names and ports, and runs what `serve` gives on a thread
+    /// of this name.
+    ///
+    /// # Errors
+    /// [`Error::failed`] when it cannot listen, with the remedy.
+    pub fn start<F, S>(
+        name: &str,
+        endpoints: &[(String, u16)],
+        link: Link,
+        host: &Host,
+        serve: S,
+    ) -> Result<Self, Error>
+    where
+        F: Future<Output = ()>,
+        S: FnOnce(Vec<tokio::net::TcpListener>, Link) -> F + Send + 'static,
+    {
+        let bound = endpoints.iter().map(listen).collect::<Result<Vec<_>, _>>()?;
+        let addresses = bound.iter().filter_map(|listener| listener.local_addr().ok());
+        let addresses: Vec<_> = addresses.map(|address| address.to_string()).collect();
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
+        let (stop, stopped) = oneshot::channel::<()>();
+        let served = link.clone();
+        let work = move || {
+            runtime.block_on(async {
+                let listeners = bound.into_iter().flat_map(tokio::net::TcpListener::from_std);
+                let serving = serve(listeners.collect(), served);
+                tokio::select! {
+                    biased;
+                    _ = stopped => {}
+                    () = serving => {}
+                }
+            });
+        };
+        let thread = std::thread::Builder::new()
+            .name(name.to_owned())
+            .spawn(work)
+            .map_err(|error| Error::failed(format!("cannot start a thread: {error}")))?;
+        Ok(Self {
+            link,
+            endpoint: addresses.join(", "),
+            host: host.clone(),
+            stop: Some(stop),
+            thread: Some(thread),
+        })
+    }
+
+    /// How it goes.
+    pub fn status(&self) -> SimulationStatus {
+        self.link.status(format!("listens at {}", self.endpoint))
+    }
+}
+
+impl Drop for DeviceServer {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        let Some(thread) = self.thread.take() else { return };
+        let deadline = Instant::now() + STOP_LIMIT;
+        while !thread.is_finished() && Instant::now() < deadline {
+            std::thread::sleep(STOP_CHECK);
+        }
+        let endpoint = &self.endpoint;
+        if !thread.is_finished() {
+            let message = format!("{endpoint}: the thread did not end in time; left behind");
+            self.host.log(LogLevel::Error, &message);
+        } else if thread.join().is_err() {
+            let message = format!("{endpoint}: the thread had panicked; please report this");
+            self.host.log(LogLevel::Error, &message);
+        }
+    }
+}
+
+fn listen((name, port): &(String, u16)) -> Result<TcpListener, Error> {
+    let fault = |error: std::io::Error| {
+        Error::failed(format!(
+            "cannot listen at {name}, port {port}: {error}; a simulator listens where the \
+             settings have the device: let them name this machine, such as 127.0.0.1, and a port \
+             from 1024 that nobody else has"
+        ))
+    };
+    // The first address that lets us.
+    let addresses: Vec<_> = (name.as_str(), *port).to_socket_addrs().map_err(fault)?.collect();
+    let listener = TcpListener::bind(&addresses[..]).map_err(fault)?;
+    listener.set_nonblocking(true).map_err(fault)?;
+    Ok(listener)
+}

@@ -1,0 +1,145 @@
+//! What all connections of a device share: its faults, its clock, its counts.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::time::{Duration, Instant, SystemTime};
+
+use busbar_plugin_sdk::SimulationStatus;
+use busbar_plugin_sdk::simulation::{ActiveFault, FaultKind, FaultPlan};
+use tokio::io::DuplexStream;
+use tokio::net::TcpStream;
+
+use crate::pump;
+
+/// Clients at a time; more are turned away.
+pub const MAX_CLIENTS: u32 = 64;
+/// Bytes between socket and protocol, in each direction.
+const QUEUE_BYTES: usize = 1 << 16;
+/// The longest that a slow answer takes.
+const MAX_SLOW: Duration = Duration::from_secs(1);
+
+/// The link between a device and its clients. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Link(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    plan: FaultPlan,
+    seed: u64,
+    deadline: Duration,
+    started: Instant,
+    clients: AtomicU32,
+    connections: AtomicU64,
+    messages: AtomicU64,
+}
+
+impl Link {
+    /// A link that fails by a plan, from now on. `deadline` is the protocol's for
+    /// answers: slow ones keep it, late ones do not.
+    pub fn new(plan: FaultPlan, seed: u64, deadline: Duration) -> Self {
+        Self(Arc::new(Shared {
+            plan,
+            seed,
+            deadline,
+            started: Instant::now(),
+            clients: AtomicU32::new(0),
+            connections: AtomicU64::new(0),
+            messages: AtomicU64::new(0),
+        }))
+    }
+
+    /// The device's clock, by which a fault may be set wrong, and the true one.
+    pub fn now(&self) -> (SystemTime, SystemTime) {
+        let true_time = SystemTime::now();
+        let ahead = self.fault().map_or(0, |fault| fault.clock_ahead_seconds);
+        let distance = Duration::from_secs(ahead.unsigned_abs());
+        let said = match ahead {
+            0 => Some(true_time),
+            1.. => true_time.checked_add(distance),
+            _ => true_time.checked_sub(distance),
+        };
+        (said.unwrap_or(true_time), true_time)
+    }
+
+    /// Counts answers to requests, and messages without one.
+    pub fn count_messages(&self, count: u64) {
+        self.0.messages.fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// Takes a connection: what its client sends and gets, past the faults; none where
+    /// it is turned away. Needs a runtime, which moves the bytes.
+    pub fn admit(&self, stream: TcpStream) -> Option<DuplexStream> {
+        if self.fault_kind() == Some(FaultKind::LinkLoss) {
+            return None;
+        }
+        let client = Client::enter(self)?;
+        let number = self.0.connections.fetch_add(1, Ordering::Relaxed);
+        let random = fastrand::Rng::with_seed(self.0.seed ^ number.wrapping_mul(0x9E37_79B9));
+        let (ours, protocol) = tokio::io::duplex(QUEUE_BYTES);
+        tokio::spawn(async move {
+            pump::run(stream, ours, &client, random).await;
+            drop(client);
+        });
+        Some(protocol)
+    }
+
+    pub(crate) fn status(&self, endpoint: String) -> SimulationStatus {
+        SimulationStatus {
+            endpoint,
+            fault: self.fault_kind(),
+            clients: self.0.clients.load(Ordering::Relaxed),
+            connections: self.0.connections.load(Ordering::Relaxed),
+            messages: self.0.messages.load(Ordering::Relaxed),
+        }
+    }
+
+    fn fault(&self) -> Option<ActiveFault> {
+        self.0.plan.at(self.0.started.elapsed())
+    }
+
+    pub(crate) fn fault_kind(&self) -> Option<FaultKind> {
+        self.fault().map(|fault| fault.kind)
+    }
+
+    /// Waits until the next fault begins or ends; for ever where none does.
+    pub(crate) async fn changed(&self) {
+        match self.0.plan.next_change(self.0.started.elapsed()) {
+            Some(change) => tokio::time::sleep_until((self.0.started + change).into()).await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// How long an answer waits.
+    pub(crate) fn delay(&self) -> Duration {
+        match self.fault_kind() {
+            Some(FaultKind::Slow) => (self.0.deadline / 4).min(MAX_SLOW),
+            Some(FaultKind::Late) => self.0.deadline * 3 / 2,
+            _ => Duration::ZERO,
+        }
+    }
+}
+
+/// A client's place.
+pub(crate) struct Client(Link);
+
+impl Client {
+    fn enter(link: &Link) -> Option<Self> {
+        let count = |clients| (clients < MAX_CLIENTS).then_some(clients + 1);
+        link.0.clients.fetch_update(Ordering::Relaxed, Ordering::Relaxed, count).ok()?;
+        Some(Self(link.clone()))
+    }
+}
+
+impl std::ops::Deref for Client {
+    type Target = Link;
+
+    fn deref(&self) -> &Link {
+        &self.0
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        self.0.0.clients.fetch_sub(1, Ordering::Relaxed);
+    }
+}

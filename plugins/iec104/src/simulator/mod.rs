@@ -1,0 +1,126 @@
+//! The controlled station that the plugin reads, simulated: every tag at its address.
+
+mod map;
+mod session;
+mod station;
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use busbar_plugin_sdk::{Error, Host, LogLevel, Simulation};
+use device_server::{ACCEPT_PAUSE, DeviceServer, Link};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
+use tokio::net::TcpListener;
+use tokio::task::JoinSet;
+use tokio::time::{MissedTickBehavior, interval_at, sleep, sleep_until};
+
+use crate::points::Points;
+use crate::settings::Config;
+use map::StationMap;
+use station::{Shared, Station, Times};
+
+/// Bytes read at once.
+const PIECE_BYTES: usize = 4096;
+
+/// Starts a station at the hosts and ports of the settings.
+pub(crate) fn start(
+    config: &Config,
+    simulation: Simulation,
+    host: &Host,
+) -> Result<DeviceServer, Error> {
+    if config.tls.is_some() {
+        return Err(Error::settings(
+            "settings, tls: a simulated station has no certificate: leave \"tls\" away to simulate",
+        ));
+    }
+    let points = Points::parse(&simulation.specs(), config)?;
+    let signal_of = |tag| {
+        // Tags are in the order of their handles, mostly.
+        let at = simulation.tags.binary_search_by_key(&tag, |simulated| simulated.spec.tag);
+        let found = at.ok().and_then(|index| simulation.tags.get(index));
+        let slow = || simulation.tags.iter().find(|simulated| simulated.spec.tag == tag);
+        found.or_else(slow).map(|simulated| simulated.signal)
+    };
+    let (map, remark) = StationMap::new(&points, signal_of)?;
+    if let Some(remark) = remark {
+        host.log(LogLevel::Warning, &remark);
+    }
+    let shared = Arc::new(Shared {
+        map,
+        zone: config.zone,
+        parameters: config.parameters,
+        has_told_start: AtomicBool::new(false),
+    });
+    let link = Link::new(simulation.faults, simulation.seed, config.parameters.t1);
+    let endpoints: Vec<_> =
+        config.endpoints.iter().map(|endpoint| (endpoint.host.clone(), endpoint.port)).collect();
+    let name = format!("iec104-sim:{}", config.endpoints[0].port);
+    let update = simulation.update;
+    DeviceServer::start(&name, &endpoints, link, host, move |listeners, link| {
+        serve(listeners, link, shared, update)
+    })
+}
+
+async fn serve(listeners: Vec<TcpListener>, link: Link, shared: Arc<Shared>, update: Duration) {
+    let mut accepting = JoinSet::new();
+    for listener in listeners {
+        accepting.spawn(accept(listener, link.clone(), Arc::clone(&shared), update));
+    }
+    while accepting.join_next().await.is_some() {}
+}
+
+async fn accept(listener: TcpListener, link: Link, shared: Arc<Shared>, update: Duration) {
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            sleep(ACCEPT_PAUSE).await;
+            continue;
+        };
+        if let Some(client) = link.admit(stream) {
+            let (link, shared) = (link.clone(), Arc::clone(&shared));
+            tokio::spawn(async move {
+                // However it ends, the client alone is concerned.
+                let _ = serve_client(client, &link, shared, update).await;
+            });
+        }
+    }
+}
+
+/// Until the client is gone or breaks the protocol.
+async fn serve_client(
+    mut client: DuplexStream,
+    link: &Link,
+    shared: Arc<Shared>,
+    update: Duration,
+) -> io::Result<()> {
+    let mut station = Station::new(shared, Instant::now());
+    // Not at once: what a client asks for comes before what has changed.
+    let mut looking = interval_at((Instant::now() + update).into(), update);
+    looking.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let mut piece = vec![0; PIECE_BYTES];
+    loop {
+        let outcome = tokio::select! {
+            read = client.read(&mut piece) => match read? {
+                0 => return Ok(()),
+                count => station.receive(&piece[..count], times(link)),
+            },
+            () = sleep_until(station.deadline().into()) => station.tick(times(link)),
+            _ = looking.tick() => {
+                station.look_for_changes(times(link));
+                Ok(())
+            }
+        };
+        let (bytes, count) = station.take_output();
+        client.write_all(&bytes).await?;
+        link.count_messages(count);
+        if outcome.is_err() {
+            return Ok(());
+        }
+    }
+}
+
+fn times(link: &Link) -> Times {
+    let (said_time, true_time) = link.now();
+    Times { now: Instant::now(), true_time, said_time }
+}

@@ -1,0 +1,160 @@
+//! All cells of a simulated device, worked out when they are read.
+
+use std::collections::BTreeMap;
+use std::time::SystemTime;
+
+use busbar_plugin_sdk::simulation::Signal;
+use busbar_plugin_sdk::{Error, Value, ValueKind};
+use tokio_modbus::ExceptionCode;
+
+use super::encode::{MAX_CELLS, encode};
+use crate::address::{Decoding, Point, Table};
+use crate::plan::{MAX_BITS, MAX_REGISTERS};
+
+/// Tags that one message names.
+const MAX_TAGS_IN_MESSAGE: usize = 5;
+
+/// The cells of a device by unit and table.
+#[derive(Debug)]
+pub(super) struct Bank {
+    spaces: BTreeMap<(u8, Table), Space>,
+}
+
+/// One table of a unit. Cells between points are there and 0, those beyond are not.
+#[derive(Debug, Default)]
+struct Space {
+    /// In order of the first cell; no two have a bit in common.
+    points: Vec<(Point, Signal)>,
+    first: u32,
+    end: u32,
+}
+
+impl Bank {
+    /// Lays out points, and remarks on those whose cells are another's already.
+    ///
+    /// # Errors
+    /// [`Error::settings`] with every point that cannot hold its signal's values.
+    pub(super) fn new(points: Vec<(Point, Signal)>) -> Result<(Self, Option<String>), Error> {
+        let faults: Vec<_> = points.iter().filter_map(|(p, signal)| misfit(p, signal)).collect();
+        if !faults.is_empty() {
+            return Err(Error::settings(faults.join("; ")));
+        }
+        let mut taken: BTreeMap<(u8, Table, u32), u16> = BTreeMap::new();
+        let mut shared = Vec::new();
+        let mut bank = Self { spaces: BTreeMap::new() };
+        for (point, signal) in points {
+            let (cells, bits) = (u32::from(point.first)..point.end(), bits_of(&point.decoding));
+            let mut masks: Vec<_> =
+                cells.map(|cell| ((point.unit, point.table, cell), bits)).collect();
+            if masks.iter().any(|(cell, bits)| taken.get(cell).is_some_and(|t| t & bits != 0)) {
+                shared.push(point.id);
+                continue;
+            }
+            masks.drain(..).for_each(|(cell, bits)| *taken.entry(cell).or_default() |= bits);
+            let space = bank.spaces.entry((point.unit, point.table)).or_default();
+            space.points.push((point, signal));
+        }
+        for space in bank.spaces.values_mut() {
+            space.points.sort_by_key(|(point, _)| point.first);
+            let firsts = space.points.iter().map(|(point, _)| u32::from(point.first));
+            space.first = firsts.min().unwrap_or_default();
+            space.end = space.points.iter().map(|(point, _)| point.end()).max().unwrap_or_default();
+        }
+        Ok((bank, remark(&shared)))
+    }
+
+    /// Cells at an instant; bits as 0 and 1.
+    ///
+    /// # Errors
+    /// [`ExceptionCode`] for what the device does not have.
+    pub(super) fn read(
+        &self,
+        unit: u8,
+        table: Table,
+        first: u16,
+        count: u16,
+        now: SystemTime,
+    ) -> Result<Vec<u16>, ExceptionCode> {
+        let most = if table.is_bits() { MAX_BITS } else { MAX_REGISTERS };
+        if !(1..=most).contains(&count) {
+            return Err(ExceptionCode::IllegalDataValue);
+        }
+        let Some(space) = self.spaces.get(&(unit, table)) else {
+            let knows_unit = self.spaces.keys().any(|(known, _)| *known == unit);
+            return Err(match knows_unit {
+                true => ExceptionCode::IllegalDataAddress,
+                false => ExceptionCode::GatewayTargetDevice,
+            });
+        };
+        let (first, end) = (u32::from(first), u32::from(first) + u32::from(count));
+        if first < space.first || end > space.end {
+            return Err(ExceptionCode::IllegalDataAddress);
+        }
+        let mut cells = vec![0; usize::from(count)];
+        for (point, signal) in space.of_cells(first, end) {
+            let Some(values) = encode(&point.decoding, signal.at(now)) else { continue };
+            for (cell, value) in (u32::from(point.first)..point.end()).zip(values) {
+                let index = cell.checked_sub(first).and_then(|index| usize::try_from(index).ok());
+                if let Some(place) = index.and_then(|index| cells.get_mut(index)) {
+                    *place |= value;
+                }
+            }
+        }
+        Ok(cells)
+    }
+}
+
+impl Space {
+    /// The points with a cell from `first` to before `end`.
+    fn of_cells(&self, first: u32, end: u32) -> impl Iterator<Item = &(Point, Signal)> {
+        let reach = u32::try_from(MAX_CELLS).unwrap_or(u32::MAX);
+        let begin = self.points.partition_point(|(p, _)| u32::from(p.first) + reach <= first);
+        let points = self.points.get(begin..).unwrap_or_default().iter();
+        points.take_while(move |(point, _)| u32::from(point.first) < end)
+    }
+}
+
+/// What is wrong where a point cannot hold the values that its signal takes.
+fn misfit(point: &Point, signal: &Signal) -> Option<String> {
+    let (low, high) = signal.range();
+    let value = |number: f64| match signal.kind() {
+        ValueKind::F64 => Value::F64(number),
+        ValueKind::I64 => Value::I64(number as i64),
+        // Their bits always fit.
+        ValueKind::Bool | ValueKind::DoublePoint => signal.at(SystemTime::UNIX_EPOCH),
+    };
+    let fits = [low, high].iter().all(|&end| encode(&point.decoding, value(end)).is_some());
+    (!fits).then(|| {
+        format!(
+            "tag '{}': its simulated values from {low} to {high} do not fit its type and scale: \
+             change these, or give the tag a \"simulate\" with another base and amplitude",
+            point.id
+        )
+    })
+}
+
+/// Which bits of each of its cells are the point's.
+fn bits_of(decoding: &Decoding) -> u16 {
+    match decoding {
+        Decoding::Number { .. } | Decoding::Integer { .. } => u16::MAX,
+        Decoding::RegisterBit(bit) => 1 << bit,
+        Decoding::RegisterBitPair(first) => 0b11 << first,
+        Decoding::Bit | Decoding::BitPair => 1,
+    }
+}
+
+fn remark(shared: &[String]) -> Option<String> {
+    let named: Vec<_> = shared.iter().take(MAX_TAGS_IN_MESSAGE).map(String::as_str).collect();
+    (!shared.is_empty()).then(|| {
+        format!(
+            "{} tags lie where another tag lies and show what that one makes of the cells: {}{}",
+            shared.len(),
+            named.join(", "),
+            if shared.len() > named.len() { ", ..." } else { "" }
+        )
+    })
+}
+
+#[cfg(test)]
+#[path = "bank_tests.rs"]
+mod tests;

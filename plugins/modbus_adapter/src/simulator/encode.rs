@@ -1,0 +1,177 @@
+//! Values -> cells: what [`crate::decode`] reads, the other way round.
+
+use busbar_plugin_sdk::Value;
+
+use crate::address::{Decoding, Format, WordOrder};
+
+/// Cells of the longest number.
+pub(super) const MAX_CELLS: usize = 4;
+
+/// The cells that say a value; those beyond the point's are 0. Nothing where they
+/// cannot.
+pub(super) fn encode(decoding: &Decoding, value: Value) -> Option<[u16; MAX_CELLS]> {
+    match (*decoding, value) {
+        (Decoding::Number { format, word_order, scale, offset }, Value::F64(value)) => {
+            Some(cells(format, word_order, number_bits(format, (value - offset) / scale)?))
+        }
+        (Decoding::Integer { format, word_order }, Value::I64(value)) => {
+            Some(cells(format, word_order, integer_bits(format, value.into())?))
+        }
+        (Decoding::RegisterBit(bit), Value::Bool(is_on)) => {
+            Some([u16::from(is_on) << bit, 0, 0, 0])
+        }
+        (Decoding::RegisterBitPair(first), Value::DoublePoint(position)) => {
+            Some([u16::from(position.bits()) << first, 0, 0, 0])
+        }
+        (Decoding::Bit, Value::Bool(is_on)) => Some([u16::from(is_on), 0, 0, 0]),
+        (Decoding::BitPair, Value::DoublePoint(position)) => {
+            let bits = u16::from(position.bits());
+            Some([bits & 1, bits >> 1, 0, 0])
+        }
+        _ => None,
+    }
+}
+
+fn number_bits(format: Format, raw: f64) -> Option<u64> {
+    match format {
+        Format::F32 => {
+            let short = raw as f32;
+            short.is_finite().then(|| short.to_bits().into())
+        }
+        Format::F64 => Some(raw.to_bits()),
+        // Casts saturate far beyond what any format holds.
+        _ => integer_bits(format, raw.round() as i128),
+    }
+}
+
+/// The low bits of a number that the format can hold.
+fn integer_bits(format: Format, number: i128) -> Option<u64> {
+    let (low, high) = match format {
+        Format::U16 => (0, u16::MAX.into()),
+        Format::I16 => (i16::MIN.into(), i16::MAX.into()),
+        Format::U32 => (0, u32::MAX.into()),
+        Format::I32 => (i32::MIN.into(), i32::MAX.into()),
+        Format::U64 => (0, u64::MAX.into()),
+        Format::I64 => (i64::MIN.into(), i64::MAX.into()),
+        Format::F32 | Format::F64 => return None,
+    };
+    (low..=high).contains(&number).then_some(number as u64)
+}
+
+fn cells(format: Format, word_order: WordOrder, bits: u64) -> [u16; MAX_CELLS] {
+    let count = usize::from(format.registers());
+    std::array::from_fn(|index| {
+        let from_low = match word_order {
+            _ if index >= count => return 0,
+            WordOrder::Big => count - 1 - index,
+            WordOrder::Little => index,
+        };
+        (bits >> (16 * from_low)) as u16
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_plugin_sdk::DoublePoint;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::decode::{Cells, decode};
+
+    const FORMATS: [Format; 8] = [
+        Format::U16,
+        Format::I16,
+        Format::U32,
+        Format::I32,
+        Format::U64,
+        Format::I64,
+        Format::F32,
+        Format::F64,
+    ];
+
+    fn read_back(decoding: &Decoding, cells: [u16; MAX_CELLS], count: usize) -> Value {
+        decode(decoding, Cells::Registers(&cells[..count])).unwrap()
+    }
+
+    #[test]
+    fn what_does_not_fit_is_nothing() {
+        let number = |format, scale| Decoding::Number {
+            format,
+            word_order: WordOrder::Big,
+            scale,
+            offset: 0.0,
+        };
+        for (decoding, value) in [
+            (number(Format::U16, 0.1), Value::F64(6553.6)),
+            (number(Format::U16, 1.0), Value::F64(-1.0)),
+            (number(Format::I16, 0.001), Value::F64(40.0)),
+            (number(Format::F32, 1e-30), Value::F64(1e30)),
+            (number(Format::F64, 1.0), Value::I64(1)),
+            (Decoding::Integer { format: Format::U32, word_order: WordOrder::Big }, Value::I64(-1)),
+            (Decoding::Bit, Value::F64(1.0)),
+        ] {
+            assert_eq!(encode(&decoding, value), None, "{decoding:?} {value:?}");
+        }
+    }
+
+    #[test]
+    fn states_are_read_as_they_were_written() {
+        for position in
+            [DoublePoint::Intermediate, DoublePoint::Off, DoublePoint::On, DoublePoint::BadState]
+        {
+            let value = Value::DoublePoint(position);
+            let decoding = Decoding::RegisterBitPair(6);
+            let cells = encode(&decoding, value).unwrap();
+            assert_eq!(read_back(&decoding, cells, 1), value);
+            let [open, closed, ..] = encode(&Decoding::BitPair, value).unwrap();
+            let bits = [open != 0, closed != 0];
+            assert_eq!(decode(&Decoding::BitPair, Cells::Bits(&bits)), Ok(value));
+        }
+        for is_on in [false, true] {
+            let value = Value::Bool(is_on);
+            let decoding = Decoding::RegisterBit(15);
+            assert_eq!(read_back(&decoding, encode(&decoding, value).unwrap(), 1), value);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_are_read_as_they_were_written(
+            format in prop::sample::select(&FORMATS[..]),
+            is_big in any::<bool>(),
+            value in -1e7..1e7,
+            scale in prop::sample::select(&[0.001, 0.1, 1.0, -2.5][..]),
+            offset in -100.0..100.0,
+        ) {
+            let word_order = if is_big { WordOrder::Big } else { WordOrder::Little };
+            let decoding = Decoding::Number { format, word_order, scale, offset };
+            let count = usize::from(format.registers());
+            if let Some(cells) = encode(&decoding, Value::F64(value)) {
+                let Value::F64(read) = read_back(&decoding, cells, count) else { panic!() };
+                let step = if matches!(format, Format::F32 | Format::F64) { 2e-7 } else { 0.5 };
+                // A float keeps 24 bits of what lies on the wire.
+                let size = if step < 0.5 { ((value - offset) / scale).abs() } else { 1.0 };
+                let most = step * scale.abs() * size.max(1e-30) + 1e-6;
+                prop_assert!((read - value).abs() <= most, "{} {}", read, value);
+            } else {
+                prop_assert!(!matches!(format, Format::F32 | Format::F64 | Format::I64));
+            }
+        }
+
+        #[test]
+        fn integers_are_read_as_they_were_written(
+            format in prop::sample::select(&FORMATS[..6]),
+            is_big in any::<bool>(),
+            value in any::<i64>(),
+            shift in 0_u32..64,
+        ) {
+            let word_order = if is_big { WordOrder::Big } else { WordOrder::Little };
+            let decoding = Decoding::Integer { format, word_order };
+            let value = Value::I64(value >> shift);
+            if let Some(cells) = encode(&decoding, value) {
+                let count = usize::from(format.registers());
+                prop_assert_eq!(read_back(&decoding, cells, count), value);
+            }
+        }
+    }
+}

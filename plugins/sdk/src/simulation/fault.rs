@@ -1,0 +1,164 @@
+//! When a simulated device fails, and how.
+
+use std::time::Duration;
+
+use busbar_plugin_abi as abi;
+
+use super::{draw, mix, unit};
+use crate::Error;
+
+/// Shares of the healthy time of a period that come before the fault, so that there is
+/// time before it, and more after it for what was lost to come back.
+const HEALTHY_BEFORE: std::ops::Range<f64> = 0.25..0.5;
+/// By how much a clock is wrong: these seconds, before or behind.
+const CLOCK_JUMP_SECONDS: std::ops::Range<i64> = 600..7200;
+
+/// A way in which a device or the way to it fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FaultKind {
+    /// Connections end, and new ones are turned away.
+    LinkLoss,
+    /// Every answer takes a while, but comes in time.
+    Slow,
+    /// Connections stay, and nothing comes through them.
+    HalfOpen,
+    /// Connections are reset, again and again.
+    Reset,
+    /// Random bytes come instead of answers.
+    Garbage,
+    /// Answers come after the client's deadline.
+    Late,
+    /// The device's clock is wrong, where the protocol has times.
+    ClockJump,
+}
+
+impl FaultKind {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::LinkLoss,
+        Self::Slow,
+        Self::HalfOpen,
+        Self::Reset,
+        Self::Garbage,
+        Self::Late,
+        Self::ClockJump,
+    ];
+
+    pub(crate) fn to_abi(self) -> u32 {
+        match self {
+            Self::LinkLoss => abi::BUSBAR_FAULT_LINK_LOSS,
+            Self::Slow => abi::BUSBAR_FAULT_SLOW,
+            Self::HalfOpen => abi::BUSBAR_FAULT_HALF_OPEN,
+            Self::Reset => abi::BUSBAR_FAULT_RESET,
+            Self::Garbage => abi::BUSBAR_FAULT_GARBAGE,
+            Self::Late => abi::BUSBAR_FAULT_LATE,
+            Self::ClockJump => abi::BUSBAR_FAULT_CLOCK_JUMP,
+        }
+    }
+
+    /// The kinds of a sum; none where it has bits that no kind has.
+    pub(crate) fn from_abi(sum: u32) -> Option<Vec<Self>> {
+        let known: u32 = Self::ALL.iter().map(|kind| kind.to_abi()).sum();
+        let is_in = |kind: &Self| sum & kind.to_abi() != 0;
+        (sum & !known == 0).then(|| Self::ALL.into_iter().filter(is_in).collect())
+    }
+}
+
+/// Which fault holds when: in each period one, the kinds in turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaultPlan {
+    key: u64,
+    kinds: Vec<FaultKind>,
+    period: Duration,
+    longest: Duration,
+}
+
+/// A fault that holds. Times are since the start of the simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActiveFault {
+    /// What goes wrong.
+    pub kind: FaultKind,
+    /// When it began.
+    pub begins: Duration,
+    /// When it is over.
+    pub ends: Duration,
+    /// Seconds by which the device's clock is ahead; 0 for all but
+    /// [`FaultKind::ClockJump`].
+    pub clock_ahead_seconds: i64,
+}
+
+impl FaultPlan {
+    /// A device that never fails.
+    pub fn none() -> Self {
+        Self { key: 0, kinds: Vec::new(), period: Duration::MAX, longest: Duration::ZERO }
+    }
+
+    /// In each `period` one fault of a random length, at most `longest`, at a random
+    /// time; the kinds come in turn. A quarter to half of the healthy time is before it.
+    ///
+    /// # Errors
+    /// [`Error::settings`] when a period has no time without a fault.
+    pub fn new(
+        seed: u64,
+        kinds: &[FaultKind],
+        period: Duration,
+        longest: Duration,
+    ) -> Result<Self, Error> {
+        if longest.is_zero() || longest >= period {
+            return Err(Error::settings(format!(
+                "faults of up to {longest:?} in every {period:?}: give them a length, shorter \
+                 than the period"
+            )));
+        }
+        Ok(Self { key: mix(seed), kinds: kinds.to_vec(), period, longest })
+    }
+
+    /// The fault that holds at a time since the start.
+    pub fn at(&self, since_start: Duration) -> Option<ActiveFault> {
+        let fault = self.fault_of(self.number_at(since_start))?;
+        (fault.begins..fault.ends).contains(&since_start).then_some(fault)
+    }
+
+    /// The first fault that begins or ends after a time since the start, and when.
+    pub fn next_change(&self, since_start: Duration) -> Option<Duration> {
+        let number = self.number_at(since_start);
+        let changes = [number, number + 1].into_iter().filter_map(|n| self.fault_of(n));
+        changes.flat_map(|fault| [fault.begins, fault.ends]).find(|&change| change > since_start)
+    }
+
+    fn number_at(&self, since_start: Duration) -> u64 {
+        u64::try_from(since_start.as_nanos() / self.period.as_nanos()).unwrap_or_default()
+    }
+
+    fn fault_of(&self, number: u64) -> Option<ActiveFault> {
+        let count = self.kinds.len() as u64;
+        if count == 0 {
+            return None;
+        }
+        let turn = (self.key % count + number % count) % count;
+        let kind = self.kinds[usize::try_from(turn).unwrap_or_default()];
+        let [length, place, clock] = [0, 1, 2].map(|i| draw(self.key, 3 * number + i));
+        let length = self.longest.mul_f64(0.5 + 0.5 * unit(length));
+        let rest = self.period.saturating_sub(length);
+        let std::ops::Range { start: least, end: most } = HEALTHY_BEFORE;
+        let healthy = least + (most - least) * unit(place);
+        let start = u32::try_from(number).map_or(Duration::MAX, |n| self.period.saturating_mul(n));
+        let begins = start.saturating_add(rest.mul_f64(healthy));
+        Some(ActiveFault {
+            kind,
+            begins,
+            ends: begins.saturating_add(length),
+            clock_ahead_seconds: if kind == FaultKind::ClockJump { jump(clock) } else { 0 },
+        })
+    }
+}
+
+fn jump(number: u64) -> i64 {
+    let span = (CLOCK_JUMP_SECONDS.end - CLOCK_JUMP_SECONDS.start) as f64;
+    let seconds = CLOCK_JUMP_SECONDS.start + (span * unit(number)) as i64;
+    if number & 1 == 0 { seconds } else { -seconds }
+}
+
+#[cfg(test)]
+#[path = "fault_tests.rs"]
+mod tests;

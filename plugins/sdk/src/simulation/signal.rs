@@ -1,0 +1,205 @@
+//! Values of simulated tags.
+
+use std::f64::consts::TAU;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_abi as abi;
+
+use super::{draw, mix, unit};
+use crate::{DoublePoint, Error, Value, ValueKind};
+
+/// How long a switch travels at most.
+const MAX_TRAVEL: Duration = Duration::from_secs(2);
+/// The longest period: a year.
+const MAX_PERIOD: Duration = Duration::from_secs(366 * 86_400);
+
+/// How a value moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// The base, always.
+    Constant,
+    /// A sine about the base, its phase by the tag's id.
+    Sine,
+    /// A smooth random walk about the base: a new aim each period.
+    Walk,
+    /// Random levels about the base, each held for a period. Of a bool or double
+    /// point: open or closed, by chance. A switch travels first.
+    Steps,
+    /// One more each period, from the base to base plus amplitude, then anew.
+    Counter,
+}
+
+impl Shape {
+    pub(crate) fn from_abi(shape: u32) -> Option<Self> {
+        Some(match shape {
+            abi::BUSBAR_SHAPE_CONSTANT => Self::Constant,
+            abi::BUSBAR_SHAPE_SINE => Self::Sine,
+            abi::BUSBAR_SHAPE_WALK => Self::Walk,
+            abi::BUSBAR_SHAPE_STEPS => Self::Steps,
+            abi::BUSBAR_SHAPE_COUNTER => Self::Counter,
+            _ => return None,
+        })
+    }
+}
+
+/// A shape with its measures, which are in range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Behaviour {
+    shape: Shape,
+    base: f64,
+    amplitude: f64,
+    period: Duration,
+}
+
+impl Behaviour {
+    /// A behaviour about `base`, by `amplitude` to both sides, both in the tag's unit.
+    ///
+    /// # Errors
+    /// [`Error::settings`] for numbers that are not finite, an amplitude below 0, and a
+    /// period of 0 or more than a year.
+    pub fn new(shape: Shape, base: f64, amplitude: f64, period: Duration) -> Result<Self, Error> {
+        if !base.is_finite() || !amplitude.is_finite() || amplitude < 0.0 {
+            return Err(Error::settings(format!(
+                "base {base} and amplitude {amplitude} must be finite, and the latter not negative"
+            )));
+        }
+        if period.is_zero() || period > MAX_PERIOD {
+            return Err(Error::settings(format!(
+                "the period {period:?} must be more than 0 and at most a year"
+            )));
+        }
+        Ok(Self { shape, base, amplitude, period })
+    }
+}
+
+/// The value of one tag at any instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Signal {
+    key: u64,
+    kind: ValueKind,
+    behaviour: Behaviour,
+}
+
+impl Signal {
+    /// The signal of a tag.
+    ///
+    /// # Errors
+    /// [`Error::settings`] when values of the kind cannot move so.
+    pub fn new(seed: u64, id: &str, kind: ValueKind, behaviour: Behaviour) -> Result<Self, Error> {
+        let is_state = matches!(kind, ValueKind::Bool | ValueKind::DoublePoint);
+        if is_state && !matches!(behaviour.shape, Shape::Constant | Shape::Steps) {
+            return Err(Error::settings(format!(
+                "tag '{id}': a bool or double point is constant or moves in steps"
+            )));
+        }
+        // FNV-1a, 64 bits.
+        let hash = id.bytes().fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+        });
+        Ok(Self { key: mix(hash ^ mix(seed)), kind, behaviour })
+    }
+
+    /// What kind of value it gives.
+    pub fn kind(&self) -> ValueKind {
+        self.kind
+    }
+
+    /// The value at an instant, whoever asks and how often.
+    pub fn at(&self, time: SystemTime) -> Value {
+        match self.kind {
+            ValueKind::F64 => Value::F64(self.number_at(time)),
+            ValueKind::I64 => Value::I64(self.number_at(time).round() as i64),
+            ValueKind::Bool => Value::Bool(self.is_on_at(time)),
+            ValueKind::DoublePoint => Value::DoublePoint(self.position_at(time)),
+        }
+    }
+
+    /// The least and the greatest number that it ever gives; 0 and 1 for a bool, 0 and
+    /// 3 for a double point.
+    pub fn range(&self) -> (f64, f64) {
+        let Behaviour { shape, base, amplitude, .. } = self.behaviour;
+        let (low, high) = match (self.kind, shape) {
+            (ValueKind::Bool, _) => return (0.0, 1.0),
+            (ValueKind::DoublePoint, _) => return (0.0, 3.0),
+            (_, Shape::Constant) => (base, base),
+            (_, Shape::Counter) => (base, base + amplitude.floor()),
+            _ => (base - amplitude, base + amplitude),
+        };
+        if self.kind == ValueKind::I64 { (low.round(), high.round()) } else { (low, high) }
+    }
+
+    /// How much it changes at most in a second; none where it jumps.
+    pub fn max_slope(&self) -> Option<f64> {
+        let Behaviour { shape, amplitude, period, .. } = self.behaviour;
+        match shape {
+            _ if self.kind != ValueKind::F64 => None,
+            Shape::Constant => Some(0.0),
+            Shape::Sine => Some(TAU * amplitude / period.as_secs_f64()),
+            // From one end to the other, and 3/2 of the mean slope in the middle.
+            Shape::Walk => Some(3.0 * amplitude / period.as_secs_f64()),
+            Shape::Steps | Shape::Counter => None,
+        }
+    }
+
+    fn number_at(&self, time: SystemTime) -> f64 {
+        let Behaviour { shape, base, amplitude, .. } = self.behaviour;
+        let (period, fraction) = self.period_at(time);
+        match shape {
+            Shape::Constant => base,
+            Shape::Sine => base + amplitude * (TAU * (fraction + unit(self.key))).sin(),
+            Shape::Walk => {
+                let (from, to) = (self.level(period), self.level(period + 1));
+                let eased = fraction * fraction * (3.0 - 2.0 * fraction);
+                base + amplitude * (from + (to - from) * eased)
+            }
+            Shape::Steps => base + amplitude * self.level(period),
+            Shape::Counter => base + (period as f64) % (amplitude.floor() + 1.0),
+        }
+    }
+
+    fn is_on_at(&self, time: SystemTime) -> bool {
+        match self.behaviour.shape {
+            Shape::Steps => self.is_on(self.period_at(time).0),
+            _ => self.behaviour.base != 0.0,
+        }
+    }
+
+    fn position_at(&self, time: SystemTime) -> DoublePoint {
+        let Behaviour { shape, base, period, .. } = self.behaviour;
+        if shape != Shape::Steps {
+            return DoublePoint::from_bits(base as u64);
+        }
+        let (number, fraction) = self.period_at(time);
+        let travel = MAX_TRAVEL.min(period / 4);
+        let is_on = self.is_on(number);
+        let was_on = self.is_on(number.wrapping_sub(1));
+        if is_on != was_on && period.mul_f64(fraction) < travel {
+            DoublePoint::Intermediate
+        } else if is_on {
+            DoublePoint::On
+        } else {
+            DoublePoint::Off
+        }
+    }
+
+    /// Which period since 1970, and how much of it is over, 0 to less than 1.
+    fn period_at(&self, time: SystemTime) -> (u64, f64) {
+        let nanos = time.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();
+        let period = self.behaviour.period.as_nanos();
+        let number = u64::try_from(nanos / period).unwrap_or_default();
+        (number, (nanos % period) as f64 / period as f64)
+    }
+
+    /// -1 to 1.
+    fn level(&self, period: u64) -> f64 {
+        2.0 * unit(draw(self.key, period)) - 1.0
+    }
+
+    fn is_on(&self, period: u64) -> bool {
+        draw(self.key, period) >> 63 == 1
+    }
+}
+
+#[cfg(test)]
+#[path = "signal_tests.rs"]
+mod tests;

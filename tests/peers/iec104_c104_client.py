@@ -1,0 +1,71 @@
+"""An IEC 60870-5-104 controlling station by c104 (lib60870-C): asks a station for all
+that it has, and tells what came.
+
+    iec104_c104_client.py PORT COMMON_ADDRESS SECONDS
+
+Starts data transfer, asks for all values, for counters, sets the clock, tests, and
+listens for some seconds. Prints one line of JSON: {"interrogation", "counters",
+"clock", "test": whether the station confirmed it, "points": {IOA: {"type", "value",
+"is_good"}}}.
+"""
+
+import json
+import sys
+import time
+
+import c104
+
+PATIENCE_SECONDS = 10
+
+
+def value(point):
+    value = point.value
+    # Enumerations, and numbers in classes of their own.
+    if name := getattr(value, "name", None):
+        return name
+    try:
+        return float(value)
+    except TypeError:
+        return str(value)
+
+
+def report(point):
+    return {
+        "type": point.type.name,
+        "value": value(point),
+        "is_good": point.quality is None or point.quality.is_good(),
+    }
+
+
+def take(
+    client: c104.Client, station: c104.Station, io_address: int, point_type: c104.Type
+) -> None:
+    station.add_point(io_address=io_address, type=point_type)
+
+
+def main():
+    port, common_address, seconds = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
+    client = c104.Client(tick_rate_ms=100, command_timeout_ms=PATIENCE_SECONDS * 1000)
+    client.on_new_point(callable=take)
+    connection = client.add_connection(ip="127.0.0.1", port=port, init=c104.Init.NONE)
+    station = connection.add_station(common_address=common_address)
+    client.start()
+    until = time.monotonic() + PATIENCE_SECONDS
+    while not connection.is_connected:
+        if time.monotonic() > until:
+            sys.exit("no connection")
+        time.sleep(0.02)
+    connection.unmute()
+    answers = {
+        "interrogation": connection.interrogation(common_address=common_address),
+        "counters": connection.counter_interrogation(common_address=common_address),
+        "clock": connection.clock_sync(common_address=common_address),
+        "test": connection.test(common_address=common_address),
+    }
+    time.sleep(seconds)
+    points = {point.io_address: report(point) for point in station.points}
+    print(json.dumps(answers | {"points": points}), flush=True)
+    client.stop()
+
+
+main()
