@@ -55,6 +55,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("modbus_adapter", &["busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
+    ("replay", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
         "bench",
@@ -147,6 +148,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("egui-winit", &["busbar"]),
     ("tokio-modbus", &["modbus_adapter", "modbus_simulator"]),
     ("tokio-rustls", &["iec104"]),
+    ("csv-core", &["replay"]),
 ];
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
