@@ -43,6 +43,7 @@ impl Session {
                         self.file()
                     );
                     self.sink.report_link(LinkState::Down, &text);
+                    self.host.log(LogLevel::Info, &text);
                     self.publish_all(Reason::Communication);
                     return;
                 }
