@@ -54,12 +54,16 @@ fuzz_target!(|bytes: &[u8]| {
     let settings: Settings = serde_json::from_value(settings).expect("these settings are good");
     let (bytes, tags) = match kind & 3 {
         0 => (Bytes::Comtrade(rest.to_vec(), rest.to_vec()), comtrade_tags().to_vec()),
-        1 => (Bytes::Comtrade(cfg(kind >> 2).into_bytes(), rest.to_vec()), comtrade_tags().to_vec()),
+        1 => {
+            (Bytes::Comtrade(cfg(kind >> 2).into_bytes(), rest.to_vec()), comtrade_tags().to_vec())
+        }
         2 => (Bytes::Cff(rest.to_vec()), comtrade_tags().to_vec()),
         _ => {
-            let address = if form == "long" { json!({ "name": "a" }) } else { json!({ "column": 2 }) };
+            let address =
+                if form == "long" { json!({ "name": "a" }) } else { json!({ "column": 2 }) };
             let kinds = [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
-            let tags = (0..).zip(kinds).map(|(tag, kind)| tag_spec(tag, "a", kind, address.clone()));
+            let tags =
+                (0..).zip(kinds).map(|(tag, kind)| tag_spec(tag, "a", kind, address.clone()));
             (Bytes::Csv(rest.to_vec()), tags.collect())
         }
     };
