@@ -173,7 +173,7 @@ impl OptimisedModel {
     /// Walks `count` random thetas and, from each, back to 0. Whether every
     /// return gave the imported mesh, byte for byte (positions, normals and
     /// texture coordinates of every corner, and the ranges of sections), and
-    /// every mesh on the way was the one that replaying the collapses gives.
+    /// every mesh on the way was the one that redoing the collapses gives.
     pub fn round_trip(&self, count: u64, done: &dyn Fn(u64)) -> bool {
         let imported: Vec<Vec<u8>> = self.imported.iter().map(full_bytes).collect();
         let mut random = SplitMix(0x0b05_ba12);
@@ -181,7 +181,7 @@ impl OptimisedModel {
             let theta = random.unit();
             for (stacks, imported) in self.stacks.iter().zip(&imported) {
                 let cursor = stacks.cursor_at(theta);
-                if !stacks.resolve(cursor).position_triangles().eq(replay(stacks, cursor)) {
+                if !stacks.resolve(cursor).position_triangles().eq(redo(stacks, cursor)) {
                     return false;
                 }
                 let back = stacks.resolve(0);
@@ -235,7 +235,7 @@ fn mesh_at(stacks: &CollapseStacks, theta: f64) -> Mesh {
 
 /// The live triangles after `cursor` collapses, without parents or death
 /// indices: each corner follows the entries done, and what degenerates goes.
-fn replay(stacks: &CollapseStacks, cursor: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
+fn redo(stacks: &CollapseStacks, cursor: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
     let mesh = stacks.mesh();
     let mut stands_for: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     // Backwards, so that where a kept position went itself is known already.

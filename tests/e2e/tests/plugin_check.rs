@@ -92,10 +92,21 @@ fn shipped_plugins_pass() {
             { "kind": "bool", "address": { "ioa": 2 } },
         ],
     });
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let recording = folder.path().join("recording.csv");
+    std::fs::write(&recording, "time,oil,closed\n0,55.5,1\n1,56,0\n").expect("it can be written");
+    let replay = json!({
+        "settings": { "file": recording, "loop": true, "csv": { "time_format": "seconds" } },
+        "tags": [
+            { "kind": "f64", "address": { "column": "oil" } },
+            { "kind": "bool", "address": { "column": "closed" } },
+        ],
+    });
     for (plugin, sample, most_skipped) in [
         ("modbus_adapter", modbus, 0),
         ("modbus_adapter", line, 0),
         ("iec104", station, 0),
+        ("replay", replay, 0),
         ("power_overlay", json!({}), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),

@@ -57,6 +57,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("modbus_adapter", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
+    ("replay", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
@@ -161,6 +162,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("gltf", &["busbar_gltf_import"]),
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
+    ("csv-core", &["replay"]),
     ("tokio-modbus", &["modbus_adapter"]),
     ("tokio-rustls", &["busbar_link"]),
     ("tokio-serial", &["modbus_adapter"]),

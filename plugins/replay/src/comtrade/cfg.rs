@@ -1,0 +1,332 @@
+//! The configuration of a recording (clause 7): what its data mean.
+
+use std::borrow::Cow;
+
+use thiserror::Error;
+
+use super::channel::{Analog, Digital};
+use super::fields::{Fields, Lines, shorten};
+use super::sampling::Sampling;
+use super::stamp::Stamp;
+
+/// Largest configuration that is read.
+pub const MAX_CFG_BYTES: usize = 16 << 20;
+/// Channels of one recording, analogue and digital.
+pub const MAX_CHANNELS: u64 = 65_536;
+/// Largest factor of time stamps: a second is 10^6 microseconds.
+const MAX_TIME_MULTIPLIER: f64 = 1e12;
+/// No place is further from UTC (7.4.12).
+const MAX_OFFSET_MINUTES: i32 = 14 * 60;
+
+/// A configuration that cannot be used.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("line {line}: {what}")]
+pub struct CfgError {
+    /// Number of the line, the first being 1.
+    pub line: usize,
+    /// The fault.
+    pub what: String,
+}
+
+/// Edition of the standard that a file follows (7.4.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Revision {
+    /// IEEE C37.111-1991, whose files do not name it.
+    Of1991,
+    /// IEEE C37.111-1999, or IEC 60255-24:2001.
+    Of1999,
+    /// IEEE C37.111-2013, or IEC 60255-24:2013.
+    Of2013,
+}
+
+/// How samples are written (7.4.10).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataType {
+    /// Lines of text.
+    Ascii,
+    /// 16-bit integers.
+    Binary,
+    /// 32-bit integers.
+    Binary32,
+    /// 32-bit floating point (IEEE 754).
+    Float32,
+}
+
+/// What a file of 2013 says of the recorder's clock (7.4.12, 7.4.13).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Clock {
+    /// Minutes by which its times are ahead of UTC, where it says so.
+    pub utc_offset_minutes: Option<i32>,
+    /// Time quality, `tmq_code`, 0 locked to 15 failed.
+    pub quality: Option<u8>,
+    /// Leap second within the recording: 1 added, 2 left out.
+    pub leap_second: u8,
+}
+
+impl Clock {
+    /// Whether the clock had failed, so that times are not reliable (7.4.13, code F).
+    pub fn is_unreliable(&self) -> bool {
+        self.quality == Some(15)
+    }
+}
+
+/// A configuration that has been checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cfg {
+    /// Name of the station.
+    pub station: String,
+    /// Name of the recorder.
+    pub device: String,
+    /// Edition.
+    pub revision: Revision,
+    /// Analogue channels, in order of the data.
+    pub analogs: Vec<Analog>,
+    /// Digital channels, in order of the data.
+    pub digitals: Vec<Digital>,
+    /// When samples were taken.
+    pub sampling: Sampling,
+    /// Samples that the file says it has.
+    pub samples: u64,
+    /// Time of the first sample.
+    pub start: Stamp,
+    /// Time of the event.
+    pub trigger: Stamp,
+    /// How samples are written.
+    pub data: DataType,
+    /// Unit of the time stamps of records, nanoseconds.
+    pub timestamp_nanos: f64,
+    /// The recorder's clock.
+    pub clock: Clock,
+    /// What is odd, but does no harm.
+    pub remarks: Vec<String>,
+}
+
+impl Cfg {
+    /// Reads a configuration, as UTF-8 or else as ISO 8859-1.
+    ///
+    /// # Errors
+    /// The line, its fault, and what should be there.
+    pub fn parse(bytes: &[u8]) -> Result<Self, CfgError> {
+        if bytes.len() > MAX_CFG_BYTES {
+            let what =
+                format!("{} bytes; a configuration has {MAX_CFG_BYTES} at most", bytes.len());
+            return Err(CfgError { line: 1, what });
+        }
+        let text = decode(bytes);
+        let mut lines = Lines::of(text.trim_start_matches('\u{feff}'));
+        let mut remarks = Vec::new();
+        let head = lines.next("the station's name")?;
+        if head.len() < 2 {
+            return Err(
+                head.fault("station and recorder are not there; is it a COMTRADE configuration?")
+            );
+        }
+        let revision = parse_revision(&head, &mut remarks);
+        let [analogs, digitals] = parse_counts(&lines.next("the number of channels")?)?;
+        let analogs = (1..=analogs)
+            .map(|n| Analog::parse(&lines.next(&format!("analogue channel {n}"))?, n, revision))
+            .collect::<Result<_, _>>()?;
+        let digitals = (1..=digitals)
+            .map(|n| Digital::parse(&lines.next(&format!("digital channel {n}"))?, n, revision))
+            .collect::<Result<_, _>>()?;
+        // Played as recorded, whatever the line's frequency is.
+        lines.next("the line frequency")?;
+        let (sampling, samples) = Sampling::parse(&mut lines)?;
+        let mut stamp = |what: &str| {
+            let fields = lines.next(what)?;
+            let stamp = Stamp::parse(fields.get(0), fields.get(1), revision);
+            let stamp = stamp.map_err(|fault| fields.fault(format!("{what}: {fault}")))?;
+            if stamp.is_swapped {
+                remarks.push(format!(
+                    "{what}: month and day of '{}' are taken in the other order",
+                    fields.get(0)
+                ));
+            }
+            Ok(stamp)
+        };
+        let (start, trigger) =
+            (stamp("the time of the first sample")?, stamp("the time of the trigger")?);
+        let data = parse_data_type(&lines.next("the type of the data file")?)?;
+        let unit = if start.is_nano || trigger.is_nano { 1.0 } else { 1000.0 };
+        let multiplier = parse_multiplier(&mut lines, revision, &mut remarks)?;
+        let clock = if revision == Revision::Of2013 {
+            parse_clock(&mut lines, &mut remarks)?
+        } else {
+            Clock::default()
+        };
+        let timestamp_nanos = unit * multiplier;
+        let (station, device) = (head.get(0).to_owned(), head.get(1).to_owned());
+        Ok(Self {
+            station,
+            device,
+            revision,
+            analogs,
+            digitals,
+            sampling,
+            samples,
+            start,
+            trigger,
+            data,
+            timestamp_nanos,
+            clock,
+            remarks,
+        })
+    }
+
+    /// Time of a sample, nanoseconds from the start of the recording: by the rates,
+    /// or by the record's own time stamp.
+    pub fn nanos(&self, sample: u64, timestamp: Option<f64>) -> Option<i64> {
+        const MAX_NANOS: f64 = 3.2e18;
+        if let Sampling::Rates(_) = self.sampling {
+            return self.sampling.nanos(sample);
+        }
+        let nanos = (timestamp? * self.timestamp_nanos).round();
+        (nanos.abs() < MAX_NANOS).then_some(nanos as i64)
+    }
+}
+
+/// Text of any encoding that recorders use.
+fn decode(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+    }
+}
+
+fn parse_revision(head: &Fields<'_>, remarks: &mut Vec<String>) -> Revision {
+    match head.get(2) {
+        "" | "1991" => Revision::Of1991,
+        "1999" | "2001" => Revision::Of1999,
+        "2013" => Revision::Of2013,
+        other => {
+            let is_later = other.parse::<u32>().is_ok_and(|year| year > 2013);
+            remarks.push(format!(
+                "revision '{}' is not known: read as of {}",
+                shorten(other),
+                if is_later { 2013 } else { 1999 }
+            ));
+            if is_later { Revision::Of2013 } else { Revision::Of1999 }
+        }
+    }
+}
+
+/// `TT,##A,##D` (7.4.3).
+fn parse_counts(fields: &Fields<'_>) -> Result<[usize; 2], CfgError> {
+    let count = |index: usize, letter: char| {
+        let text = fields.get(index);
+        let digits = text.strip_suffix([letter, letter.to_ascii_lowercase()]);
+        digits.and_then(|digits| digits.trim().parse::<u64>().ok())
+    };
+    let total = fields.whole(0, "number of channels")?;
+    let (Some(total), Some(analogs), Some(digitals)) = (total, count(1, 'A'), count(2, 'D')) else {
+        return Err(fields.fault(format!(
+            "'{}' is no number of channels such as 3,2A,1D",
+            shorten(&fields.joined())
+        )));
+    };
+    if analogs.checked_add(digitals) != Some(total) {
+        return Err(fields
+            .fault(format!("{analogs} analogue and {digitals} digital channels are not {total}")));
+    }
+    if total > MAX_CHANNELS || total == 0 {
+        return Err(fields.fault(format!("{total} channels; 1 to {MAX_CHANNELS} are read")));
+    }
+    // Within the limit just checked.
+    Ok([analogs as usize, digitals as usize])
+}
+
+fn parse_data_type(fields: &Fields<'_>) -> Result<DataType, CfgError> {
+    match fields.get(0).to_ascii_uppercase().as_str() {
+        "ASCII" => Ok(DataType::Ascii),
+        "BINARY" => Ok(DataType::Binary),
+        "BINARY32" => Ok(DataType::Binary32),
+        "FLOAT32" => Ok(DataType::Float32),
+        other => Err(fields.fault(format!(
+            "'{}' is no type of data: ASCII, BINARY, BINARY32 or FLOAT32",
+            shorten(other)
+        ))),
+    }
+}
+
+/// The factor of time stamps (7.4.11), which files of 1991 do not have.
+fn parse_multiplier(
+    lines: &mut Lines<'_>,
+    revision: Revision,
+    remarks: &mut Vec<String>,
+) -> Result<f64, CfgError> {
+    let fields = match lines.next_if_any() {
+        Some(fields) if !fields.is_blank() => fields,
+        _ => {
+            if revision != Revision::Of1991 {
+                remarks.push("the factor of time stamps is missing: taken as 1".into());
+            }
+            return Ok(1.0);
+        }
+    };
+    let multiplier = fields.number(0, "factor of time stamps")?.unwrap_or(1.0);
+    if multiplier <= 0.0 || multiplier > MAX_TIME_MULTIPLIER {
+        return Err(fields.fault(format!(
+            "a factor of time stamps of {multiplier} is not within 0 to {MAX_TIME_MULTIPLIER}"
+        )));
+    }
+    Ok(multiplier)
+}
+
+/// `time_code,local_code` and `tmq_code,leapsec`.
+fn parse_clock(lines: &mut Lines<'_>, remarks: &mut Vec<String>) -> Result<Clock, CfgError> {
+    let Some(zone) = lines.next_if_any().filter(|fields| !fields.is_blank()) else {
+        remarks.push("time code and time quality are missing".into());
+        return Ok(Clock::default());
+    };
+    let utc_offset_minutes = parse_time_code(zone.get(0)).map_err(|()| {
+        zone.fault(format!("'{}' is no time code such as 0, -5h30, +9 or x", shorten(zone.get(0))))
+    })?;
+    let Some(fields) = lines.next_if_any().filter(|fields| !fields.is_blank()) else {
+        remarks.push("time quality is missing".into());
+        return Ok(Clock { utc_offset_minutes, ..Clock::default() });
+    };
+    let quality =
+        match fields.get(0) {
+            "" => None,
+            code => Some(u8::from_str_radix(code, 16).ok().filter(|code| *code < 16).ok_or_else(
+                || fields.fault(format!("'{}' is no time quality: 0 to F", shorten(code))),
+            )?),
+        };
+    let leap_second = match fields.whole(1, "leap second")?.unwrap_or(0) {
+        code @ 0..=3 => code as u8,
+        code => return Err(fields.fault(format!("leap second {code} is not within 0 to 3"))),
+    };
+    Ok(Clock { utc_offset_minutes, quality, leap_second })
+}
+
+/// `-5h30`, `+9`, `0`; `x` where it does not apply.
+fn parse_time_code(text: &str) -> Result<Option<i32>, ()> {
+    if text.is_empty() || text.eq_ignore_ascii_case("x") {
+        return Ok(None);
+    }
+    let (sign, digits) = match text.strip_prefix('-') {
+        Some(digits) => (-1, digits),
+        None => (1, text.strip_prefix('+').unwrap_or(text)),
+    };
+    let (hours, minutes) = digits.split_once(['h', 'H']).unwrap_or((digits, ""));
+    let number = |text: &str| -> Result<i32, ()> {
+        let is_number = text.len() <= 2 && text.bytes().all(|byte| byte.is_ascii_digit());
+        if text.is_empty() {
+            Ok(0)
+        } else if is_number {
+            text.parse().map_err(|_| ())
+        } else {
+            Err(())
+        }
+    };
+    if hours.is_empty() {
+        return Err(());
+    }
+    let (hours, minutes) = (number(hours)?, number(minutes)?);
+    let total = hours * 60 + minutes;
+    if minutes > 59 || total > MAX_OFFSET_MINUTES { Err(()) } else { Ok(Some(sign * total)) }
+}
+
+#[cfg(test)]
+#[path = "cfg_tests.rs"]
+mod tests;

@@ -1,0 +1,108 @@
+//! When samples were taken (7.4.8).
+
+use super::cfg::CfgError;
+use super::fields::{Fields, Lines};
+
+/// Sample rates of one file.
+pub const MAX_RATES: u64 = 1024;
+/// The last sample number that the format can write (7.4.8).
+const MAX_SAMPLES: u64 = 9_999_999_999;
+/// No two samples are closer than a nanosecond.
+const MAX_HERTZ: f64 = 1e9;
+const NANOS_PER_SECOND: f64 = 1e9;
+/// Times beyond are refused: a century.
+const MAX_NANOS: f64 = 3.2e18;
+
+/// How samples follow each other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sampling {
+    /// At rates, one after another.
+    Rates(Vec<Rate>),
+    /// At the time that each record says.
+    Timestamps,
+}
+
+/// One rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rate {
+    /// Samples a second.
+    pub hertz: f64,
+    /// Number of the last sample at this rate.
+    pub last: u64,
+    /// Number of the sample that times are counted from: the last one before.
+    from: u64,
+    /// Its time, seconds.
+    from_seconds: f64,
+}
+
+impl Sampling {
+    /// Reads the number of rates and the rates; and the number of samples, which
+    /// nobody need believe.
+    pub(super) fn parse(lines: &mut Lines<'_>) -> Result<(Self, u64), CfgError> {
+        let fields = lines.next("the number of sample rates")?;
+        let count = fields.whole(0, "number of sample rates")?.unwrap_or(0);
+        if count > MAX_RATES {
+            return Err(fields.fault(format!("{count} sample rates; at most {MAX_RATES} are read")));
+        }
+        let mut rates: Vec<Rate> = Vec::new();
+        // Without rates there is one line all the same, which has the last number.
+        for index in 1..=count.max(1) {
+            let fields = lines.next(&format!("sample rate {index}"))?;
+            let (hertz, last) = parse_rate(&fields, index, rates.last())?;
+            if hertz == 0.0 {
+                return Ok((Self::Timestamps, last));
+            }
+            rates.push(next_rate(hertz, last, rates.last()));
+        }
+        if count == 0 {
+            return Ok((Self::Timestamps, rates.last().map_or(0, |rate| rate.last)));
+        }
+        let last = rates.last().map_or(0, |rate| rate.last);
+        Ok((Self::Rates(rates), last))
+    }
+
+    /// The time of a sample, nanoseconds from the first; nothing where records say
+    /// it themselves. Samples after the last go on at the last rate.
+    pub fn nanos(&self, sample: u64) -> Option<i64> {
+        let Self::Rates(rates) = self else { return None };
+        let index = rates.partition_point(|rate| rate.last < sample);
+        let rate = rates.get(index).or(rates.last())?;
+        let steps = sample as f64 - rate.from as f64;
+        to_nanos(rate.from_seconds + steps / rate.hertz)
+    }
+}
+
+fn to_nanos(seconds: f64) -> Option<i64> {
+    let nanos = (seconds * NANOS_PER_SECOND).round();
+    (nanos.abs() < MAX_NANOS).then_some(nanos as i64)
+}
+
+fn parse_rate(
+    fields: &Fields<'_>,
+    index: u64,
+    before: Option<&Rate>,
+) -> Result<(f64, u64), CfgError> {
+    let hertz = fields.number(0, "sample rate")?.unwrap_or(0.0);
+    let last = fields.whole(1, "last sample number")?.unwrap_or(0);
+    let previous = before.map_or(0, |rate| rate.last);
+    if !(0.0..=MAX_HERTZ).contains(&hertz) || (hertz == 0.0 && before.is_some()) {
+        return Err(fields.fault(format!(
+            "sample rate {index}: {hertz} Hz is not within 0 to {MAX_HERTZ}, 0 the first alone"
+        )));
+    }
+    if last > MAX_SAMPLES || (hertz > 0.0 && last <= previous) {
+        return Err(fields.fault(format!(
+            "sample rate {index}: its last sample is {last}; it must come after sample {previous}, \
+             and be {MAX_SAMPLES} at most"
+        )));
+    }
+    Ok((hertz, last))
+}
+
+/// Each sample is an interval of its own rate after the one before.
+fn next_rate(hertz: f64, last: u64, before: Option<&Rate>) -> Rate {
+    let (from, from_seconds) = before.map_or((1, 0.0), |rate| {
+        (rate.last, rate.from_seconds + (rate.last as f64 - rate.from as f64) / rate.hertz)
+    });
+    Rate { hertz, last, from, from_seconds }
+}

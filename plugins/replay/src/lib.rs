@@ -1,0 +1,96 @@
+//! Recordings played into tags: COMTRADE (IEEE C37.111, IEC 60255-24) and CSV.
+//!
+//! The JSON of settings and tag addresses is described in the crate's README.md. One
+//! thread reads the recording as it plays it: memory does not depend on its length.
+
+mod address;
+#[warn(clippy::indexing_slicing)]
+#[cfg_attr(test, allow(clippy::indexing_slicing))]
+pub mod comtrade;
+mod decimate;
+mod instant;
+pub mod lines;
+mod oscillogram;
+mod player;
+pub mod probe;
+mod recording;
+mod remarks;
+mod session;
+mod settings;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::sync::{Mutex, PoisonError};
+
+use busbar_plugin_sdk::{
+    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+};
+
+use crate::address::Points;
+use crate::remarks::Remarks;
+use crate::session::Session;
+use crate::settings::Config;
+pub use crate::settings::Settings;
+/// The plugin.
+pub struct Replay {
+    config: Config,
+    host: Host,
+    worker: Option<Worker>,
+    /// What is wrong with the file, as it was told.
+    told: Mutex<Option<String>>,
+}
+
+impl Plugin for Replay {
+    const ID: &'static str = "replay";
+    const NAME: &'static str = "Replay";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str = "Plays COMTRADE and CSV recordings into tags.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
+        Ok(Self { config: settings.parse()?, host, worker: None, told: Mutex::default() })
+    }
+}
+
+impl Telemetry for Replay {
+    fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
+        let points = Points::parse(tags, &self.config)?;
+        let mut remarks =
+            Remarks::new(Host::clone(&self.host), self.config.file.display().to_string());
+        let Err(fault) = recording::open(&self.config, &points, &mut remarks) else {
+            return Ok(());
+        };
+        if fault.is_of_tags {
+            return Err(Error::settings(fault.to_string()));
+        }
+        // Like a device that does not answer: it may be there later. Told once,
+        // though each tag is asked about.
+        let text = fault.to_string();
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        if told.as_ref() != Some(&text) {
+            self.host.log(LogLevel::Warning, &text);
+            *told = Some(text);
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
+        self.stop();
+        let points = Points::parse(&tags, &self.config)?;
+        if points.0.is_empty() {
+            return Ok(());
+        }
+        let session =
+            Session { config: self.config.clone(), points, sink, host: self.host.clone() };
+        self.worker =
+            Some(Worker::start(&self.host, "replay", move |running| session.run(running))?);
+        Ok(())
+    }
+
+    fn stop(&mut self) {
+        self.worker = None;
+    }
+}
+
+export_plugin!(Replay: telemetry);

@@ -1,0 +1,326 @@
+//! A COMTRADE recording as the player sees it.
+
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+
+use crate::address::{Point, Points, Source};
+use crate::comtrade::{Analog, Cff, Cfg, Data, Layout, MAX_CFG_BYTES, Record};
+use crate::recording::{Fault, Recording, Update, open_file};
+use crate::remarks::Remarks;
+use crate::settings::Config;
+use crate::table::{Column, find_column};
+
+/// Records that are left out in a row before the player looks whether to go on.
+const MAX_LEFT_OUT: usize = 1000;
+/// What a single file of 2013 begins with.
+const CFF_START: &[u8] = b"---";
+const NANOS_PER_MINUTE: i64 = 60_000_000_000;
+
+/// An open recording.
+pub(crate) struct Oscillogram<R> {
+    file: PathBuf,
+    cfg: Cfg,
+    data: Data<R>,
+    wanted: Vec<Wanted>,
+    origin: Option<i64>,
+    /// Time of the last record.
+    last: i64,
+    mark: u64,
+    /// Whether its length was compared with what it says.
+    is_counted: bool,
+}
+
+/// A tag's channels, counted from 0.
+enum Wanted {
+    Number { channel: usize, is_whole: bool, scale: Scale },
+    Bool(usize),
+    DoublePoint { off: usize, on: usize },
+}
+
+/// From raw values to those of a tag.
+struct Scale {
+    a: f64,
+    b: f64,
+    factor: f64,
+    range: Option<RangeInclusive<f64>>,
+    skew_nanos: i64,
+}
+
+impl Oscillogram<File> {
+    /// Opens what the settings name.
+    pub(crate) fn open(
+        config: &Config,
+        points: &Points,
+        remarks: &mut Remarks,
+    ) -> Result<Self, Fault> {
+        let (cfg, parts) = read_cfg(&config.file)?;
+        Self::new(config, cfg, parts, points, remarks)
+    }
+}
+
+impl<R: Read + Seek> Oscillogram<R> {
+    pub(crate) fn new(
+        config: &Config,
+        cfg: Cfg,
+        parts: Parts<R>,
+        points: &Points,
+        remarks: &mut Remarks,
+    ) -> Result<Self, Fault> {
+        let Parts { path: file, file: bytes, offset, line, bytes: count } = parts;
+        let data = Data::open(bytes, Layout::of(&cfg), offset, line, count);
+        let data = data.map_err(|error| Fault::new(&file, error))?;
+        let wanted = find_channels(&config.file, &cfg, points)?;
+        let ahead = cfg.clock.utc_offset_minutes.unwrap_or(config.utc_offset_minutes);
+        let ahead = i64::from(ahead) * NANOS_PER_MINUTE;
+        let origin = cfg.start.nanos.and_then(|start| start.checked_sub(ahead));
+        tell_oddities(&cfg, data.rest_bytes(), remarks);
+        Ok(Self { file, cfg, data, wanted, origin, last: i64::MIN, mark: 0, is_counted: false })
+    }
+}
+
+/// A file with the data, and where they are in it.
+pub(crate) struct Parts<R> {
+    pub(crate) path: PathBuf,
+    pub(crate) file: R,
+    pub(crate) offset: u64,
+    pub(crate) line: u64,
+    pub(crate) bytes: Option<u64>,
+}
+
+fn read_cfg(path: &Path) -> Result<(Cfg, Parts<File>), Fault> {
+    let mut file = open_file(path)?;
+    let failed = |error: std::io::Error| Fault::new(path, error);
+    let mut start = Vec::new();
+    (&mut file).take(16).read_to_end(&mut start).map_err(failed)?;
+    file.seek(SeekFrom::Start(0)).map_err(failed)?;
+    let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&start);
+    if start.starts_with(CFF_START) {
+        let Cff { cfg, data_offset, data_line, data_bytes } =
+            Cff::find(&mut file).map_err(|fault| Fault::new(path, fault))?;
+        let cfg = Cfg::parse(&cfg)
+            .map_err(|fault| Fault::new(path, format!("configuration, {fault}")))?;
+        let parts = Parts {
+            path: path.into(),
+            file,
+            offset: data_offset,
+            line: data_line,
+            bytes: data_bytes,
+        };
+        return Ok((cfg, parts));
+    }
+    let mut text = Vec::new();
+    file.take(MAX_CFG_BYTES as u64 + 1).read_to_end(&mut text).map_err(failed)?;
+    let cfg = Cfg::parse(&text).map_err(|fault| Fault::new(path, fault))?;
+    let data = data_file(path);
+    let file = open_file(&data)?;
+    Ok((cfg, Parts { path: data, file, offset: 0, line: 1, bytes: None }))
+}
+
+/// The data beside a configuration: `.dat`, in the case that there is.
+fn data_file(cfg: &Path) -> PathBuf {
+    let is_upper = cfg.extension().and_then(OsStr::to_str).is_some_and(|e| e == e.to_uppercase());
+    let order = if is_upper { ["DAT", "dat", "Dat"] } else { ["dat", "DAT", "Dat"] };
+    let mut candidates = order.map(|extension| cfg.with_extension(extension)).into_iter();
+    candidates.find(|path| path.is_file()).unwrap_or_else(|| cfg.with_extension(order[0]))
+}
+
+fn tell_oddities(cfg: &Cfg, rest_bytes: u64, remarks: &mut Remarks) {
+    for remark in &cfg.remarks {
+        remarks.add(remark.clone());
+    }
+    if cfg.clock.is_unreliable() {
+        remarks.add("the recorder's clock had failed (time quality F): its values are uncertain");
+    }
+    if matches!(cfg.clock.leap_second, 1 | 2) {
+        remarks.add("there is a leap second in it: times after it may be a second off");
+    }
+    if rest_bytes > 0 {
+        remarks.add(format!(
+            "{rest_bytes} bytes after the last whole record: was the file cut short?"
+        ));
+    }
+}
+
+/// Finds the channels of all tags.
+fn find_channels(file: &Path, cfg: &Cfg, points: &Points) -> Result<Vec<Wanted>, Fault> {
+    let (mut wanted, mut faults) = (Vec::new(), Vec::new());
+    for point in &points.0 {
+        match find(cfg, point) {
+            Ok(channels) => wanted.push(channels),
+            Err(fault) => faults.push(format!("tag '{}': {fault}", point.id)),
+        }
+    }
+    if faults.is_empty() { Ok(wanted) } else { Err(Fault::of_tags(file, &faults)) }
+}
+
+fn find(cfg: &Cfg, point: &Point) -> Result<Wanted, String> {
+    let digital = |column: &Column| {
+        let ids: Vec<&str> = cfg.digitals.iter().map(|channel| channel.id.as_str()).collect();
+        find_column(&ids, column, "digital channel")
+    };
+    Ok(match (&point.source, point.kind) {
+        (Source::Two(off, on), _) => Wanted::DoublePoint { off: digital(off)?, on: digital(on)? },
+        (Source::One(one), ValueKind::Bool | ValueKind::DoublePoint) => Wanted::Bool(digital(one)?),
+        (Source::One(one), kind) => {
+            let ids: Vec<&str> = cfg.analogs.iter().map(|channel| channel.id.as_str()).collect();
+            let channel = find_column(&ids, one, "analogue channel")?;
+            let Analog { a, b, range, skew_nanos, .. } = cfg.analogs[channel].clone();
+            let factor = match point.values.side() {
+                Some(side) => cfg.analogs[channel].factor_to(side).map_err(|what| {
+                    format!("channel '{}': {what}: set values to as_recorded", ids[channel])
+                })?,
+                None => 1.0,
+            };
+            let scale = Scale { a, b, factor, range, skew_nanos };
+            Wanted::Number { channel, is_whole: kind == ValueKind::I64, scale }
+        }
+    })
+}
+
+impl<R: Read + Seek + Send> Recording for Oscillogram<R> {
+    fn origin(&self) -> Option<i64> {
+        self.origin
+    }
+
+    fn read(
+        &mut self,
+        updates: &mut Vec<Update>,
+        remarks: &mut Remarks,
+    ) -> Result<Option<i64>, Fault> {
+        for _ in 0..MAX_LEFT_OUT {
+            let record = match self.data.read() {
+                Ok(Some(record)) => record,
+                Ok(None) => {
+                    self.compare_count(remarks);
+                    return Ok(None);
+                }
+                Err(fault) if fault.is_final() => return Err(Fault::new(&self.file, fault)),
+                Err(fault) => {
+                    remarks.add(format!("{fault}; left out"));
+                    continue;
+                }
+            };
+            let sample = record.sample;
+            let Some(nanos) = self.cfg.nanos(sample, record.timestamp) else {
+                remarks.add(format!("sample {sample} has no time; left out"));
+                continue;
+            };
+            if nanos < self.last {
+                remarks.add(format!("sample {sample} is earlier than the one before it; left out"));
+                continue;
+            }
+            self.last = nanos;
+            let quality = if self.cfg.clock.is_unreliable() {
+                Quality::Uncertain(Reason::Unknown)
+            } else {
+                Quality::Good
+            };
+            for (point, wanted) in self.wanted.iter().enumerate() {
+                let update = wanted.read(&record, nanos, quality).unwrap_or_else(|fault| {
+                    remarks.add(format!("sample {sample}: {fault}; taken as missing"));
+                    Update::missing(0, nanos, Reason::Sensor)
+                });
+                updates.push(Update { point, ..update });
+            }
+            return Ok(Some(nanos));
+        }
+        // Nothing new, at the same time as before.
+        Ok(Some(self.last))
+    }
+
+    fn skip_to(&mut self, nanos: i64) -> Result<(), Fault> {
+        let Some(records) = self.data.records() else { return Ok(()) };
+        // Every record is whole, so that none before matters.
+        let (mut low, mut high) = (0, records);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            self.data.seek(middle).map_err(|fault| Fault::new(&self.file, fault))?;
+            let record = self.data.read().map_err(|fault| Fault::new(&self.file, fault))?;
+            let time = record.and_then(|record| self.cfg.nanos(record.sample, record.timestamp));
+            if time.is_some_and(|time| time >= nanos) { high = middle } else { low = middle + 1 }
+        }
+        self.data.seek(low).map_err(|fault| Fault::new(&self.file, fault))
+    }
+
+    fn rewind(&mut self) -> Result<(), Fault> {
+        self.last = i64::MIN;
+        self.data.seek(self.mark).map_err(|fault| Fault::new(&self.file, fault))
+    }
+
+    fn mark(&mut self) {
+        self.mark = self.data.position();
+    }
+}
+
+impl<R: Read + Seek> Oscillogram<R> {
+    /// At the end: whether there were as many records as the configuration says.
+    fn compare_count(&mut self, remarks: &mut Remarks) {
+        let (found, said) = (self.data.position(), self.cfg.samples);
+        if !std::mem::replace(&mut self.is_counted, true) && found != said {
+            remarks.add(format!("{found} records, where the configuration says {said}"));
+        }
+    }
+}
+
+impl Wanted {
+    fn read(&self, record: &Record<'_>, nanos: i64, quality: Quality) -> Result<Update, String> {
+        let in_words = |channel: usize, fault| format!("channel {}: {fault}", channel + 1);
+        let digital = |channel| record.digital(channel).map_err(|fault| in_words(channel, fault));
+        let update = |value: Option<Value>| match value {
+            Some(_) => Update { point: 0, nanos, value, quality },
+            None => Update::missing(0, nanos, Reason::Sensor),
+        };
+        match self {
+            Self::Bool(channel) => Ok(update(digital(*channel)?.map(Value::Bool))),
+            Self::DoublePoint { off, on } => {
+                let both = digital(*off)?.zip(digital(*on)?);
+                Ok(update(both.map(|(off, on)| Value::DoublePoint(double_point(off, on)))))
+            }
+            Self::Number { channel, is_whole, scale } => {
+                let raw = record.analog(*channel).map_err(|fault| in_words(*channel, fault))?;
+                let nanos = nanos.saturating_add(scale.skew_nanos);
+                let Some(raw) = raw else { return Ok(Update::missing(0, nanos, Reason::Sensor)) };
+                Ok(scale.apply(raw, nanos, *is_whole, quality))
+            }
+        }
+    }
+}
+
+impl Scale {
+    fn apply(&self, raw: f64, nanos: i64, is_whole: bool, quality: Quality) -> Update {
+        let value = (self.a * raw + self.b) * self.factor;
+        let quality = match &self.range {
+            Some(range) if !range.contains(&raw) => Quality::Uncertain(Reason::OutOfRange),
+            _ => quality,
+        };
+        if !value.is_finite() {
+            return Update::missing(0, nanos, Reason::NotFinite);
+        }
+        let value = if is_whole {
+            match whole(value) {
+                Some(whole) => Value::I64(whole),
+                None => return Update::missing(0, nanos, Reason::OutOfRange),
+            }
+        } else {
+            Value::F64(value)
+        };
+        Update { point: 0, nanos, value: Some(value), quality }
+    }
+}
+
+/// The nearest whole number, where there is one of 64 bits.
+fn whole(value: f64) -> Option<i64> {
+    const END: f64 = 9_223_372_036_854_775_808.0;
+    let rounded = value.round();
+    (-END..END).contains(&rounded).then_some(rounded as i64)
+}
+
+/// A switch position from its two contacts.
+pub(crate) fn double_point(off: bool, on: bool) -> DoublePoint {
+    DoublePoint::from_bits(u64::from(off) | u64::from(on) << 1)
+}

@@ -1,0 +1,382 @@
+//! Settings as typed, and the valid configuration made from them.
+
+use std::path::{Path, PathBuf};
+
+use busbar_plugin_sdk::Error;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::comtrade::Side;
+use crate::instant::{nanos_of_seconds, parse_rfc3339};
+use crate::table::{Column, CsvConfig, Form, TimeFormat};
+
+/// Slowest and fastest pace.
+const MIN_SPEED: f64 = 0.1;
+const MAX_SPEED: f64 = 1000.0;
+/// Updates of one tag in a second of viewing.
+const MAX_UPDATES: f64 = 100_000.0;
+/// Last offset from the start of a recording: a century, seconds.
+const MAX_OFFSET_SECONDS: f64 = 3.2e9;
+/// No place is further from UTC.
+const MAX_UTC_OFFSET_MINUTES: i32 = 14 * 60;
+/// Longest name of a column.
+const MAX_NAME_BYTES: usize = 1024;
+
+/// A recording, and how it is played.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The recording, by an absolute path: .cfg, .cff or .csv.
+    #[schemars(length(min = 1), example = "/var/recordings/fault.cfg")]
+    file: PathBuf,
+    /// What the file is, where its name does not say it.
+    #[serde(default)]
+    format: Option<Format>,
+    /// Seconds of the recording in a second, 0.1 to 1000, or `as_fast_as_possible`.
+    #[serde(default)]
+    speed: RawSpeed,
+    /// Whether it begins again at its end.
+    #[serde(default, rename = "loop")]
+    is_loop: bool,
+    /// Where to begin: seconds from the recording's start, or a time (RFC 3339).
+    #[serde(default)]
+    start: Option<RawMoment>,
+    /// Where to end, in the same ways.
+    #[serde(default)]
+    end: Option<RawMoment>,
+    /// Times that values have: those of playing, or those of the recording.
+    #[serde(default)]
+    times: Times,
+    /// Most updates of a tag in a second of playing, the last value of each such
+    /// part; 0 is all. Changes of digital tags are never left out.
+    #[serde(default = "default_updates")]
+    #[schemars(range(min = 0, max = 100_000))]
+    max_updates_per_second: f64,
+    /// COMTRADE: minutes by which times are ahead of UTC, where the file does not
+    /// say it.
+    #[serde(default)]
+    #[schemars(range(min = -840, max = 840))]
+    utc_offset_minutes: i32,
+    /// COMTRADE: side of the instrument transformers that values are of.
+    #[serde(default)]
+    values: Values,
+    /// CSV: its columns.
+    #[serde(default)]
+    csv: RawCsv,
+}
+
+/// Kind of recording.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Format {
+    /// IEEE C37.111, IEC 60255-24.
+    Comtrade,
+    /// RFC 4180.
+    Csv,
+}
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a number from 0.1 to 1000, or \"as_fast_as_possible\"")]
+enum RawSpeed {
+    /// Seconds of the recording in a second.
+    Factor(f64),
+    /// No pace at all.
+    Word(SpeedWord),
+}
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum SpeedWord {
+    AsFastAsPossible,
+}
+
+impl Default for RawSpeed {
+    fn default() -> Self {
+        Self::Factor(1.0)
+    }
+}
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "seconds from the start, or a time such as \"2024-02-29T13:14:15Z\"")]
+enum RawMoment {
+    /// Seconds from the start of the recording.
+    Seconds(f64),
+    /// A time by RFC 3339.
+    Time(String),
+}
+
+/// Times that values have.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Times {
+    /// Shifted, so that what is played now is of now.
+    #[default]
+    Now,
+    /// Those of the recording: its values are as old as they are.
+    Original,
+}
+
+/// Side of instrument transformers.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Values {
+    /// As the file has them.
+    #[default]
+    AsRecorded,
+    /// Of the line.
+    Primary,
+    /// Of the relay.
+    Secondary,
+}
+
+impl Values {
+    pub(crate) fn side(self) -> Option<Side> {
+        match self {
+            Self::AsRecorded => None,
+            Self::Primary => Some(Side::Primary),
+            Self::Secondary => Some(Side::Secondary),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct RawCsv {
+    /// A column a signal, or a row a value.
+    form: Form,
+    /// Column of the time: its name, or its number from 1 on.
+    time: Column,
+    /// How times are written.
+    time_format: TimeFormat,
+    /// Long form: column of the signal's name.
+    name: Column,
+    /// Long form: column of the value.
+    value: Column,
+    /// Column of the quality.
+    quality: Option<Column>,
+    /// Character between cells.
+    #[schemars(length(min = 1, max = 1))]
+    delimiter: String,
+    /// Character before the fraction of numbers, `.` or `,`.
+    #[schemars(length(min = 1, max = 1))]
+    decimal: String,
+    /// What an empty cell says.
+    empty_cells: EmptyCells,
+}
+
+/// What an empty cell says.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum EmptyCells {
+    /// There is no value: the tag is bad.
+    #[default]
+    Missing,
+    /// Nothing: the last value stays, and grows old.
+    Unchanged,
+}
+
+impl Default for RawCsv {
+    fn default() -> Self {
+        Self {
+            form: Form::default(),
+            time: Column::Name("time".into()),
+            time_format: TimeFormat::default(),
+            name: Column::Name("name".into()),
+            value: Column::Name("value".into()),
+            quality: None,
+            delimiter: ",".into(),
+            decimal: ".".into(),
+            empty_cells: EmptyCells::default(),
+        }
+    }
+}
+
+fn default_updates() -> f64 {
+    20.0
+}
+
+/// Where in a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// Nanoseconds from its first instant.
+    Offset(i64),
+    /// Nanoseconds from 1970-01-01T00:00:00Z.
+    Unix(i64),
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub(crate) struct Config {
+    pub(crate) file: PathBuf,
+    pub(crate) format: Format,
+    /// Seconds of the recording in a second; nothing is as fast as possible.
+    pub(crate) speed: Option<f64>,
+    pub(crate) is_loop: bool,
+    pub(crate) start: Option<Moment>,
+    pub(crate) end: Option<Moment>,
+    pub(crate) times: Times,
+    /// Nothing is all.
+    pub(crate) max_updates_per_second: Option<f64>,
+    pub(crate) utc_offset_minutes: i32,
+    pub(crate) values: Values,
+    pub(crate) csv: CsvConfig,
+}
+
+impl Settings {
+    /// Checks all of it.
+    ///
+    /// # Errors
+    /// [`Error::settings`] with each fault and what is allowed.
+    pub(crate) fn parse(self) -> Result<Config, Error> {
+        let mut faults = Faults(Vec::new());
+        if !self.file.is_absolute() {
+            faults.add(format!("file: '{}' is no absolute path", self.file.display()));
+        }
+        let format = self.format.or_else(|| format_of(&self.file)).unwrap_or_else(|| {
+            faults.add(
+                "format: the file's name ends in none of .cfg, .cff, .csv: set comtrade or csv",
+            );
+            Format::Csv
+        });
+        let speed = match self.speed {
+            RawSpeed::Word(SpeedWord::AsFastAsPossible) => None,
+            RawSpeed::Factor(speed) => Some(faults.check("speed", speed, MIN_SPEED..=MAX_SPEED)),
+        };
+        if self.is_loop && speed.is_none() {
+            faults.add("loop: goes with a speed alone, not with as_fast_as_possible");
+        }
+        if self.is_loop && self.times == Times::Original {
+            faults.add("loop: not with times original, which would go back; set times to now");
+        }
+        let updates =
+            faults.check("max_updates_per_second", self.max_updates_per_second, 0.0..=MAX_UPDATES);
+        let offsets = -MAX_UTC_OFFSET_MINUTES..=MAX_UTC_OFFSET_MINUTES;
+        let config = Config {
+            start: self.start.and_then(|moment| moment.parse("start", &mut faults)),
+            end: self.end.and_then(|moment| moment.parse("end", &mut faults)),
+            utc_offset_minutes: faults.check(
+                "utc_offset_minutes",
+                self.utc_offset_minutes,
+                offsets,
+            ),
+            csv: self.csv.parse(&mut faults),
+            file: self.file,
+            format,
+            speed,
+            is_loop: self.is_loop,
+            times: self.times,
+            max_updates_per_second: Some(updates).filter(|updates| *updates > 0.0),
+            values: self.values,
+        };
+        let (start, end) = (config.start, config.end);
+        match (start, end) {
+            (Some(Moment::Offset(start)), Some(Moment::Offset(end)))
+            | (Some(Moment::Unix(start)), Some(Moment::Unix(end)))
+                if start >= end =>
+            {
+                faults.add("end: must be after start");
+            }
+            _ => {}
+        }
+        match &faults.0[..] {
+            [] => Ok(config),
+            faults => Err(Error::settings(format!("settings: {}", faults.join("; ")))),
+        }
+    }
+}
+
+fn format_of(file: &Path) -> Option<Format> {
+    match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "cfg" | "cff" => Some(Format::Comtrade),
+        "csv" => Some(Format::Csv),
+        _ => None,
+    }
+}
+
+impl RawMoment {
+    fn parse(self, name: &str, faults: &mut Faults) -> Option<Moment> {
+        match self {
+            Self::Seconds(seconds) => {
+                let seconds = faults.check(name, seconds, 0.0..=MAX_OFFSET_SECONDS);
+                Some(Moment::Offset(nanos_of_seconds(seconds)))
+            }
+            Self::Time(text) => {
+                let unix = parse_rfc3339(&text);
+                if unix.is_none() {
+                    faults.add(format!("{name}: '{text}' is no time such as 2024-02-29T13:14:15Z"));
+                }
+                unix.map(Moment::Unix)
+            }
+        }
+    }
+}
+
+impl RawCsv {
+    fn parse(self, faults: &mut Faults) -> CsvConfig {
+        for (name, column) in [
+            ("time", Some(&self.time)),
+            ("name", Some(&self.name)),
+            ("value", Some(&self.value)),
+            ("quality", self.quality.as_ref()),
+        ] {
+            match column {
+                Some(Column::Number(0)) => {
+                    faults.add(format!("csv.{name}: columns are counted from 1"))
+                }
+                Some(Column::Name(text)) if text.is_empty() || text.len() > MAX_NAME_BYTES => {
+                    faults.add(format!("csv.{name}: a name has 1 to {MAX_NAME_BYTES} bytes"));
+                }
+                _ => {}
+            }
+        }
+        let mut character = |name: &str, text: &str, allowed: &str| match text.as_bytes() {
+            &[byte] if allowed.as_bytes().contains(&byte) => byte,
+            _ => {
+                faults.add(format!("csv.{name}: '{text}' is none of {allowed:?}"));
+                b','
+            }
+        };
+        let delimiter = character("delimiter", &self.delimiter, ",;\t|");
+        let decimal = character("decimal", &self.decimal, ".,");
+        if self.delimiter == self.decimal {
+            faults.add("csv.decimal: the same as csv.delimiter");
+        }
+        CsvConfig {
+            form: self.form,
+            time: self.time,
+            time_format: self.time_format,
+            name: self.name,
+            value: self.value,
+            quality: self.quality,
+            delimiter,
+            has_decimal_comma: decimal == b',',
+            empty_cells: self.empty_cells,
+        }
+    }
+}
+
+/// All that is wrong, so that it can be told at once.
+struct Faults(Vec<String>);
+
+impl Faults {
+    fn add(&mut self, fault: impl Into<String>) {
+        self.0.push(fault.into());
+    }
+
+    fn check<T: Copy + PartialOrd + std::fmt::Display>(
+        &mut self,
+        name: &str,
+        value: T,
+        allowed: std::ops::RangeInclusive<T>,
+    ) -> T {
+        if !allowed.contains(&value) {
+            let (min, max) = (allowed.start(), allowed.end());
+            self.add(format!("{name}: {value} is not within {min} to {max}"));
+        }
+        value
+    }
+}
+
+#[cfg(test)]
+#[path = "settings_tests.rs"]
+mod tests;
