@@ -13,6 +13,8 @@ use crate::site::Site;
 /// Between two changes; no multiple of a frame, so that they come at any time of one.
 const PERIOD: Duration = Duration::from_millis(137);
 const CHANGES: u64 = 200;
+/// Levels of 255 by which the warmth of the whole picture changes at least.
+const CHANGE: f64 = 0.5;
 const MAX_WAIT: Duration = Duration::from_secs(120);
 
 /// What was measured.
@@ -31,7 +33,7 @@ pub(crate) fn measure(site: &Site) -> Result<Latency> {
     });
     let (mut viewer, _) = site.view(&settings, 1, "f64", 1)?;
     let (mut latencies, mut frames) = (Vec::new(), Vec::new());
-    let (mut before, mut shown) = (None, None::<bool>);
+    let (mut before, mut shown) = (None::<f64>, None::<bool>);
     let start = Instant::now();
     while (latencies.len() as u64) < CHANGES / site.divisor {
         ensure!(start.elapsed() < MAX_WAIT, "the picture does not follow the value");
@@ -46,8 +48,9 @@ pub(crate) fn measure(site: &Site) -> Result<Latency> {
             Some(Value::F64(value)) => Some(value > 50.0),
             _ => None,
         });
-        let looks = is_alarmed(&picture);
-        let is_new = before.replace(looks) != Some(looks);
+        let warmth = warmth(&picture);
+        let is_new = before.is_some_and(|before: f64| (warmth - before).abs() > CHANGE);
+        before = Some(warmth);
         // The table may be a frame ahead of the overlay: the picture decides.
         if is_new && is_high.is_some() && is_high != shown {
             shown = is_high;
@@ -59,9 +62,10 @@ pub(crate) fn measure(site: &Site) -> Result<Latency> {
     Ok(Latency { millis: Series::of(latencies), frame_millis: Series::of(frames) })
 }
 
-/// Whether the equipment has the colour of an alarm.
-fn is_alarmed(picture: &busbar_viewer::Picture) -> bool {
-    let is_red = |pixel: &&[u8]| pixel[0] > 90 && pixel[0] / 2 > pixel[1].max(pixel[2]);
-    let red = picture.rgba8.chunks_exact(4).filter(is_red);
-    red.count() > 200
+/// How much more red than blue the picture is: what lies outside its limits is drawn in
+/// a warm colour.
+fn warmth(picture: &busbar_viewer::Picture) -> f64 {
+    let pixels = picture.rgba8.as_chunks::<4>().0;
+    let warmth = pixels.iter().map(|[red, _, blue, _]| f64::from(*red) - f64::from(*blue));
+    warmth.sum::<f64>() / pixels.len().max(1) as f64
 }
