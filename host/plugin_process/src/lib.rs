@@ -16,6 +16,7 @@
 mod catalog;
 mod clock;
 mod confine;
+mod environment;
 mod feed;
 mod frames;
 mod loaded;
