@@ -55,6 +55,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("modbus_adapter", &["busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
     ("quadric_collapse", &["busbar_plugin_sdk"]),
+    ("sql_adapter", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
         "bench",
@@ -146,7 +147,10 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
     ("tokio-modbus", &["modbus_adapter", "modbus_simulator"]),
-    ("tokio-rustls", &["iec104"]),
+    ("tokio-rustls", &["iec104", "sql_adapter"]),
+    ("rusqlite", &["sql_adapter"]),
+    ("tokio-postgres", &["sql_adapter"]),
+    ("tokio-postgres-rustls", &["sql_adapter"]),
 ];
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =

@@ -41,6 +41,7 @@ const TESTS: &[Package] = &[
     package("imagemagick", "screenshots"),
     package("gcc", "compiles the C header, and plugins in C"),
     package("make", "builds plugins in C"),
+    package("postgresql", "a database that tests talk to"),
     package("g++", "compiles the C header as C++, the fuzzer, and what benches compare"),
 ];
 
