@@ -28,10 +28,12 @@ const DELAYS: std::ops::RangeInclusive<u64> = 1000..=600_000;
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// A PostgreSQL server.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "RawPostgres")]
     postgres: Option<RawPostgres>,
     /// An SQLite file.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "RawSqlite")]
     sqlite: Option<RawSqlite>,
     /// What is asked, and how often.
     #[schemars(length(min = 1, max = 256), example = example_queries())]
@@ -67,14 +69,17 @@ struct RawPostgres {
     #[schemars(length(min = 1, max = 253))]
     user: String,
     /// Its password.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Secret")]
     password: Option<Secret>,
     /// How the connection is encrypted; nothing weaker is ever tried. Over TCP the
     /// default is `verify-full`, over a Unix socket only `disable` is possible.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "SslMode")]
     sslmode: Option<SslMode>,
     /// Certificates for `verify-full`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "RawTls")]
     tls: Option<RawTls>,
     /// Deadline of connecting, name lookup and authentication included, milliseconds.
     #[serde(default = "default_timeout_millis")]

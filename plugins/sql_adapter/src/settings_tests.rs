@@ -121,3 +121,16 @@ fn a_query_without_a_period_needs_a_channel() {
     assert_eq!(config.channels, [Channel { name: "Values".into(), query: 0 }]);
     assert_eq!(config.queries[0].period, None);
 }
+
+/// Alternatives in a schema would blur where a fault is, and hide its remedy.
+#[test]
+fn the_schema_has_no_alternatives_where_people_go_wrong() {
+    let schema = schemars::schema_for!(Settings).to_value();
+    for pointer in
+        ["/properties/postgres", "/properties/sqlite", "/$defs/RawPostgres/properties/password"]
+    {
+        let place = schema.pointer(pointer).unwrap();
+        assert!(place.get("anyOf").is_none() && place.get("default").is_none(), "{place}");
+        assert!(place.get("$ref").is_some(), "{place}");
+    }
+}

@@ -1,7 +1,7 @@
 //! A database in a scene: what it has is in the statistics, what it no longer vouches
 //! for is bad, and its password reaches its plugin alone.
 
-#[allow(dead_code)]
+#[allow(dead_code, clippy::unwrap_used)]
 #[path = "../../../plugins/sql_adapter/src/tests/cluster.rs"]
 mod cluster;
 
@@ -94,7 +94,7 @@ fn values_are_those_of_the_database() {
         let stats = stats(&scene);
         check(&stats, "Oil", json!(61.5), "good", None);
         check(&stats, "Breaker", json!("closed"), "good", None);
-        check(&stats, "Winding", json!(70.5), "uncertain", Some("unknown"));
+        check(&stats, "Winding", json!(70.5), "uncertain", Some("no reason given"));
         // Asked for all the time, and an hour old all the same.
         check(&stats, "Old", json!(1.0), "bad", Some("stale"));
         check(&stats, "Missing", Value::Null, "bad", Some("sensor"));
@@ -142,11 +142,11 @@ fn a_password_reaches_its_plugin_and_no_other() {
                 Some((text(read("maps")?), text(read("environ")?)))
             })
             .collect();
-        let has = |name: &str| found.iter().any(|(maps, _)| maps.contains(name));
-        (has("libsql_adapter")
-            && has("libquadric_collapse")
-            && found.iter().any(|(_, environment)| environment.contains(NAMED)))
-        .then_some(found)
+        let is_loaded = found
+            .iter()
+            .any(|(maps, seen)| maps.contains("libsql_adapter") && seen.contains(NAMED));
+        let is_other_there = found.iter().any(|(maps, _)| maps.contains("libquadric_collapse"));
+        (is_loaded && is_other_there).then_some(found)
     });
     for (maps, environment) in &environments {
         let names: Vec<_> =
@@ -217,7 +217,7 @@ connection.executescript('''
     finish(&mut rendering(&scene, 2.0)).expect_code(0);
     let stats = stats(&scene);
     check(&stats, "Oil", json!(61.5), "good", None);
-    check(&stats, "Breaker", json!("closed"), "uncertain", Some("unknown"));
+    check(&stats, "Breaker", json!("closed"), "uncertain", Some("no reason given"));
     check(&stats, "Missing", Value::Null, "bad", Some("sensor"));
 }
 
