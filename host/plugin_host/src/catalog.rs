@@ -4,8 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::library::{PluginInfo, PluginLibrary};
+use crate::text::shown;
 use crate::trust::{LibraryFile, LoadRules, libraries};
 use crate::{Instance, PluginError, SettingsFault};
+
+/// Keyword of a settings schema: words on what to write where the schema refuses.
+const REMEDY_KEYWORD: &str = "x-busbar-remedy";
+/// Bytes of them that are told.
+const MAX_REMEDY_BYTES: usize = 500;
 
 /// A file or directory that gave no plugin, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,11 +113,22 @@ fn check_settings(info: &PluginInfo, settings: &serde_json::Value) -> Result<(),
         .map(|error| SettingsFault {
             pointer: error.instance_path().to_string(),
             // Masked: settings may hold secrets.
-            message: error.masked().to_string(),
+            message: with_remedy(error.masked().to_string(), schema, error.schema_path().as_str()),
         })
         .collect();
     if faults.is_empty() {
         return Ok(());
     }
     Err(PluginError::Settings { id: info.id.clone(), faults })
+}
+
+/// The words of a fault, and after them those that the schema has for what is wrong at
+/// this place (see [`REMEDY_KEYWORD`]).
+fn with_remedy(fault: String, schema: &serde_json::Value, keyword_path: &str) -> String {
+    let place = keyword_path.rsplit_once('/').map_or("", |(place, _)| place);
+    let remedy = schema.pointer(place).and_then(|place| place.get(REMEDY_KEYWORD));
+    match remedy.and_then(serde_json::Value::as_str) {
+        Some(remedy) => format!("{fault}: {}", shown(remedy, MAX_REMEDY_BYTES)),
+        None => fault,
+    }
 }

@@ -9,6 +9,7 @@ use busbar_plugin_host::{
     Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, Refused, libraries,
 };
 
+use crate::environment::Environment;
 use crate::loaded::LoadedLibrary;
 use crate::message::Confinement;
 use crate::plugin::Plugin;
@@ -142,7 +143,10 @@ impl PluginCatalog {
             let catalog = Catalog::of_file(&found.file).map_err(broken)?;
             return catalog.create(name, id, settings).map(Plugin::InProcess);
         }
-        let library = found.process(options).map_err(|reason| {
+        let environment = Environment::of_settings(settings).map_err(|message| {
+            PluginError::Failed { id: id.to_owned(), settings_at_fault: true, message }
+        })?;
+        let library = found.process(options, &environment).map_err(|reason| {
             let path = found.file.path();
             PluginError::Lost { id: id.to_owned(), reason: format!("{}: {reason}", path.display()) }
         })?;
@@ -163,16 +167,25 @@ impl PluginCatalog {
 
 impl Found {
     /// A process with this library: the one that described it, if it is confined
-    /// as this instance is to be, or a new one.
-    fn process(&self, options: &PluginOptions) -> Result<LoadedLibrary, String> {
+    /// and sees the environment as this instance is to, or a new one.
+    fn process(
+        &self,
+        options: &PluginOptions,
+        environment: &Environment,
+    ) -> Result<LoadedLibrary, String> {
+        let confinement = options.confinement;
+        let fits = |idle: &mut LoadedLibrary| {
+            idle.confinement == confinement && idle.environment == *environment
+        };
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(library) = idle.take_if(|idle| idle.confinement == options.confinement) {
+        if let Some(library) = idle.take_if(fits) {
             return Ok(library);
         }
         // It could be loaded once: what went wrong since may not go wrong again.
-        let mut loaded = LoadedLibrary::load(&self.file, options.confinement);
+        let load = || LoadedLibrary::load(&self.file, confinement, environment);
+        let mut loaded = load();
         for _ in 1..MAX_LOADS {
-            loaded = loaded.or_else(|_| LoadedLibrary::load(&self.file, options.confinement));
+            loaded = loaded.or_else(|_| load());
         }
         loaded
     }
@@ -197,7 +210,8 @@ fn describe_apart(files: &[LibraryFile]) -> Vec<Result<Described, String>> {
         for _ in 0..files.len().min(MAX_STARTING) {
             scope.spawn(|| {
                 while let Some(index) = take(&next, files.len()) {
-                    let loaded = LoadedLibrary::load(&files[index], DEFAULT_CONFINEMENT);
+                    let nothing = Environment::default();
+                    let loaded = LoadedLibrary::load(&files[index], DEFAULT_CONFINEMENT, &nothing);
                     let found = loaded.map(|library| Described {
                         plugins: library.plugins.clone(),
                         idle: Some(library),

@@ -15,6 +15,7 @@
 
 mod catalog;
 mod confine;
+mod environment;
 mod feed;
 mod frames;
 mod loaded;

@@ -7,6 +7,7 @@ use busbar_plugin_host::{LibraryFile, PluginError, PluginInfo, shown};
 
 use crate::catalog::PluginOptions;
 use crate::confine::REFUSED;
+use crate::environment::Environment;
 use crate::message::{Answer, Confinement, Request};
 use crate::process::PluginProcess;
 use crate::shared::{Connection, InstanceSetup, Life, Shared};
@@ -23,6 +24,7 @@ pub(crate) struct LoadedLibrary {
     process: PluginProcess,
     pub(crate) plugins: Vec<PluginInfo>,
     pub(crate) confinement: Confinement,
+    pub(crate) environment: Environment,
 }
 
 impl LoadedLibrary {
@@ -30,12 +32,17 @@ impl LoadedLibrary {
     ///
     /// # Errors
     /// Why that gives no plugins, in words.
-    pub(crate) fn load(library: &LibraryFile, confinement: Confinement) -> Result<Self, String> {
+    pub(crate) fn load(
+        library: &LibraryFile,
+        confinement: Confinement,
+        environment: &Environment,
+    ) -> Result<Self, String> {
         let text = |error: std::io::Error| error.to_string();
-        let spawned = spawn()?;
+        let spawned = spawn(environment)?;
         let connection = Connection::new(spawned.socket.try_clone().map_err(text)?);
         let pid = spawned.child.id();
-        let shared = Shared::new(library.clone(), confinement, connection, pid);
+        let shared =
+            Shared::new(library.clone(), confinement, environment.clone(), connection, pid);
         let shared = Arc::new(shared.map_err(text)?);
         let supervised = shared.clone();
         let name = shared.state().name.clone();
@@ -56,7 +63,8 @@ impl LoadedLibrary {
                 } else {
                     tracing::debug!("{path_shown} is confined: {all}");
                 }
-                Ok(Self { process, plugins, confinement })
+                let environment = environment.clone();
+                Ok(Self { process, plugins, confinement, environment })
             }
             Ok(_) => Err(process.shared.confused().to_string()),
             // The library is named by whoever asked.

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_host::{LibraryFile, PluginError, SimulatedTag, Simulation};
 use rustix::event::{EventfdFlags, eventfd};
 
+use crate::environment::Environment;
 use crate::feed::Feed;
 use crate::message::{Answer, Confinement, Request, ToPlugin};
 use crate::policy::{Deadlines, Deaths, RestartPolicy};
@@ -29,6 +30,7 @@ pub(crate) type Outcome = Result<Answer, PluginError>;
 pub(crate) struct Shared {
     pub(crate) library: LibraryFile,
     pub(crate) confinement: Confinement,
+    pub(crate) environment: Environment,
     /// Wakes the supervisor.
     pub(crate) wake: OwnedFd,
     next_call: AtomicU64,
@@ -147,6 +149,7 @@ impl Shared {
     pub(crate) fn new(
         library: LibraryFile,
         confinement: Confinement,
+        environment: Environment,
         connection: Connection,
         pid: u32,
     ) -> std::io::Result<Self> {
@@ -170,6 +173,7 @@ impl Shared {
         Ok(Self {
             library,
             confinement,
+            environment,
             wake: eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?,
             next_call: AtomicU64::new(1),
             state: Mutex::new(state),

@@ -16,23 +16,12 @@ use std::time::Duration;
 
 use rustix::io::ioctl_fionbio;
 
+use crate::environment::Environment;
+
 /// The name of the program that hosts plugins.
 const PROGRAM: &str = "busbar";
 /// Its command.
 const COMMAND: &str = "plugin-host";
-/// What plugins' processes see of the environment. Nothing that directs the
-/// loader (`LD_LIBRARY_PATH`, `LD_PRELOAD`) is among it.
-const ENVIRONMENT: [&str; 9] = [
-    "HOME",
-    "LANG",
-    "LC_ALL",
-    "PATH",
-    "RUST_BACKTRACE",
-    "SSL_CERT_DIR",
-    "SSL_CERT_FILE",
-    "TZ",
-    "BUSBAR_LOG",
-];
 /// glibc reserves 64 MB of address space an arena, which the memory limit counts:
 /// a plugin of many threads shares these.
 const ARENAS: (&str, &str) = ("MALLOC_ARENA_MAX", "16");
@@ -48,29 +37,31 @@ pub(crate) struct Spawned {
 }
 
 type Reply = Result<Spawned, String>;
+/// What a process is to see, and where it goes.
+type Order = (Environment, SyncSender<Reply>);
 
 /// Starts a process.
-pub(crate) fn spawn() -> Reply {
-    static STARTER: Mutex<Option<Sender<SyncSender<Reply>>>> = Mutex::new(None);
+pub(crate) fn spawn(environment: &Environment) -> Reply {
+    static STARTER: Mutex<Option<Sender<Order>>> = Mutex::new(None);
     let fault = |error: &dyn std::fmt::Display| format!("no process can be started: {error}");
     let (sender, reply) = sync_channel(1);
     {
         let mut starter = STARTER.lock().unwrap_or_else(PoisonError::into_inner);
         if starter.is_none() {
-            let (orders, received) = channel::<SyncSender<Reply>>();
+            let (orders, received) = channel::<Order>();
             let work = move || {
                 let program = host_program();
-                for order in received {
-                    let spawned = program.clone().and_then(|program| start(&program));
+                for (environment, asker) in received {
+                    let spawned = program.clone().and_then(|program| start(&program, &environment));
                     // Who asked may have given up.
-                    let _ = order.send(spawned.map_err(|error| fault(&error)));
+                    let _ = asker.send(spawned.map_err(|error| fault(&error)));
                 }
             };
             let builder = thread::Builder::new().name("plugin starter".into());
             builder.spawn(work).map_err(|error| fault(&error))?;
             *starter = Some(orders);
         }
-        let sent = starter.as_ref().map(|orders| orders.send(sender));
+        let sent = starter.as_ref().map(|orders| orders.send((environment.clone(), sender)));
         if !matches!(sent, Some(Ok(()))) {
             return Err(fault(&"the thread that starts them is gone"));
         }
@@ -99,19 +90,15 @@ fn host_program() -> Result<PathBuf, String> {
     )
 }
 
-fn start(program: &Path) -> Reply {
+fn start(program: &Path, environment: &Environment) -> Reply {
     let text = |error: std::io::Error| format!("{}: {error}", program.display());
     let (socket, theirs) = UnixStream::pair().map_err(text)?;
     socket.set_write_timeout(Some(SEND_TIMEOUT)).map_err(text)?;
     let (output, writer) = pipe().map_err(text)?;
     ioctl_fionbio(output.as_fd(), true).map_err(|error| text(error.into()))?;
     let mut command = Command::new(program);
-    command.arg0(PROGRAM).arg(COMMAND).env_clear().env(ARENAS.0, ARENAS.1);
-    for name in ENVIRONMENT {
-        if let Some(value) = std::env::var_os(name) {
-            command.env(name, value);
-        }
-    }
+    environment.apply(command.arg0(PROGRAM).arg(COMMAND));
+    command.env(ARENAS.0, ARENAS.1);
     command.stdin(OwnedFd::from(theirs)).stdout(writer.try_clone().map_err(text)?).stderr(writer);
     // Signals of a terminal are for the viewer, with which the process ends.
     let child = command.process_group(0).spawn().map_err(text)?;

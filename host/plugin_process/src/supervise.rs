@@ -27,7 +27,7 @@ pub(crate) fn supervise(shared: &Shared, first: Spawned) {
         if !note_end(shared, &ended) || !wait_for_start(shared) {
             return;
         }
-        spawned = spawn().and_then(|spawned| set_up(shared, spawned));
+        spawned = spawn(&shared.environment).and_then(|spawned| set_up(shared, spawned));
     }
 }
 

@@ -102,11 +102,37 @@ fn shipped_plugins_pass() {
             { "kind": "bool", "address": { "column": "closed" } },
         ],
     });
+    let database = json!({
+        "settings": {
+            "postgres": {
+                "host": "127.0.0.1", "port": 1, "database": "d", "user": "u",
+                "sslmode": "disable",
+            },
+            "queries": [
+                { "name": "rows", "sql": "SELECT key, value FROM latest", "poll_millis": 100 },
+                { "name": "row", "sql": "SELECT oil FROM t1", "poll_millis": 100 },
+            ],
+            "listen": [{ "channel": "values", "query": "rows" }],
+        },
+        "tags": [
+            { "kind": "f64", "address": { "query": "row", "column": "oil" } },
+            { "kind": "bool", "address": { "query": "rows", "key": "fan" } },
+        ],
+    });
+    let file = json!({
+        "settings": {
+            "sqlite": { "path": "/no/such/values.db" },
+            "queries": [{ "name": "row", "sql": "SELECT oil FROM t1", "poll_millis": 100 }],
+        },
+        "tags": [{ "kind": "f64", "address": { "query": "row", "column": "oil" } }],
+    });
     for (plugin, sample, most_skipped) in [
         ("modbus_adapter", modbus, 0),
         ("modbus_adapter", line, 0),
         ("iec104", station, 0),
         ("replay", replay, 0),
+        ("sql_adapter", database, 0),
+        ("sql_adapter", file, 0),
         ("power_overlay", json!({}), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),

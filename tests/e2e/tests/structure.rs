@@ -59,6 +59,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("quadric_collapse", &["busbar_plugin_sdk"]),
     ("replay", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
+    ("sql_adapter", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
         "bench",
@@ -164,8 +165,11 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("egui-winit", &["busbar"]),
     ("csv-core", &["replay"]),
     ("tokio-modbus", &["modbus_adapter"]),
-    ("tokio-rustls", &["busbar_link"]),
+    ("tokio-rustls", &["busbar_link", "sql_adapter"]),
     ("tokio-serial", &["modbus_adapter"]),
+    ("rusqlite", &["sql_adapter"]),
+    ("tokio-postgres", &["sql_adapter"]),
+    ("tokio-postgres-rustls", &["sql_adapter"]),
 ];
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =

@@ -44,6 +44,7 @@ const TESTS: &[Package] = &[
     package("make", "builds plugins in C"),
     package("socat", "serial lines without wires, for Modbus RTU"),
     package("libmodbus-dev", "a Modbus server that tests talk to"),
+    package("postgresql", "a database that tests talk to"),
     package("g++", "compiles the C header as C++, the fuzzer, and what benches compare"),
 ];
 

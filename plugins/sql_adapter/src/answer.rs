@@ -1,0 +1,240 @@
+//! The rows of one answer -> samples of the tags that asked.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::time::SystemTime;
+
+use busbar_plugin_sdk::{Reason, Sample};
+use thiserror::Error;
+
+use crate::cell::{Cell, Row};
+use crate::convert::{Reading, ZonelessTime};
+use crate::points::{Columns, Points, Shape};
+
+/// Rows of one answer.
+pub(crate) const MAX_ROWS: usize = 100_000;
+/// Columns that a message names.
+const MAX_COLUMNS_IN_MESSAGE: usize = 20;
+
+/// Columns of an answer with rows of keys.
+const KEY: &str = "key";
+const VALUE: &str = "value";
+const QUALITY: &str = "quality";
+const TIME: &str = "time";
+
+/// Why a query gave nothing for any of its tags.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub(crate) enum QueryFault {
+    #[error("{0}")]
+    Refused(String),
+    #[error("{0}")]
+    Unavailable(String),
+    #[error("it gave more than {MAX_ROWS} rows: narrow it, or use several queries")]
+    TooManyRows,
+    #[error("it gave several rows, but its tags name columns: select one row, as by LIMIT 1")]
+    SeveralRows,
+    #[error("it gave no row")]
+    NoRow,
+    #[error("its answer lacks the column '{name}', which rows of keys need; it has {found}")]
+    NoColumn { name: &'static str, found: String },
+}
+
+impl QueryFault {
+    /// What its tags say of it.
+    pub(crate) fn reason(&self) -> Reason {
+        match self {
+            Self::Unavailable(_) => Reason::Communication,
+            Self::NoRow => Reason::Sensor,
+            _ => Reason::Configuration,
+        }
+    }
+}
+
+/// What one answer has for the tags of its query.
+pub(crate) struct Answer<'a> {
+    points: &'a Points,
+    zoneless: ZonelessTime,
+    places: Places<'a>,
+    columns: String,
+    rows: usize,
+    /// By point.
+    found: Vec<Option<Found>>,
+}
+
+/// One for each tag, in order, and what is wrong with it.
+pub(crate) type Samples = Vec<(Sample, Option<String>)>;
+
+struct Found {
+    sample: Sample,
+    remark: Option<String>,
+    /// Whether rows of the same key contradict each other.
+    is_ambiguous: bool,
+}
+
+/// Where values are in a row.
+enum Places<'a> {
+    Nowhere,
+    Wide(Vec<Result<ColumnsOfTag, String>>),
+    Long { by_key: &'a HashMap<String, Vec<usize>>, key: usize, columns: ColumnsOfTag },
+}
+
+#[derive(Clone, Copy)]
+struct ColumnsOfTag {
+    value: usize,
+    quality: Option<usize>,
+    time: Option<usize>,
+}
+
+impl ColumnsOfTag {
+    fn read<'r>(&self, row: &'r dyn Row) -> Reading<'r> {
+        Reading {
+            value: row.cell(self.value),
+            quality: self.quality.map(|column| row.cell(column)),
+            time: self.time.map(|column| row.cell(column)),
+        }
+    }
+}
+
+impl<'a> Answer<'a> {
+    /// Before the first row; `names` are those of the columns.
+    ///
+    /// # Errors
+    /// [`QueryFault::NoColumn`].
+    pub(crate) fn begin(
+        points: &'a Points,
+        names: &[&str],
+        zoneless: ZonelessTime,
+    ) -> Result<Self, QueryFault> {
+        let columns = list(names);
+        let places = match &points.shape {
+            Shape::Unused => Places::Nowhere,
+            Shape::Wide(of_tags) => {
+                Places::Wide(of_tags.iter().map(|of_tag| find_all(of_tag, names)).collect())
+            }
+            Shape::Long(by_key) => {
+                let find = |name| {
+                    let found = columns.clone();
+                    find(name, names).map_err(|_| QueryFault::NoColumn { name, found })
+                };
+                let optional = |name| names.contains(&name).then(|| find(name)).transpose();
+                let (quality, time) = (optional(QUALITY)?, optional(TIME)?);
+                let columns = ColumnsOfTag { value: find(VALUE)?, quality, time };
+                Places::Long { by_key, key: find(KEY)?, columns }
+            }
+        };
+        let found = points.all.iter().map(|_| None).collect();
+        Ok(Self { points, zoneless, places, columns, rows: 0, found })
+    }
+
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`QueryFault`] when there are too many: the answer is then worth nothing.
+    pub(crate) fn take(&mut self, row: &dyn Row) -> Result<(), QueryFault> {
+        self.rows += 1;
+        if self.rows > MAX_ROWS {
+            return Err(QueryFault::TooManyRows);
+        }
+        match &self.places {
+            Places::Nowhere => {}
+            Places::Wide(_) if self.rows > 1 => return Err(QueryFault::SeveralRows),
+            Places::Wide(columns) => {
+                for (index, columns) in columns.iter().enumerate() {
+                    let (sample, remark) = match columns {
+                        Ok(columns) => {
+                            columns.read(row).sample(&self.points.all[index], self.zoneless)
+                        }
+                        Err(what) => (
+                            Sample::bad(self.points.all[index].tag, Reason::Configuration),
+                            Some(format!("{what}; the query has {}", self.columns)),
+                        ),
+                    };
+                    self.found[index] = Some(Found { sample, remark, is_ambiguous: false });
+                }
+            }
+            Places::Long { by_key, key, columns } => {
+                let key = match row.cell(*key) {
+                    Cell::Text(text) => text,
+                    Cell::Int(number) => Cow::from(number.to_string()),
+                    // No tag can have asked for it.
+                    _ => return Ok(()),
+                };
+                for &index in by_key.get(&*key).into_iter().flatten() {
+                    let (sample, remark) =
+                        columns.read(row).sample(&self.points.all[index], self.zoneless);
+                    merge(&mut self.found[index], sample, remark);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// After the last row.
+    ///
+    /// # Errors
+    /// [`QueryFault::NoRow`].
+    pub(crate) fn finish(self) -> Result<Samples, QueryFault> {
+        if self.rows == 0 && matches!(self.places, Places::Wide(_)) {
+            return Err(QueryFault::NoRow);
+        }
+        let outcome = |(point, found): (_, Option<Found>)| {
+            let point: &crate::points::Point = point;
+            match found {
+                None => {
+                    let remark = "no row has its key".to_owned();
+                    (Sample::bad(point.tag, Reason::Sensor), Some(remark))
+                }
+                Some(Found { is_ambiguous: true, .. }) => {
+                    let remark = "several rows have its key, and their times do not tell which \
+                                  is the newest: select one row a key, or give `time`";
+                    (Sample::bad(point.tag, Reason::Configuration), Some(remark.to_owned()))
+                }
+                Some(Found { sample, remark, .. }) => (sample, remark),
+            }
+        };
+        Ok(self.points.all.iter().zip(self.found).map(outcome).collect())
+    }
+}
+
+/// Of two rows of one key the newer one counts.
+fn merge(found: &mut Option<Found>, sample: Sample, remark: Option<String>) {
+    let new = Found { sample, remark, is_ambiguous: false };
+    let time = |found: &Found| -> Option<SystemTime> { found.sample.source_time };
+    match found {
+        None => *found = Some(new),
+        Some(old) => match (time(old), time(&new)) {
+            (Some(before), Some(after)) if after > before => *old = new,
+            (Some(before), Some(after)) if after < before => {}
+            _ => old.is_ambiguous = true,
+        },
+    }
+}
+
+fn find_all(columns: &Columns, names: &[&str]) -> Result<ColumnsOfTag, String> {
+    let optional = |name: &Option<String>| name.as_deref().map(|n| find(n, names)).transpose();
+    Ok(ColumnsOfTag {
+        value: find(&columns.value, names)?,
+        quality: optional(&columns.quality)?,
+        time: optional(&columns.time)?,
+    })
+}
+
+fn find(name: &str, names: &[&str]) -> Result<usize, String> {
+    let mut places = names.iter().enumerate().filter(|(_, other)| **other == name);
+    match (places.next(), places.next()) {
+        (Some((index, _)), None) => Ok(index),
+        (None, _) => Err(format!("there is no column '{name}'")),
+        (Some(_), Some(_)) => Err(format!("there are several columns '{name}'")),
+    }
+}
+
+fn list(names: &[&str]) -> String {
+    let named = &names[..names.len().min(MAX_COLUMNS_IN_MESSAGE)];
+    let more = names.len() - named.len();
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("'{}'{rest}", named.join("', '"))
+}
+
+#[cfg(test)]
+#[path = "answer_tests.rs"]
+mod tests;

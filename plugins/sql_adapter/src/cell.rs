@@ -1,0 +1,40 @@
+//! What a database gives in one column of one row, whichever database it is.
+
+use std::borrow::Cow;
+use std::time::SystemTime;
+
+/// One value of a result.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Cell<'a> {
+    Null,
+    Bool(bool),
+    Int(i64),
+    /// A number that is no integer, or none of 64 bits.
+    Float(f64),
+    Text(Cow<'a, str>),
+    Time(SystemTime),
+    /// What no tag can take, in words, with a remedy.
+    Unusable(Cow<'static, str>),
+}
+
+/// One row of a result.
+pub(crate) trait Row {
+    /// The value in a column, counted from 0.
+    fn cell(&self, column: usize) -> Cell<'_>;
+}
+
+impl Cell<'_> {
+    /// What the value is called in messages. Texts are not repeated: they may be long,
+    /// and nobody has checked them.
+    pub(crate) fn name(&self) -> Cow<'static, str> {
+        match self {
+            Self::Null => "NULL".into(),
+            Self::Bool(value) => format!("the boolean {value}").into(),
+            Self::Int(value) => format!("the integer {value}").into(),
+            Self::Float(value) => format!("the number {value}").into(),
+            Self::Text(_) => "a text".into(),
+            Self::Time(_) => "a time".into(),
+            Self::Unusable(what) => what.clone(),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The plugin end to end, through the SDK's sink, against real databases.
+
+mod cluster;
+mod faults;
+mod hostile;
+mod listen;
+mod sqlite;
+mod sqlite_faults;
+mod tls;
+mod values;
+
+use std::time::Duration;
+
+use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::{
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
+};
+use serde_json::json;
+
+use crate::{Settings, SqlAdapter};
+
+/// Long enough for a loaded machine; a test that passes does not wait for it.
+const PATIENCE: Duration = Duration::from_secs(40);
+
+/// A running plugin, and what it published.
+struct Running {
+    plugin: SqlAdapter,
+    recorder: Recorder,
+}
+
+fn start(settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
+    let mut plugin = create(settings);
+    let recorder = Recorder::new();
+    plugin.start(tags, recorder.sink()).unwrap();
+    Running { plugin, recorder }
+}
+
+fn create(mut settings: serde_json::Value) -> SqlAdapter {
+    let quick = json!({"min_millis": 1000, "max_millis": 1000});
+    settings.as_object_mut().unwrap().entry("reconnect").or_insert(quick);
+    let settings: Settings = serde_json::from_value(settings).unwrap();
+    SqlAdapter::create(settings, host()).unwrap()
+}
+
+impl Running {
+    #[track_caller]
+    fn wait_for(&self, tag: u32, value: Value) {
+        self.wait(tag, |sample| sample.value == Some(value) && sample.quality.is_good());
+    }
+
+    #[track_caller]
+    fn wait_for_bad(&self, tag: u32, reason: Reason) {
+        self.wait(tag, |sample| sample.quality == Quality::Bad(reason));
+    }
+
+    #[track_caller]
+    fn wait(&self, tag: u32, wanted: impl Fn(&Sample) -> bool) {
+        let arrived =
+            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
+        let links = || self.recorder.recording().links;
+        assert!(arrived, "tag {tag}: {:?}; links {:?}", self.recorder.latest(tag), links());
+    }
+
+    /// Waits for a link report.
+    #[track_caller]
+    fn wait_for_link(&self, state: LinkState, message: &str) {
+        let said = |seen: &Recording| {
+            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
+        };
+        let links = || self.recorder.recording().links;
+        assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
+    }
+
+    fn has_good_samples(&self) -> bool {
+        self.recorder.recording().samples.iter().any(|s| s.quality.is_good())
+    }
+}
+
+/// A tag named by the key of a query.
+fn key(tag: u32, query: &str, key: &str, kind: ValueKind) -> TagSpec {
+    tag_spec(tag, &format!("tag{tag}"), kind, json!({"query": query, "key": key}))
+}
+
+/// A tag named by the column of a query.
+fn column(tag: u32, query: &str, column: &str, kind: ValueKind) -> TagSpec {
+    tag_spec(tag, &format!("tag{tag}"), kind, json!({"query": query, "column": column}))
+}
+
+/// A query that is asked often.
+fn query(name: &str, sql: &str) -> serde_json::Value {
+    json!({"name": name, "sql": sql, "poll_millis": 100})
+}
+
+/// Whether a peer is there. Where peers are required its absence is a failure.
+#[allow(clippy::print_stderr)]
+fn available(is_there: bool, remedy: &str) -> bool {
+    let required = |name| std::env::var_os(name).is_some();
+    assert!(is_there || !(required("CI") || required("BUSBAR_REQUIRE_PEERS")), "{remedy}");
+    if !is_there {
+        eprintln!("SKIPPED: {remedy}");
+    }
+    is_there
+}
