@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod import;
 mod optimize;
 mod output;
 mod plugin;
@@ -65,6 +66,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Render(options) => render::run(&options),
         Command::Check { config } => check::run(&config),
         Command::Optimize(options) => optimize::run(&options),
+        Command::Import(options) => import::run(&options),
         Command::Schema => output::json(&busbar_viewer::schema()),
         Command::Plugin { command } => match command {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
