@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use thiserror::Error;
 
-use crate::facts::{Fact, Reading, Vocabulary, of_node};
+use crate::facts::{Fact, Reading, Vocabulary};
 use crate::lexicon::Axis;
+use crate::reading::of_node;
 
 /// The most nodes that tags are matched with.
 pub const MAX_NODES: usize = 500_000;

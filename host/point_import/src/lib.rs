@@ -3,19 +3,25 @@
 //! [`PointList::parse`] reads a list as CSV, with every fault of it at once.
 //! [`propose`] says which node of a model ([`Catalogue`]) each tag is of, by the words
 //! that the field uses, with a confidence and a reason; what is in doubt it leaves
-//! open. [`scene`] and [`report`] word what came of it.
+//! open. [`scene()`] and [`report`] word what came of it.
+//!
+//! A name is cut into words (`words`), read as facts (`reading`, by `designation`,
+//! `phases` and the words of `lexicon`), and compared with each likely node (`verdict`).
 //!
 //! Invariant: text and names in, proposals out. No file is opened, and no protocol is
 //! known: addresses pass through as they are.
 
 mod catalogue;
 mod column;
+mod designation;
 mod facts;
 mod fault;
 mod lexicon;
 mod list;
 mod matching;
+mod phases;
 mod point;
+mod reading;
 pub mod report;
 mod scene;
 mod verdict;

@@ -5,8 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 use crate::catalogue::Catalogue;
-use crate::facts::{Fact, Hint, of_tag};
+use crate::facts::{Fact, Hint};
 use crate::lexicon::{Axis, POSITION, implied_by};
+use crate::reading::of_tag;
 use crate::verdict::{ListFacts, Query, Verdict, judge};
 
 /// The least confidence with which a tag is bound.
