@@ -83,8 +83,7 @@ fn simulator() -> (Process, String) {
 fn a_model_and_a_list_become_a_live_scene() {
     let example = Example::new();
     let (_device, plugin) = simulator();
-    let output =
-        example.import(&["--plugin", &plugin, "--overlay", "power_overlay"]).expect_code(0);
+    example.import(&["--plugin", &plugin, "--overlay", "power_overlay"]).expect_code(0);
 
     let mut check = busbar();
     finish(check.arg("check").arg(example.path("scene.json"))).expect_code(0);
@@ -172,7 +171,7 @@ fn what_is_in_doubt_is_listed_and_not_bound() {
          Q7.CB.Pos;DP;;{\"table\": \"discrete\", \"register\": 0};\n\
          Odd;AI;;{\"table\": \"holding\", \"register\": 103, \"type\": \"i16\"};bushing 2V\n",
     );
-    let output = example.import(&["--plugin", "bay=modbus_adapter,host=127.0.0.1"]).expect_code(0);
+    example.import(&["--plugin", "bay=modbus_adapter,host=127.0.0.1"]).expect_code(0);
     let scene = example.json("scene.json");
     assert_eq!(
         scene["bindings"],
