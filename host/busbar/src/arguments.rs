@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use busbar_viewer::FaultKind;
+use busbar_viewer::{FaultKind, PluginInstance};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// 3D viewer of live power equipment.
@@ -31,6 +31,8 @@ pub(crate) enum Command {
     Optimize(OptimizeOptions),
     /// Be the devices of a configuration, so that it can be viewed without them
     Simulate(SimulateOptions),
+    /// Make a scene from a model and a point list
+    Import(ImportOptions),
     /// Print the JSON Schema of configurations
     Schema,
     /// Look at plugins
@@ -236,6 +238,38 @@ pub(crate) struct OptimizeOptions {
     pub(crate) plugin_directory: Vec<PathBuf>,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct ImportOptions {
+    /// Model file, .glb or .gltf
+    pub(crate) model: PathBuf,
+    /// Point list, CSV: a column `tag`, columns `address.…`, others as they are there
+    pub(crate) points: PathBuf,
+    /// Scene to write; reports are written beside it
+    #[arg(long, value_name = "F.json")]
+    pub(crate) out: PathBuf,
+    /// Plugin that brings tags: name in the scene, its id, its settings; V is JSON, or else text
+    #[arg(long, value_name = "NAME=ID[,K=V...]", value_parser = parse_instance)]
+    pub(crate) plugin: Vec<PluginInstance>,
+    /// Id of a plugin that shows values; may be given again
+    #[arg(long, value_name = "ID")]
+    pub(crate) overlay: Vec<String>,
+    /// Id of the plugin that simplifies the model
+    #[arg(long, value_name = "ID")]
+    pub(crate) optimizer: Option<String>,
+    /// Directory that holds plugins [default: `plugins` beside the scene, or as for optimize]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) plugins: Vec<PathBuf>,
+    /// Equipment id of the model [default: the name of its file]
+    #[arg(long, value_name = "ID")]
+    pub(crate) id: Option<String>,
+    /// Leave out rows that have faults, and tell them
+    #[arg(long)]
+    pub(crate) skip_bad_rows: bool,
+    /// Replace the scene and its reports if they are there
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
 /// Width and height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Size(pub(crate) [u32; 2]);
@@ -317,6 +351,38 @@ fn parse_setting(text: &str) -> Result<(String, serde_json::Value), String> {
     Ok((key.to_owned(), value))
 }
 
+/// `NAME=ID,KEY=VALUE,...`; commas within brackets and quotes part nothing.
+fn parse_instance(text: &str) -> Result<PluginInstance, String> {
+    const FORM: &str = "write it as NAME=PLUGIN_ID,KEY=VALUE";
+    let (name, rest) = text.split_once('=').ok_or(FORM)?;
+    let mut parts = split_at_commas(rest).into_iter();
+    let plugin = parts.next().unwrap_or_default();
+    if name.is_empty() || plugin.is_empty() || plugin.contains('=') {
+        return Err(FORM.into());
+    }
+    let settings = parts.map(parse_setting).collect::<Result<_, _>>()?;
+    Ok(PluginInstance { name: name.to_owned(), plugin: plugin.to_owned(), settings })
+}
+
+fn split_at_commas(text: &str) -> Vec<&str> {
+    let (mut depth, mut is_quoted, mut start) = (0_i32, false, 0);
+    let mut parts = Vec::new();
+    for (i, c) in text.char_indices() {
+        match c {
+            '"' => is_quoted = !is_quoted,
+            '[' | '{' if !is_quoted => depth += 1,
+            ']' | '}' if !is_quoted => depth -= 1,
+            ',' if !is_quoted && depth <= 0 => {
+                parts.push(&text[start..i]);
+                start = i + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&text[start..]);
+    parts
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -340,5 +406,13 @@ mod tests {
         assert_eq!(parse_fault("half-open"), Ok(Faults(vec![FaultKind::HalfOpen])));
         assert!(parse_fault("half_open").is_err_and(|remedy| remedy.contains("half-open")));
         assert_eq!(parse_setting("a=b=c"), Ok(("a".into(), "b=c".into())));
+        let plugin = parse_instance("plc=example,host=10.0.0.5,port=502,g={\"a\":[1,2]}");
+        let plugin = plugin.expect("it is well formed");
+        assert_eq!((plugin.name.as_str(), plugin.plugin.as_str()), ("plc", "example"));
+        let settings = serde_json::json!({"host": "10.0.0.5", "port": 502, "g": {"a": [1, 2]}});
+        assert_eq!(serde_json::Value::Object(plugin.settings), settings);
+        assert!(
+            ["plc", "plc=", "=a", "plc=a=b", "plc=a,b"].iter().all(|t| parse_instance(t).is_err())
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod import;
 mod optimize;
 mod output;
 mod plugin;
@@ -67,6 +68,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Check { config } => check::run(&config),
         Command::Optimize(options) => optimize::run(&options),
         Command::Simulate(options) => simulate::run(&options),
+        Command::Import(options) => import::run(&options),
         Command::Schema => output::json(&busbar_viewer::schema()),
         Command::Plugin { command } => match command {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),

@@ -2,7 +2,8 @@
 //!
 //! [`LoadedScene::load`] reads a configuration and everything it names, and
 //! finds every fault in it. [`Viewer`] steps it frame by frame, into a window
-//! or an offscreen picture. [`optimize`] runs one model through one optimiser.
+//! or an offscreen picture. [`optimize`] runs one model through one optimiser;
+//! [`import_scene`] makes a configuration from a model and a point list.
 //!
 //! Invariant: no Vulkan type and no protocol word crosses this façade.
 
@@ -13,6 +14,7 @@ mod highlight;
 mod labels;
 mod load;
 pub mod optimize;
+mod point_import;
 mod rows;
 mod running;
 mod shown_model;
@@ -25,11 +27,13 @@ pub use busbar_plugin_host::{
     Catalog, FaultKind, LoadRules, PluginInfo, Refused, Simulation, SimulationStatus, sign_library,
 };
 pub use busbar_plugin_process::{Isolation, PluginCatalog, serve as serve_plugin};
+pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
 pub use error::{LoadError, ViewError};
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,
     plugin_catalog,
 };
+pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{LoadMillis, PluginStats, Stats, TagStats};
 pub use viewer::{FrameOutput, Viewer};

@@ -1,0 +1,98 @@
+//! `busbar import`.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{anyhow, bail};
+use busbar_viewer::{LoadError, LoadedScene, SceneRequest, import_scene};
+
+use crate::arguments::ImportOptions;
+use crate::{output, plugin};
+
+pub(crate) fn run(options: &ImportOptions) -> anyhow::Result<ExitCode> {
+    let reports = ["csv", "md"].map(|extension| beside(&options.out, extension));
+    let [report_csv, report_markdown] = &reports;
+    if !options.force {
+        check_free([&options.out, report_csv, report_markdown])?;
+    }
+    let scene = import_scene(&SceneRequest {
+        model: options.model.clone(),
+        points: options.points.clone(),
+        out: options.out.clone(),
+        id: options.id.clone(),
+        plugins: options.plugin.clone(),
+        overlays: options.overlay.clone(),
+        optimizer: options.optimizer.clone(),
+        plugin_directories: directories(options)?,
+        skips_bad_rows: options.skip_bad_rows,
+    })?;
+    write_checked(&options.out, &scene.text)?;
+    output::write_file(report_csv, scene.report_csv.as_bytes())?;
+    output::write_file(report_markdown, scene.report_markdown.as_bytes())?;
+    let list = options.points.display().to_string();
+    for fault in &scene.skipped {
+        output::line(&fault.render(&list).replacen(": error: ", ": warning: skipped: ", 1));
+    }
+    if !scene.unused_columns.is_empty() {
+        let columns = scene.unused_columns.join("', '");
+        output::line(&format!("{list}: warning: columns not used: '{columns}'"));
+    }
+    scene.notes.iter().for_each(|note| output::line(&format!("warning: {note}")));
+    let doubtful = scene.tags - scene.bound;
+    output::result(&format!(
+        "{}: {} tags, {} bound, {doubtful} in doubt; {} has the reasons",
+        options.out.display(),
+        scene.tags,
+        scene.bound,
+        report_markdown.display(),
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `scene.import.csv` beside `scene.json`.
+fn beside(out: &Path, extension: &str) -> PathBuf {
+    out.with_extension(format!("import.{extension}"))
+}
+
+fn check_free(paths: [&Path; 3]) -> anyhow::Result<()> {
+    match paths.iter().find(|path| path.symlink_metadata().is_ok()) {
+        Some(path) => bail!(
+            "'{}' is there already\n  remedy: name another --out, or add --force to replace it",
+            path.display()
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Those asked for; else `plugins` beside the scene; else those of this program.
+fn directories(options: &ImportOptions) -> anyhow::Result<Vec<PathBuf>> {
+    if !options.plugins.is_empty() {
+        return Ok(options.plugins.clone());
+    }
+    let own = options.out.with_file_name("plugins");
+    if own.is_dir() { Ok(vec![own]) } else { plugin::default_directories() }
+}
+
+/// Writes the scene where it has no fault, and not at all otherwise.
+fn write_checked(out: &Path, text: &str) -> anyhow::Result<()> {
+    let mut name = OsString::from(".");
+    name.push(out.file_name().ok_or_else(|| anyhow!("--out names no file\n  remedy: name one"))?);
+    name.push(format!(".{}.new", std::process::id()));
+    let trial = out.with_file_name(name);
+    output::write_file(&trial, text.as_bytes())?;
+    let bar = output::progress_bar();
+    let checked = LoadedScene::check(&trial, &|stage, done, total| {
+        output::show_progress(&bar, stage, done, total);
+    });
+    bar.finish_and_clear();
+    let result = match checked {
+        Ok(_) => output::write_file(out, text.as_bytes()),
+        Err(error) => {
+            output::line("the scene that this would give has faults; nothing is written:");
+            Err(LoadError { file: out.to_owned(), ..error }.into())
+        }
+    };
+    let _ = std::fs::remove_file(&trial);
+    result
+}

@@ -1,0 +1,37 @@
+//! Point lists to tags, and tags to the nodes of a model.
+//!
+//! [`PointList::parse`] reads a list as CSV, with every fault of it at once.
+//! [`propose`] says which node of a model ([`Catalogue`]) each tag is of, by the words
+//! that the field uses, with a confidence and a reason; what is in doubt it leaves
+//! open. [`scene()`] and [`report`] word what came of it.
+//!
+//! A name is cut into words (`words`), read as facts (`reading`, by `designation`,
+//! `phases` and the words of `lexicon`), and compared with each likely node (`verdict`).
+//!
+//! Invariant: text and names in, proposals out. No file is opened, and no protocol is
+//! known: addresses pass through as they are.
+
+mod catalogue;
+mod column;
+mod designation;
+mod facts;
+mod fault;
+mod lexicon;
+mod list;
+mod matching;
+mod phases;
+mod point;
+mod reading;
+pub mod report;
+mod scene;
+mod verdict;
+mod words;
+
+pub use catalogue::{Catalogue, MAX_NODES, NodeName, TooManyNodes};
+pub use fault::{ListFault, MAX_FAULTS};
+pub use list::{MAX_LIST_BYTES, MAX_POINTS, PointList};
+pub use matching::{
+    Candidate, MAX_CANDIDATES, MAX_LISTED, MIN_CONFIDENCE, MIN_MARGIN, Proposal, TagName, propose,
+};
+pub use point::{Point, PointType, value_of};
+pub use scene::{FOV_DEGREES, PluginInstance, SceneParts, assign_plugins, place, scene};

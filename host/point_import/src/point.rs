@@ -1,0 +1,296 @@
+//! One row of a point list: text cells to a valid point.
+
+use serde_json::{Map, Value};
+
+use crate::column::Column;
+use crate::fault::ListFault;
+
+/// The longest tag id, name, node or role, in bytes.
+const MAX_NAME_BYTES: usize = 200;
+/// The longest unit, in bytes.
+const MAX_UNIT_CHARS: usize = 32;
+/// Age past which a value is stale, milliseconds: least and most.
+const FRESHNESS_MILLIS: std::ops::RangeInclusive<u64> = 50..=86_400_000;
+
+/// Type of a tag's value, as the configuration has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PointType {
+    /// A number with fraction.
+    #[default]
+    F64,
+    /// A whole number.
+    I64,
+    /// On or off.
+    Bool,
+    /// A switch position in two bits.
+    DoublePoint,
+}
+
+const TYPES: &[(PointType, &[&str])] = &[
+    (
+        PointType::F64,
+        &[
+            "f64",
+            "f32",
+            "float",
+            "float32",
+            "float64",
+            "real",
+            "analog",
+            "analogue",
+            "ai",
+            "number",
+            "measurement",
+            "monitoring",
+        ],
+    ),
+    (
+        PointType::I64,
+        &[
+            "i64", "i32", "i16", "int", "int16", "int32", "int64", "integer", "u16", "u32",
+            "counter", "step",
+        ],
+    ),
+    (
+        PointType::Bool,
+        &[
+            "bool",
+            "boolean",
+            "bit",
+            "di",
+            "binary",
+            "digital",
+            "single",
+            "single_point",
+            "sp",
+            "spi",
+            "status",
+        ],
+    ),
+    (PointType::DoublePoint, &["double_point", "double", "dp", "dpi", "dps", "position"]),
+];
+
+/// A point of a list.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Point {
+    /// Line in the list, from 1.
+    pub line: u64,
+    /// Tag id.
+    pub tag: String,
+    /// What people call it; may be empty.
+    pub description: String,
+    /// Type of its value.
+    pub value_type: PointType,
+    /// Unit; may be empty.
+    pub unit: String,
+    /// Plausible range: least, greatest.
+    pub range: [Option<f64>; 2],
+    /// Normal band: least, greatest.
+    pub limits: [Option<f64>; 2],
+    /// Age past which a value is stale, milliseconds.
+    pub freshness_millis: Option<u64>,
+    /// Factor and offset from the number that comes to the unit.
+    pub scale: Option<[f64; 2]>,
+    /// The node that the list binds it to; empty for none.
+    pub node: String,
+    /// What it is to the node; empty where the list does not say it.
+    pub role: String,
+    /// Name of the plugin instance; empty for the only one.
+    pub plugin: String,
+    /// Address, which only the plugin understands.
+    pub address: Value,
+}
+
+impl PointType {
+    /// The word of the configuration.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::I64 => "i64",
+            Self::Bool => "bool",
+            Self::DoublePoint => "double_point",
+        }
+    }
+
+    /// Whether it is a state and no measured value.
+    pub fn is_state(self) -> bool {
+        matches!(self, Self::Bool | Self::DoublePoint)
+    }
+}
+
+/// The cells of a row: column, its name in the list, trimmed text. Empty ones are left out.
+pub(crate) type Cells<'a> = [(&'a Column, &'a str, &'a str)];
+
+/// Reads a row; every fault of it goes into `faults`.
+pub(crate) fn read(line: u64, cells: &Cells<'_>, faults: &mut Vec<ListFault>) -> Option<Point> {
+    let before = faults.len();
+    let mut row = Row { line, cells, faults };
+    let value_type = row.value_type();
+    let point = Point {
+        line,
+        tag: row.text(&Column::Tag, MAX_NAME_BYTES),
+        description: row.text(&Column::Description, MAX_NAME_BYTES),
+        value_type,
+        unit: row.text(&Column::Unit, MAX_UNIT_CHARS),
+        range: row.band([&Column::Low, &Column::High], value_type),
+        limits: row.band([&Column::LimitLow, &Column::LimitHigh], value_type),
+        freshness_millis: row.freshness(),
+        scale: row.scale(value_type),
+        node: row.text(&Column::Node, usize::MAX),
+        role: row.text(&Column::Role, MAX_NAME_BYTES),
+        plugin: row.text(&Column::Plugin, MAX_NAME_BYTES),
+        address: row.address(),
+    };
+    if point.tag.is_empty() {
+        row.fault("", "the row has no tag", "fill in its id, or remove the row");
+    }
+    (faults.len() == before).then_some(point)
+}
+
+struct Row<'r> {
+    line: u64,
+    cells: &'r Cells<'r>,
+    faults: &'r mut Vec<ListFault>,
+}
+
+impl<'r> Row<'r> {
+    fn fault(&mut self, column: &str, cause: impl Into<String>, remedy: impl Into<String>) {
+        self.faults.push(ListFault::new(self.line, column, cause, remedy));
+    }
+
+    /// Name of the column and text of the cell.
+    fn cell(&self, column: &Column) -> Option<(&'r str, &'r str)> {
+        let cells: &'r Cells<'r> = self.cells;
+        cells.iter().find(|(c, ..)| *c == column).map(|(_, name, text)| (*name, *text))
+    }
+
+    fn text(&mut self, column: &Column, most: usize) -> String {
+        let Some((name, text)) = self.cell(column) else { return String::new() };
+        if text.len() > most {
+            self.fault(name, format!("it has {} bytes, {most} at most", text.len()), "shorten it");
+        }
+        if text.chars().any(char::is_control) {
+            self.fault(name, "it has a control character", "write it in one line");
+        }
+        text.to_owned()
+    }
+
+    fn number(&mut self, column: &Column) -> Option<f64> {
+        let (name, text) = self.cell(column)?;
+        let parsed = text.parse().ok().filter(|number: &f64| number.is_finite());
+        if parsed.is_none() {
+            let remedy = if text.contains(',') {
+                "write a number with a point, such as 12.5"
+            } else {
+                "write a number, such as 12.5, or leave it empty"
+            };
+            self.fault(name, format!("'{text}' is no number"), remedy);
+        }
+        parsed
+    }
+
+    fn value_type(&mut self) -> PointType {
+        let Some((name, text)) = self.cell(&Column::Type) else { return PointType::default() };
+        let plain = text.to_lowercase().replace([' ', '-'], "_");
+        let known = TYPES.iter().find(|(_, words)| words.contains(&plain.as_str()));
+        if let Some((value_type, _)) = known {
+            return *value_type;
+        }
+        let remedy = "write f64 (or float, analog, AI), i64 (int), bool (single, DI) or \
+                      double_point (double, DP); commands are not for a viewer";
+        self.fault(name, format!("'{text}' is no type that is known"), remedy);
+        PointType::default()
+    }
+
+    fn band(&mut self, [low, high]: [&Column; 2], value_type: PointType) -> [Option<f64>; 2] {
+        let band = [self.number(low), self.number(high)];
+        let name = self.cell(low).or_else(|| self.cell(high)).map_or("", |(name, _)| name);
+        match band {
+            // What lists fill in for states: 0 to 1, 0 to 3.
+            _ if value_type.is_state() => [None, None],
+            [Some(a), Some(b)] if a >= b => {
+                let cause = format!("low, {a}, is not less than high, {b}");
+                self.fault(name, cause, "make low less than high, or leave one empty");
+                band
+            }
+            _ => band,
+        }
+    }
+
+    fn freshness(&mut self) -> Option<u64> {
+        let (name, text) = self.cell(&Column::Freshness)?;
+        let parsed = text.parse().ok().filter(|millis| FRESHNESS_MILLIS.contains(millis));
+        if parsed.is_none() {
+            let (least, most) = (FRESHNESS_MILLIS.start(), FRESHNESS_MILLIS.end());
+            let remedy = format!("write whole milliseconds from {least} to {most}");
+            self.fault(name, format!("'{text}' is no such time"), remedy);
+        }
+        parsed
+    }
+
+    fn scale(&mut self, value_type: PointType) -> Option<[f64; 2]> {
+        let (factor, offset) = (self.number(&Column::Factor), self.number(&Column::Offset));
+        let scale = [factor.unwrap_or(1.0), offset.unwrap_or(0.0)];
+        if scale == [1.0, 0.0] {
+            return None;
+        }
+        let column = if factor.is_some() { Column::Factor } else { Column::Offset };
+        let name = self.cell(&column).map_or("", |(name, _)| name);
+        if value_type != PointType::F64 {
+            let cause = format!("a tag of type '{}' has no scale", value_type.word());
+            self.fault(name, cause, "make its type f64, or leave it empty");
+        } else if factor == Some(0.0) {
+            self.fault(name, "the factor is 0", "write another, or leave it empty for 1");
+        }
+        Some(scale)
+    }
+
+    fn address(&mut self) -> Value {
+        let whole = self.cell(&Column::Address);
+        let fields: Vec<_> = self
+            .cells
+            .iter()
+            .filter_map(|(column, name, text)| match column {
+                Column::AddressField(field) => Some((field.clone(), *name, *text)),
+                _ => None,
+            })
+            .collect();
+        let whole_value = whole.map(|(_, text)| value_of(text));
+        if fields.is_empty() {
+            return whole_value.unwrap_or_else(|| {
+                self.fault(
+                    "",
+                    "the tag has no address",
+                    "fill in 'address', or the columns 'address.…'",
+                );
+                Value::Null
+            });
+        }
+        let mut address = match whole_value {
+            None => Map::new(),
+            Some(Value::Object(address)) => address,
+            Some(_) => {
+                let name = whole.map_or("", |(name, _)| name);
+                let remedy = "write a JSON object into it, or leave it or the others empty";
+                self.fault(name, "it is no object, and there are 'address.…' as well", remedy);
+                Map::new()
+            }
+        };
+        for (field, name, text) in fields {
+            if address.insert(field.clone(), value_of(text)).is_some() {
+                let cause = format!("the address has '{field}' already");
+                self.fault(name, cause, "say it once");
+            }
+        }
+        Value::Object(address)
+    }
+}
+
+/// A number as number, `true` as truth, JSON as JSON; all else is text.
+pub fn value_of(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| match text.to_lowercase().as_str() {
+        "true" => true.into(),
+        "false" => false.into(),
+        _ => text.into(),
+    })
+}
