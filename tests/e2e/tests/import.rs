@@ -2,8 +2,8 @@
 //! README.md; and what it says to lists and requests that are no good.
 
 use std::fs;
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use e2e::{Output, Process, Stats, built, built_folder, busbar, finish, model, workspace_path};
 use serde_json::{Value, json};
@@ -69,21 +69,25 @@ impl Example {
     }
 }
 
-/// The simulated device, and `--plugin` for it.
-fn simulator() -> (Process, String) {
-    let program = built(built_folder().join("modbus_simulator"));
-    let process = Process::start(Command::new(program).args(["--listen", "127.0.0.1:0"]));
-    let port = process.wait_for_line(|line| {
-        line.strip_prefix("listening on ")?.rsplit_once(':')?.1.parse::<u16>().ok()
-    });
-    (process, format!("bay=modbus_adapter,host=127.0.0.1,port={port},poll_millis=200"))
+/// `--plugin` for a device at a port that nobody has.
+fn device() -> String {
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let port = taken.local_addr().expect("it has an address").port();
+    format!("bay=modbus_adapter,host=127.0.0.1,port={port},poll_millis=200")
+}
+
+/// The device of a scene, simulated.
+fn simulate(scene: &Path) -> Process {
+    let process = Process::start(busbar().arg("simulate").arg(scene));
+    process.wait_for_line(|line| (line == "ready").then_some(()));
+    process
 }
 
 #[test]
 fn a_model_and_a_list_become_a_live_scene() {
     let example = Example::new();
-    let (_device, plugin) = simulator();
-    example.import(&["--plugin", &plugin, "--overlay", "power_overlay"]).expect_code(0);
+    example.import(&["--plugin", &device(), "--overlay", "power_overlay"]).expect_code(0);
+    let _device = simulate(&example.path("scene.json"));
 
     let mut check = busbar();
     finish(check.arg("check").arg(example.path("scene.json"))).expect_code(0);

@@ -77,7 +77,7 @@ fn scene() -> Scene {
     let ports: [TcpListener; 2] =
         [(); 2].map(|()| TcpListener::bind("127.0.0.1:0").expect("a port is free"));
     let [device, station] = ports.map(|port| port.local_addr().expect("it has an address").port());
-    let reconnect = json!({"min_millis": 200, "max_millis": 500});
+    let reconnect = json!({"min_millis": 1000, "max_millis": 1000});
     scene.config["plugins"]["device"] = json!({
         "plugin": "modbus_adapter",
         "settings": {
