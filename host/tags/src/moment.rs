@@ -6,10 +6,13 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
+/// What the clock shows at boot, some 292 years: values are older than the machine is up,
+/// and their age must not end there.
+const BOOT: u64 = 1 << 63;
 
 /// A point of the clock that never jumps, that all processes of a machine share,
 /// and that goes on while the machine sleeps: a value from before a sleep is old.
-/// Nanoseconds since boot.
+/// Nanoseconds.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -19,7 +22,7 @@ impl Moment {
     /// Now.
     pub fn now() -> Self {
         let now = clock_gettime(ClockId::Boottime);
-        Self(now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64)
+        Self(BOOT + now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64)
     }
 
     /// How long after `earlier` this is; nothing if it is before.
@@ -56,6 +59,9 @@ mod tests {
         assert_eq!(Moment(5).before(second), Moment(0));
         assert_eq!(Moment(u64::MAX).after(Duration::MAX), Moment(u64::MAX));
         assert_eq!(Moment(7).since(Moment(9)), Duration::ZERO);
-        assert!(Moment::now() > Moment(0));
+        let long_ago = Duration::from_secs(200 * 365 * 86_400);
+        let now = Moment::now();
+        assert_eq!(now.since(now.before(long_ago)), long_ago, "before the machine was up");
+        assert!(Moment::now() >= now);
     }
 }

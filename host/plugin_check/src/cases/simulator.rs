@@ -9,6 +9,7 @@ use super::{Instance, required};
 use crate::environment;
 use crate::finding::{Finding, Outcome, Stop, skip};
 use crate::probe::Probe;
+use crate::text;
 
 /// `stop` ends all threads within this.
 const MAX_STOP: Duration = Duration::from_secs(2);
@@ -55,7 +56,8 @@ pub(crate) fn simulation() -> abi::BusbarSimulation {
     }
 }
 
-/// Starts with tags that must be served; skips where nobody can listen there.
+/// Starts with tags that must be served; skips where nobody can listen there, and what
+/// the plugin says it cannot simulate.
 fn start(probe: &Probe, instance: &Instance<'_>, tags: &Simulated) -> Outcome {
     let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
     let start = required(table.start, "start")?;
@@ -63,6 +65,11 @@ fn start(probe: &Probe, instance: &Instance<'_>, tags: &Simulated) -> Outcome {
     let status = probe.simulate(start, instance.as_ptr(), tags.as_parts(), &simulation, &mut error);
     if status == abi::BUSBAR_FAILED {
         return skip("it cannot listen: name this machine and a free port in a sample (--sample)");
+    }
+    // A plugin need not simulate all that it can read, but it must say so.
+    let words = text::message_of(&error).unwrap_or_default();
+    if status == abi::BUSBAR_INVALID_SETTINGS && !words.trim().is_empty() {
+        return skip(format!("it does not simulate this sample: {words}"));
     }
     probe.expect_ok("simulator start", status, &error)
 }
