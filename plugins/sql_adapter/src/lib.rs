@@ -4,7 +4,6 @@
 //! thread and one connection serve an instance. It only reads.
 
 mod answer;
-mod backoff;
 mod board;
 mod cell;
 mod convert;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use busbar_link::{Faults, Reconnect, ReconnectSettings};
 use busbar_plugin_sdk::{Error, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -20,8 +21,6 @@ const MAX_CHANNEL_BYTES: usize = 63;
 const PERIODS: std::ops::RangeInclusive<u64> = 100..=86_400_000;
 /// Deadlines, milliseconds.
 const DEADLINES: std::ops::RangeInclusive<u64> = 100..=600_000;
-/// Delays between tries to connect, milliseconds: at most one try a second.
-const DELAYS: std::ops::RangeInclusive<u64> = 1000..=600_000;
 
 /// A database, and what is asked of it. Give `postgres` or `sqlite`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -48,7 +47,7 @@ pub struct Settings {
     timeout_millis: u64,
     /// Delay between tries to connect.
     #[serde(default)]
-    reconnect: Reconnect,
+    reconnect: ReconnectSettings,
 }
 
 /// A PostgreSQL server, and who we are there.
@@ -155,25 +154,6 @@ struct RawListen {
     query: String,
 }
 
-/// Delay between tries to connect: it doubles from `min_millis` to `max_millis`, with
-/// jitter, so that clients do not come back in step.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct Reconnect {
-    /// Shortest delay, milliseconds.
-    #[schemars(range(min = 1000, max = 600_000))]
-    min_millis: u64,
-    /// Longest delay, milliseconds.
-    #[schemars(range(min = 1000, max = 600_000))]
-    max_millis: u64,
-}
-
-impl Default for Reconnect {
-    fn default() -> Self {
-        Self { min_millis: 1000, max_millis: 30_000 }
-    }
-}
-
 fn default_port() -> u16 {
     5432
 }
@@ -197,8 +177,7 @@ pub(crate) struct Config {
     pub(crate) queries: Vec<QueryConfig>,
     pub(crate) channels: Vec<Channel>,
     pub(crate) timeout: Duration,
-    pub(crate) reconnect_min: Duration,
-    pub(crate) reconnect_max: Duration,
+    pub(crate) reconnect: Reconnect,
 }
 
 /// Which database.
@@ -266,7 +245,7 @@ impl Settings {
     /// # Errors
     /// [`Error::settings`] with each fault and what is allowed.
     pub(crate) fn parse(self) -> Result<Config, Error> {
-        let mut faults = Faults(Vec::new());
+        let mut faults = Faults::default();
         let database = match (self.postgres, self.sqlite) {
             (Some(postgres), None) => {
                 Some(Database::Postgres(Box::new(postgres.parse(&mut faults))))
@@ -297,25 +276,19 @@ impl Settings {
                 ));
             }
         }
-        let (min, max) = (self.reconnect.min_millis, self.reconnect.max_millis);
-        if min > max {
-            faults.add("reconnect: min_millis is larger than max_millis");
-        }
         let timeout = faults.millis("timeout_millis", self.timeout_millis, DEADLINES);
-        let reconnect_min = faults.millis("reconnect.min_millis", min, DELAYS);
-        let reconnect_max = faults.millis("reconnect.max_millis", max, DELAYS);
-        match (database, &faults.0[..]) {
-            (Some(database), []) => {
-                Ok(Config { database, queries, channels, timeout, reconnect_min, reconnect_max })
-            }
-            (_, faults) => Err(Error::settings(format!("settings: {}", faults.join("; ")))),
-        }
+        let reconnect = self.reconnect.parse(&mut faults);
+        let invalid = |faults| Error::settings(format!("settings: {faults}"));
+        faults.into_result().map_err(invalid)?;
+        // Without a fault there is a database.
+        let database = database.ok_or_else(|| Error::settings("settings: no database is named"))?;
+        Ok(Config { database, queries, channels, timeout, reconnect })
     }
 }
 
 impl RawPostgres {
     fn parse(self, faults: &mut Faults) -> Postgres {
-        let host = faults.name("postgres.host", self.host.trim().to_owned());
+        let host = check_name(faults, "postgres.host", self.host.trim().to_owned());
         let is_socket = host.starts_with('/');
         let tls = match (self.sslmode, self.tls) {
             (None | Some(SslMode::VerifyFull), Some(tls)) if !is_socket => tls.parse(&host, faults),
@@ -341,8 +314,8 @@ impl RawPostgres {
         Postgres {
             host,
             port: faults.check("postgres.port", self.port, 1..=u16::MAX),
-            database: faults.name("postgres.database", self.database),
-            user: faults.name("postgres.user", self.user),
+            database: check_name(faults, "postgres.database", self.database),
+            user: check_name(faults, "postgres.user", self.user),
             password: self.password,
             tls,
             connect_timeout: faults.millis(
@@ -380,7 +353,7 @@ fn parse_queries(raw: Vec<RawQuery>, faults: &mut Faults) -> Vec<QueryConfig> {
     }
     let mut queries: Vec<QueryConfig> = Vec::new();
     for RawQuery { name, sql, poll_millis } in raw {
-        let name = faults.name("queries: name", name);
+        let name = check_name(faults, "queries: name", name);
         if queries.iter().any(|query| query.name == name) {
             faults.add(format!("queries: there are two of the name '{name}'"));
         }
@@ -420,42 +393,11 @@ fn parse_channels(
     channels
 }
 
-/// All that is wrong, so that it can be told at once.
-struct Faults(Vec<String>);
-
-impl Faults {
-    fn add(&mut self, fault: impl Into<String>) {
-        self.0.push(fault.into());
+fn check_name(faults: &mut Faults, place: &str, name: String) -> String {
+    if name.is_empty() || name.len() > MAX_NAME_BYTES || name.contains('\0') {
+        faults.add(format!("{place}: give 1 to {MAX_NAME_BYTES} bytes"));
     }
-
-    fn name(&mut self, place: &str, name: String) -> String {
-        if name.is_empty() || name.len() > MAX_NAME_BYTES || name.contains('\0') {
-            self.add(format!("{place}: give 1 to {MAX_NAME_BYTES} bytes"));
-        }
-        name
-    }
-
-    fn check<T: Copy + PartialOrd + std::fmt::Display>(
-        &mut self,
-        name: &str,
-        value: T,
-        allowed: std::ops::RangeInclusive<T>,
-    ) -> T {
-        if !allowed.contains(&value) {
-            let (min, max) = (allowed.start(), allowed.end());
-            self.add(format!("{name}: {value} is not within {min} to {max}"));
-        }
-        value
-    }
-
-    fn millis(
-        &mut self,
-        name: &str,
-        value: u64,
-        allowed: std::ops::RangeInclusive<u64>,
-    ) -> Duration {
-        Duration::from_millis(self.check(name, value, allowed))
-    }
+    name
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use busbar_link::Backoff;
 use busbar_plugin_sdk::Running;
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
@@ -16,7 +17,6 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use thiserror::Error;
 
 use crate::answer::{Answer, QueryFault, Samples};
-use crate::backoff::Backoff;
 use crate::board::{Board, shown};
 use crate::cell::{Cell, Row};
 use crate::convert::ZonelessTime;
@@ -49,8 +49,7 @@ enum FileFault {
 
 /// Serves until the worker is dropped.
 pub(crate) fn serve(path: &Path, config: &Config, mut board: Board, running: &Running) {
-    let mut backoff =
-        Backoff::new(config.reconnect_min, config.reconnect_max, fastrand::Rng::new());
+    let mut backoff = Backoff::new(config.reconnect);
     let session = Session { path, queries: &config.queries, timeout: config.timeout, running };
     board.open();
     while running.is_running() {

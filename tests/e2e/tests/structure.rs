@@ -61,7 +61,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("quadric_collapse", &["busbar_plugin_sdk"]),
     ("replay", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
-    ("sql_adapter", &["busbar_plugin_sdk"]),
+    ("sql_adapter", &["busbar_link", "busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
         "bench",

@@ -11,6 +11,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use busbar_link::Backoff;
 use busbar_plugin_sdk::Error;
 use thiserror::Error as ThisError;
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -24,7 +25,6 @@ use tokio_postgres::{Client, NoTls};
 use self::bounded::{Bounded, BoundedTls, Excess};
 use self::session::{Messages, Session, messages};
 use self::tls::Tls;
-use crate::backoff::Backoff;
 use crate::board::{Board, shown};
 use crate::settings::{Config, Postgres};
 
@@ -81,8 +81,7 @@ pub(crate) enum LinkFault {
 
 /// Serves for ever; drop the future to end it.
 pub(crate) async fn serve(access: &Access, config: &Config, board: Board) -> Infallible {
-    let mut backoff =
-        Backoff::new(config.reconnect_min, config.reconnect_max, fastrand::Rng::new());
+    let mut backoff = Backoff::new(config.reconnect);
     let board = RefCell::new(board);
     let mut session = Session::new(config, access.server.keepalive, &board);
     board.borrow().open();
