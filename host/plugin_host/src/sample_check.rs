@@ -28,6 +28,7 @@ impl SampleCheck {
 
     /// The sample, or nothing where it names another's tag or makes no sense.
     /// It was received at `received`, which `wall_clock` called so.
+    #[inline]
     pub fn check(
         &self,
         raw: &abi::BusbarSample,
@@ -37,26 +38,14 @@ impl SampleCheck {
         if !self.owned.get(raw.tag as usize).copied().unwrap_or(false) {
             return None;
         }
+        // Good measurements first: there may be a million a second.
         let value = match raw.kind {
-            abi::BUSBAR_VALUE_NONE => None,
             abi::BUSBAR_VALUE_F64 => Some(Value::F64(f64::from_bits(raw.value))),
-            abi::BUSBAR_VALUE_I64 => Some(Value::I64(raw.value as i64)),
-            abi::BUSBAR_VALUE_BOOL => Some(Value::Bool(raw.value != 0)),
-            abi::BUSBAR_VALUE_DOUBLE_POINT => Some(Value::DoublePoint(match raw.value {
-                0 => DoublePoint::Intermediate,
-                1 => DoublePoint::Off,
-                2 => DoublePoint::On,
-                3 => DoublePoint::BadState,
-                _ => return None,
-            })),
-            _ => return None,
+            kind => other_value(kind, raw.value)?,
         };
-        let reason = reason_from_abi(raw.reason)?;
-        let quality = match raw.quality {
-            abi::BUSBAR_QUALITY_GOOD => Quality::Good,
-            abi::BUSBAR_QUALITY_UNCERTAIN => Quality::Uncertain(reason),
-            abi::BUSBAR_QUALITY_BAD => Quality::Bad(reason),
-            _ => return None,
+        let quality = match (raw.quality, raw.reason) {
+            (abi::BUSBAR_QUALITY_GOOD, abi::BUSBAR_REASON_NONE) => Quality::Good,
+            (quality, reason) => other_quality(quality, reason)?,
         };
         let source_time = source_time(raw.source_time_unix_nanos, wall_clock);
         let lag = source_time.map_or(0, |time| wall_clock.0.saturating_sub(time.0).max(0));
@@ -70,6 +59,34 @@ fn source_time(unix_nanos: i64, wall_clock: SourceTime) -> Option<SourceTime> {
     let is_known = unix_nanos != abi::BUSBAR_NO_TIME;
     let is_possible = unix_nanos <= wall_clock.0.saturating_add(MAX_CLOCK_AHEAD);
     (is_known && is_possible).then_some(SourceTime(unix_nanos))
+}
+
+#[cold]
+fn other_value(kind: u8, bits: u64) -> Option<Option<Value>> {
+    Some(match kind {
+        abi::BUSBAR_VALUE_NONE => None,
+        abi::BUSBAR_VALUE_I64 => Some(Value::I64(bits as i64)),
+        abi::BUSBAR_VALUE_BOOL => Some(Value::Bool(bits != 0)),
+        abi::BUSBAR_VALUE_DOUBLE_POINT => Some(Value::DoublePoint(match bits {
+            0 => DoublePoint::Intermediate,
+            1 => DoublePoint::Off,
+            2 => DoublePoint::On,
+            3 => DoublePoint::BadState,
+            _ => return None,
+        })),
+        _ => return None,
+    })
+}
+
+#[cold]
+fn other_quality(quality: u8, reason: u8) -> Option<Quality> {
+    let reason = reason_from_abi(reason)?;
+    Some(match quality {
+        abi::BUSBAR_QUALITY_GOOD => Quality::Good,
+        abi::BUSBAR_QUALITY_UNCERTAIN => Quality::Uncertain(reason),
+        abi::BUSBAR_QUALITY_BAD => Quality::Bad(reason),
+        _ => return None,
+    })
 }
 
 fn reason_from_abi(reason: u8) -> Option<Reason> {

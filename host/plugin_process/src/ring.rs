@@ -86,9 +86,15 @@ impl Words {
     }
 
     /// The words of the sample with this number.
-    fn slot(&self, number: u64) -> [&AtomicU64; WORDS] {
+    fn slot(&self, number: u64) -> &[AtomicU64; WORDS] {
         let slot = number as usize & (RING_SAMPLES - 1);
-        std::array::from_fn(|word| self.word(HEADER_WORDS + slot * WORDS + word))
+        // SAFETY: as above; these are the words from the header's end to that of the
+        // mapping, and a slot is within it whatever its number.
+        let slots = unsafe {
+            let first = self.0.as_mut_ptr().cast::<u64>().add(HEADER_WORDS);
+            std::slice::from_raw_parts(first.cast::<[AtomicU64; WORDS]>(), RING_SAMPLES)
+        };
+        &slots[slot]
     }
 }
 
@@ -139,7 +145,7 @@ impl RingWriter {
             let small = [sample.kind, sample.quality, sample.reason, 0];
             let first = u64::from(sample.tag) | u64::from(u32::from_le_bytes(small)) << 32;
             let values = [first, sample.value, sample.source_time_unix_nanos as u64, published.0];
-            for (word, value) in self.words.slot(self.written).into_iter().zip(values) {
+            for (word, value) in self.words.slot(self.written).iter().zip(values) {
                 word.store(value, Ordering::Relaxed);
             }
             self.written = self.written.wrapping_add(1);
@@ -178,9 +184,11 @@ impl RingReader {
         self.words.word(REJECTED).load(Ordering::Relaxed)
     }
 
+    #[inline]
     fn copy(&self, number: u64) -> RawSample {
+        let words = self.words.slot(number);
         let [first, value, source_time, published] =
-            self.words.slot(number).map(|word| word.load(Ordering::Relaxed));
+            std::array::from_fn(|word| words[word].load(Ordering::Relaxed));
         let [kind, quality, reason, reserved] = ((first >> 32) as u32).to_le_bytes();
         let sample = BusbarSample {
             tag: first as u32,

@@ -1,8 +1,8 @@
 //! The tag table: the last value of every tag, and what it is worth.
 
 use std::sync::Arc;
-use std::time::Duration;
 
+use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
     Change, DoublePoint, Moment, Quality, QualityCounts, Reason, Sample, Snapshot, SourceTime,
@@ -11,6 +11,8 @@ use crate::{
 
 /// How far the wall clock may go back, as when it is kept in step, nanoseconds.
 const MAX_CLOCK_BACK: i64 = 1_000_000_000;
+
+const NANOS_PER_MILLISECOND: u64 = 1_000_000;
 
 /// The tags of a scene and their last values.
 ///
@@ -27,6 +29,8 @@ pub struct TagTable {
     /// Tags that changed up to `now`, and those that changed since.
     changed: Vec<TagHandle>,
     changing: Vec<TagHandle>,
+    /// How often time was moved on.
+    turn: u64,
     /// Inputs of derived tags that came or went stale since.
     touched: Vec<TagHandle>,
     counts: QualityCounts,
@@ -36,8 +40,10 @@ pub struct TagTable {
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Cell {
-    value: Option<Value>,
-    source_time: Option<SourceTime>,
+    /// What [`Cell::value`] and [`Cell::source_time`] are made of: apart, all fits.
+    value_bits: u64,
+    source_nanos: i64,
+    value_kind: Option<ValueKind>,
     /// When the value was true; of no meaning without one.
     valid_from: Moment,
     /// Where the wheel has it, or [`NO_SLOT`].
@@ -47,6 +53,8 @@ struct Cell {
     source_quality: Quality,
     /// What the host says of the value.
     verdict: Quality,
+    /// The worse of the two: quality without freshness.
+    own_quality: Quality,
     kind: ValueKind,
     /// Rank of the quality that the counts have it under.
     counted: u8,
@@ -55,19 +63,30 @@ struct Cell {
     is_derived: bool,
     /// Whether derived tags rest on it.
     is_input: bool,
-    is_changing: bool,
+    /// Neither rules, nor derived, nor an input.
+    is_plain: bool,
+    /// The turn in which it changed last.
+    changed_in: u64,
 }
+
+const _: () = assert!(size_of::<Cell>() == 64);
+/// No source time.
+const NO_TIME: i64 = i64::MIN;
 
 impl TagTable {
     /// A table of tags without values, at `now`.
     pub fn new(tags: Arc<TagSet>, now: Moment) -> Self {
         let mut cells: Vec<Cell> = tags.specs().iter().map(Cell::of).collect();
-        tags.derived().inputs().for_each(|tag| cells[tag.0 as usize].is_input = true);
+        for TagHandle(tag) in tags.derived().inputs() {
+            let cell = &mut cells[tag as usize];
+            (cell.is_input, cell.is_plain) = (true, false);
+        }
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
         let wheel = Wheel::new(now);
         let (changed, changing, touched) = (Vec::new(), Vec::new(), Vec::new());
         let clock_offset = None;
-        Self { tags, cells, wheel, now, clock_offset, changed, changing, touched, counts }
+        let turn = 1;
+        Self { tags, cells, wheel, now, clock_offset, changed, changing, turn, touched, counts }
     }
 
     /// What the tags are.
@@ -78,6 +97,7 @@ impl TagTable {
     /// Takes samples over, in order, and tells `each` what they change, in order too.
     /// Returns how many named no tag of this table that samples may set, or were older,
     /// at their source, than the value there is.
+    #[inline]
     pub fn apply(
         &mut self,
         samples: impl IntoIterator<Item = Sample>,
@@ -106,14 +126,7 @@ impl TagTable {
         self.derive(&mut each);
         std::mem::swap(&mut self.changed, &mut self.changing);
         self.changing.clear();
-        for &tag in &self.changed {
-            let cell = &mut self.cells[tag.0 as usize];
-            let rank = cell.quality(self.now).rank();
-            *self.counts.of(cell.counted) -= 1;
-            *self.counts.of(rank) += 1;
-            cell.counted = rank;
-            cell.is_changing = false;
-        }
+        self.turn += 1;
     }
 
     /// Notes the wall clock at `now`. When it was set back, source times from before would
@@ -122,7 +135,7 @@ impl TagTable {
         let offset = wall_clock.0.saturating_sub_unsigned(now.0);
         let before = self.clock_offset.replace(offset);
         if before.is_some_and(|before| offset < before.saturating_sub(MAX_CLOCK_BACK)) {
-            self.cells.iter_mut().for_each(|cell| cell.source_time = None);
+            self.cells.iter_mut().for_each(|cell| cell.source_nanos = NO_TIME);
         }
     }
 
@@ -148,62 +161,67 @@ impl TagTable {
         self.counts
     }
 
+    #[inline]
     fn take(&mut self, sample: &Sample) -> Taken {
-        let index = sample.tag.0 as usize;
-        match self.cells.get_mut(index) {
-            Some(cell) if !cell.is_derived => {}
-            _ => return Taken::Ignored,
+        match self.cells.get_mut(sample.tag.0 as usize) {
+            Some(cell) if cell.stays_good(sample, self.now) => {
+                let value = sample.value.map_or(Packed::NONE, Packed::of);
+                cell.set_times(sample);
+                if cell.value() == value {
+                    return Taken::Alike;
+                }
+                cell.set_value(value);
+                if cell.changed_in != self.turn {
+                    cell.changed_in = self.turn;
+                    self.changing.push(sample.tag);
+                }
+                Taken::Changed(cell.change(sample))
+            }
+            Some(cell) if !cell.is_derived => self.set(sample),
+            _ => Taken::Ignored,
         }
-        self.set(sample)
     }
 
     /// Sets a cell that is there.
     fn set(&mut self, sample: &Sample) -> Taken {
         let index = sample.tag.0 as usize;
         let cell = &mut self.cells[index];
-        let before = (cell.value, cell.own_quality());
-        let had_slot = cell.slot != NO_SLOT;
+        let before = (cell.value(), cell.own_quality);
+        let mut revived = false;
         if let Some(value) = sample.value {
             // An older source time never overwrites a newer one.
-            if let (Some(new), Some(old)) = (sample.source_time, cell.source_time)
-                && new < old
-            {
+            if cell.is_newer_than(sample) {
                 return Taken::Ignored;
             }
             if cell.has_rules {
                 cell.judge_by_rules(value, &self.tags.specs()[index]);
             } else {
-                (cell.value, cell.verdict) = (Some(value), judge(value, cell.kind));
+                cell.set_value(Packed::of(value));
+                cell.verdict = judge(value, cell.kind);
             }
-            cell.source_time = sample.source_time;
-            cell.valid_from = sample.valid_from;
+            cell.set_times(sample);
             let slot = self.wheel.slot_of(cell.deadline());
             if slot < cell.slot {
+                // A value that was stale and comes again alike is a change, too.
+                revived = cell.slot == NO_SLOT;
                 self.wheel.put(sample.tag.0, slot);
                 cell.slot = slot;
             }
         }
         cell.source_quality = sample.quality;
+        cell.own_quality = sample.quality.worst(cell.verdict);
         if cell.is_input {
             self.touched.push(sample.tag);
         }
-        let after = (cell.value, cell.own_quality());
-        // A value that was stale and comes again alike is a change, too.
-        let revived = !had_slot && cell.slot != NO_SLOT;
-        if alike(before, after) && !revived {
+        if before == (cell.value(), cell.own_quality) && !revived {
             return Taken::Alike;
         }
-        if !cell.is_changing {
-            cell.is_changing = true;
+        cell.count(&mut self.counts, self.now);
+        if cell.changed_in != self.turn {
+            cell.changed_in = self.turn;
             self.changing.push(sample.tag);
         }
-        Taken::Changed(Change {
-            tag: sample.tag,
-            value: after.0,
-            quality: after.1,
-            source_time: cell.source_time,
-            received: sample.received,
-        })
+        Taken::Changed(cell.change(sample))
     }
 
     /// Looks at a tag that the wheel gave up.
@@ -215,11 +233,12 @@ impl TagTable {
         }
         if cell.is_stale(self.now) {
             cell.slot = NO_SLOT;
+            cell.count(&mut self.counts, self.now);
             if cell.is_input {
                 self.touched.push(TagHandle(tag));
             }
-            if !cell.is_changing {
-                cell.is_changing = true;
+            if cell.changed_in != self.turn {
+                cell.changed_in = self.turn;
                 self.changing.push(TagHandle(tag));
             }
         } else {
@@ -253,16 +272,8 @@ enum Taken {
     Changed(Change),
 }
 
-/// Not-a-number is like itself here.
-fn alike(before: (Option<Value>, Quality), after: (Option<Value>, Quality)) -> bool {
-    let values_alike = match (before.0, after.0) {
-        (Some(Value::F64(a)), Some(Value::F64(b))) => a.to_bits() == b.to_bits(),
-        (a, b) => a == b,
-    };
-    values_alike && before.1 == after.1
-}
-
 /// What the host itself says of a value.
+#[inline]
 fn judge(value: Value, kind: ValueKind) -> Quality {
     if value.kind() != kind {
         return Quality::Bad(Reason::Configuration);
@@ -276,20 +287,87 @@ fn judge(value: Value, kind: ValueKind) -> Quality {
 
 impl Cell {
     fn of(spec: &TagSpec) -> Self {
+        let has_rules = spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0;
         Self {
-            value: None,
-            source_time: None,
+            value_bits: 0,
+            source_nanos: NO_TIME,
+            value_kind: None,
             valid_from: Moment(0),
             slot: NO_SLOT,
             freshness_millis: u32::try_from(spec.freshness.as_millis()).unwrap_or(u32::MAX),
             source_quality: Quality::Bad(Reason::NotConnected),
             verdict: Quality::Good,
+            own_quality: Quality::Bad(Reason::NotConnected),
             kind: spec.kind,
             counted: Quality::Bad(Reason::NotConnected).rank(),
-            has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
+            has_rules,
             is_derived: spec.expression.is_some(),
             is_input: false,
-            is_changing: false,
+            is_plain: !has_rules && spec.expression.is_none(),
+            changed_in: 0,
+        }
+    }
+
+    /// Puts the cell under the quality that it has at `now`.
+    #[inline]
+    fn count(&mut self, counts: &mut QualityCounts, now: Moment) {
+        let rank = self.quality(now).rank();
+        if rank != self.counted {
+            *counts.of(self.counted) -= 1;
+            *counts.of(rank) += 1;
+            self.counted = rank;
+        }
+    }
+
+    #[inline]
+    fn value(&self) -> Packed {
+        Packed { bits: self.value_bits, kind: self.value_kind }
+    }
+
+    #[inline]
+    fn set_value(&mut self, value: Packed) {
+        (self.value_bits, self.value_kind) = (value.bits, value.kind);
+    }
+
+    fn source_time(&self) -> Option<SourceTime> {
+        (self.source_nanos != NO_TIME).then_some(SourceTime(self.source_nanos))
+    }
+
+    #[inline]
+    fn set_times(&mut self, sample: &Sample) {
+        self.source_nanos = sample.source_time.map_or(NO_TIME, |time| time.0);
+        self.valid_from = sample.valid_from;
+    }
+
+    /// By source time, where both have one.
+    #[inline]
+    fn is_newer_than(&self, sample: &Sample) -> bool {
+        sample.source_time.is_some_and(|time| time.0 < self.source_nanos)
+    }
+
+    /// Whether it is a good tag without rules, to which a sample brings but another good
+    /// value: nearly all samples do, and [`TagTable::set`] would end at the same.
+    #[inline]
+    fn stays_good(&self, sample: &Sample, now: Moment) -> bool {
+        let Some(value) = sample.value else { return false };
+        let deadline = self.deadline_of(sample.valid_from);
+        self.is_plain
+            && self.counted == Quality::Good.rank()
+            && sample.quality == Quality::Good
+            && judge(value, self.kind) == Quality::Good
+            && !self.is_newer_than(sample)
+            && deadline >= now
+            && Wheel::is_within(deadline, self.slot)
+    }
+
+    #[inline]
+    fn change(&self, sample: &Sample) -> Change {
+        Change {
+            tag: sample.tag,
+            value: self.value().unpack(),
+            quality: self.own_quality,
+            source_time: self.source_time(),
+            received: sample.received,
         }
     }
 
@@ -308,45 +386,49 @@ impl Cell {
             },
             verdict => verdict,
         };
-        let within = match (self.value.and_then(Value::as_number), value.as_number()) {
+        let within = match (self.value().unpack().and_then(Value::as_number), value.as_number()) {
             (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
             _ => false,
         };
         if !within || verdict != self.verdict {
-            self.value = Some(value);
+            self.set_value(Packed::of(value));
         }
         self.verdict = verdict;
     }
 
     /// The last moment at which the value is fresh.
+    #[inline]
     fn deadline(&self) -> Moment {
-        self.valid_from.after(Duration::from_millis(u64::from(self.freshness_millis)))
+        self.deadline_of(self.valid_from)
+    }
+
+    #[inline]
+    fn deadline_of(&self, valid_from: Moment) -> Moment {
+        let freshness = u64::from(self.freshness_millis) * NANOS_PER_MILLISECOND;
+        Moment(valid_from.0.saturating_add(freshness))
     }
 
     fn is_stale(&self, now: Moment) -> bool {
-        self.value.is_some() && now > self.deadline()
-    }
-
-    /// Quality without freshness.
-    fn own_quality(&self) -> Quality {
-        self.source_quality.worst(self.verdict)
+        !self.value().is_none() && now > self.deadline()
     }
 
     fn quality(&self, now: Moment) -> Quality {
-        let fresh = match self.value {
-            None => Quality::Bad(Reason::NotConnected),
-            Some(_) if self.is_stale(now) => Quality::Bad(Reason::Stale),
-            Some(_) => Quality::Good,
+        let fresh = if self.value().is_none() {
+            Quality::Bad(Reason::NotConnected)
+        } else if self.is_stale(now) {
+            Quality::Bad(Reason::Stale)
+        } else {
+            Quality::Good
         };
-        self.own_quality().worst(fresh)
+        self.own_quality.worst(fresh)
     }
 
     fn state(&self, now: Moment) -> TagState {
         TagState {
-            value: self.value,
+            value: self.value().unpack(),
             quality: self.quality(now),
-            age: self.value.map(|_| now.since(self.valid_from)),
-            source_time: self.source_time,
+            age: (!self.value().is_none()).then(|| now.since(self.valid_from)),
+            source_time: self.source_time(),
         }
     }
 }

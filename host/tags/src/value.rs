@@ -77,6 +77,7 @@ pub enum Reason {
 
 impl Value {
     /// The type of this value.
+    #[inline]
     pub fn kind(self) -> ValueKind {
         match self {
             Self::F64(_) => ValueKind::F64,
@@ -93,6 +94,50 @@ impl Value {
             Self::I64(value) => Some(value as f64),
             Self::Bool(_) | Self::DoublePoint(_) => None,
         }
+    }
+}
+
+/// A value, or none, in words that are copied and compared whole. Not-a-number is like
+/// itself here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Packed {
+    pub(crate) bits: u64,
+    /// None where there is no value.
+    pub(crate) kind: Option<ValueKind>,
+}
+
+impl Packed {
+    pub(crate) const NONE: Self = Self { bits: 0, kind: None };
+
+    #[inline]
+    pub(crate) fn of(value: Value) -> Self {
+        let bits = match value {
+            Value::F64(value) => value.to_bits(),
+            Value::I64(value) => value as u64,
+            Value::Bool(value) => u64::from(value),
+            Value::DoublePoint(value) => value as u64,
+        };
+        Self { bits, kind: Some(value.kind()) }
+    }
+
+    #[inline]
+    pub(crate) fn is_none(self) -> bool {
+        self.kind.is_none()
+    }
+
+    #[inline]
+    pub(crate) fn unpack(self) -> Option<Value> {
+        Some(match self.kind? {
+            ValueKind::F64 => Value::F64(f64::from_bits(self.bits)),
+            ValueKind::I64 => Value::I64(self.bits as i64),
+            ValueKind::Bool => Value::Bool(self.bits != 0),
+            ValueKind::DoublePoint => Value::DoublePoint(match self.bits {
+                0 => DoublePoint::Intermediate,
+                1 => DoublePoint::Off,
+                2 => DoublePoint::On,
+                _ => DoublePoint::BadState,
+            }),
+        })
     }
 }
 
@@ -120,6 +165,7 @@ impl Quality {
     }
 
     /// 0 for good, 1 for uncertain, 2 for bad.
+    #[inline]
     pub(crate) fn rank(self) -> u8 {
         match self {
             Self::Good => 0,

@@ -30,8 +30,15 @@ impl Wheel {
     }
 
     /// The slot in which a deadline waits now.
+    #[inline]
     pub(crate) fn slot_of(&self, deadline: Moment) -> Slot {
         (deadline.0 >> SLOT_BITS).clamp(self.first, self.first + SLOTS - 1)
+    }
+
+    /// Whether what waits in `slot` comes out in time for a deadline.
+    #[inline]
+    pub(crate) fn is_within(deadline: Moment, slot: Slot) -> bool {
+        deadline.0 >> SLOT_BITS >= slot
     }
 
     /// Puts a tag into a slot that [`Self::slot_of`] gave.
