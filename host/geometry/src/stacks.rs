@@ -12,6 +12,7 @@
 
 mod build;
 mod deaths;
+mod resolve;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -117,95 +118,7 @@ impl CollapseStacks {
     pub fn static_bytes(&self) -> usize {
         self.tables.bytes()
     }
-
-    /// The wedge that stands for each wedge at a cursor.
-    pub fn standing_wedges(&self, cursor: u32) -> Vec<u32> {
-        let positions = self.mesh.wedges.position.as_slice();
-        let surviving = self.surviving(cursor);
-        let mut standing = vec![UNKNOWN; positions.len()];
-        for wedge in 0..positions.len() {
-            // Up to an ancestor that survives, or whose own is known...
-            let mut ancestor = wedge;
-            while standing[ancestor] == UNKNOWN && positions[ancestor] >= surviving {
-                ancestor = self.parent(ancestor);
-            }
-            let stands = match standing[ancestor] {
-                UNKNOWN => ancestor as u32,
-                known => known,
-            };
-            standing[ancestor] = stands;
-            // ...and once more to tell all on the way, so that no chain is
-            // climbed twice however long it is.
-            let mut descendant = wedge;
-            while descendant != ancestor {
-                standing[descendant] = stands;
-                descendant = self.parent(descendant);
-            }
-        }
-        standing
-    }
-
-    /// The mesh at a cursor: a filter and a relabelling, nothing else.
-    pub fn resolve(&self, cursor: u32) -> ResolvedMesh<'_> {
-        let live = self.live_triangles(cursor) as usize;
-        let few_corners = 3 * live < self.mesh.wedges.len();
-        if few_corners && self.max_depth() <= MAX_CLIMBED_DEPTH {
-            let surviving = self.surviving(cursor);
-            self.resolve_with(cursor, live, |wedge| self.climb(wedge, surviving))
-        } else {
-            let standing = self.standing_wedges(cursor);
-            self.resolve_with(cursor, live, |wedge| standing[wedge as usize])
-        }
-    }
-
-    fn resolve_with(
-        &self,
-        cursor: u32,
-        live: usize,
-        stand: impl Fn(u32) -> u32,
-    ) -> ResolvedMesh<'_> {
-        let mut resolved = ResolvedMesh {
-            stacks: self,
-            triangles: Vec::with_capacity(live),
-            sections: Vec::with_capacity(self.mesh.sections.len()),
-        };
-        for section in &self.mesh.sections {
-            let start = resolved.triangles.len() as u32;
-            let first = section.first_triangle as usize;
-            let all = first..first + section.triangle_count as usize;
-            let triangles = self.mesh.triangles[all.clone()].iter();
-            let deaths = &self.tables.death_index[all];
-            let live = triangles.zip(deaths).filter(|&(_, &death)| death > cursor);
-            resolved.triangles.extend(live.map(|(corners, _)| corners.map(&stand)));
-            resolved.sections.push(start..resolved.triangles.len() as u32);
-        }
-        resolved
-    }
-
-    /// The first ancestor of a wedge whose position survives.
-    fn climb(&self, wedge: u32, surviving: u32) -> u32 {
-        let mut wedge = wedge as usize;
-        while self.mesh.wedges.position[wedge] >= surviving {
-            wedge = self.parent(wedge);
-        }
-        wedge as u32
-    }
-
-    /// The wedge that stands for a wedge once its position is removed.
-    fn parent(&self, wedge: usize) -> usize {
-        let fixed = self.position_count() - self.collapse_count();
-        let removed = self.mesh.wedges.position[wedge] - fixed;
-        let start = self.tables.parent_start[removed as usize];
-        start as usize + usize::from(self.tables.parent_offset[wedge])
-    }
 }
-
-/// Chains up to this length are climbed by each corner of a live triangle if
-/// corners are few; otherwise every chain is climbed once and remembered.
-const MAX_CLIMBED_DEPTH: u32 = 16;
-
-/// No wedge has this index.
-const UNKNOWN: u32 = u32::MAX;
 
 impl ResolvedMesh<'_> {
     /// Live triangles as position indices.

@@ -184,3 +184,25 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn corners_whose_ancestors_are_many_still_find_them() {
+    // Spokes from the first of a chain, which moves on from one to the next: to climb
+    // it by every spoke would take more steps than there are wedges.
+    const SPOKES: u32 = 50;
+    const CHAIN: u32 = 400;
+    let on_chain = |i: u32| Vec3::new(i as f32, 0.0, 0.0);
+    let on_rim = |i: u32| Vec3::new(-1.0 - (i * i) as f32, i as f32, 1.0);
+    let positions = (0..CHAIN).map(on_chain).chain((0..=SPOKES).map(on_rim)).collect();
+    let spokes = (0..SPOKES).map(|i| [0, CHAIN + i, CHAIN + i + 1]);
+    let links = (1..CHAIN).map(|i| [i - 1, i, CHAIN]);
+    let triangles = spokes.chain(links).collect();
+    let primitive = RawPrimitive { positions, triangles, ..Default::default() };
+    let mesh = weld(&[primitive]).unwrap().0;
+    let pairs: Vec<(u32, u32)> = (1..CHAIN).map(|i| (i - 1, i)).collect();
+    let sequence = sequence(&mesh, &pairs);
+    let stacks = CollapseStacks::build(mesh.clone(), &sequence);
+    let last = stacks.resolve(CHAIN - 1);
+    assert_eq!(last.triangles.len(), SPOKES as usize);
+    assert_eq!(points(&last), sequential(&mesh, sequence.entries()));
+}
