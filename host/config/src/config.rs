@@ -83,6 +83,13 @@ pub enum ThetaConfig {
         /// returns.
         hysteresis: f64,
     },
+    /// By the error that shows on the screen.
+    ScreenError {
+        /// Pixels.
+        max_pixels: f64,
+        /// Share of it that must be to spare before detail goes.
+        hysteresis: f64,
+    },
 }
 
 /// One level of detail.
@@ -260,6 +267,9 @@ pub struct ViewConfig {
     pub size: [u32; 2],
     /// Factor on the thetas of models and nodes.
     pub theta_scale: f64,
+    /// What a frame in a window is to take, milliseconds; none where it may take what
+    /// its detail does.
+    pub target_frame_millis: Option<f64>,
     /// JSON pointer; of a view that may be absent.
     pub pointer: String,
 }

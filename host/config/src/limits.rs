@@ -40,6 +40,12 @@ pub const MAX_CAMERAS: usize = 1_000;
 pub const MAX_THETA_LEVELS: usize = 16;
 /// The greatest share of a distance by which detail returns later than it went.
 pub const MAX_THETA_HYSTERESIS: f64 = 0.5;
+/// The least error on the screen that detail may follow, in pixels.
+pub const MIN_ERROR_PIXELS: f64 = 0.05;
+/// The greatest.
+pub const MAX_ERROR_PIXELS: f64 = 100.0;
+/// The longest that a frame may be meant to take, in milliseconds.
+pub const MAX_FRAME_MILLIS: f64 = 1_000.0;
 /// The most that all thetas together are multiplied by.
 pub const MAX_THETA_SCALE: f64 = 2.0;
 /// The shortest period in which a simulated value moves, in seconds.

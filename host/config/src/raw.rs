@@ -324,6 +324,11 @@ pub(crate) struct RawView {
     /// all in full detail.
     #[schemars(range(min = 0.0, max = MAX_THETA_SCALE), extend("examples" = [1]))]
     pub(crate) theta_scale: f64,
+    /// Milliseconds that a frame in a window is to take. Where it takes longer, thetas
+    /// that follow the error on the screen let more of it show; 0 for as long as it
+    /// takes.
+    #[schemars(range(min = 0.0, max = MAX_FRAME_MILLIS), extend("examples" = [16.6]))]
+    pub(crate) target_frame_ms: f64,
 }
 
 /// Results of optimisers on disk.
@@ -360,6 +365,7 @@ impl Default for RawView {
             samples: 4,
             size: [1280, 720],
             theta_scale: 1.0,
+            target_frame_ms: 16.6,
         }
     }
 }

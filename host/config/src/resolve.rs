@@ -164,6 +164,7 @@ fn view(raw: RawView) -> ViewConfig {
         samples: raw.samples,
         size: raw.size,
         theta_scale: raw.theta_scale,
+        target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),
         pointer: "/view".to_owned(),
     }
 }

@@ -35,7 +35,7 @@ impl<'d> Rules<'d, '_, '_> {
             let pointer = item_pointer("models", name);
             check_name_key(name, &pointer, "model", self.report);
             let theta_pointer = join_pointer(&pointer, "theta");
-            theta::check_levels(&model["theta"], &theta_pointer, self.report);
+            theta::check(&model["theta"], &theta_pointer, self.report);
             if model["optimizer"].is_string() {
                 self.check_plugin_reference(&model["optimizer"], &pointer, "optimizer");
             } else if theta::collapses(&model["theta"]) {

@@ -76,7 +76,7 @@ impl<'d> Walk<'d, '_, '_> {
             return;
         }
         let pointer = join_pointer(placement_pointer, "theta");
-        theta::check_levels(theta, &pointer, self.report);
+        theta::check(theta, &pointer, self.report);
         let (cause, remedy) = match model.as_str().map(|name| &self.document["models"][name]) {
             None if model.is_null() => ("the node shows no model", "add \"model\""),
             // Without an optimizer; of a model that there is.

@@ -21,8 +21,8 @@ pub(crate) enum RawTheta {
     Policy(RawPolicy),
 }
 
-/// Share of vertices collapsed, from 0 (none) to 1 (all that can be): a number,
-/// or an object that chooses it by distance.
+/// Share of vertices collapsed, from 0 (none) to 1 (all that can be): a number, or an
+/// object that chooses it by distance, or by the error that shows on the screen.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RawPolicy {
@@ -31,13 +31,21 @@ pub(crate) struct RawPolicy {
     /// theta does not fall with distance.
     #[schemars(length(min = 1, max = MAX_THETA_LEVELS))]
     #[schemars(extend("examples" = [[{"beyond": 0, "theta": 0}, {"beyond": 40, "theta": 0.5}]]))]
-    distance: Vec<RawLevel>,
+    distance: Option<Vec<RawLevel>>,
+    /// As many vertices are collapsed as keep the optimizer's error within so many
+    /// pixels, from wherever the eye is.
+    #[schemars(range(min = MIN_ERROR_PIXELS, max = MAX_ERROR_PIXELS), extend("examples" = [0.5]))]
+    max_error_px: Option<f64>,
     /// Share of a distance by which the eye must come back before detail
-    /// returns, so that nothing flickers where a level begins.
+    /// returns, so that nothing flickers where a level begins. By pixels, detail goes
+    /// that much later than it could.
     #[serde(default = "default_hysteresis")]
     #[schemars(range(min = 0.0, max = MAX_THETA_HYSTERESIS), extend("examples" = [0.1]))]
     hysteresis: f64,
 }
+
+/// What a policy follows, by its keys.
+const POLICIES: [&str; 2] = ["distance", "max_error_px"];
 
 /// One level of detail.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -68,7 +76,10 @@ impl JsonSchema for RawTheta {
         schema.insert("minimum".to_owned(), json!(0.0));
         schema.insert("maximum".to_owned(), json!(1.0));
         let levels = json!([{ "beyond": 0, "theta": 0 }, { "beyond": 40, "theta": 0.5 }]);
-        schema.insert("examples".to_owned(), json!([0.3, { "distance": levels }]));
+        schema.insert(
+            "examples".to_owned(),
+            json!([0.3, { "distance": levels }, { "max_error_px": 0.5 }]),
+        );
         schema
     }
 }
@@ -83,19 +94,36 @@ impl RawTheta {
     pub(crate) fn resolve(self) -> ThetaConfig {
         match self {
             Self::Fixed(theta) => ThetaConfig::Fixed(theta),
-            Self::Policy(RawPolicy { distance, hysteresis }) => {
+            Self::Policy(RawPolicy { max_error_px: Some(max_pixels), hysteresis, .. }) => {
+                ThetaConfig::ScreenError { max_pixels, hysteresis }
+            }
+            Self::Policy(RawPolicy { distance, hysteresis, .. }) => {
                 let level = |RawLevel { beyond, theta }| ThetaLevelConfig { beyond, theta };
-                ThetaConfig::Distance {
-                    levels: distance.into_iter().map(level).collect(),
-                    hysteresis,
-                }
+                let levels = distance.unwrap_or_default().into_iter().map(level).collect();
+                ThetaConfig::Distance { levels, hysteresis }
             }
         }
     }
 }
 
-/// Reports levels that are out of order.
-pub(crate) fn check_levels(theta: &Value, pointer: &str, report: &mut Report<'_>) {
+/// Reports what no schema says: which of the policies it is, and levels out of order.
+pub(crate) fn check(theta: &Value, pointer: &str, report: &mut Report<'_>) {
+    if let Some(policy) = theta.as_object() {
+        let given = POLICIES.map(|name| policy.contains_key(name));
+        let cause = match given {
+            [true, true] => "theta is chosen both by distance and by pixels",
+            [false, false] => "theta is an object that does not say what it follows",
+            _ => "",
+        };
+        if !cause.is_empty() {
+            let remedy = "write \"distance\" or \"max_error_px\", one of them";
+            report.error(pointer, cause.to_owned(), remedy);
+        }
+    }
+    check_levels(theta, pointer, report);
+}
+
+fn check_levels(theta: &Value, pointer: &str, report: &mut Report<'_>) {
     let levels = theta["distance"].as_array().map(Vec::as_slice).unwrap_or_default();
     let pointer = join_pointer(pointer, "distance");
     let at = |index: usize, key: &str| join_pointer(&join_pointer(&pointer, index), key);
@@ -135,5 +163,6 @@ pub(crate) fn check_levels(theta: &Value, pointer: &str, report: &mut Report<'_>
 pub(crate) fn collapses(theta: &Value) -> bool {
     let levels = theta["distance"].as_array().into_iter().flatten();
     let mut thetas = levels.map(|level| &level["theta"]).chain([theta]);
-    thetas.any(|theta| theta.as_f64().is_some_and(|theta| theta > 0.0))
+    theta.get("max_error_px").is_some()
+        || thetas.any(|theta| theta.as_f64().is_some_and(|theta| theta > 0.0))
 }

@@ -47,6 +47,13 @@ fn theta_follows_distance_where_it_is_an_object() {
 }
 
 #[test]
+fn theta_follows_the_error_on_the_screen_where_pixels_are_given() {
+    let text = EXAMPLE.replace("\"theta\": 0.25", r#""theta": { "max_error_px": 0.5 }"#);
+    let expected = ThetaConfig::ScreenError { max_pixels: 0.5, hysteresis: 0.05 };
+    assert_eq!(parse(&text).unwrap().models["transformer"].theta, expected);
+}
+
+#[test]
 fn a_copy_has_the_theta_of_its_node_unless_it_has_its_own() {
     let thetas = |text: &str| {
         let scene = parse(text).unwrap().scene;

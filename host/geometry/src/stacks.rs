@@ -114,6 +114,12 @@ impl CollapseStacks {
         self.tables.error_at(cursor.min(self.collapse_count()))
     }
 
+    /// The farthest cursor whose error is known to be within `error`, in the mesh's
+    /// units: up to a step of the table of errors short of the farthest there is.
+    pub fn cursor_within(&self, error: f32) -> u32 {
+        self.tables.cursor_within(error)
+    }
+
     /// Bytes that the stacks add to a plain indexed mesh.
     pub fn static_bytes(&self) -> usize {
         self.tables.bytes()

@@ -5,6 +5,7 @@
 mod features;
 mod graph;
 mod model;
+mod screen_error;
 mod theta;
 
 pub use graph::{
@@ -12,4 +13,5 @@ pub use graph::{
     SceneGraph, SceneNode, Transform,
 };
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
-pub use theta::{DistanceLevel, DistanceTable, ThetaPolicy, distance_to_bounds};
+pub use screen_error::ScreenError;
+pub use theta::{Detail, DistanceLevel, DistanceTable, Sight, ThetaPolicy, distance_to_bounds};

@@ -7,14 +7,36 @@
 use busbar_geometry::Bounds;
 use glam::Vec3;
 
+use crate::screen_error::ScreenError;
+
 /// How an instance's theta is chosen. Every policy has levels, counted from 0
-/// for the finest, with a theta each.
+/// for the finest, with a detail each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ThetaPolicy {
     /// One level: the same theta from everywhere.
     Fixed(f64),
     /// Levels by distance.
     Distance(DistanceTable),
+    /// Levels by what an error comes to on the screen.
+    ScreenError(ScreenError),
+}
+
+/// How an instance is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// From the eye to the instance's bounds, metres.
+    pub distance: f32,
+    /// What a pixel covers at least at that distance, metres.
+    pub pixel: f32,
+}
+
+/// How far a mesh may be collapsed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Detail {
+    /// To this share of its vertices, 0 to 1.
+    Theta(f64),
+    /// As far as its error stays within this, metres.
+    Error(f64),
 }
 
 /// Levels by the distance from the eye to an instance's bounds.
@@ -60,28 +82,29 @@ impl DistanceTable {
 impl ThetaPolicy {
     /// Whether the level depends on where the eye is.
     pub fn follows_camera(&self) -> bool {
-        matches!(self, Self::Distance(_))
+        matches!(self, Self::Distance(_) | Self::ScreenError(_))
     }
 
-    /// The level of an instance, `distance` metres from the eye, that was last
-    /// at level `last`; without `last` the past plays no part.
-    pub fn level(&self, distance: f32, last: Option<u32>) -> u32 {
+    /// The level of an instance that was last at level `last`; without `last` the
+    /// past plays no part.
+    pub fn level(&self, sight: Sight, last: Option<u32>) -> u32 {
         match self {
             Self::Fixed(_) => 0,
-            Self::Distance(table) => table.level(distance, last),
+            Self::Distance(table) => table.level(sight.distance, last),
+            Self::ScreenError(error) => error.level(sight.pixel, last),
         }
     }
 
-    /// Theta at a level, 0 to 1, times a global `scale`; 0 at a level that the
-    /// policy does not have.
-    pub fn theta(&self, level: u32, scale: f64) -> f64 {
-        let theta = match self {
-            Self::Fixed(theta) => *theta,
+    /// The detail of a level; full detail at one that the policy does not have.
+    pub fn detail(&self, level: u32) -> Detail {
+        match self {
+            Self::Fixed(theta) => Detail::Theta(*theta),
             Self::Distance(table) => {
-                table.levels.get(level as usize).map_or(0.0, |level| level.theta)
+                let level = table.levels.get(level as usize);
+                Detail::Theta(level.map_or(0.0, |level| level.theta))
             }
-        };
-        (theta * scale).clamp(0.0, 1.0)
+            Self::ScreenError(_) => Detail::Error(ScreenError::error(level)),
+        }
     }
 }
 
@@ -103,11 +126,15 @@ mod tests {
         ThetaPolicy::Distance(DistanceTable::new(levels.to_vec(), hysteresis))
     }
 
+    fn at(distance: f32) -> Sight {
+        Sight { distance, pixel: distance * 1e-3 }
+    }
+
     /// Levels of an eye at these distances, one after the other.
     fn walk(policy: &ThetaPolicy, distances: &[f32]) -> Vec<u32> {
         let mut last = None;
         let step = |&distance: &f32| {
-            last = Some(policy.level(distance, last));
+            last = Some(policy.level(at(distance), last));
             last.unwrap_or_default()
         };
         distances.iter().map(step).collect()
@@ -116,7 +143,7 @@ mod tests {
     #[test]
     fn a_level_begins_beyond_its_distance() {
         let distances = [0.0, 39.9, 40.0, 40.1, 120.0, 120.1, 1e9, f32::INFINITY];
-        let fresh = distances.map(|distance| policy(0.1).level(distance, None));
+        let fresh = distances.map(|distance| policy(0.1).level(at(distance), None));
         assert_eq!(fresh, [0, 0, 0, 1, 1, 2, 2, 2]);
         assert_eq!(walk(&policy(0.1), &distances), fresh);
     }
@@ -138,12 +165,11 @@ mod tests {
     }
 
     #[test]
-    fn theta_is_scaled_and_stays_within_bounds() {
-        let at = |level, scale| policy(0.1).theta(level, scale);
-        assert_eq!([at(0, 1.0), at(1, 1.0), at(2, 1.0), at(3, 1.0)], [0.0, 0.5, 0.85, 0.0]);
-        assert_eq!([at(1, 0.0), at(1, 0.5), at(1, 1.5), at(2, 2.0)], [0.0, 0.25, 0.75, 1.0]);
+    fn a_level_has_its_theta() {
+        let thetas = [0, 1, 2, 3].map(|level| policy(0.1).detail(level));
+        assert_eq!(thetas, [0.0, 0.5, 0.85, 0.0].map(Detail::Theta));
         let fixed = ThetaPolicy::Fixed(0.3);
-        assert_eq!((fixed.level(1e6, None), fixed.theta(0, 2.0)), (0, 0.6));
+        assert_eq!((fixed.level(at(1e6), None), fixed.detail(0)), (0, Detail::Theta(0.3)));
         assert!(policy(0.1).follows_camera() && !fixed.follows_camera());
     }
 
@@ -168,11 +194,11 @@ mod tests {
             distance in 0.0_f32..200.0, last in 0_u32..3, hysteresis in 0.0_f32..0.5,
         ) {
             let policy = policy(hysteresis);
-            let level = policy.level(distance, Some(last));
-            prop_assert!(level >= policy.level(distance, None));
+            let level = policy.level(at(distance), Some(last));
+            prop_assert!(level >= policy.level(at(distance), None));
             let returned = distance / (1.0 - hysteresis) + 1e-3;
-            prop_assert!(level <= policy.level(returned, None));
-            prop_assert_eq!(policy.level(distance, Some(level)), level);
+            prop_assert!(level <= policy.level(at(returned), None));
+            prop_assert_eq!(policy.level(at(distance), Some(level)), level);
         }
     }
 }

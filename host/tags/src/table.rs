@@ -213,10 +213,10 @@ impl TagTable {
         if cell.is_input {
             self.touched.push(sample.tag);
         }
+        cell.count(&mut self.counts, self.now);
         if before == (cell.value(), cell.own_quality) && !revived {
             return Taken::Alike;
         }
-        cell.count(&mut self.counts, self.now);
         if cell.changed_in != self.turn {
             cell.changed_in = self.turn;
             self.changing.push(sample.tag);

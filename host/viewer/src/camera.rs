@@ -132,6 +132,15 @@ impl OrbitCamera {
         view
     }
 
+    /// What a pixel covers at least of what is a metre away, metres, in a viewport of
+    /// this size in pixels: at its corners, where things are farther than they are deep.
+    pub(crate) fn pixel(&self, viewport: Vec2) -> f32 {
+        let aspect = viewport.x / viewport.y.max(1.0);
+        let tan_y = (self.fov_y(aspect) * 0.5).tan();
+        let tan_diagonal = tan_y * aspect.hypot(1.0);
+        2.0 * tan_y / viewport.y.max(1.0) / tan_diagonal.hypot(1.0)
+    }
+
     /// The vertical angle in a viewport of this aspect, radians.
     fn fov_y(&self, aspect: f32) -> f32 {
         let widening = (FULL_ASPECT / aspect.max(0.1)).max(1.0);
@@ -239,6 +248,21 @@ mod tests {
         assert!(middle.distance(viewport.center()) < 0.01, "{middle:?}");
         for corner in bounds.corners() {
             assert!(viewport.contains(projection.to_screen(corner).unwrap()));
+        }
+    }
+
+    #[test]
+    fn nothing_a_pixel_large_is_seen_larger_than_that() {
+        let camera = OrbitCamera::framing(None);
+        let (viewport, view) = (screen(), camera.view(screen(), screen()));
+        let projection = Projection::new(&view, viewport);
+        let (back, right, up) = camera.axes();
+        for (x, y) in [(0.0, 0.0), (0.7, 0.0), (0.7, 0.4), (-0.5, -0.35)] {
+            let at = view.eye + 20.0 * (right * x + up * y - back).normalize();
+            let size = 20.0 * camera.pixel(viewport.size());
+            let [from, to] = [at, at + right * size].map(|p| projection.to_screen(p).unwrap());
+            let apart = from.distance(to);
+            assert!(apart <= 1.0 + 1e-3 && apart > 0.5, "{apart} at {x}, {y}");
         }
     }
 

@@ -8,10 +8,22 @@
 
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
-use busbar_scene::{DistanceLevel, DistanceTable, SceneGraph, ThetaPolicy, distance_to_bounds};
-use glam::Vec3;
+use busbar_scene::{
+    Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
+    distance_to_bounds,
+};
+use glam::{Mat4, Vec3};
 
 use crate::load::LoadedModel;
+
+/// From where a scene is seen, and how sharply.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Eye {
+    /// World space, metres.
+    pub(crate) position: Vec3,
+    /// What a pixel covers at least of what is a metre away, metres.
+    pub(crate) pixel: f32,
+}
 
 /// The cursors of all mesh instances of a scene, in the order of its graph.
 pub(crate) struct Cursors {
@@ -24,7 +36,9 @@ pub(crate) struct Cursors {
     /// Instances whose level depends on where the eye is.
     following: Vec<usize>,
     /// Where the eye was; none when all must be chosen anew.
-    eye: Option<Vec3>,
+    eye: Option<Eye>,
+    /// How many times over errors may show that policies bound, 1 or more.
+    coarseness: f32,
     /// Instances that are not shown where they are wanted.
     moving: Vec<usize>,
     /// Instances shown at another cursor than in the last frame.
@@ -49,6 +63,8 @@ struct InstanceCursor {
     /// Index of its policy.
     policy: u32,
     bounds: Option<Bounds>,
+    /// Metres to a unit of the mesh, at most.
+    metres: f32,
     /// Level of the policy; none where the past plays no part.
     level: Option<u32>,
     /// The theta wanted.
@@ -98,6 +114,7 @@ impl Cursors {
                 mesh,
                 policy: instance.theta.map_or(model, |theta| own_policies + theta.0),
                 bounds: instance.bounds,
+                metres: greatest_scale(&instance.world_from_mesh),
                 level: None,
                 theta: 0.0,
                 wanted: 0,
@@ -112,6 +129,7 @@ impl Cursors {
             instances: graph.instances().iter().map(instance).collect(),
             following: Vec::new(),
             eye: None,
+            coarseness: 1.0,
             moving: Vec::new(),
             moved: Vec::new(),
             has_settled: false,
@@ -134,13 +152,20 @@ impl Cursors {
         self.eye = None;
     }
 
+    /// Lets the errors that policies bound show so many times over.
+    pub(crate) fn set_coarseness(&mut self, coarseness: f32) {
+        if self.coarseness != coarseness {
+            self.coarseness = coarseness;
+            self.eye = None;
+        }
+    }
+
     pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Chooses the cursors that are wanted, for an eye in world space. Costs
-    /// nothing while nothing moves.
-    pub(crate) fn choose(&mut self, eye: Vec3, models: &[LoadedModel]) {
+    /// Chooses the cursors that are wanted. Costs nothing while nothing moves.
+    pub(crate) fn choose(&mut self, eye: Eye, models: &[LoadedModel]) {
         let last = self.eye.replace(eye);
         if last == Some(eye) {
             return;
@@ -164,22 +189,32 @@ impl Cursors {
         }
     }
 
-    fn choose_one(&mut self, index: usize, eye: Vec3, models: &[LoadedModel]) {
+    fn choose_one(&mut self, index: usize, eye: Eye, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
         let policy = &self.policies[instance.policy as usize];
+        let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
         let theta = if let Some(theta) = self.by_hand[instance.model as usize] {
             instance.level = None;
             theta
         } else {
-            let distance = instance.bounds.map_or(0.0, |bounds| distance_to_bounds(eye, &bounds));
-            let level = policy.level(distance, instance.level);
+            let bounds = instance.bounds;
+            let distance = bounds.map_or(0.0, |bounds| distance_to_bounds(eye.position, &bounds));
+            let pixel = distance * eye.pixel * self.coarseness;
+            let level = policy.level(Sight { distance, pixel }, instance.level);
             instance.level = Some(level);
-            policy.theta(level, self.scale)
+            let theta = match policy.detail(level) {
+                Detail::Theta(theta) => theta,
+                Detail::Error(metres) => {
+                    let error = metres / f64::from(instance.metres);
+                    let cursor = stacks.cursor_within(error as f32);
+                    f64::from(cursor) / f64::from(stacks.position_count().max(1))
+                }
+            };
+            (theta * self.scale).clamp(0.0, 1.0)
         };
         if theta == instance.theta {
             return;
         }
-        let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
         let was_moving = instance.wanted != instance.shown;
         (instance.theta, instance.wanted) = (theta, stacks.cursor_at(theta));
         self.has_changed = true;
@@ -275,7 +310,17 @@ pub(crate) fn policy_of(theta: &ThetaConfig) -> ThetaPolicy {
             let levels = levels.iter().map(level).collect();
             ThetaPolicy::Distance(DistanceTable::new(levels, *hysteresis as f32))
         }
+        ThetaConfig::ScreenError { max_pixels, hysteresis } => {
+            ThetaPolicy::ScreenError(ScreenError::new(*max_pixels, *hysteresis))
+        }
     }
+}
+
+/// By how much a transform stretches at most along an axis of the mesh.
+fn greatest_scale(world_from_mesh: &Mat4) -> f32 {
+    let [x, y, z] = [world_from_mesh.x_axis, world_from_mesh.y_axis, world_from_mesh.z_axis]
+        .map(|axis| axis.truncate().length());
+    x.max(y).max(z).max(f32::MIN_POSITIVE)
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod highlight;
 mod labels;
 mod load;
 pub mod optimize;
+mod pace;
 mod point_import;
 mod rows;
 mod running;

@@ -17,9 +17,10 @@ use busbar_ui::{Command, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
 use crate::camera::{OrbitCamera, Projection};
-use crate::cursors::{Cursors, Place, policy_of};
+use crate::cursors::{Cursors, Eye, Place, policy_of};
 use crate::highlight::{self, Highlight};
 use crate::load::LoadedScene;
+use crate::pace::Pace;
 use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
@@ -42,6 +43,8 @@ pub struct Viewer {
     cursors: Cursors,
     /// Whether frames wait until every cursor is where it is wanted.
     settles: bool,
+    /// What frames may take, and what that asks of the detail.
+    pace: Pace,
     /// Triangles of all instances at theta 0.
     triangles_full: u64,
     panels: Panels,
@@ -119,6 +122,8 @@ impl Viewer {
             triangles_full: full_triangles(&scene),
             cursors: Cursors::new(&scene.graph, &scene.models, policies, theta_scale),
             settles: !in_window,
+            // A picture does not depend on how fast it came.
+            pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
             scene,
             renderer,
             models,
@@ -243,6 +248,7 @@ impl Viewer {
         egui.textures_delta.clear();
         self.last = drawn?;
         self.note_detail();
+        self.pace.note(&self.last);
         if !self.in_window {
             // Nobody watches: a frame counts from its beginning to its end.
             self.renderer.finish()?;
@@ -449,7 +455,10 @@ impl Viewer {
     /// Chooses cursors for where the camera is, and moves those that are ready.
     fn move_cursors(&mut self) {
         let Self { cursors, renderer, models, scene, .. } = self;
-        cursors.choose(self.camera.eye(), &scene.models);
+        let pixels = self.viewport.size() * self.pixels_per_point;
+        let eye = Eye { position: self.camera.eye(), pixel: self.camera.pixel(pixels) };
+        cursors.set_coarseness(self.pace.coarseness());
+        cursors.choose(eye, &scene.models);
         cursors.advance(self.settles, |place| {
             renderer.triangles_at(&on_device(models, place)).is_some()
         });

@@ -109,6 +109,36 @@ fn expected_thetas(x: f32) -> [f64; 4] {
     thetas
 }
 
+/// Share of pixels of which some channel differs by more than a fourth of its range.
+fn differing(a: &Picture, b: &Picture) -> f64 {
+    let pixels = a.rgba8.chunks_exact(4).zip(b.rgba8.chunks_exact(4));
+    let differs = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 64);
+    pixels.filter(differs).count() as f64 / (a.rgba8.len() / 4) as f64
+}
+
+#[test]
+fn an_error_within_half_a_pixel_saves_triangles_and_is_hardly_seen() {
+    let mut scene = row();
+    scene.config["models"]["breaker"]["theta"] = json!({ "max_error_px": 0.5 });
+    let mut view = View::open(&scene.write());
+    let full = {
+        view.viewer.set_theta(0.0);
+        WALK.map(|x| view.at(x))
+    };
+    view.viewer.use_policies();
+    let there = WALK.map(|x| view.at(x));
+    for ((x, full), shown) in WALK.into_iter().zip(&full).zip(&there) {
+        let share = shown.triangles as f64 / full.triangles as f64;
+        let differing = differing(&full.picture, &shown.picture);
+        println!("at {x}: {:.1} % of triangles, {:.3} % of pixels", share * 1e2, differing * 1e2);
+        assert!(share < 0.75, "{share} at {x}");
+        assert!(differing < 0.002, "{differing} at {x}");
+    }
+    // But of the one with a theta of its own.
+    assert!(view.at(1e5).triangles < full[0].triangles / 5, "far away hardly anything is left");
+    assert_eq!(view.at(WALK[0]), there[0], "and all of it returns");
+}
+
 #[test]
 fn detail_goes_and_returns_along_a_walk() {
     let scene = row();

@@ -68,6 +68,13 @@ impl StackTables {
         self.errors.get((entry - 1) / step).copied().unwrap_or(0.0)
     }
 
+    /// The farthest cursor that is known to have no greater error.
+    pub(super) fn cursor_within(&self, error: f32) -> u32 {
+        let count = self.parent_start.len();
+        let within = self.errors.partition_point(|&e| e <= error);
+        (within * step(count)).min(count) as u32
+    }
+
     pub(super) fn bytes(&self) -> usize {
         size_of_val(self.parent_start.as_slice())
             + size_of_val(self.parent_offset.as_slice())

@@ -206,3 +206,24 @@ fn corners_whose_ancestors_are_many_still_find_them() {
     assert_eq!(last.triangles.len(), SPOKES as usize);
     assert_eq!(points(&last), sequential(&mesh, sequence.entries()));
 }
+
+#[test]
+fn the_cursor_within_an_error_is_the_farthest_that_keeps_it() {
+    let mesh = strip(20);
+    let count = mesh.positions.len() as u32;
+    let entry = |removed: u32| Collapse {
+        removed,
+        kept: removed - 1,
+        error: ((count - removed) / 4) as f32,
+    };
+    let sequence = CollapseSequence::new((1..count).rev().map(entry).collect(), count).unwrap();
+    let stacks = CollapseStacks::build(mesh, &sequence);
+    for error in [0.0, 0.5, 1.0, 3.9, 4.0, 100.0] {
+        let cursor = stacks.cursor_within(error);
+        assert!(stacks.error_at(cursor) <= error);
+        let is_last = cursor == stacks.collapse_count();
+        assert!(is_last || stacks.error_at(cursor + 1) > error, "{error}: {cursor}");
+    }
+    assert_eq!(stacks.cursor_within(-1.0), 0);
+    assert_eq!(stacks.cursor_within(f32::NAN), 0);
+}

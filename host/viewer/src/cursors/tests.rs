@@ -56,9 +56,13 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
     (Cursors::new(&graph, &models, policies, 1.0), models)
 }
 
+fn eye_at(x: f32) -> Eye {
+    Eye { position: Vec3::X * x, pixel: 1e-3 }
+}
+
 /// Chooses for an eye at this x, shows what is ready, and gives the cursors.
 fn step(cursors: &mut Cursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
-    cursors.choose(Vec3::X * x, models);
+    cursors.choose(eye_at(x), models);
     cursors.advance(false, |_| is_ready);
     cursors.count_moved(|place| {
         Some(models[place.model].stacks[place.mesh].live_triangles(place.cursor) as u32)
@@ -91,7 +95,7 @@ fn a_cursor_stays_until_its_mesh_is_ready() {
     assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "back before it came");
     assert_eq!(cursors.waiting().len(), 0);
     assert_eq!(step(&mut cursors, &models, 50.0, true), [11, 11, 20]);
-    cursors.choose(Vec3::ZERO, &models);
+    cursors.choose(eye_at(0.0), &models);
     cursors.advance(true, |_| false);
     assert!(cursors.shown().all(|place| place.cursor != 11), "settled");
 }
@@ -146,7 +150,7 @@ fn ten_thousand_instances_are_chosen_in_no_time() {
     let mut least = Duration::MAX;
     for frame in frames {
         let start = Instant::now();
-        cursors.choose(Vec3::X * frame as f32, &models);
+        cursors.choose(eye_at(frame as f32), &models);
         least = least.min(start.elapsed());
         cursors.advance(true, |_| true);
     }
