@@ -25,7 +25,7 @@ fn run(pace: &mut Pace, machine: &Machine, frames: usize) -> Vec<u32> {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         // Within a twentieth, and now and then a frame that something else delays.
         let tremor = f64::from(seed >> 8) / f64::from(1 << 24) * 0.1 - 0.05;
-        let delay = if seed % 17 == 0 { 3.0 } else { 0.0 };
+        let delay = if seed.is_multiple_of(17) { 3.0 } else { 0.0 };
         pace.judge(machine.frame(pace.coarseness(), tremor + delay));
         pace.steps
     };
