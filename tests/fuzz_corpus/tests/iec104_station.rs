@@ -149,7 +149,7 @@ fn simulated(
 ) -> SimulatedTag {
     address["ioa"] = json!(object);
     address["common_address"] = json!(station);
-    let shape = if object % 3 == 0 { Shape::Steps } else { Shape::Constant };
+    let shape = if object.is_multiple_of(3) { Shape::Steps } else { Shape::Constant };
     let behaviour = Behaviour::new(shape, 7.0, 5.0, Duration::from_secs(1)).expect("in range");
     let id = format!("tag{tag}");
     let signal = Signal::new(1, &id, kind, behaviour).expect("it can move so");

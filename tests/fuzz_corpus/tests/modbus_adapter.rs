@@ -39,7 +39,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
                 .zip(KINDS)
                 .map(|(tag, kind)| tag_spec(tag, "a", kind, address.clone()))
                 .collect();
-            tags.iter().fold(false, |any, tag| is_read(&[tag.clone()], answers) || any)
+            tags.iter().filter(|tag| is_read(std::slice::from_ref(*tag), answers)).count() > 0
         }
         _ => {
             let count = usize::from(kind >> 2).min(rest.len() / TAG_BYTES).min(MAX_TAGS);
