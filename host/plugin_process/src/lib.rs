@@ -24,6 +24,7 @@ mod message;
 mod output;
 mod plugin;
 mod policy;
+pub mod probe;
 mod proc;
 mod process;
 mod ring;

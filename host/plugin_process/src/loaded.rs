@@ -126,7 +126,7 @@ fn nameless(library: &LibraryFile) -> PluginInfo {
 }
 
 /// What a process says of a library's plugins, before anything relies on it.
-fn check_infos(plugins: &[PluginInfo]) -> Result<(), String> {
+pub(crate) fn check_infos(plugins: &[PluginInfo]) -> Result<(), String> {
     if plugins.len() > MAX_PLUGINS {
         return Err(format!("it claims {} plugins; the limit is {MAX_PLUGINS}", plugins.len()));
     }

@@ -11,6 +11,7 @@
 //! Invariant: text and names in, proposals out. No file is opened, and no protocol is
 //! known: addresses pass through as they are.
 
+mod address;
 mod catalogue;
 mod column;
 mod designation;
@@ -27,11 +28,12 @@ mod scene;
 mod verdict;
 mod words;
 
+pub use address::value_of;
 pub use catalogue::{Catalogue, MAX_NODES, NodeName, TooManyNodes};
 pub use fault::{ListFault, MAX_FAULTS};
 pub use list::{MAX_LIST_BYTES, MAX_POINTS, PointList};
 pub use matching::{
     Candidate, MAX_CANDIDATES, MAX_LISTED, MIN_CONFIDENCE, MIN_MARGIN, Proposal, TagName, propose,
 };
-pub use point::{Point, PointType, value_of};
+pub use point::{Point, PointType};
 pub use scene::{FOV_DEGREES, PluginInstance, SceneParts, assign_plugins, place, scene};

@@ -38,6 +38,16 @@ fn addresses_come_as_json_or_text_or_both() {
 }
 
 #[test]
+fn an_address_nests_no_deeper_than_a_configuration_can() {
+    let nested = |depth| format!("{}1{}", "[".repeat(depth), "]".repeat(depth));
+    let whole = |depth| faults(&format!("tag,address\nA,\"{}\"", nested(depth)));
+    assert_eq!(whole(32), [""; 0]);
+    assert_eq!(whole(33), ["2:: its address is nested more than 32 deep"]);
+    let field = format!("tag,address.x\nA,{}", nested(32));
+    assert_eq!(faults(&field), ["2:: its address is nested more than 32 deep"]);
+}
+
+#[test]
 fn every_fault_of_a_list_is_told_at_once_and_no_row_is_lost() {
     let text = "tag,type,low,high,limit_low,limit_high,freshness_ms,scale,address\n\
                 A,f64,1,2,,,,,1\n\

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value};
 
+use crate::address::{MAX_ADDRESS_DEPTH, depth, value_of};
 use crate::column::Column;
 use crate::fault::ListFault;
 
@@ -246,6 +247,15 @@ impl<'r> Row<'r> {
     }
 
     fn address(&mut self) -> Value {
+        let address = self.any_address();
+        if depth(&address) > MAX_ADDRESS_DEPTH {
+            let cause = format!("its address is nested more than {MAX_ADDRESS_DEPTH} deep");
+            self.fault("", cause, "nest less deeply");
+        }
+        address
+    }
+
+    fn any_address(&mut self) -> Value {
         let whole = self.cell(&Column::Address);
         let fields: Vec<_> = self
             .cells
@@ -284,13 +294,4 @@ impl<'r> Row<'r> {
         }
         Value::Object(address)
     }
-}
-
-/// A number as number, `true` as truth, JSON as JSON; all else is text.
-pub fn value_of(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|_| match text.to_lowercase().as_str() {
-        "true" => true.into(),
-        "false" => false.into(),
-        _ => text.into(),
-    })
 }

@@ -1,6 +1,5 @@
 //! The file format: a header, then arrays, in the machine's byte order.
 
-use std::fs::File;
 use std::io::Read;
 
 use busbar_geometry::{Mesh, StackTables};
@@ -63,13 +62,7 @@ pub(crate) fn bytes(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u
         max_depth: u64::from(tables.max_depth),
         checksum: [0; 2],
     };
-    let arrays: [&[u8]; 5] = [
-        bytemuck::cast_slice(ranks),
-        bytemuck::cast_slice(&tables.parent_start),
-        bytemuck::cast_slice(&tables.death_index),
-        bytemuck::cast_slice(&tables.errors),
-        &tables.parent_offset,
-    ];
+    let arrays = arrays(ranks, tables);
     header.checksum = header.checksum(arrays.map(digest));
     let mut bytes = Vec::with_capacity(header.file_bytes() as usize);
     bytes.extend_from_slice(bytemuck::bytes_of(&header));
@@ -77,14 +70,14 @@ pub(crate) fn bytes(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u
     bytes
 }
 
-/// Reads ranks and tables; says in words what is wrong.
+/// Reads ranks and tables from a file of this length; says in words what is wrong.
 pub(crate) fn read(
-    file: &mut File,
+    file: &mut impl Read,
+    length: u64,
     key: CacheKey,
     mesh: &Mesh,
 ) -> Result<(Vec<u32>, StackTables), String> {
     let unreadable = |error: std::io::Error| format!("it cannot be read: {error}");
-    let length = file.metadata().map_err(unreadable)?.len();
     let mut header = Header::zeroed();
     if length < size_of::<Header>() as u64 {
         return Err(format!("it is cut short: {length} bytes"));
@@ -100,17 +93,21 @@ pub(crate) fn read(
         parent_offset: array(file, header.wedges).map_err(unreadable)?,
         max_depth: header.max_depth as u32,
     };
-    let digests = [
-        digest(bytemuck::cast_slice(&ranks)),
-        digest(bytemuck::cast_slice(&tables.parent_start)),
-        digest(bytemuck::cast_slice(&tables.death_index)),
-        digest(bytemuck::cast_slice(&tables.errors)),
-        digest(&tables.parent_offset),
-    ];
-    if header.checksum(digests) != header.checksum {
+    if header.checksum(arrays(&ranks, &tables).map(digest)) != header.checksum {
         return Err("its checksum is wrong".into());
     }
     Ok((ranks, tables))
+}
+
+/// What lies after the header, in order.
+fn arrays<'a>(ranks: &'a [u32], tables: &'a StackTables) -> [&'a [u8]; 5] {
+    [
+        bytemuck::cast_slice(ranks),
+        bytemuck::cast_slice(&tables.parent_start),
+        bytemuck::cast_slice(&tables.death_index),
+        bytemuck::cast_slice(&tables.errors),
+        &tables.parent_offset,
+    ]
 }
 
 /// Every number is compared with the mesh before anything is made of its size.
@@ -135,7 +132,7 @@ fn check(header: &Header, key: CacheKey, mesh: &Mesh, length: u64) -> Result<(),
     }
 }
 
-fn array<T: Pod>(file: &mut File, count: u64) -> std::io::Result<Vec<T>> {
+fn array<T: Pod>(file: &mut impl Read, count: u64) -> std::io::Result<Vec<T>> {
     let mut values = vec![T::zeroed(); count as usize];
     file.read_exact(bytemuck::cast_slice_mut(&mut values))?;
     Ok(values)

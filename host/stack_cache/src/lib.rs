@@ -12,9 +12,10 @@
 mod directory;
 mod file;
 mod key;
+pub mod probe;
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -89,10 +90,11 @@ impl StackCache {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Lookup::Absent,
             Err(error) => return Lookup::Damaged(format!("it cannot be read: {error}")),
         };
-        let restored = file::read(&mut file, key, mesh).and_then(|(ranks, tables)| {
-            CollapseStacks::restore(mesh, &ranks, tables).map_err(|error| error.to_string())
-        });
-        match restored {
+        let length = match file.metadata() {
+            Ok(metadata) => metadata.len(),
+            Err(error) => return Lookup::Damaged(format!("it cannot be read: {error}")),
+        };
+        match restore(&mut file, length, key, mesh) {
             Ok(stacks) => {
                 // For the order of eviction; a read-only cache does without.
                 let _ = file.set_modified(SystemTime::now());
@@ -131,4 +133,16 @@ impl StackCache {
     pub fn path(&self, key: CacheKey) -> PathBuf {
         self.directory.join(format!("{key}.{}", directory::EXTENSION))
     }
+}
+
+/// Reads a file of this length and puts its stacks together; the mesh is taken if all
+/// goes well.
+fn restore(
+    file: &mut impl Read,
+    length: u64,
+    key: CacheKey,
+    mesh: &mut Mesh,
+) -> Result<CollapseStacks, String> {
+    let (ranks, tables) = file::read(file, length, key, mesh)?;
+    CollapseStacks::restore(mesh, &ranks, tables).map_err(|error| error.to_string())
 }

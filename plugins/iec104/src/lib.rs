@@ -11,6 +11,7 @@ mod convert;
 mod hub;
 mod link;
 mod points;
+pub mod probe;
 mod requests;
 pub mod session;
 mod settings;

@@ -13,6 +13,7 @@ mod late;
 mod marked;
 mod plan;
 mod port;
+pub mod probe;
 mod session;
 mod settings;
 mod simulator;

@@ -31,6 +31,12 @@ impl<S> Marked<S> {
     }
 }
 
+/// Marks a stream that comes in pieces, or takes the mark off.
+pub(crate) fn mark<'a>(pieces: impl Iterator<Item = &'a mut [u8]>, key: u16) {
+    let mut place = Place::default();
+    pieces.for_each(|piece| place.mark(piece, key.to_be_bytes()));
+}
+
 /// Which byte of a frame is next.
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {

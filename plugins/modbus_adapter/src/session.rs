@@ -211,20 +211,7 @@ impl Session {
     }
 
     fn publish_values(&self, block: &Block, reply: &Reply) {
-        let sample = |&index: &usize| {
-            let point = &self.points[index];
-            let first = usize::from(point.first - block.first);
-            let value = reply
-                .cells(first, usize::from(point.count))
-                .ok_or(Reason::Configuration)
-                .and_then(|cells| decode(&point.decoding, cells));
-            match value {
-                Ok(value) => Sample::good(point.tag, value),
-                Err(reason) => Sample::bad(point.tag, reason),
-            }
-        };
-        let samples: Vec<_> = block.points.iter().map(sample).collect();
-        self.sink.publish(&samples);
+        self.sink.publish(&samples(&self.points, block, reply));
     }
 
     fn publish_bad(&self, block: &Block, reason: Reason) {
@@ -262,6 +249,23 @@ impl Session {
         );
         self.host.log(LogLevel::Warning, &message);
     }
+}
+
+/// What an answer says of the tags of a block.
+pub(crate) fn samples(points: &[Point], block: &Block, reply: &Reply) -> Vec<Sample> {
+    let sample = |&index: &usize| {
+        let point = &points[index];
+        let first = usize::from(point.first - block.first);
+        let value = reply
+            .cells(first, usize::from(point.count))
+            .ok_or(Reason::Configuration)
+            .and_then(|cells| decode(&point.decoding, cells));
+        match value {
+            Ok(value) => Sample::good(point.tag, value),
+            Err(reason) => Sample::bad(point.tag, reason),
+        }
+    };
+    block.points.iter().map(sample).collect()
 }
 
 /// By the Modbus Application Protocol Specification V1.1b3, 7.

@@ -10,6 +10,7 @@ mod convert;
 mod payload;
 mod points;
 mod postgres;
+pub mod probe;
 mod schedule;
 mod settings;
 mod sqlite;

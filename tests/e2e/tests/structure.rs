@@ -116,6 +116,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "fault_injector",
         ],
     ),
+    ("fuzz_corpus", &[]),
     (
         "traffic",
         &[
@@ -147,6 +148,25 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_gltf_import", &["busbar_gltf_export"]),
+    (
+        "fuzz_corpus",
+        &[
+            "busbar_config",
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_gltf_import",
+            "busbar_plugin_host",
+            "busbar_plugin_process",
+            "busbar_plugin_sdk",
+            "busbar_point_import",
+            "busbar_stack_cache",
+            "busbar_tags",
+            "iec104",
+            "modbus_adapter",
+            "replay",
+            "sql_adapter",
+        ],
+    ),
     ("busbar_point_import", &["demo_model", "substation"]),
     ("iec104", &["fault_proxy"]),
     ("modbus_adapter", &["fault_proxy"]),

@@ -12,9 +12,14 @@ use crate::process;
 use crate::workspace::Workspace;
 
 const FUZZ_FOLDER: &str = "tests/fuzz";
+/// Inputs that are kept, a folder a target.
+const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
 /// What cargo-fuzz is installed as, where it is missing.
-const FUZZER: &str = "cargo-fuzz@0.13";
+const FUZZER: &str = "cargo-fuzz@^0.13";
 const MAX_MINUTES: u64 = 7 * 24 * 60;
+/// What one input may take before it is a finding.
+const MAX_INPUT_SECONDS: u64 = 10;
+const MAX_ALLOCATION_MEGABYTES: u64 = 256;
 
 /// Options of `soak`.
 #[derive(clap::Args)]
@@ -22,14 +27,21 @@ pub(crate) struct Arguments {
     /// Minutes for each fuzz target.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=MAX_MINUTES))]
     minutes: u64,
+    /// Fuzz target to run, once for each; without it all of them.
+    #[arg(long = "target")]
+    targets: Vec<String>,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     let folder = workspace.path(FUZZ_FOLDER);
-    let targets = fuzz_targets(&folder)
+    let known = fuzz_targets(&folder)
         .with_context(|| format!("cannot list the fuzz targets of {}", folder.display()))?;
+    let targets = chosen(known, &arguments.targets)?;
     packages::ensure(Purpose::Tests)?;
     ensure_fuzzer()?;
+    // What is fuzzed is what is shipped, in the same versions.
+    fs::copy(workspace.path("Cargo.lock"), folder.join("Cargo.lock"))
+        .context("cannot copy Cargo.lock")?;
     let mut findings = Vec::new();
     for target in &targets {
         findings.extend(fuzz(workspace, target, arguments.minutes)?);
@@ -54,6 +66,14 @@ fn fuzz_targets(fuzz_folder: &Path) -> Result<Vec<String>> {
     Ok(targets)
 }
 
+/// Those of the targets that are wanted; all where nobody names any.
+fn chosen(known: Vec<String>, wanted: &[String]) -> Result<Vec<String>> {
+    if let Some(unknown) = wanted.iter().find(|name| !known.contains(name)) {
+        bail!("there is no fuzz target '{unknown}'; there are {}", known.join(", "));
+    }
+    Ok(known.into_iter().filter(|name| wanted.is_empty() || wanted.contains(name)).collect())
+}
+
 fn ensure_fuzzer() -> Result<()> {
     if process::succeeds(process::cargo().args(["fuzz", "--version"])) {
         return Ok(());
@@ -64,13 +84,21 @@ fn ensure_fuzzer() -> Result<()> {
 /// Runs one target; the inputs that made it fail, if any.
 fn fuzz(workspace: &Workspace, target: &str, minutes: u64) -> Result<Vec<PathBuf>> {
     let artifacts = workspace.path(FUZZ_FOLDER).join("artifacts").join(target);
+    let corpus = workspace.path(FUZZ_FOLDER).join("corpus").join(target);
+    fs::create_dir_all(&corpus).with_context(|| format!("cannot make {}", corpus.display()))?;
     let known = files_or_none(&artifacts)?;
     let mut command = process::cargo();
     command.current_dir(&workspace.root);
     // The sanitizers are an unstable option of the stable compiler.
     command.env("RUSTC_BOOTSTRAP", "1");
-    command.args(["fuzz", "run", "--fuzz-dir", FUZZ_FOLDER, target, "--"]);
+    command.args(["fuzz", "run", "--fuzz-dir", FUZZ_FOLDER, target]);
+    // What is new goes into the first one.
+    command.args([corpus, workspace.path(KEPT_INPUTS).join(target)]);
+    command.arg("--");
     command.arg(format!("-max_total_time={}", minutes * 60));
+    command.arg(format!("-timeout={MAX_INPUT_SECONDS}"));
+    command.arg(format!("-malloc_limit_mb={MAX_ALLOCATION_MEGABYTES}"));
+    command.arg("-print_final_stats=1");
     let outcome = process::run(&mut command);
     let found: Vec<_> = files_or_none(&artifacts)?.difference(&known).cloned().collect();
     // Without a finding the target did not build or run.
@@ -106,6 +134,24 @@ mod tests {
             fs::write(targets.join(name), "").unwrap();
         }
         assert_eq!(fuzz_targets(folder.path()).unwrap(), ["gltf", "scene_json"]);
+    }
+
+    #[test]
+    fn targets_are_chosen_by_name() {
+        let known = || ["gltf", "scene_json"].map(String::from).to_vec();
+        assert_eq!(chosen(known(), &[]).unwrap(), known());
+        assert_eq!(chosen(known(), &["scene_json".into()]).unwrap(), ["scene_json"]);
+        let unknown = chosen(known(), &["scene".into()]).unwrap_err().to_string();
+        assert_eq!(unknown, "there is no fuzz target 'scene'; there are gltf, scene_json");
+    }
+
+    #[test]
+    fn every_target_has_kept_inputs() {
+        let workspace = Workspace::find().unwrap();
+        for target in fuzz_targets(&workspace.path(FUZZ_FOLDER)).unwrap() {
+            let kept = files_in(&workspace.path(KEPT_INPUTS).join(&target)).unwrap();
+            assert!(!kept.is_empty(), "{target}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The controlled station that the plugin reads, simulated: every tag at its address.
 
 mod map;
+pub(crate) mod probe;
 mod session;
 mod station;
 
@@ -35,6 +36,23 @@ pub(crate) fn start(
             "settings, tls: a simulated station has no certificate: leave \"tls\" away to simulate",
         ));
     }
+    let (shared, remark) = share(config, &simulation)?;
+    if let Some(remark) = remark {
+        host.log(LogLevel::Warning, &remark);
+    }
+    let shared = Arc::new(shared);
+    let link = Link::new(simulation.faults, simulation.seed, config.parameters.t1);
+    let endpoints: Vec<_> =
+        config.endpoints.iter().map(|endpoint| (endpoint.host.clone(), endpoint.port)).collect();
+    let name = format!("iec104-sim:{}", config.endpoints[0].port);
+    let update = simulation.update;
+    DeviceServer::start(&name, &endpoints, link, host, move |listeners, link| {
+        serve(listeners, link, shared, update)
+    })
+}
+
+/// What all clients of a simulated station share, and a remark on its objects.
+fn share(config: &Config, simulation: &Simulation) -> Result<(Shared, Option<String>), Error> {
     let points = Points::parse(&simulation.specs(), config)?;
     let signal_of = |tag| {
         // Tags are in the order of their handles, mostly.
@@ -44,23 +62,13 @@ pub(crate) fn start(
         found.or_else(slow).map(|simulated| simulated.signal)
     };
     let (map, remark) = StationMap::new(&points, signal_of)?;
-    if let Some(remark) = remark {
-        host.log(LogLevel::Warning, &remark);
-    }
-    let shared = Arc::new(Shared {
+    let shared = Shared {
         map,
         zone: config.zone,
         parameters: config.parameters,
         has_told_start: AtomicBool::new(false),
-    });
-    let link = Link::new(simulation.faults, simulation.seed, config.parameters.t1);
-    let endpoints: Vec<_> =
-        config.endpoints.iter().map(|endpoint| (endpoint.host.clone(), endpoint.port)).collect();
-    let name = format!("iec104-sim:{}", config.endpoints[0].port);
-    let update = simulation.update;
-    DeviceServer::start(&name, &endpoints, link, host, move |listeners, link| {
-        serve(listeners, link, shared, update)
-    })
+    };
+    Ok((shared, remark))
 }
 
 async fn serve(listeners: Vec<TcpListener>, link: Link, shared: Arc<Shared>, update: Duration) {

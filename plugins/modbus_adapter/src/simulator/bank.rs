@@ -16,12 +16,12 @@ const MAX_TAGS_IN_MESSAGE: usize = 5;
 
 /// The cells of a device by unit and table.
 #[derive(Debug)]
-pub(super) struct Bank {
+pub(crate) struct Bank {
     spaces: BTreeMap<(u8, Table), Space>,
 }
 
 /// One table of a unit. Cells between points are there and 0, those beyond are not.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Space {
     /// In order of the first cell; no two have a bit in common.
     points: Vec<(Point, Signal)>,
@@ -46,19 +46,18 @@ impl Bank {
             let (cells, bits) = (u32::from(point.first)..point.end(), bits_of(&point.decoding));
             let mut masks: Vec<_> =
                 cells.map(|cell| ((point.unit, point.table, cell), bits)).collect();
+            let space = bank.spaces.entry((point.unit, point.table)).or_insert_with(Space::new);
+            // Those that share cells are read too.
+            space.widen(&point);
             if masks.iter().any(|(cell, bits)| taken.get(cell).is_some_and(|t| t & bits != 0)) {
                 shared.push(point.id);
                 continue;
             }
             masks.drain(..).for_each(|(cell, bits)| *taken.entry(cell).or_default() |= bits);
-            let space = bank.spaces.entry((point.unit, point.table)).or_default();
             space.points.push((point, signal));
         }
         for space in bank.spaces.values_mut() {
             space.points.sort_by_key(|(point, _)| point.first);
-            let firsts = space.points.iter().map(|(point, _)| u32::from(point.first));
-            space.first = firsts.min().unwrap_or_default();
-            space.end = space.points.iter().map(|(point, _)| point.end()).max().unwrap_or_default();
         }
         Ok((bank, remark(&shared)))
     }
@@ -67,7 +66,7 @@ impl Bank {
     ///
     /// # Errors
     /// [`ExceptionCode`] for what the device does not have.
-    pub(super) fn read(
+    pub(crate) fn read(
         &self,
         unit: u8,
         table: Table,
@@ -105,6 +104,16 @@ impl Bank {
 }
 
 impl Space {
+    fn new() -> Self {
+        Self { points: Vec::new(), first: u32::MAX, end: 0 }
+    }
+
+    /// Has the cells of a point.
+    fn widen(&mut self, point: &Point) {
+        self.first = self.first.min(point.first.into());
+        self.end = self.end.max(point.end());
+    }
+
     /// The points with a cell from `first` to before `end`.
     fn of_cells(&self, first: u32, end: u32) -> impl Iterator<Item = &(Point, Signal)> {
         let reach = u32::try_from(MAX_CELLS).unwrap_or(u32::MAX);

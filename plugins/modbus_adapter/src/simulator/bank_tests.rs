@@ -81,6 +81,17 @@ fn the_first_of_two_tags_in_one_cell_counts() {
 }
 
 #[test]
+fn a_tag_that_shares_cells_has_all_of_its_own() {
+    let (bank, remark) = bank(vec![
+        constant("low", ValueKind::I64, holding(28, "i32"), 7.0),
+        constant("long", ValueKind::F64, holding(28, "f64"), 1.0),
+    ])
+    .unwrap();
+    assert!(remark.unwrap().contains("long"));
+    assert_eq!(bank.read(1, Table::Holding, 28, 4, UNIX_EPOCH), Ok(vec![0, 7, 0, 0]));
+}
+
+#[test]
 fn values_that_do_not_fit_are_all_named() {
     let fault = bank(vec![
         constant("one", ValueKind::F64, holding(0, "u16"), -1.0),

@@ -16,7 +16,7 @@ use tokio_modbus::{ExceptionCode, Request, Response, SlaveRequest};
 use crate::address::{self, Table};
 use crate::settings::Config;
 use crate::transport::Transport;
-use bank::Bank;
+pub(crate) use bank::Bank;
 
 /// Starts a device at the host and port of the settings.
 pub(crate) fn start(
@@ -30,9 +30,7 @@ pub(crate) fn start(
              and name \"host\" and \"port\", to simulate",
         ));
     };
-    let points = address::parse(&simulation.specs(), config)?;
-    let signals = simulation.tags.iter().map(|tag| tag.signal);
-    let (bank, remark) = Bank::new(points.into_iter().zip(signals).collect())?;
+    let (bank, remark) = bank(config, &simulation)?;
     if let Some(remark) = remark {
         host.log(LogLevel::Warning, &remark);
     }
@@ -42,6 +40,16 @@ pub(crate) fn start(
     DeviceServer::start(&name, &endpoints, link, host, move |listeners, link| {
         serve(listeners, link, Arc::new(bank))
     })
+}
+
+/// The cells of the device, and a remark on its tags.
+pub(crate) fn bank(
+    config: &Config,
+    simulation: &Simulation,
+) -> Result<(Bank, Option<String>), Error> {
+    let points = address::parse(&simulation.specs(), config)?;
+    let signals = simulation.tags.iter().map(|tag| tag.signal);
+    Bank::new(points.into_iter().zip(signals).collect())
 }
 
 async fn serve(listeners: Vec<TcpListener>, link: Link, bank: Arc<Bank>) {

@@ -91,6 +91,18 @@ impl Messages {
     }
 }
 
+/// Whether a stream that comes in these pieces is taken.
+///
+/// # Errors
+/// The first [`Excess`] in it.
+pub(crate) fn check_stream<'a>(
+    pieces: impl IntoIterator<Item = &'a [u8]>,
+    is_encrypted: bool,
+) -> Result<(), Excess> {
+    let mut messages = Messages { is_encrypted, ..Messages::default() };
+    pieces.into_iter().try_for_each(|piece| messages.advance(piece))
+}
+
 /// A stream of messages, each of bounded length.
 pub(crate) struct Bounded<S> {
     stream: S,

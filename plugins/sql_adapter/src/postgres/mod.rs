@@ -22,6 +22,7 @@ use tokio_postgres::error::SqlState;
 use tokio_postgres::tls::MakeTlsConnect;
 use tokio_postgres::{Client, NoTls};
 
+pub(crate) use self::bounded::check_stream;
 use self::bounded::{Bounded, BoundedTls, Excess};
 use self::session::{Messages, Session, messages};
 use self::tls::Tls;

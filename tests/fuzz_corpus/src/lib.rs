@@ -1,0 +1,102 @@
+//! Inputs that are kept for fuzz targets, and seeded mutations of them, run as an
+//! ordinary test: what the fuzzer does for minutes, CI does for seconds.
+//!
+//! `corpus/TARGET` has the inputs, `tests/TARGET.rs` what is done with each. The fuzz
+//! targets of `tests/fuzz` are these very files.
+
+mod mutation;
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use fastrand::Rng;
+
+/// Mutated inputs of a run.
+const ROUNDS: u64 = 10_000;
+/// Of these, how many at least must be taken, and how many refused.
+const MIN_EITHER: u64 = ROUNDS / 100;
+/// Kept inputs of one target: files, and bytes of all.
+const MAX_FILES: usize = 40;
+const MAX_BYTES: usize = 12 * 1024;
+/// The longest mutated input, bytes.
+const MAX_INPUT_BYTES: usize = 16 * 1024;
+
+/// Runs the kept inputs of a target, then mutations of them. `body` says whether it took
+/// the input or refused it, and panics where that went wrong.
+///
+/// # Panics
+/// When `body` does, with the input; when there are no inputs, or too many; when nearly
+/// all mutations are taken or nearly all refused, which would test nothing.
+pub fn check(target: &str, body: impl Fn(&[u8]) -> bool) {
+    let kept = kept(target);
+    for (name, input) in &kept {
+        run(name, input, &body);
+    }
+    let (mut taken, mut refused) = (0, 0);
+    for round in 0..ROUNDS {
+        let mut random = Rng::with_seed(round);
+        let [(name, input), (_, other)] = [(); 2].map(|()| &kept[random.usize(..kept.len())]);
+        let input = mutation::mutated(input, other, MAX_INPUT_BYTES, &mut random);
+        if run(&format!("{name}, round {round}"), &input, &body) {
+            taken += 1;
+        } else {
+            refused += 1;
+        }
+    }
+    assert!(
+        taken >= MIN_EITHER && refused >= MIN_EITHER,
+        "{taken} inputs taken, {refused} refused: the kept ones are too alike"
+    );
+}
+
+/// All kept inputs by their names, in order.
+fn kept(target: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    let kept = read_all(&folder)
+        .unwrap_or_else(|error| panic!("cannot read {}: {error}", folder.display()));
+    let bytes: usize = kept.iter().map(|(_, input)| input.len()).sum();
+    assert!(
+        (1..=MAX_FILES).contains(&kept.len()) && bytes <= MAX_BYTES,
+        "{}: {} inputs of {bytes} bytes; 1 to {MAX_FILES} of at most {MAX_BYTES} are kept",
+        folder.display(),
+        kept.len()
+    );
+    kept
+}
+
+fn read_all(folder: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
+    let read = |entry: io::Result<fs::DirEntry>| {
+        let entry = entry?;
+        Ok((entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path())?))
+    };
+    let mut files: Vec<_> = fs::read_dir(folder)?.map(read).collect::<io::Result<_>>()?;
+    files.sort();
+    Ok(files)
+}
+
+fn run(name: &str, input: &[u8], body: impl Fn(&[u8]) -> bool) -> bool {
+    let told = Told { name, input };
+    let taken = body(input);
+    drop(told);
+    taken
+}
+
+/// Tells the input if what is done with it panics.
+struct Told<'a> {
+    name: &'a str,
+    input: &'a [u8],
+}
+
+impl Drop for Told<'_> {
+    #[allow(clippy::print_stderr, reason = "it is part of a failed test's words")]
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("the input, {}:\n{}", self.name, self.input.escape_ascii());
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "lib_tests.rs"]
+mod tests;

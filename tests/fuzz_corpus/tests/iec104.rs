@@ -1,0 +1,141 @@
+//! Any bytes of a station are data units or a named fault: no panic, as many objects as
+//! a header says, no memory beyond one frame, values for the tags of the very objects
+//! alone, and what can be written reads the same again.
+
+use std::time::{Duration, Instant, UNIX_EPOCH};
+
+use busbar_plugin_sdk::testing::{Recorder, tag_spec};
+use busbar_plugin_sdk::{Sample, Value, ValueKind};
+use iec104::codec::{
+    Asdu, AsduWriter, Body, Frame, Function, MAX_ASDU_BYTES, Object, TimeTag, Zone, type_of,
+};
+use iec104::probe::ControllingProbe;
+use iec104::session::{Event, Parameters, Session};
+use serde_json::json;
+
+const PARAMETERS: Parameters = Parameters {
+    k: 12,
+    w: 8,
+    t1: Duration::from_secs(15),
+    t2: Duration::from_secs(10),
+    t3: Duration::from_secs(20),
+};
+const ZONE: Zone = Zone::Local { offset_minutes: 330 };
+/// Objects with a tag each, of kinds in turn.
+const TAGS: std::ops::Range<u32> = 1..17;
+const KINDS: [ValueKind; 4] =
+    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
+const COMMON_ADDRESS: u16 = 1;
+/// Requests of one input.
+const MAX_REQUESTS: usize = 100;
+/// 2024-02-29, for short time tags.
+const RECEIVED_SECONDS: u64 = 1_709_210_096;
+
+/// The first byte says in what pieces the rest arrives. The rest is also read as one data
+/// unit, which spares the fuzzer the frames around it.
+pub fn fuzz_one(bytes: &[u8]) -> bool {
+    let Some((&piece, rest)) = bytes.split_first() else { return false };
+    let mut end = Controlling::new();
+    let is_unit = end.read(rest);
+    let now = Instant::now();
+    let mut session = Session::new(PARAMETERS, now);
+    session.start(now);
+    let mut confirmed = Vec::new();
+    Frame::Unnumbered(Function::StartCon).write(&mut confirmed);
+    assert_eq!(session.receive(&confirmed, now, |_| {}), Ok(()));
+    for piece in rest.chunks(usize::from(piece).max(1)) {
+        let heed = |event: Event<'_>| {
+            if let Event::Asdu(asdu) = event {
+                assert!((1..=MAX_ASDU_BYTES).contains(&asdu.len()));
+                end.read(asdu);
+            }
+        };
+        if session.receive(piece, now, heed).is_err() {
+            return is_unit;
+        }
+    }
+    true
+}
+
+/// What becomes of data units.
+struct Controlling {
+    recorder: Recorder,
+    probe: ControllingProbe,
+}
+
+impl Controlling {
+    fn new() -> Self {
+        let settings = json!({ "host": "127.0.0.1", "common_address": COMMON_ADDRESS });
+        let settings = serde_json::from_value(settings).expect("these settings are good");
+        let kind = |tag: u32| KINDS[tag as usize % KINDS.len()];
+        let tags: Vec<_> =
+            TAGS.map(|tag| tag_spec(tag, "t", kind(tag), json!({ "ioa": tag }))).collect();
+        let recorder = Recorder::new();
+        let probe = ControllingProbe::new(settings, &tags, recorder.sink());
+        Self { probe: probe.expect("the addresses are good"), recorder }
+    }
+
+    /// Whether it is a data unit with values.
+    fn read(&mut self, asdu: &[u8]) -> bool {
+        self.recorder.clear();
+        let received = UNIX_EPOCH + Duration::from_secs(RECEIVED_SECONDS);
+        self.probe.heed(asdu, received);
+        let samples: Vec<_> = self.recorder.recording().samples.into();
+        let requests = std::iter::from_fn(|| self.probe.next_request());
+        for request in requests.take(MAX_REQUESTS) {
+            assert!(request.starts_with(&[100]) || request.starts_with(&[101]), "{request:?}");
+        }
+        let Ok(Asdu { header, body: Body::Objects(objects) }) = Asdu::parse(asdu) else {
+            // An answer may say that no tag of the station has a value.
+            assert!(samples.iter().all(|sample| sample.value.is_none()));
+            return false;
+        };
+        assert_eq!(objects.count(), usize::from(header.count));
+        let of_tags = objects.filter(|object| TAGS.contains(&object.address));
+        let is_ours = header.common_address == COMMON_ADDRESS && !samples.is_empty();
+        assert!(
+            samples
+                .iter()
+                .map(|sample| sample.tag)
+                .eq(of_tags.filter(|_| is_ours).map(|object| object.address))
+        );
+        samples.iter().for_each(check_sample);
+        for object in objects {
+            assert!(object.address < 1 << 24);
+            let resolve = |tag: TimeTag| tag.resolve(received, ZONE);
+            let _ = object.time.and_then(resolve);
+            if header.type_id == type_of(object.value, object.time.is_some()) {
+                write_again(&object);
+            }
+        }
+        true
+    }
+}
+
+/// A value is of its tag's kind.
+fn check_sample(sample: &Sample) {
+    let kind = match sample.value {
+        None => return assert!(!sample.quality.is_good()),
+        Some(Value::F64(_)) => ValueKind::F64,
+        Some(Value::I64(_)) => ValueKind::I64,
+        Some(Value::Bool(_)) => ValueKind::Bool,
+        Some(Value::DoublePoint(_)) => ValueKind::DoublePoint,
+    };
+    assert_eq!(kind, KINDS[sample.tag as usize % KINDS.len()]);
+}
+
+fn write_again(object: &Object) {
+    let mut writer = AsduWriter::new(3, 1);
+    assert!(writer.push(object));
+    let bytes = writer.finish().expect("it has an object");
+    let Ok(Asdu { body: Body::Objects(mut again), .. }) = Asdu::parse(&bytes) else {
+        panic!("what was written is no data unit: {bytes:?}");
+    };
+    // As text: a number that is none equals no other.
+    assert_eq!(format!("{:?}", again.next()), format!("{:?}", Some(object)));
+}
+
+#[test]
+fn kept_inputs_and_mutations_of_them() {
+    fuzz_corpus::check("iec104", fuzz_one);
+}
