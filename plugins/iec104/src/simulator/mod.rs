@@ -131,3 +131,7 @@ fn times(link: &Link) -> Times {
     let (said_time, true_time) = link.now();
     Times { now: Instant::now().into_std(), true_time, said_time }
 }
+
+#[cfg(test)]
+#[path = "year_tests.rs"]
+mod tests;

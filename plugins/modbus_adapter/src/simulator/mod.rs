@@ -95,3 +95,7 @@ impl Service for Client {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "year_tests.rs"]
+mod tests;
