@@ -5,6 +5,8 @@
 SPEC is JSON: {"points": [POINT, ...], "tls": {"ca", "certificate", "key"}}, where
 a POINT is {"common_address", "ioa", "type": "M_ME_NC_1", "value", "quality": bits
 of a quality descriptor, "time_millis": Unix time}; quality and time may be left out.
+{"floats": {"common_addresses": N, "points": M}} makes short floats besides, at the
+object addresses 1 to M of the common addresses 1 to N.
 
 Prints `READY port`, then takes commands on stdin, JSON, one a line, and answers
 each with `OK` or `ERROR why`:
@@ -156,8 +158,13 @@ def main():
         options["transport_security"] = security(spec["tls"])
     server = c104.Server(**options)
     server.on_clock_sync(callable=on_clock_sync)
-    for point in spec["points"]:
+    for point in spec.get("points", []):
         add(server, point)
+    floats = spec.get("floats", {"common_addresses": 0, "points": 0})
+    for address in range(1, floats["common_addresses"] + 1):
+        owner = station(server, address)
+        for ioa in range(1, floats["points"] + 1):
+            owner.add_point(ioa, c104.Type.M_ME_NC_1).value = float(ioa)
     server.start()
     print("READY", server.port, flush=True)
 

@@ -3,6 +3,7 @@
 
 mod link;
 mod pump;
+mod socket;
 #[cfg(test)]
 mod tests;
 
@@ -14,6 +15,7 @@ use busbar_plugin_sdk::{Error, Host, LogLevel, SimulationStatus};
 use tokio::sync::oneshot;
 
 pub use crate::link::{Link, MAX_CLIENTS};
+pub use crate::socket::Socket;
 
 /// How long dropping a [`DeviceServer`] waits for its thread.
 const STOP_LIMIT: Duration = Duration::from_millis(1500);

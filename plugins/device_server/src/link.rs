@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 use busbar_plugin_sdk::SimulationStatus;
 use busbar_plugin_sdk::simulation::{ActiveFault, FaultKind, FaultPlan};
 use tokio::io::DuplexStream;
-use tokio::net::TcpStream;
+use tokio::time::Instant;
 
 use crate::pump;
+use crate::socket::Socket;
 
 /// Clients at a time; more are turned away.
 pub const MAX_CLIENTS: u32 = 64;
@@ -28,6 +29,7 @@ struct Shared {
     seed: u64,
     deadline: Duration,
     started: Instant,
+    wall_clock: fn() -> SystemTime,
     clients: AtomicU32,
     connections: AtomicU64,
     messages: AtomicU64,
@@ -37,11 +39,22 @@ impl Link {
     /// A link that fails by a plan, from now on. `deadline` is the protocol's for
     /// answers: slow ones keep it, late ones do not.
     pub fn new(plan: FaultPlan, seed: u64, deadline: Duration) -> Self {
+        Self::by_clock(plan, seed, deadline, SystemTime::now)
+    }
+
+    /// The same by another wall clock than the system's, for simulated time.
+    pub fn by_clock(
+        plan: FaultPlan,
+        seed: u64,
+        deadline: Duration,
+        wall_clock: fn() -> SystemTime,
+    ) -> Self {
         Self(Arc::new(Shared {
             plan,
             seed,
             deadline,
             started: Instant::now(),
+            wall_clock,
             clients: AtomicU32::new(0),
             connections: AtomicU64::new(0),
             messages: AtomicU64::new(0),
@@ -50,7 +63,7 @@ impl Link {
 
     /// The device's clock, by which a fault may be set wrong, and the true one.
     pub fn now(&self) -> (SystemTime, SystemTime) {
-        let true_time = SystemTime::now();
+        let true_time = (self.0.wall_clock)();
         let ahead = self.fault().map_or(0, |fault| fault.clock_ahead_seconds);
         let distance = Duration::from_secs(ahead.unsigned_abs());
         let said = match ahead {
@@ -68,7 +81,7 @@ impl Link {
 
     /// Takes a connection: what its client sends and gets, past the faults; none where
     /// it is turned away. Needs a runtime, which moves the bytes.
-    pub fn admit(&self, stream: TcpStream) -> Option<DuplexStream> {
+    pub fn admit(&self, socket: impl Socket) -> Option<DuplexStream> {
         if self.fault_kind() == Some(FaultKind::LinkLoss) {
             return None;
         }
@@ -77,7 +90,7 @@ impl Link {
         let random = fastrand::Rng::with_seed(self.0.seed ^ number.wrapping_mul(0x9E37_79B9));
         let (ours, protocol) = tokio::io::duplex(QUEUE_BYTES);
         tokio::spawn(async move {
-            pump::run(stream, ours, &client, random).await;
+            pump::run(socket, ours, &client, random).await;
             drop(client);
         });
         Some(protocol)
@@ -104,7 +117,7 @@ impl Link {
     /// Waits until the next fault begins or ends; for ever where none does.
     pub(crate) async fn changed(&self) {
         match self.0.plan.next_change(self.0.started.elapsed()) {
-            Some(change) => tokio::time::sleep_until((self.0.started + change).into()).await,
+            Some(change) => tokio::time::sleep_until(self.0.started + change).await,
             None => std::future::pending().await,
         }
     }

@@ -4,12 +4,13 @@ use std::io;
 use std::time::Duration;
 
 use busbar_plugin_sdk::simulation::FaultKind;
-use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, ReadHalf, WriteHalf};
-use tokio::net::TcpStream;
-use tokio::net::tcp::{ReadHalf as TcpReadHalf, WriteHalf as TcpWriteHalf};
+use tokio::io::{
+    AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream, ReadHalf, WriteHalf,
+};
 use tokio::time::sleep;
 
 use crate::link::Link;
+use crate::socket::Socket;
 
 /// Bytes that are moved at once.
 const PIECE_BYTES: usize = 1 << 14;
@@ -28,26 +29,24 @@ enum End {
 
 /// Until either end is gone, or a fault ends it.
 pub(crate) async fn run(
-    mut client: TcpStream,
+    client: impl Socket,
     protocol: DuplexStream,
     link: &Link,
     mut random: fastrand::Rng,
 ) {
-    // Without it answers are late, which is no failure.
-    let _ = client.set_nodelay(true);
+    client.prepare();
     let life = MAX_RESET_LIFE.mul_f64(random.f64());
-    let end = {
-        let (from_client, to_client) = client.split();
-        let (from_protocol, to_protocol) = tokio::io::split(protocol);
-        tokio::select! {
-            end = cut(link, life) => end,
-            _ = listen(from_client, to_protocol, link) => End::Closed,
-            _ = answer(from_protocol, to_client, link, random) => End::Closed,
-        }
+    let (mut from_client, mut to_client) = tokio::io::split(client);
+    let (from_protocol, to_protocol) = tokio::io::split(protocol);
+    // In this order, so that simulated time repeats itself.
+    let end = tokio::select! {
+        biased;
+        end = cut(link, life) => end,
+        _ = listen(&mut from_client, to_protocol, link) => End::Closed,
+        _ = answer(from_protocol, &mut to_client, link, random) => End::Closed,
     };
     if let End::Reset = end {
-        // A connection that is gone already needs no reset.
-        let _ = client.set_zero_linger();
+        from_client.unsplit(to_client).prepare_reset();
     }
 }
 
@@ -71,7 +70,7 @@ async fn cut(link: &Link, life: Duration) -> End {
 }
 
 async fn listen(
-    mut from: TcpReadHalf<'_>,
+    from: &mut (impl AsyncRead + Unpin),
     mut to: WriteHalf<DuplexStream>,
     link: &Link,
 ) -> io::Result<()> {
@@ -89,7 +88,7 @@ async fn listen(
 
 async fn answer(
     mut from: ReadHalf<DuplexStream>,
-    mut to: TcpWriteHalf<'_>,
+    to: &mut (impl AsyncWrite + Unpin),
     link: &Link,
     mut random: fastrand::Rng,
 ) -> io::Result<()> {
@@ -99,7 +98,11 @@ async fn answer(
         if count == 0 {
             return Ok(());
         }
-        sleep(link.delay()).await;
+        let delay = link.delay();
+        // Sleeping for no time takes up to a millisecond, the timer's step.
+        if !delay.is_zero() {
+            sleep(delay).await;
+        }
         match link.fault_kind() {
             Some(FaultKind::HalfOpen) => {}
             Some(FaultKind::Garbage) => to.write_all(&garbage(&mut random)).await?,

@@ -23,8 +23,10 @@ mod tests;
 use std::cell::RefCell;
 use std::convert::Infallible;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::time::SystemTime;
 
-use busbar_link::{IoLoop, TlsClient};
+use busbar_link::{IoLoop, TcpDial, TlsClient};
 use busbar_plugin_sdk::{
     Error, Host, LogLevel, Plugin, SampleSink, Simulation, SimulationStatus, Simulator, TagSpec,
     Telemetry, Worker, export_plugin,
@@ -33,7 +35,7 @@ use device_server::DeviceServer;
 use tokio::task::JoinSet;
 
 use crate::hub::Hub;
-use crate::link::Link;
+use crate::link::{Link, World};
 use crate::points::Points;
 use crate::settings::Config;
 pub use crate::settings::Settings;
@@ -80,8 +82,9 @@ impl Telemetry for Iec104 {
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
         let name = format!("iec104:{}", endpoint.port);
         let (config, host) = (self.config.clone(), self.host.clone());
+        let world = World { dial: Arc::new(TcpDial { tls }), wall_clock: SystemTime::now };
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
-            io_loop.run_until(running.stopped(), serve(config, points, sink, host, tls));
+            io_loop.run_until(running.stopped(), serve(config, points, sink, host, world));
         })?);
         Ok(())
     }
@@ -115,20 +118,14 @@ impl Iec104 {
 }
 
 /// Serves all connections of a station for ever.
-async fn serve(
-    config: Config,
-    points: Points,
-    sink: SampleSink,
-    host: Host,
-    tls: Option<TlsClient>,
-) {
+async fn serve(config: Config, points: Points, sink: SampleSink, host: Host, world: World) {
     let station = Station::new(config.clone(), points, sink.clone(), host.clone());
     let hub = Rc::new(RefCell::new(Hub::new(station, &config.endpoints, sink, host)));
     hub.borrow().open();
     let mut links: JoinSet<Infallible> = JoinSet::new();
     for (index, endpoint) in config.endpoints.iter().cloned().enumerate() {
-        let (hub, config, tls) = (Rc::clone(&hub), config.clone(), tls.clone());
-        let link = Link { hub, index, endpoint, config, tls };
+        let (hub, config, world) = (Rc::clone(&hub), config.clone(), world.clone());
+        let link = Link { hub, index, endpoint, config, world };
         links.spawn_local(link.run());
     }
     // None ends but by a panic, which is for the worker to tell.

@@ -3,9 +3,10 @@
 use std::cell::RefCell;
 use std::convert::Infallible;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_link::{Backoff, ByteStream, ConnectFault, Endpoint, TlsClient, connect, in_words};
+use busbar_link::{Backoff, ByteStream, ConnectFault, Dial, Endpoint, in_words};
 use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{sleep, sleep_until, timeout};
@@ -32,13 +33,25 @@ pub(crate) enum LinkFault {
     Lost(String),
 }
 
+/// What connections have of the world around them; simulated time has its own.
+#[derive(Clone)]
+pub(crate) struct World {
+    pub(crate) dial: Arc<dyn Dial>,
+    pub(crate) wall_clock: fn() -> SystemTime,
+}
+
+/// The event loop's time.
+fn now() -> Instant {
+    tokio::time::Instant::now().into_std()
+}
+
 /// One of a station's connections.
 pub(crate) struct Link {
     pub(crate) hub: Rc<RefCell<Hub>>,
     pub(crate) index: usize,
     pub(crate) endpoint: Endpoint,
     pub(crate) config: Config,
-    pub(crate) tls: Option<TlsClient>,
+    pub(crate) world: World,
 }
 
 impl Link {
@@ -46,9 +59,9 @@ impl Link {
     pub(crate) async fn run(self) -> Infallible {
         let mut backoff = Backoff::new(self.config.reconnect);
         loop {
-            let started = Instant::now();
+            let started = now();
             let Err(fault) = self.serve().await;
-            if started.elapsed() >= STABLE_AFTER {
+            if now() - started >= STABLE_AFTER {
                 backoff.reset();
             }
             let delay = backoff.next_delay();
@@ -59,21 +72,24 @@ impl Link {
 
     async fn serve(&self) -> Result<Infallible, LinkFault> {
         let limit = self.config.connect_timeout;
-        let stream = connect(&self.endpoint, self.tls.as_ref(), limit).await?;
+        let stream = self.world.dial.dial(&self.endpoint, limit).await?;
         self.hub.borrow_mut().note_connected(self.index);
         self.converse(stream).await
     }
 
     async fn converse(&self, mut stream: Box<dyn ByteStream>) -> Result<Infallible, LinkFault> {
         let mut active = self.hub.borrow().watch_active();
-        let mut session = Session::new(self.config.parameters, Instant::now());
+        let mut session = Session::new(self.config.parameters, now());
         let mut chunk = vec![0; CHUNK_BYTES];
         loop {
             let is_active = *active.borrow_and_update() == Some(self.index);
             self.advance(&mut session, is_active)?;
             self.write(&mut stream, session.take_output()).await?;
             let deadline = self.deadline(&session, is_active);
+            // In this order, so that simulated time repeats itself; whatever comes first,
+            // `advance` follows it.
             tokio::select! {
+                biased;
                 read = stream.read(&mut chunk) => {
                     let count = read.map_err(|error| LinkFault::Lost(in_words(&error)))?;
                     self.receive(&mut session, chunk.get(..count).unwrap_or_default())?;
@@ -87,14 +103,14 @@ impl Link {
 
     /// Does what is due.
     fn advance(&self, session: &mut Session, is_active: bool) -> Result<(), LinkFault> {
-        let now = Instant::now();
+        let now = now();
         session.tick(now)?;
         if is_active {
             session.start(now);
         }
         if is_active && session.is_started() {
             let mut hub = self.hub.borrow_mut();
-            while let Some(asdu) = hub.station.next_request(now) {
+            while let Some(asdu) = hub.station.next_request(now, self.world.wall_clock) {
                 session.send(asdu, now)?;
             }
         }
@@ -111,7 +127,7 @@ impl Link {
         if bytes.is_empty() {
             return Err(LinkFault::Lost("the station closed the connection".into()));
         }
-        let (now, received) = (Instant::now(), SystemTime::now());
+        let (now, received) = (now(), (self.world.wall_clock)());
         let mut hub = self.hub.borrow_mut();
         let outcome = session.receive(bytes, now, |event| match event {
             Event::Started => hub.note_started(self.index, now),

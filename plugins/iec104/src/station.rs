@@ -118,7 +118,11 @@ impl Station {
     }
 
     /// The request to send now, as a data unit.
-    pub(crate) fn next_request(&mut self, now: Instant) -> Option<Vec<u8>> {
+    pub(crate) fn next_request(
+        &mut self,
+        now: Instant,
+        wall_clock: fn() -> SystemTime,
+    ) -> Option<Vec<u8>> {
         if let Some(job) = self.requests.take_late(now) {
             self.note_outcome(job, Outcome::Unanswered);
         }
@@ -126,7 +130,7 @@ impl Station {
         let request = match job.kind {
             Kind::Interrogation => Request::Interrogation,
             Kind::Counters => Request::Counters,
-            Kind::ClockSync => Request::ClockSync(SystemTime::now(), self.config.zone),
+            Kind::ClockSync => Request::ClockSync(wall_clock(), self.config.zone),
         };
         request.to_bytes(job.common_address, self.config.originator)
     }

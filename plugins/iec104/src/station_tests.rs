@@ -97,11 +97,15 @@ fn an_object_of_another_type_is_told_once_and_bad_each_time() {
 #[test]
 fn the_end_of_initialisation_asks_anew() {
     let mut bench = Bench::new(json!({"interrogate_on_start": false}));
-    assert_eq!(bench.station.next_request(bench.now), None);
+    assert_eq!(bench.station.next_request(bench.now, SystemTime::now), None);
     bench.heed(&[70, 1, 4, 0, 2, 0, 0, 0, 0, 0]);
-    assert_eq!(bench.station.next_request(bench.now), None, "of an address without tags");
+    assert_eq!(
+        bench.station.next_request(bench.now, SystemTime::now),
+        None,
+        "of an address without tags"
+    );
     bench.heed(&[70, 1, 4, 0, 1, 0, 0, 0, 0, 0]);
-    let request = bench.station.next_request(bench.now);
+    let request = bench.station.next_request(bench.now, SystemTime::now);
     assert_eq!(request, Request::Interrogation.to_bytes(1, 0));
 }
 
@@ -109,7 +113,7 @@ fn the_end_of_initialisation_asks_anew() {
 fn what_an_interrogation_leaves_out_is_told_once() {
     let mut bench = Bench::new(json!({"interrogation_period_millis": 1000}));
     for round in 0..3 {
-        assert!(bench.station.next_request(bench.now).is_some(), "{round}");
+        assert!(bench.station.next_request(bench.now, SystemTime::now).is_some(), "{round}");
         bench.heed(&answer(100, 7));
         bench.heed(&float(20, 1, 11));
         bench.heed(&answer(100, 10));

@@ -3,6 +3,7 @@
 use std::fmt::Debug;
 use std::io;
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::time::Duration;
 
 use thiserror::Error;
@@ -49,11 +50,34 @@ pub enum ConnectFault {
     InsecureTimeout(Duration),
 }
 
+/// How connections come about: over TCP, or through memory where a test simulates
+/// time, which sockets do not.
+pub trait Dial: Send + Sync {
+    /// Connects within `limit`, all that this takes included.
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a>;
+}
+
+/// A connection, or in words for operators why there is none.
+pub type Dialing<'a> =
+    Pin<Box<dyn Future<Output = Result<Box<dyn ByteStream>, ConnectFault>> + 'a>>;
+
+/// Dials over TCP.
+pub struct TcpDial {
+    /// Encrypts connections.
+    pub tls: Option<TlsClient>,
+}
+
+impl Dial for TcpDial {
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a> {
+        Box::pin(connect(endpoint, self.tls.as_ref(), limit))
+    }
+}
+
 /// Connects within `limit`, name lookup and TLS handshake included.
 ///
 /// # Errors
 /// In words for operators.
-pub async fn connect(
+async fn connect(
     endpoint: &Endpoint,
     tls: Option<&TlsClient>,
     limit: Duration,

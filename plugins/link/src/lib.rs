@@ -29,7 +29,7 @@ pub mod testing;
 mod tls;
 
 pub use backoff::{Backoff, MIN_RETRY_MILLIS, Reconnect, ReconnectSettings};
-pub use connect::{ByteStream, ConnectFault, MAX_ADDRESSES, connect, in_words};
+pub use connect::{ByteStream, ConnectFault, Dial, Dialing, MAX_ADDRESSES, TcpDial, in_words};
 pub use endpoint::{Endpoint, MAX_HOST_BYTES};
 pub use faults::Faults;
 pub use io_loop::IoLoop;

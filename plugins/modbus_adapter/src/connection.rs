@@ -2,9 +2,10 @@
 //! time, each with a deadline.
 
 use std::io;
+use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_link::{ConnectFault, Endpoint, TlsClient, in_words, is_of_tls};
+use busbar_link::{ConnectFault, Dial, Endpoint, in_words, is_of_tls};
 use thiserror::Error;
 use tokio::time::timeout;
 use tokio_modbus::client::{Client, Context, tcp};
@@ -74,14 +75,14 @@ impl Reply {
 pub(crate) struct Connector {
     transport: Transport,
     limit: Duration,
-    tls: Option<TlsClient>,
+    dial: Arc<dyn Dial>,
     late: SharedLate,
 }
 
 impl Connector {
-    pub(crate) fn new(config: &Config, tls: Option<TlsClient>) -> Self {
+    pub(crate) fn new(config: &Config, dial: Arc<dyn Dial>) -> Self {
         let transport = config.transport.clone();
-        Self { transport, limit: config.timeout, tls, late: SharedLate::default() }
+        Self { transport, limit: config.timeout, dial, late: SharedLate::default() }
     }
 
     /// Connects within the deadline.
@@ -95,7 +96,7 @@ impl Connector {
     }
 
     async fn open_network(&self, endpoint: &Endpoint) -> Result<Connection, LinkFault> {
-        let stream = busbar_link::connect(endpoint, self.tls.as_ref(), self.limit).await?;
+        let stream = self.dial.dial(endpoint, self.limit).await?;
         let client = tcp::attach(Marked::new(stream, fastrand::u16(..)));
         Ok(Connection::Network(Network { client, limit: self.limit }))
     }

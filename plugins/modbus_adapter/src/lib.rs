@@ -22,7 +22,9 @@ mod tests;
 mod transport;
 mod units;
 
-use busbar_link::{IoLoop, TlsClient};
+use std::sync::Arc;
+
+use busbar_link::{IoLoop, TcpDial, TlsClient};
 use busbar_plugin_sdk::{
     Error, Host, Plugin, SampleSink, Simulation, SimulationStatus, Simulator, TagSpec, Telemetry,
     Worker, export_plugin,
@@ -70,7 +72,8 @@ impl Telemetry for ModbusAdapter {
         }
         let io_loop = IoLoop::new(1)
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
-        let session = Session::new(self.config.clone(), tls, points, sink, self.host.clone());
+        let dial = Arc::new(TcpDial { tls });
+        let session = Session::new(self.config.clone(), dial, points, sink, self.host.clone());
         let name = format!("modbus:{}", self.config.transport.short_name());
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
             io_loop.run_until(running.stopped(), session.run());

@@ -1,6 +1,8 @@
 //! The life of a link: connect, poll, fail, wait, again.
 
-use busbar_link::{Backoff, TlsClient};
+use std::sync::Arc;
+
+use busbar_link::{Backoff, Dial};
 use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, Sample, SampleSink};
 use tokio::time::{Instant, sleep, sleep_until};
 use tokio_modbus::ExceptionCode;
@@ -49,13 +51,13 @@ enum Verdict {
 impl Session {
     pub(crate) fn new(
         config: Config,
-        tls: Option<TlsClient>,
+        dial: Arc<dyn Dial>,
         points: Vec<Point>,
         sink: SampleSink,
         host: Host,
     ) -> Self {
         let backoff = Backoff::new(config.reconnect);
-        let connector = Connector::new(&config, tls);
+        let connector = Connector::new(&config, dial);
         Self { config, points, sink, host, backoff, connector }
     }
 

@@ -3,6 +3,7 @@ use std::sync::atomic::{AtomicU16, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use busbar_link::TcpDial;
 use busbar_plugin_sdk::testing::{Recorder, host};
 use busbar_plugin_sdk::{Quality, TagSpec};
 use serde_json::json;
@@ -86,7 +87,8 @@ impl Bench {
         let points = crate::address::parse(&tags, &config).unwrap();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         let recorder = Recorder::new();
-        let session = Session::new(config, None, points, recorder.sink(), host());
+        let dial = Arc::new(TcpDial { tls: None });
+        let session = Session::new(config, dial, points, recorder.sink(), host());
         let link = runtime.block_on(session.connect()).unwrap();
         let group = session.groups().pop().unwrap();
         Self { device, recorder, session, runtime, link, group }

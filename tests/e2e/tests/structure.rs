@@ -117,6 +117,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("fuzz_corpus", &[]),
+    ("simulated_year", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     (
         "traffic",
         &[
@@ -168,8 +169,8 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
         ],
     ),
     ("busbar_point_import", &["demo_model", "substation"]),
-    ("iec104", &["fault_proxy"]),
-    ("modbus_adapter", &["fault_proxy"]),
+    ("iec104", &["fault_proxy", "simulated_year"]),
+    ("modbus_adapter", &["fault_proxy", "simulated_year"]),
     ("corpus", &["busbar_gltf_import"]),
     ("quadric_collapse", &["busbar_geometry"]),
     ("substation", &["busbar_config", "busbar_gltf_import"]),

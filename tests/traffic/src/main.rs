@@ -1,12 +1,14 @@
 //! `traffic --library LIB... --models DIR --out DIR` measures the way of values, from
-//! an isolated plugin to the picture, and writes what it found. `busbar` must be
-//! beside it.
+//! an isolated plugin to the picture, and with `--python` and `--peers` what adapters do a
+//! second beside the peers' own clients; and writes what it found. `busbar` must be beside
+//! it.
 #![allow(clippy::print_stdout, reason = "what is done, and how it went, is its output")]
 
 mod avalanche;
 mod drain;
 mod pixel;
 mod report;
+mod requests;
 mod site;
 mod sustained;
 
@@ -17,17 +19,24 @@ use anyhow::{Context, Result, bail};
 use clap::Parser;
 use serde::Serialize;
 
+use crate::requests::Peers;
 use crate::site::Site;
 
 /// Measures the way of values, from a plugin to the picture.
 #[derive(Parser)]
 struct Arguments {
-    /// Libraries of the plugins: sample_generator and an overlay.
+    /// Libraries of the plugins: sample_generator, an overlay, and the adapters.
     #[arg(long, required = true)]
     library: Vec<PathBuf>,
     /// Folder of the demo's models.
     #[arg(long)]
     models: PathBuf,
+    /// Python with the peers' packages; without it there is nothing to compare with.
+    #[arg(long, requires = "peers")]
+    python: Option<PathBuf>,
+    /// Folder of the peers' scripts.
+    #[arg(long)]
+    peers: Option<PathBuf>,
     /// Folder for the report; made if it does not exist.
     #[arg(long)]
     out: PathBuf,
@@ -41,17 +50,21 @@ struct Arguments {
 struct Results {
     drain: drain::Drain,
     sustained: sustained::Sustained,
+    requests: Option<requests::Requests>,
     pixel: pixel::Latency,
     avalanche: avalanche::Avalanche,
 }
 
 fn main() -> Result<()> {
-    let Arguments { library, models, out, quick } = Arguments::parse();
+    let Arguments { library, models, python, peers, out, quick } = Arguments::parse();
     fs::create_dir_all(&out).with_context(|| {
         format!("cannot make {}: name a folder that you may write to", out.display())
     })?;
     let site = Site::new(&library, &models, if quick { 10 } else { 1 })?;
+    let peers = python.zip(peers).map(|(python, scripts)| Peers { python, scripts });
+    let requests = peers.as_ref().map(|peers| requests::measure(&site, peers)).transpose();
     let results = Results {
+        requests: requests.context("requests a second")?,
         drain: drain::measure(&site).context("draining")?,
         avalanche: avalanche::measure(&site).context("in the avalanche")?,
         pixel: pixel::measure(&site).context("from change to picture")?,

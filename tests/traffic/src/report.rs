@@ -8,6 +8,7 @@ use document::words::grouped;
 use document::{Block, Claim, Document, Series, Verdict, machine};
 use serde_json::json;
 
+use crate::requests::{POINTS, REGISTERS, Rates, Requests};
 use crate::sustained::{UPDATES_PER_SECOND, median};
 use crate::{Results, avalanche, drain};
 
@@ -21,6 +22,10 @@ const MIN_SHARE: f64 = 0.98;
 /// Milliseconds between frames in an avalanche.
 const MAX_GAP_MILLIS: f64 = 100.0;
 
+/// Milliseconds that a general interrogation of [`POINTS`] may take.
+const MAX_INTERROGATION_MILLIS: f64 = 250.0;
+
+const RATES_HEAD: [&str; 4] = ["", "plugin", "peer", "ratio"];
 const HEAD: [&str; 5] = ["", "median", "99th percentile", "longest", "count"];
 
 /// Writes the report; its files.
@@ -47,7 +52,7 @@ pub(crate) fn bars(results: &Results) -> Vec<Claim> {
     let [quiet, busy] = sustained.p99();
     let bar =
         |claim: String, reached, figure| Claim { claim, verdict: Verdict::of_bar(reached), figure };
-    vec![
+    let mut bars = vec![
         bar(
             format!(
                 "{} updates drained in at most {MAX_DRAIN_MILLIS} ms",
@@ -85,11 +90,25 @@ pub(crate) fn bars(results: &Results) -> Vec<Claim> {
             avalanche.gap_millis.longest <= MAX_GAP_MILLIS,
             format!("{:.1} ms", avalanche.gap_millis.longest),
         ),
-    ]
+    ];
+    for interrogation in results.requests.iter().flat_map(|requests| &requests.interrogations) {
+        let Series { p50, longest, .. } = Series::of(interrogation.ours.clone());
+        bars.push(bar(
+            format!(
+                "a general interrogation of {} points of {} in at most {MAX_INTERROGATION_MILLIS} \
+                 ms",
+                grouped(u64::from(POINTS)),
+                interrogation.server
+            ),
+            longest <= MAX_INTERROGATION_MILLIS,
+            format!("{p50:.0} ms, {longest:.0} ms at most, with connecting"),
+        ));
+    }
+    bars
 }
 
 fn document(results: &Results) -> Document {
-    let Results { drain, sustained, pixel, avalanche } = results;
+    let Results { drain, sustained, pixel, avalanche, requests } = results;
     let title = "The way of values, from a plugin to the picture".into();
     let mut document = Document { title, blocks: Vec::new() };
     document.text(format!(
@@ -134,7 +153,44 @@ fn document(results: &Results) -> Document {
         &HEAD,
         vec![row(("from frame to frame", avalanche.gap_millis))],
     );
+    if let Some(requests) = requests {
+        describe(requests, &mut document);
+    }
     document
+}
+
+fn describe(requests: &Requests, document: &mut Document) {
+    document.heading("Requests a second, beside the peers' own clients");
+    document.text(format!(
+        "Modbus: reads of {REGISTERS} holding registers, one at a time, by the adapter, which \
+         makes 63 values of each and hands them to the host, and by pymodbus' asynchronous \
+         client in a loop. A bare connection exchanges as many bytes {} times a second.",
+        grouped(requests.wire as u64)
+    ));
+    let caption = "Requests a second, medians of alternating rounds";
+    document.table(caption, &RATES_HEAD, requests.modbus.iter().map(rates_row).collect());
+    document.text(format!(
+        "IEC 104: general interrogations of {} points each, one after the other, by the plugin, \
+         which hands the values to the host, and by c104's client.",
+        grouped(u64::from(POINTS))
+    ));
+    let caption = "Points a second, medians of alternating rounds";
+    document.table(caption, &RATES_HEAD, requests.iec104.iter().map(rates_row).collect());
+    let rows = requests.interrogations.iter().flat_map(|found| {
+        let ours = format!("at {}, by the plugin, from its start", found.server);
+        let peers = format!("at {}, by c104, from the request", found.server);
+        [(ours, &found.ours), (peers, &found.peers)]
+    });
+    let rows = rows.map(|(name, millis)| row((&name, Series::of(millis.clone()))));
+    let caption = format!("One interrogation of {} points, ms", grouped(u64::from(POINTS)));
+    document.table(&caption, &HEAD, rows.collect());
+}
+
+fn rates_row(rates: &Rates) -> Vec<String> {
+    let [ours, peers] = [&rates.ours, &rates.peers].map(|rates| median(rates.iter().copied()));
+    let figures = [ours, peers].map(|rate| grouped(rate as u64));
+    let ratio = format!("{:.2}", ours / peers);
+    std::iter::once(format!("at {}", rates.server)).chain(figures).chain([ratio]).collect()
 }
 
 fn row((name, series): (&str, Series)) -> Vec<String> {

@@ -8,7 +8,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use busbar_plugin_host::{LoadRules, TelemetryTag};
-use busbar_plugin_process::{Isolation, PluginCatalog, PluginOptions, RunningTelemetry};
+use busbar_plugin_process::{
+    Confinement, DEFAULT_CONFINEMENT, Isolation, Plugin, PluginCatalog, PluginOptions,
+    RunningTelemetry,
+};
 use busbar_tags::{TagHandle, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use serde_json::{Value, json};
@@ -48,19 +51,20 @@ impl Site {
 
     /// A generator that serves so many tags, isolated, without a scene.
     pub(crate) fn generator(&self, settings: &Value, tags: u32) -> Result<RunningTelemetry> {
+        let plugin = self.plugin(GENERATOR, settings)?;
+        let tags: Vec<_> = (0..tags).map(|tag| telemetry_tag(tag, &json!({}))).collect();
+        Ok(RunningTelemetry::start(&plugin, &tags)?)
+    }
+
+    /// A plugin in a process of its own.
+    pub(crate) fn plugin(&self, id: &str, settings: &Value) -> Result<Plugin> {
         let directories = [self.folder.path().join("plugins")];
         let isolation = Isolation::Process;
         let catalog = PluginCatalog::discover(&directories, &LoadRules::default(), isolation);
-        let options = PluginOptions { isolation, ..PluginOptions::default() };
-        let plugin = catalog.create("source", GENERATOR, settings, &options)?;
-        let tag = |tag| TelemetryTag {
-            tag: TagHandle(tag),
-            kind: ValueKind::F64,
-            freshness: FRESHNESS,
-            id: format!("tag {tag}"),
-            address_json: "{}".into(),
-        };
-        Ok(RunningTelemetry::start(&plugin, &(0..tags).map(tag).collect::<Vec<_>>())?)
+        // As for every source of tags.
+        let confinement = Confinement { network: true, ..DEFAULT_CONFINEMENT };
+        let options = PluginOptions { isolation, confinement, ..PluginOptions::default() };
+        Ok(catalog.create("source", id, settings, &options)?)
     }
 
     /// A view of the demo's transformer with so many tags of this type, some of them
@@ -80,6 +84,17 @@ impl Site {
         let mut viewer = Viewer::headless(scene, options, PICTURE)?;
         viewer.set_settles(false);
         Ok((viewer, start.elapsed().as_secs_f64()))
+    }
+}
+
+/// A number at an address.
+pub(crate) fn telemetry_tag(tag: u32, address: &Value) -> TelemetryTag {
+    TelemetryTag {
+        tag: TagHandle(tag),
+        kind: ValueKind::F64,
+        freshness: FRESHNESS,
+        id: format!("tag {tag}"),
+        address_json: address.to_string(),
     }
 }
 

@@ -1,4 +1,5 @@
-//! `traffic`: the way of values, from a plugin to the picture, measured.
+//! `traffic`: the way of values, from a plugin to the picture, measured, and the adapters
+//! beside the peers' own clients.
 
 use std::process::Command;
 
@@ -6,12 +7,15 @@ use anyhow::Result;
 
 use crate::packages::{self, Purpose};
 use crate::process;
+use crate::python;
 use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "traffic";
 /// Where values come from, and what shows them.
-const PLUGINS: [&str; 2] = ["sample_generator", "power_overlay"];
+const PLUGINS: [&str; 4] = ["sample_generator", "power_overlay", "modbus_adapter", "iec104"];
+/// Scripts of the peers.
+const PEERS: &str = "tests/peers";
 /// The program whose processes plugins run in.
 const HOST: &str = "busbar";
 /// Where the report goes.
@@ -34,7 +38,11 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     }
     process::run(build.current_dir(&workspace.root))?;
     stage::models(workspace)?;
-    process::run(&mut command(workspace, arguments))
+    let mut command = command(workspace, arguments);
+    if let Some(python) = python::ensure_environment(workspace, python::TESTS)? {
+        command.arg("--python").arg(python).arg("--peers").arg(workspace.path(PEERS));
+    }
+    process::run(&mut command)
 }
 
 fn command(workspace: &Workspace, arguments: &Arguments) -> Command {

@@ -8,14 +8,14 @@ mod station;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use busbar_plugin_sdk::{Error, Host, LogLevel, Simulation};
 use device_server::{ACCEPT_PAUSE, DeviceServer, Link};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
-use tokio::time::{MissedTickBehavior, interval_at, sleep, sleep_until};
+use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep, sleep_until};
 
 use crate::points::Points;
 use crate::settings::Config;
@@ -36,11 +36,7 @@ pub(crate) fn start(
             "settings, tls: a simulated station has no certificate: leave \"tls\" away to simulate",
         ));
     }
-    let (shared, remark) = share(config, &simulation)?;
-    if let Some(remark) = remark {
-        host.log(LogLevel::Warning, &remark);
-    }
-    let shared = Arc::new(shared);
+    let shared = lay_out(config, &simulation, host)?;
     let link = Link::new(simulation.faults, simulation.seed, config.parameters.t1);
     let endpoints: Vec<_> =
         config.endpoints.iter().map(|endpoint| (endpoint.host.clone(), endpoint.port)).collect();
@@ -49,6 +45,15 @@ pub(crate) fn start(
     DeviceServer::start(&name, &endpoints, link, host, move |listeners, link| {
         serve(listeners, link, shared, update)
     })
+}
+
+/// The objects of the tags, for all clients.
+fn lay_out(config: &Config, simulation: &Simulation, host: &Host) -> Result<Arc<Shared>, Error> {
+    let (shared, remark) = share(config, simulation)?;
+    if let Some(remark) = remark {
+        host.log(LogLevel::Warning, &remark);
+    }
+    Ok(Arc::new(shared))
 }
 
 /// What all clients of a simulated station share, and a remark on its objects.
@@ -102,22 +107,24 @@ async fn serve_client(
     shared: Arc<Shared>,
     update: Duration,
 ) -> io::Result<()> {
-    let mut station = Station::new(shared, Instant::now());
+    let mut station = Station::new(shared, Instant::now().into_std());
     // Not at once: what a client asks for comes before what has changed.
-    let mut looking = interval_at((Instant::now() + update).into(), update);
+    let mut looking = interval_at(Instant::now() + update, update);
     looking.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let mut piece = vec![0; PIECE_BYTES];
     loop {
+        // In this order, so that a busy client does not hold up what is due.
         let outcome = tokio::select! {
-            read = client.read(&mut piece) => match read? {
-                0 => return Ok(()),
-                count => station.receive(&piece[..count], times(link)),
-            },
+            biased;
             () = sleep_until(station.deadline().into()) => station.tick(times(link)),
             _ = looking.tick() => {
                 station.look_for_changes(times(link));
                 Ok(())
             }
+            read = client.read(&mut piece) => match read? {
+                0 => return Ok(()),
+                count => station.receive(&piece[..count], times(link)),
+            },
         };
         let (bytes, count) = station.take_output();
         client.write_all(&bytes).await?;
@@ -130,5 +137,9 @@ async fn serve_client(
 
 fn times(link: &Link) -> Times {
     let (said_time, true_time) = link.now();
-    Times { now: Instant::now(), true_time, said_time }
+    Times { now: Instant::now().into_std(), true_time, said_time }
 }
+
+#[cfg(test)]
+#[path = "year_tests.rs"]
+mod tests;

@@ -103,3 +103,7 @@ impl Service for Client {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "year_tests.rs"]
+mod tests;

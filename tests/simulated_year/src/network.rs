@@ -1,0 +1,101 @@
+//! A network of one device, in memory.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use busbar_link::{ByteStream, ConnectFault, Dial, Dialing, Endpoint};
+use tokio::io::DuplexStream;
+use tokio::sync::mpsc;
+use tokio::time::{Instant, sleep};
+
+/// Bytes under way in each direction, about what sockets hold.
+const QUEUE_BYTES: usize = 1 << 16;
+/// Connections that wait for the device to take them.
+const MAX_WAITING: usize = 16;
+
+/// Connects whoever dials to the device that listens. Clones share it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MemoryNetwork(Arc<Mutex<State>>);
+
+#[derive(Debug, Default)]
+struct State {
+    way: Way,
+    dials: u64,
+    last_dials: BTreeMap<String, Instant>,
+    shortest_gap: Option<Duration>,
+}
+
+/// What becomes of those who dial.
+#[derive(Clone, Debug, Default)]
+enum Way {
+    #[default]
+    Refused,
+    Silence,
+    Device(mpsc::Sender<DuplexStream>),
+}
+
+impl MemoryNetwork {
+    /// A device listens, in the place of a former one.
+    pub(crate) fn listen(&self) -> mpsc::Receiver<DuplexStream> {
+        let (device, clients) = mpsc::channel(MAX_WAITING);
+        self.lock().way = Way::Device(device);
+        clients
+    }
+
+    /// Nobody listens.
+    pub(crate) fn refuse(&self) {
+        self.lock().way = Way::Refused;
+    }
+
+    /// Nobody answers those who dial.
+    pub(crate) fn fall_silent(&self) {
+        self.lock().way = Way::Silence;
+    }
+
+    /// Whoever dials next has not dialled before.
+    pub(crate) fn forget_dials(&self) {
+        self.lock().last_dials.clear();
+    }
+
+    /// How often an endpoint was dialled, and the shortest time between two tries of one.
+    pub(crate) fn dials(&self) -> (u64, Option<Duration>) {
+        let state = self.lock();
+        (state.dials, state.shortest_gap)
+    }
+
+    fn note_dial(&self, endpoint: &Endpoint) -> Way {
+        let now = Instant::now();
+        let mut state = self.lock();
+        state.dials += 1;
+        if let Some(last) = state.last_dials.insert(endpoint.to_string(), now) {
+            let gap = now - last;
+            state.shortest_gap = Some(state.shortest_gap.map_or(gap, |least| least.min(gap)));
+        }
+        state.way.clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Dial for MemoryNetwork {
+    fn dial<'a>(&'a self, endpoint: &'a Endpoint, limit: Duration) -> Dialing<'a> {
+        Box::pin(async move {
+            let refused = || ConnectFault::System("connection refused".into());
+            match self.note_dial(endpoint) {
+                Way::Refused => Err(refused()),
+                Way::Silence => {
+                    sleep(limit).await;
+                    Err(ConnectFault::Timeout(limit))
+                }
+                Way::Device(device) => {
+                    let (ours, theirs) = tokio::io::duplex(QUEUE_BYTES);
+                    device.send(theirs).await.map_err(|_| refused())?;
+                    Ok(Box::new(ours) as Box<dyn ByteStream>)
+                }
+            }
+        })
+    }
+}

@@ -1,0 +1,125 @@
+//! What goes wrong when.
+
+use std::time::Duration;
+
+use busbar_plugin_sdk::simulation::{FaultKind, FaultPlan};
+use fastrand::Rng;
+use tokio::time::Instant;
+
+/// One fault of the device's link in each of these.
+const FAULT_PERIOD: Duration = Duration::from_secs(6 * 3600);
+/// The longest such fault.
+const MAX_FAULT: Duration = Duration::from_secs(30 * 60);
+/// How long the device is gone, seconds.
+const OUTAGE_SECONDS: std::ops::Range<u64> = 5..1200;
+/// Each once a day on average, where steps take some ten minutes.
+const CHANCE_OF_OUTAGE: f64 = 1.0 / 130.0;
+const CHANCE_OF_RELOAD: f64 = 1.0 / 130.0;
+const CHANCE_OF_CLOCK_JUMP: f64 = 1.0 / 130.0;
+/// To the beginning of 1970 and before: a machine whose battery is empty.
+const EMPTY_BATTERY: i64 = -60 * 365 * 86_400;
+
+/// What a time is like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weather {
+    /// Nothing fails.
+    Calm,
+    /// Everything fails, some times a day.
+    Rough,
+}
+
+/// What happens at some point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// The device is gone for so long; whether those who dial hear nothing.
+    Outage { length: Duration, is_silent: bool },
+    /// The configuration is loaded again.
+    Reload,
+    /// The adapter's clock is so many seconds ahead.
+    ClockJump(i64),
+}
+
+impl Weather {
+    pub(crate) fn faults(self, random: &mut Rng) -> FaultPlan {
+        match self {
+            Self::Calm => FaultPlan::none(),
+            Self::Rough => FaultPlan::new(random.u64(..), &FaultKind::ALL, FAULT_PERIOD, MAX_FAULT)
+                .expect("faults are shorter than their period"),
+        }
+    }
+
+    pub(crate) fn event(self, random: &mut Rng) -> Option<Event> {
+        if self == Self::Calm {
+            return None;
+        }
+        let drawn = random.f64();
+        let reloads = CHANCE_OF_OUTAGE + CHANCE_OF_RELOAD;
+        Some(if drawn < CHANCE_OF_OUTAGE {
+            let length = Duration::from_secs(random.u64(OUTAGE_SECONDS));
+            Event::Outage { length, is_silent: random.bool() }
+        } else if drawn < reloads {
+            Event::Reload
+        } else if drawn < reloads + CHANCE_OF_CLOCK_JUMP {
+            Event::ClockJump(match random.u8(..8) {
+                0 => EMPTY_BATTERY,
+                // As where somebody sets it for summer time by hand.
+                1 | 2 => 3600,
+                3 | 4 => -3600,
+                5 => 0,
+                _ => random.i64(-86_400..86_400),
+            })
+        } else {
+            return None;
+        })
+    }
+}
+
+/// What holds, and since when.
+#[derive(Debug)]
+pub(crate) struct Trouble {
+    /// Nothing gets through.
+    total_since: Option<Instant>,
+    is_disturbed: bool,
+    /// When something last was wrong, or began anew.
+    last: Instant,
+}
+
+impl Trouble {
+    pub(crate) fn new() -> Self {
+        Self { total_since: None, is_disturbed: false, last: Instant::now() }
+    }
+
+    /// The state now: the device is gone, or its link has a fault.
+    pub(crate) fn note(&mut self, is_gone: bool, fault: Option<FaultKind>) {
+        use FaultKind::{ClockJump, Garbage, HalfOpen, Late, LinkLoss, Reset, Slow};
+        let now = Instant::now();
+        let (is_total, is_disturbed) = match fault {
+            _ if is_gone => (true, true),
+            Some(LinkLoss | HalfOpen | Garbage | Late) => (true, true),
+            // Connections come and go.
+            Some(Reset) => (false, true),
+            Some(Slow | ClockJump) | None => (false, false),
+        };
+        self.total_since = is_total.then(|| self.total_since.unwrap_or(now));
+        if is_disturbed || self.is_disturbed {
+            self.last = now;
+        }
+        self.is_disturbed = is_disturbed;
+    }
+
+    /// The adapter knows of nothing yet.
+    pub(crate) fn begin_anew(&mut self) {
+        self.last = Instant::now();
+        self.total_since = self.total_since.map(|_| self.last);
+    }
+
+    /// Whether nothing has got through for so long.
+    pub(crate) fn is_dead(&self, time: Duration) -> bool {
+        self.total_since.is_some_and(|since| since.elapsed() >= time)
+    }
+
+    /// Whether nothing has been wrong for so long.
+    pub(crate) fn is_over(&self, time: Duration) -> bool {
+        !self.is_disturbed && self.last.elapsed() >= time
+    }
+}

@@ -1,0 +1,102 @@
+//! Requests a second of the adapters beside the peers' own clients, at the same servers.
+
+mod iec104;
+mod modbus;
+mod peer;
+mod wire;
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use busbar_plugin_host::{Behaviour, Shape, SimulatedTag, Simulation, TelemetryTag};
+use busbar_plugin_process::RunningSimulator;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::site::Site;
+
+pub(crate) use iec104::{Interrogations, POINTS};
+pub(crate) use modbus::REGISTERS;
+
+/// Alternating rounds of each client.
+const ROUNDS: u64 = 5;
+/// Until an adapter has its first values.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Longer than any measurement: values stand still.
+const UPDATE: Duration = Duration::from_secs(3600);
+
+/// Python with the peers, and where their scripts are.
+pub(crate) struct Peers {
+    pub(crate) python: PathBuf,
+    pub(crate) scripts: PathBuf,
+}
+
+/// What a client does a second at a server, by the adapter and by the peer, a round each.
+#[derive(Debug, Serialize)]
+pub(crate) struct Rates {
+    pub(crate) server: &'static str,
+    pub(crate) ours: Vec<f64>,
+    pub(crate) peers: Vec<f64>,
+}
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+pub(crate) struct Requests {
+    /// Modbus: requests a second.
+    pub(crate) modbus: Vec<Rates>,
+    /// As many bytes to and fro on a bare connection: exchanges a second.
+    pub(crate) wire: f64,
+    /// IEC 104: points a second.
+    pub(crate) iec104: Vec<Rates>,
+    pub(crate) interrogations: Vec<Interrogations>,
+}
+
+pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Requests> {
+    let (iec104, interrogations) = iec104::measure(site, peers).context("IEC 104")?;
+    Ok(Requests {
+        modbus: modbus::measure(site, peers).context("Modbus")?,
+        wire: wire::exchanges_per_second(Duration::from_secs(3) / site.divisor as u32)?,
+        iec104,
+        interrogations,
+    })
+}
+
+/// A port that was free a moment ago.
+fn free_port() -> Result<u16> {
+    Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
+}
+
+/// A plugin as the device of its tags, whose values stand still.
+fn device(
+    site: &Site,
+    plugin: &str,
+    settings: &Value,
+    tags: &[TelemetryTag],
+) -> Result<RunningSimulator> {
+    let simulated = |tag: &TelemetryTag| SimulatedTag {
+        tag: tag.clone(),
+        behaviour: Behaviour {
+            shape: Shape::Constant,
+            base: f64::from(tag.tag.0 % 100),
+            amplitude: 0.0,
+            period: UPDATE,
+        },
+    };
+    let simulation = Simulation {
+        seed: 1,
+        update: UPDATE,
+        faults: Vec::new(),
+        fault_period: 2 * UPDATE,
+        fault_length: UPDATE,
+    };
+    let plugin = site.plugin(plugin, settings)?;
+    Ok(RunningSimulator::start(&plugin, tags.iter().map(simulated).collect(), &simulation)?)
+}
+
+impl Peers {
+    fn start(&self, script: &str, arguments: &[String]) -> Result<peer::Peer> {
+        peer::Peer::start(&self.python, &Path::join(&self.scripts, script), arguments)
+    }
+}

@@ -1,0 +1,139 @@
+//! Reads of 125 holding registers, one at a time: by `modbus_adapter`, which makes 63
+//! values of each and hands them to the host, and by pymodbus' asynchronous client.
+
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, ensure};
+use busbar_plugin_host::TelemetryTag;
+use busbar_plugin_process::RunningTelemetry;
+use serde_json::{Value, json};
+
+use super::peer::{Peer, number};
+use super::{PATIENCE, Peers, ROUNDS, Rates, device, free_port};
+use crate::site::{Site, telemetry_tag};
+
+const PLUGIN: &str = "modbus_adapter";
+/// As many as one request may ask for (Modbus Application Protocol V1.1b3, 6.3).
+pub(crate) const REGISTERS: u32 = 125;
+/// 62 floats and one of 16 bits fill them.
+const FLOATS: u32 = REGISTERS / 2;
+const VALUES: u32 = FLOATS + 1;
+/// Groups of the shortest period that the settings allow. Their requests take longer than
+/// that together, so one is always due, and the adapter never waits.
+const GROUPS: u32 = 8;
+const POLL_MILLIS: u32 = 50;
+/// Of a round; until the first of it, the adapter settles.
+const ROUND: Duration = Duration::from_secs(3);
+const SETTLING: Duration = Duration::from_millis(500);
+/// Between two looks at what came.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// Which registers there are.
+#[derive(Clone, Copy)]
+struct Layout {
+    units: u32,
+    blocks: u32,
+}
+
+/// Enough that reading them all takes longer than the period.
+const SIMULATOR: Layout = Layout { units: 3, blocks: 500 };
+const PYMODBUS: Layout = Layout { units: 1, blocks: 200 };
+
+pub(crate) fn measure(site: &Site, peers: &Peers) -> Result<Vec<Rates>> {
+    let port = free_port()?;
+    let device = device(site, PLUGIN, &settings(port), &tags(SIMULATOR))?;
+    let simulator = alternate(site, peers, "busbar simulate", port, SIMULATOR)?;
+    drop(device);
+    let registers = vec![0; (PYMODBUS.blocks * REGISTERS) as usize];
+    let values = json!({ "holding": { "0": registers } });
+    let server = peers.start("pymodbus_server.py", &[values.to_string()])?;
+    let port = server.greeting.parse()?;
+    Ok(vec![simulator, alternate(site, peers, "pymodbus", port, PYMODBUS)?])
+}
+
+fn alternate(
+    site: &Site,
+    peers: &Peers,
+    server: &'static str,
+    port: u16,
+    layout: Layout,
+) -> Result<Rates> {
+    let arguments = [u32::from(port), layout.units, layout.blocks].map(|number| number.to_string());
+    let mut client = peers.start("modbus_rate.py", &arguments)?;
+    let round = ROUND / site.divisor as u32;
+    let mut rates = Rates { server, ours: Vec::new(), peers: Vec::new() };
+    for _ in 0..ROUNDS {
+        rates.ours.push(ours(site, port, layout, round)?);
+        rates.peers.push(theirs(&mut client, round)?);
+    }
+    Ok(rates)
+}
+
+fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> {
+    let plugin = site.plugin(PLUGIN, &settings(port))?;
+    let telemetry = RunningTelemetry::start(&plugin, &tags(layout))?;
+    let begun = Instant::now();
+    while good(&telemetry) == 0 {
+        ensure!(begun.elapsed() < PATIENCE, "no value came: {:?}", telemetry.link());
+        std::thread::sleep(PAUSE);
+    }
+    for_so_long(&telemetry, SETTLING);
+    let begun = Instant::now();
+    let values = for_so_long(&telemetry, round);
+    let rate = values as f64 / f64::from(VALUES) / begun.elapsed().as_secs_f64();
+    let link = telemetry.link();
+    ensure!(link.dropped == 0 && link.rejected == 0, "values were lost: {link:?}");
+    Ok(rate)
+}
+
+/// Good values that come in this time.
+fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
+    let (begun, mut count) = (Instant::now(), 0);
+    while begun.elapsed() < time {
+        std::thread::sleep(PAUSE);
+        count += good(telemetry);
+    }
+    count
+}
+
+fn good(telemetry: &RunningTelemetry) -> u64 {
+    let mut count = 0;
+    telemetry.drain(|sample| count += u64::from(sample.quality.is_good()));
+    count
+}
+
+fn theirs(client: &mut Peer, round: Duration) -> Result<f64> {
+    let answer = client.ask(&json!({ "seconds": round.as_secs_f64() }))?;
+    Ok(number(&answer, "requests")? / number(&answer, "seconds")?)
+}
+
+fn settings(port: u16) -> Value {
+    let group = |group| (group_name(group), json!({ "poll_millis": POLL_MILLIS }));
+    let groups: serde_json::Map<_, _> = (0..GROUPS).map(group).collect();
+    json!({ "host": "127.0.0.1", "port": port, "poll_groups": groups })
+}
+
+fn group_name(group: u32) -> String {
+    format!("group {group}")
+}
+
+/// Tags that fill all registers.
+fn tags(layout: Layout) -> Vec<TelemetryTag> {
+    let mut tags = Vec::new();
+    for unit in 1..=layout.units {
+        for block in 0..layout.blocks {
+            for value in 0..VALUES {
+                let format = if value < FLOATS { "f32" } else { "u16" };
+                let address = json!({
+                    "table": "holding",
+                    "register": block * REGISTERS + 2 * value,
+                    "type": format,
+                    "unit": unit,
+                    "poll_group": group_name(block % GROUPS),
+                });
+                tags.push(telemetry_tag(tags.len() as u32, &address));
+            }
+        }
+    }
+    tags
+}
