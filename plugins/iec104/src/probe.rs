@@ -37,6 +37,6 @@ impl ControllingProbe {
 
     /// The request that is to be sent now, as a data unit.
     pub fn next_request(&mut self) -> Option<Vec<u8>> {
-        self.station.next_request(self.now)
+        self.station.next_request(self.now, || SystemTime::UNIX_EPOCH)
     }
 }

@@ -4,8 +4,8 @@
 use std::collections::BTreeSet;
 
 use busbar_config::{
-    Config, Diagnostic, MAX_COORDINATE_METRES, MAX_DIAGNOSTICS, NodeConfig, OriginConfig, Severity,
-    ThetaConfig, parse,
+    Config, Diagnostic, MAX_COORDINATE_METRES, MAX_DIAGNOSTICS, MAX_ERROR_PIXELS, MIN_ERROR_PIXELS,
+    NodeConfig, OriginConfig, Severity, ThetaConfig, parse,
 };
 
 /// Whether the input is taken.
@@ -99,6 +99,9 @@ fn check_numbers(config: &Config) {
         assert!(camera.fov_degrees > 0.0 && camera.fov_degrees < 180.0);
     }
     assert!(config.view.size.iter().all(|pixels| *pixels > 0));
+    assert!(
+        config.view.target_frame_millis.is_none_or(|target| target > 0.0 && target.is_finite())
+    );
 }
 
 fn check_theta(theta: &ThetaConfig) {
@@ -109,6 +112,10 @@ fn check_theta(theta: &ThetaConfig) {
             assert!(is_share(*hysteresis) && levels.iter().all(|level| is_share(level.theta)));
             assert!(levels.first().is_some_and(|level| level.beyond == 0.0));
             assert!(levels.is_sorted_by(|a, b| a.beyond < b.beyond && a.theta <= b.theta));
+        }
+        ThetaConfig::ScreenError { max_pixels, hysteresis } => {
+            assert!((MIN_ERROR_PIXELS..=MAX_ERROR_PIXELS).contains(max_pixels));
+            assert!(is_share(*hysteresis));
         }
     }
 }

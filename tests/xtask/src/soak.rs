@@ -25,7 +25,7 @@ const MAX_ALLOCATION_MEGABYTES: u64 = 256;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Minutes for each fuzz target.
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=MAX_MINUTES))]
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=MAX_MINUTES))]
     minutes: u64,
     /// Fuzz target to run, once for each; without it all of them.
     #[arg(long = "target")]
