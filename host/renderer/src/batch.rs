@@ -5,6 +5,7 @@ use std::ops::Range;
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
+use crate::frustum::Frustum;
 use crate::index_cache::IndexKey;
 use crate::model::{GpuMesh, GpuModel};
 use crate::pipelines::Highlights;
@@ -16,6 +17,9 @@ pub(crate) struct Batch {
     pub(crate) key: IndexKey,
     /// The transforms mirror.
     pub(crate) mirrored: bool,
+    /// Whether any of it may be in the picture; if not, it is ready for the camera to
+    /// turn, but not drawn.
+    pub(crate) seen: bool,
     pub(crate) highlights: Highlights,
     /// Range in [`Plan::instances`].
     pub(crate) instances: Range<u32>,
@@ -34,13 +38,16 @@ impl Plan {
     /// Sorts and groups. The order depends on what is drawn alone, so that the
     /// same frame gives the same picture.
     pub(crate) fn of(models: &[Option<GpuModel>], frame: &Frame<'_>) -> Result<Self, RenderError> {
+        let frustum = Frustum::of(&frame.camera.clip_from_world());
         let mut sorted = Vec::with_capacity(frame.instances.len());
         for draw in frame.instances {
-            sorted.push((key_of(models, draw)?, mirrors(&draw.world_from_mesh), draw));
+            let ball = mesh_of(models, draw)?.ball.transformed(&draw.world_from_mesh);
+            let kind = (mirrors(&draw.world_from_mesh), frustum.may_see(&ball));
+            sorted.push((key_of(models, draw)?, kind, draw));
         }
-        sorted.sort_by_key(|&(key, mirrored, _)| (key, mirrored));
+        sorted.sort_by_key(|&(key, kind, _)| (key, kind));
         let mut plan = Self::default();
-        for (key, mirrored, draw) in sorted {
+        for (key, (mirrored, seen), draw) in sorted {
             let index = plan.instances.len() as u32;
             let mut instance = instance_of(draw, mirrored);
             if let Some(first) = draw.first_feature {
@@ -50,19 +57,25 @@ impl Plan {
             let highlights = highlights_of(&instance);
             plan.instances.push(instance);
             match plan.batches.last_mut() {
-                Some(batch) if (batch.key, batch.mirrored) == (key, mirrored) => {
+                Some(batch) if (batch.key, batch.mirrored, batch.seen) == (key, mirrored, seen) => {
                     batch.instances.end = index + 1;
                     batch.highlights = batch.highlights.max(highlights);
                 }
                 _ => plan.batches.push(Batch {
                     key,
                     mirrored,
+                    seen,
                     highlights,
                     instances: index..index + 1,
                 }),
             }
         }
         Ok(plan)
+    }
+
+    /// Batches of which something may be in the picture.
+    pub(crate) fn seen(&self) -> impl Iterator<Item = &Batch> {
+        self.batches.iter().filter(|batch| batch.seen)
     }
 
     /// Lets the features of an instance's mesh stand in for it.

@@ -15,6 +15,7 @@ mod content;
 mod error;
 mod features;
 mod frame;
+mod frustum;
 mod index_cache;
 mod material;
 mod model;

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use crate::RenderError;
 use crate::features::{FeatureKit, MeshFeatures};
+use crate::frustum::Ball;
 use crate::material::{GpuMaterial, MaterialKit};
 
 /// Names an uploaded model.
@@ -40,8 +41,8 @@ pub(crate) struct GpuMesh {
     pub(crate) vertices: Option<Buffer>,
     /// `None` for a mesh that is one piece.
     pub(crate) features: Option<MeshFeatures>,
-    /// Middle of the mesh, for sorting by distance; mesh space.
-    pub(crate) center: Vec3,
+    /// Around the mesh, mesh space.
+    pub(crate) ball: Ball,
     /// Whether any section blends.
     pub(crate) blends: bool,
 }
@@ -83,7 +84,7 @@ impl GpuModel {
             stacks: Arc::clone(stacks),
             vertices,
             features: feature_kit.upload(recorder, mesh)?,
-            center: mesh.bounds().map_or(Vec3::ZERO, |bounds| bounds.center()),
+            ball: ball_around(mesh),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
         })
     }
@@ -93,6 +94,14 @@ impl GpuModel {
         let default = self.materials.len() - 1;
         &self.materials[index.map_or(default, |index| index as usize)]
     }
+}
+
+fn ball_around(mesh: &Mesh) -> Ball {
+    let Some(bounds) = mesh.bounds() else { return Ball::default() };
+    let center = bounds.center();
+    let squared = |position: &Vec3| position.distance_squared(center);
+    let radius = mesh.positions.iter().map(squared).fold(0.0, f32::max).sqrt();
+    Ball { center, radius }
 }
 
 /// Wedges are the vertices: a position with one set of attributes each.

@@ -37,7 +37,7 @@ impl SceneDrawer<'_> {
         sections: Sections,
     ) -> Result<u32, GpuError> {
         let mut calls = 0;
-        for batch in &self.plan.batches {
+        for batch in self.plan.seen() {
             calls += self.draw_batch(pass, shading, batch, sections)?;
         }
         Ok(calls)
@@ -51,7 +51,7 @@ impl SceneDrawer<'_> {
         eye: Vec3,
     ) -> Result<u32, GpuError> {
         let mut singles = Vec::new();
-        for batch in &self.plan.batches {
+        for batch in self.plan.seen() {
             let Some(model) = &self.models[batch.key.model as usize] else {
                 continue;
             };
@@ -62,7 +62,7 @@ impl SceneDrawer<'_> {
             for index in batch.instances.clone() {
                 let [x, y, z] = self.plan.instances[index as usize].world_from_mesh;
                 let rows = [x, y, z].map(Vec4::from_array);
-                let center = rows.map(|row| row.dot(mesh.center.extend(1.0)));
+                let center = rows.map(|row| row.dot(mesh.ball.center.extend(1.0)));
                 let single = Batch { instances: index..index + 1, ..batch.clone() };
                 singles.push((Vec3::from_array(center).distance_squared(eye), single));
             }

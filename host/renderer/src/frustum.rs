@@ -1,0 +1,105 @@
+//! What a camera can see at all.
+
+use glam::{Mat4, Vec3, Vec4};
+
+/// A ball around a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Ball {
+    pub(crate) center: Vec3,
+    pub(crate) radius: f32,
+}
+
+impl Ball {
+    /// A ball around this one as a transform turns, stretches and moves it.
+    pub(crate) fn transformed(self, transform: &Mat4) -> Self {
+        let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(Vec4::truncate);
+        // Of a matrix the Frobenius norm is at least what it stretches by.
+        let stretch = (x.length_squared() + y.length_squared() + z.length_squared()).sqrt();
+        let center = transform.transform_point3(self.center);
+        Self { center, radius: self.radius * stretch }
+    }
+}
+
+/// The planes that bound the picture, pointing inwards; there is no far one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frustum {
+    planes: [Vec4; 5],
+}
+
+impl Frustum {
+    /// Of a transform to Vulkan clip space with reverse-Z (G. Gribb and K. Hartmann,
+    /// "Fast Extraction of Viewing Frustum Planes", 2001).
+    pub(crate) fn of(clip_from_world: &Mat4) -> Self {
+        let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
+        // Planes of unit length measure distances.
+        let unit = |plane: Vec4| plane / plane.truncate().length().max(f32::MIN_POSITIVE);
+        Self { planes: [w + x, w - x, w + y, w - y, w - z].map(unit) }
+    }
+
+    /// Whether any of a ball may be in the picture; what is not a number may be.
+    pub(crate) fn may_see(&self, ball: &Ball) -> bool {
+        !self.planes.iter().any(|plane| plane.dot(ball.center.extend(1.0)) < -ball.radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::CameraView;
+
+    fn frustum() -> (CameraView, Frustum) {
+        let eye = Vec3::new(3.0, 2.0, 10.0);
+        let camera = CameraView::look_at(eye, Vec3::ZERO, Vec3::Y, 0.8, 1.6, 0.5);
+        (camera, Frustum::of(&camera.clip_from_world()))
+    }
+
+    #[test]
+    fn what_is_beside_behind_or_too_near_is_not_seen() {
+        let (camera, frustum) = frustum();
+        let sees = |center: Vec3, radius| frustum.may_see(&Ball { center, radius });
+        assert!(sees(Vec3::ZERO, 0.1));
+        assert!(sees(-camera.eye * 1e5, 0.1), "however far");
+        assert!(!sees(camera.eye * 2.0, 1.0), "behind the eye");
+        assert!(sees(camera.eye * 2.0, 20.0), "around the eye");
+        assert!(!sees(Vec3::new(0.0, 50.0, 0.0), 10.0));
+        assert!(!sees(camera.eye * 0.99, 0.01), "before the near plane");
+        assert!(sees(Vec3::splat(f32::NAN), 1.0));
+    }
+
+    proptest! {
+        /// What has a place in the picture is seen.
+        #[test]
+        fn no_point_in_the_picture_is_missed(
+            x in -1.0_f32..1.0, y in -1.0_f32..1.0, depth in 0.6_f32..1e4, radius in 0.0_f32..5.0,
+            away in prop::array::uniform3(-1.0_f32..1.0),
+        ) {
+            let (camera, frustum) = frustum();
+            let world_from_clip = camera.clip_from_world().inverse();
+            let near = 0.5;
+            let point = world_from_clip.project_point3(Vec3::new(x, y, near / depth));
+            // A ball that holds the point.
+            let center = point + Vec3::from(away).clamp_length_max(1.0) * radius;
+            let radius = radius * 1.0001 + 1e-3 * depth;
+            prop_assert!(frustum.may_see(&Ball { center, radius }));
+        }
+
+        #[test]
+        fn a_ball_holds_what_it_held_before_it_was_transformed(
+            at in prop::array::uniform3(-1.0_f32..1.0),
+            scale in prop::array::uniform3(-3.0_f32..3.0),
+            angle in -3.0_f32..3.0,
+        ) {
+            let ball = Ball { center: Vec3::new(1.0, -2.0, 0.5), radius: 2.0 };
+            let transform = Mat4::from_rotation_y(angle)
+                * Mat4::from_scale(scale.into())
+                * Mat4::from_rotation_x(angle)
+                * Mat4::from_translation(Vec3::splat(4.0));
+            let point = ball.center + Vec3::from(at).clamp_length_max(1.0) * ball.radius;
+            let around = ball.transformed(&transform);
+            let distance = transform.transform_point3(point).distance(around.center);
+            prop_assert!(distance <= around.radius * 1.0001 + 1e-4);
+        }
+    }
+}
