@@ -11,11 +11,43 @@ listens for some seconds. Prints one line of JSON: {"interrogation", "counters",
 
 import json
 import sys
+import threading
 import time
 
 import c104
 
 PATIENCE_SECONDS = 10
+# Of an APDU: where the type and the cause of its data unit lie.
+TYPE_INDEX, CAUSE_INDEX = 6, 8
+# A positive confirmation, whoever asked for a test.
+CONFIRMED, CAUSE_BITS = 7, 0x7F
+
+frames = []
+arrived = threading.Condition()
+
+
+def look(connection: c104.Connection, data: bytes) -> None:
+    with arrived:
+        frames.append(data)
+        arrived.notify()
+
+
+def is_confirmed(types, send):
+    """Whether the station confirms what this sends. c104 itself waits for an answer only
+    once it has sent, and misses one that comes at once."""
+
+    def is_there():
+        return any(
+            len(frame) > CAUSE_INDEX
+            and frame[TYPE_INDEX] in types
+            and frame[CAUSE_INDEX] & CAUSE_BITS == CONFIRMED
+            for frame in frames
+        )
+
+    if not send():
+        return False
+    with arrived:
+        return arrived.wait_for(is_there, PATIENCE_SECONDS)
 
 
 def value(point):
@@ -49,6 +81,7 @@ def main():
     client.on_new_point(callable=take)
     connection = client.add_connection(ip="127.0.0.1", port=port, init=c104.Init.NONE)
     station = connection.add_station(common_address=common_address)
+    connection.on_receive_raw(callable=look)
     client.start()
     until = time.monotonic() + PATIENCE_SECONDS
     while not connection.is_connected:
@@ -56,11 +89,17 @@ def main():
             sys.exit("no connection")
         time.sleep(0.02)
     connection.unmute()
+    requests = {
+        "interrogation": ([100], connection.interrogation),
+        "counters": ([101], connection.counter_interrogation),
+        "clock": ([103], connection.clock_sync),
+        "test": ([104, 107], connection.test),
+    }
     answers = {
-        "interrogation": connection.interrogation(common_address=common_address),
-        "counters": connection.counter_interrogation(common_address=common_address),
-        "clock": connection.clock_sync(common_address=common_address),
-        "test": connection.test(common_address=common_address),
+        name: is_confirmed(
+            types, lambda: send(common_address=common_address, wait_for_response=False)
+        )
+        for name, (types, send) in requests.items()
     }
     time.sleep(seconds)
     points = {point.io_address: report(point) for point in station.points}
