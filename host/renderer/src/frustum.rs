@@ -82,7 +82,8 @@ mod tests {
             // A ball that holds the point.
             let center = point + Vec3::from(away).clamp_length_max(1.0) * radius;
             let radius = radius * 1.0001 + 1e-3 * depth;
-            prop_assert!(frustum.may_see(&Ball { center, radius }));
+            let ball = Ball { center, radius };
+            prop_assert!(frustum.may_see(&ball));
         }
 
         #[test]
