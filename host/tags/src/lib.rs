@@ -6,6 +6,7 @@
 //!
 //! Invariant: nothing here knows a protocol, and nothing here draws.
 
+mod cell;
 mod derived;
 mod events;
 mod expression;

@@ -63,3 +63,14 @@ impl<'a> Snapshot<'a> {
         self.table.counts()
     }
 }
+
+impl QualityCounts {
+    /// The count of a quality's rank.
+    pub(crate) fn of(&mut self, rank: u8) -> &mut usize {
+        match rank {
+            0 => &mut self.good,
+            1 => &mut self.uncertain,
+            _ => &mut self.bad,
+        }
+    }
+}

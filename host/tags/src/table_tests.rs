@@ -3,7 +3,7 @@ use std::time::Duration;
 use proptest::prelude::*;
 
 use super::*;
-use crate::Scale;
+use crate::{DoublePoint, Quality, Reason, Scale, TagSpec, Value, ValueKind};
 
 const TAG: TagHandle = TagHandle(0);
 const START: Moment = Moment(1 << 40);
