@@ -64,6 +64,7 @@ fn start(probe: &Probe, instance: &Instance<'_>, tags: &Simulated) -> Outcome {
     let (mut error, simulation) = (abi::BusbarError::empty(), simulation());
     let status = probe.simulate(start, instance.as_ptr(), tags.as_parts(), &simulation, &mut error);
     if status == abi::BUSBAR_FAILED {
+        probe.expect_message("simulator start", &error);
         return skip("it cannot listen: name this machine and a free port in a sample (--sample)");
     }
     // A plugin need not simulate all that it can read, but it must say so.
