@@ -16,9 +16,9 @@ import time
 
 import c104
 
+from c104_connection import is_of, open_transfer
+
 PATIENCE_SECONDS = 10
-# Of an APDU: where the type and the cause of its data unit lie.
-TYPE_INDEX, CAUSE_INDEX = 6, 8
 # A positive confirmation, whoever asked for a test.
 CONFIRMED, CAUSE_BITS = 7, 0x7F
 
@@ -37,12 +37,7 @@ def is_confirmed(types, send):
     once it has sent, and misses one that comes at once."""
 
     def is_there():
-        return any(
-            len(frame) > CAUSE_INDEX
-            and frame[TYPE_INDEX] in types
-            and frame[CAUSE_INDEX] & CAUSE_BITS == CONFIRMED
-            for frame in frames
-        )
+        return any(is_of(frame, types, CONFIRMED, CAUSE_BITS) for frame in frames)
 
     if not send():
         return False
@@ -82,13 +77,7 @@ def main():
     connection = client.add_connection(ip="127.0.0.1", port=port, init=c104.Init.NONE)
     station = connection.add_station(common_address=common_address)
     connection.on_receive_raw(callable=look)
-    client.start()
-    until = time.monotonic() + PATIENCE_SECONDS
-    while not connection.is_connected:
-        if time.monotonic() > until:
-            sys.exit("no connection")
-        time.sleep(0.02)
-    connection.unmute()
+    open_transfer(client, connection, PATIENCE_SECONDS)
     requests = {
         "interrogation": ([100], connection.interrogation),
         "counters": ([101], connection.counter_interrogation),

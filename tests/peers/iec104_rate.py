@@ -16,20 +16,16 @@ import time
 
 import c104
 
+from c104_connection import is_of, open_transfer
+
 PATIENCE_SECONDS = 60
 INTERROGATION, TERMINATED, CAUSE_BITS = 100, 10, 0x3F
-# Of an APDU: where the type and the cause of its data unit lie.
-TYPE_INDEX, CAUSE_INDEX = 6, 8
 
 ended = threading.Event()
 
 
 def look(connection: c104.Connection, data: bytes) -> None:
-    if (
-        len(data) > CAUSE_INDEX
-        and data[TYPE_INDEX] == INTERROGATION
-        and data[CAUSE_INDEX] & CAUSE_BITS == TERMINATED
-    ):
+    if is_of(data, [INTERROGATION], TERMINATED, CAUSE_BITS):
         ended.set()
 
 
@@ -55,13 +51,7 @@ def main():
     connection = client.add_connection(ip="127.0.0.1", port=port, init=c104.Init.NONE)
     stations = [connection.add_station(common_address=n + 1) for n in range(addresses)]
     connection.on_receive_raw(callable=look)
-    client.start()
-    until = time.monotonic() + PATIENCE_SECONDS
-    while not connection.is_connected:
-        if time.monotonic() > until:
-            sys.exit("no connection")
-        time.sleep(0.02)
-    connection.unmute()
+    open_transfer(client, connection, PATIENCE_SECONDS)
     interrogate(connection, addresses)
     print("READY", flush=True)
     for line in sys.stdin:

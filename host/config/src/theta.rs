@@ -109,15 +109,13 @@ impl RawTheta {
 /// Reports what no schema says: which of the policies it is, and levels out of order.
 pub(crate) fn check(theta: &Value, pointer: &str, report: &mut Report<'_>) {
     if let Some(policy) = theta.as_object() {
-        let given = POLICIES.map(|name| policy.contains_key(name));
-        let cause = match given {
-            [true, true] => "theta is chosen both by distance and by pixels",
-            [false, false] => "theta is an object that does not say what it follows",
-            _ => "",
+        let cause = match POLICIES.map(|name| policy.contains_key(name)) {
+            [true, true] => Some("theta is chosen both by distance and by pixels"),
+            [false, false] => Some("theta is an object that does not say what it follows"),
+            _ => None,
         };
-        if !cause.is_empty() {
-            let remedy = "write \"distance\" or \"max_error_px\", one of them";
-            report.error(pointer, cause.to_owned(), remedy);
+        if let Some(cause) = cause {
+            report.error(pointer, cause, "write \"distance\" or \"max_error_px\", one of them");
         }
     }
     check_levels(theta, pointer, report);

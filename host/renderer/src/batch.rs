@@ -41,9 +41,10 @@ impl Plan {
         let frustum = Frustum::of(&frame.camera.clip_from_world());
         let mut sorted = Vec::with_capacity(frame.instances.len());
         for draw in frame.instances {
-            let ball = mesh_of(models, draw)?.ball.transformed(&draw.world_from_mesh);
+            let mesh = mesh_of(models, draw)?;
+            let ball = mesh.ball.transformed(&draw.world_from_mesh);
             let kind = (mirrors(&draw.world_from_mesh), frustum.may_see(&ball));
-            sorted.push((key_of(models, draw)?, kind, draw));
+            sorted.push((key_of(mesh, draw), kind, draw));
         }
         sorted.sort_by_key(|&(key, kind, _)| (key, kind));
         let mut plan = Self::default();
@@ -132,9 +133,9 @@ fn mesh_of<'a>(
     })
 }
 
-fn key_of(models: &[Option<GpuModel>], draw: &DrawInstance) -> Result<IndexKey, RenderError> {
-    let cursor = draw.cursor.min(mesh_of(models, draw)?.stacks.collapse_count());
-    Ok(IndexKey { model: draw.model.0, mesh: draw.mesh, cursor })
+fn key_of(mesh: &GpuMesh, draw: &DrawInstance) -> IndexKey {
+    let cursor = draw.cursor.min(mesh.stacks.collapse_count());
+    IndexKey { model: draw.model.0, mesh: draw.mesh, cursor }
 }
 
 fn mirrors(world_from_mesh: &Mat4) -> bool {

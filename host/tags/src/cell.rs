@@ -3,8 +3,8 @@
 use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, DoublePoint, Moment, Quality, QualityCounts, Reason, Sample, SourceTime, TagSpec,
-    TagState, Value, ValueKind,
+    Change, DoublePoint, Moment, Quality, QualityCounts, Reason, Sample, SourceTime, TagHandle,
+    TagSpec, TagState, Value, ValueKind,
 };
 
 const NANOS_PER_MILLISECOND: u64 = 1_000_000;
@@ -26,8 +26,6 @@ pub(crate) struct Cell {
     pub(crate) source_quality: Quality,
     /// What the host says of the value.
     pub(crate) verdict: Quality,
-    /// The worse of the two: quality without freshness.
-    pub(crate) own_quality: Quality,
     pub(crate) kind: ValueKind,
     /// Rank of the quality that the counts have it under.
     counted: u8,
@@ -36,10 +34,8 @@ pub(crate) struct Cell {
     pub(crate) is_derived: bool,
     /// Whether derived tags rest on it.
     pub(crate) is_input: bool,
-    /// Neither rules, nor derived, nor an input.
-    pub(crate) is_plain: bool,
     /// The turn in which it changed last.
-    pub(crate) changed_in: u64,
+    changed_in: u64,
 }
 
 const _: () = assert!(size_of::<Cell>() == 64);
@@ -61,7 +57,6 @@ pub(crate) fn judge(value: Value, kind: ValueKind) -> Quality {
 
 impl Cell {
     pub(crate) fn of(spec: &TagSpec) -> Self {
-        let has_rules = spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0;
         Self {
             value_bits: 0,
             source_nanos: NO_TIME,
@@ -71,13 +66,11 @@ impl Cell {
             freshness_millis: u32::try_from(spec.freshness.as_millis()).unwrap_or(u32::MAX),
             source_quality: Quality::Bad(Reason::NotConnected),
             verdict: Quality::Good,
-            own_quality: Quality::Bad(Reason::NotConnected),
             kind: spec.kind,
             counted: Quality::Bad(Reason::NotConnected).rank(),
-            has_rules,
+            has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
             is_derived: spec.expression.is_some(),
             is_input: false,
-            is_plain: !has_rules && spec.expression.is_none(),
             changed_in: 0,
         }
     }
@@ -90,6 +83,15 @@ impl Cell {
             *counts.of(self.counted) -= 1;
             *counts.of(rank) += 1;
             self.counted = rank;
+        }
+    }
+
+    /// Notes, once a turn, that the cell's tag changes.
+    #[inline]
+    pub(crate) fn note_change(&mut self, tag: TagHandle, turn: u64, into: &mut Vec<TagHandle>) {
+        if self.changed_in != turn {
+            self.changed_in = turn;
+            into.push(tag);
         }
     }
 
@@ -122,10 +124,10 @@ impl Cell {
     /// Whether it is a good tag without rules, to which a sample brings but another good
     /// value: nearly all samples do, and [`TagTable::set`] would end at the same.
     #[inline]
-    pub(crate) fn stays_good(&self, sample: &Sample, now: Moment) -> bool {
-        let Some(value) = sample.value else { return false };
+    pub(crate) fn stays_good(&self, value: Value, sample: &Sample, now: Moment) -> bool {
+        let is_plain = !(self.has_rules | self.is_derived | self.is_input);
         let deadline = self.deadline_of(sample.valid_from);
-        self.is_plain
+        is_plain
             && self.counted == Quality::Good.rank()
             && sample.quality == Quality::Good
             && judge(value, self.kind) == Quality::Good
@@ -139,7 +141,7 @@ impl Cell {
         Change {
             tag: sample.tag,
             value: self.value().unpack(),
-            quality: self.own_quality,
+            quality: self.own_quality(),
             source_time: self.source_time(),
             received: sample.received,
         }
@@ -186,6 +188,12 @@ impl Cell {
         !self.value().is_none() && now > self.deadline()
     }
 
+    /// Quality without freshness.
+    #[inline]
+    pub(crate) fn own_quality(&self) -> Quality {
+        self.source_quality.worst(self.verdict)
+    }
+
     fn quality(&self, now: Moment) -> Quality {
         let fresh = if self.value().is_none() {
             Quality::Bad(Reason::NotConnected)
@@ -194,7 +202,7 @@ impl Cell {
         } else {
             Quality::Good
         };
-        self.own_quality.worst(fresh)
+        self.own_quality().worst(fresh)
     }
 
     pub(crate) fn state(&self, now: Moment) -> TagState {

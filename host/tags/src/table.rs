@@ -39,8 +39,7 @@ impl TagTable {
     pub fn new(tags: Arc<TagSet>, now: Moment) -> Self {
         let mut cells: Vec<Cell> = tags.specs().iter().map(Cell::of).collect();
         for TagHandle(tag) in tags.derived().inputs() {
-            let cell = &mut cells[tag as usize];
-            (cell.is_input, cell.is_plain) = (true, false);
+            cells[tag as usize].is_input = true;
         }
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
         let wheel = Wheel::new(now);
@@ -124,21 +123,18 @@ impl TagTable {
 
     #[inline]
     fn take(&mut self, sample: &Sample) -> Taken {
-        match self.cells.get_mut(sample.tag.0 as usize) {
-            Some(cell) if cell.stays_good(sample, self.now) => {
-                let value = sample.value.map_or(Packed::NONE, Packed::of);
+        match (self.cells.get_mut(sample.tag.0 as usize), sample.value) {
+            (Some(cell), Some(value)) if cell.stays_good(value, sample, self.now) => {
+                let value = Packed::of(value);
                 cell.set_times(sample);
                 if cell.value() == value {
                     return Taken::Alike;
                 }
                 cell.set_value(value);
-                if cell.changed_in != self.turn {
-                    cell.changed_in = self.turn;
-                    self.changing.push(sample.tag);
-                }
+                cell.note_change(sample.tag, self.turn, &mut self.changing);
                 Taken::Changed(cell.change(sample))
             }
-            Some(cell) if !cell.is_derived => self.set(sample),
+            (Some(cell), _) if !cell.is_derived => self.set(sample),
             _ => Taken::Ignored,
         }
     }
@@ -147,7 +143,7 @@ impl TagTable {
     fn set(&mut self, sample: &Sample) -> Taken {
         let index = sample.tag.0 as usize;
         let cell = &mut self.cells[index];
-        let before = (cell.value(), cell.own_quality);
+        let before = (cell.value(), cell.own_quality());
         let mut revived = false;
         if let Some(value) = sample.value {
             // An older source time never overwrites a newer one.
@@ -170,18 +166,14 @@ impl TagTable {
             }
         }
         cell.source_quality = sample.quality;
-        cell.own_quality = sample.quality.worst(cell.verdict);
         if cell.is_input {
             self.touched.push(sample.tag);
         }
         cell.count(&mut self.counts, self.now);
-        if before == (cell.value(), cell.own_quality) && !revived {
+        if before == (cell.value(), cell.own_quality()) && !revived {
             return Taken::Alike;
         }
-        if cell.changed_in != self.turn {
-            cell.changed_in = self.turn;
-            self.changing.push(sample.tag);
-        }
+        cell.note_change(sample.tag, self.turn, &mut self.changing);
         Taken::Changed(cell.change(sample))
     }
 
@@ -198,10 +190,7 @@ impl TagTable {
             if cell.is_input {
                 self.touched.push(TagHandle(tag));
             }
-            if cell.changed_in != self.turn {
-                cell.changed_in = self.turn;
-                self.changing.push(TagHandle(tag));
-            }
+            cell.note_change(TagHandle(tag), self.turn, &mut self.changing);
         } else {
             cell.slot = self.wheel.slot_of(cell.deadline());
             self.wheel.put(tag, cell.slot);

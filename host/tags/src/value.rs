@@ -107,8 +107,6 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    pub(crate) const NONE: Self = Self { bits: 0, kind: None };
-
     #[inline]
     pub(crate) fn of(value: Value) -> Self {
         let bits = match value {

@@ -174,47 +174,56 @@ impl Cursors {
             self.has_changed = true;
             self.following.clear();
             for index in 0..self.instances.len() {
-                self.choose_one(index, eye, models);
                 let InstanceCursor { model, policy, .. } = self.instances[index];
-                if self.by_hand[model as usize].is_none()
-                    && self.policies[policy as usize].follows_camera()
-                {
+                if let Some(theta) = self.by_hand[model as usize] {
+                    self.instances[index].level = None;
+                    self.want(index, theta, models);
+                    continue;
+                }
+                self.take_level(index, self.level_of(index, eye), models);
+                if self.policies[policy as usize].follows_camera() {
                     self.following.push(index);
                 }
             }
         } else {
             for following in 0..self.following.len() {
-                self.choose_one(self.following[following], eye, models);
+                let index = self.following[following];
+                let level = self.level_of(index, eye);
+                if self.instances[index].level != Some(level) {
+                    self.take_level(index, level, models);
+                }
             }
         }
     }
 
-    fn choose_one(&mut self, index: usize, eye: Eye, models: &[LoadedModel]) {
+    /// The level of an instance by its policy.
+    fn level_of(&self, index: usize, eye: Eye) -> u32 {
+        let InstanceCursor { policy, bounds, level, .. } = self.instances[index];
+        let distance = bounds.map_or(0.0, |bounds| distance_to_bounds(eye.position, &bounds));
+        let pixel = distance * eye.pixel * self.coarseness;
+        self.policies[policy as usize].level(Sight { distance, pixel }, level)
+    }
+
+    fn take_level(&mut self, index: usize, level: u32, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
-        let policy = &self.policies[instance.policy as usize];
-        let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
-        let theta = if let Some(theta) = self.by_hand[instance.model as usize] {
-            instance.level = None;
-            theta
-        } else {
-            let bounds = instance.bounds;
-            let distance = bounds.map_or(0.0, |bounds| distance_to_bounds(eye.position, &bounds));
-            let pixel = distance * eye.pixel * self.coarseness;
-            let level = policy.level(Sight { distance, pixel }, instance.level);
-            instance.level = Some(level);
-            let theta = match policy.detail(level) {
-                Detail::Theta(theta) => theta,
-                Detail::Error(metres) => {
-                    let error = metres / f64::from(instance.metres);
-                    let cursor = stacks.cursor_within(error as f32);
-                    f64::from(cursor) / f64::from(stacks.position_count().max(1))
-                }
-            };
-            (theta * self.scale).clamp(0.0, 1.0)
+        instance.level = Some(level);
+        let theta = match self.policies[instance.policy as usize].detail(level) {
+            Detail::Theta(theta) => theta,
+            Detail::Error(metres) => {
+                let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
+                let cursor = stacks.cursor_within((metres / f64::from(instance.metres)) as f32);
+                f64::from(cursor) / f64::from(stacks.position_count().max(1))
+            }
         };
+        self.want(index, (theta * self.scale).clamp(0.0, 1.0), models);
+    }
+
+    fn want(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
+        let instance = &mut self.instances[index];
         if theta == instance.theta {
             return;
         }
+        let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
         let was_moving = instance.wanted != instance.shown;
         (instance.theta, instance.wanted) = (theta, stacks.cursor_at(theta));
         self.has_changed = true;

@@ -74,6 +74,16 @@ pub enum Reason {
 }
 
 impl Value {
+    /// The type of this value.
+    pub fn kind(self) -> ValueKind {
+        match self {
+            Self::F64(_) => ValueKind::F64,
+            Self::I64(_) => ValueKind::I64,
+            Self::Bool(_) => ValueKind::Bool,
+            Self::DoublePoint(_) => ValueKind::DoublePoint,
+        }
+    }
+
     pub(crate) fn to_abi(self) -> (u8, u64) {
         match self {
             Self::F64(value) => (abi::BUSBAR_VALUE_F64, value.to_bits()),

@@ -107,17 +107,8 @@ fn check_samples(samples: &[Sample], tags: &[TagSpec]) {
         let kind = tags.iter().find(|tag| tag.tag == sample.tag).map(|tag| tag.kind);
         match sample.value {
             None => assert!(!sample.quality.is_good()),
-            Some(value) => assert_eq!(Some(kind_of(value)), kind),
+            Some(value) => assert_eq!(Some(value.kind()), kind),
         }
-    }
-}
-
-fn kind_of(value: Value) -> ValueKind {
-    match value {
-        Value::F64(_) => ValueKind::F64,
-        Value::I64(_) => ValueKind::I64,
-        Value::Bool(_) => ValueKind::Bool,
-        Value::DoublePoint(_) => ValueKind::DoublePoint,
     }
 }
 

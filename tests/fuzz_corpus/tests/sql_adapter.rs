@@ -97,21 +97,12 @@ fn check(samples: &[Sample], tags: &[TagSpec]) {
         let tag = tags.get(sample.tag as usize).expect("it is of a known tag");
         match sample.value {
             None => assert!(!sample.quality.is_good()),
-            Some(value) => assert_eq!(kind_of(value), tag.kind),
+            Some(value) => assert_eq!(value.kind(), tag.kind),
         }
         if let Some(Value::F64(value)) = sample.value {
             assert!(value.is_finite());
         }
         assert!(sample.source_time.is_none_or(|time| time >= UNIX_EPOCH));
-    }
-}
-
-fn kind_of(value: Value) -> ValueKind {
-    match value {
-        Value::F64(_) => ValueKind::F64,
-        Value::I64(_) => ValueKind::I64,
-        Value::Bool(_) => ValueKind::Bool,
-        Value::DoublePoint(_) => ValueKind::DoublePoint,
     }
 }
 

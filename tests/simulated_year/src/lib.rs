@@ -8,6 +8,7 @@
 //! Whatever does not hold panics, with the instant.
 
 mod network;
+mod rig;
 mod tally;
 mod time;
 mod weather;
@@ -22,6 +23,7 @@ use device_server::Link;
 use tokio::io::DuplexStream;
 use tokio::sync::mpsc;
 
+pub use crate::rig::{DAY, HOUR, Moves, serve_clients, tags};
 pub use crate::tally::Tally;
 pub use crate::time::SimulatedTime;
 pub use crate::weather::Weather;

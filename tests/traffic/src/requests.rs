@@ -9,9 +9,9 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use busbar_plugin_host::{Behaviour, Shape, SimulatedTag, Simulation, TelemetryTag};
-use busbar_plugin_process::RunningSimulator;
+use busbar_plugin_process::{RunningSimulator, RunningTelemetry};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -93,6 +93,19 @@ fn device(
     };
     let plugin = site.plugin(plugin, settings)?;
     Ok(RunningSimulator::start(&plugin, tags.iter().map(simulated).collect(), &simulation)?)
+}
+
+/// Good values that came since the last call.
+fn good(telemetry: &RunningTelemetry) -> u32 {
+    let mut count = 0;
+    telemetry.drain(|sample| count += u32::from(sample.quality.is_good()));
+    count
+}
+
+fn ensure_none_lost(telemetry: &RunningTelemetry) -> Result<()> {
+    let link = telemetry.link();
+    ensure!(link.dropped == 0 && link.rejected == 0, "values were lost: {link:?}");
+    Ok(())
 }
 
 impl Peers {

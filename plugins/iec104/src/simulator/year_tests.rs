@@ -2,11 +2,11 @@
 //! day in which nothing does.
 
 use busbar_link::Dial;
-use busbar_plugin_sdk::simulation::{Behaviour, FaultPlan, Shape, Signal};
-use busbar_plugin_sdk::testing::{host, tag_spec};
+use busbar_plugin_sdk::simulation::{FaultPlan, Shape};
+use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag, ValueKind};
 use serde_json::{Value as Json, json};
-use simulated_year::{Rig, SimulatedTime, Weather, run};
+use simulated_year::{DAY, HOUR, Moves, Rig, SimulatedTime, Weather, run, serve_clients};
 use tokio::sync::mpsc;
 
 use super::*;
@@ -14,8 +14,6 @@ use crate::Settings;
 use crate::link::World;
 
 const SEED: u64 = 104;
-const HOUR: f64 = 3600.0;
-const DAY: f64 = 24.0 * HOUR;
 /// N(S) and N(R) have 15 bits (IEC 60870-5-104, 5.1).
 const SEQUENCE_NUMBERS: u64 = 1 << 15;
 
@@ -49,9 +47,6 @@ impl TwoConnections {
     }
 }
 
-/// Shape, base, amplitude and seconds of a period.
-type Moves = (Shape, f64, f64, f64);
-
 /// All kinds, on two common addresses.
 fn tags() -> Vec<SimulatedTag> {
     let sine = |base| (ValueKind::F64, json!({}), (Shape::Sine, base, 20.0, DAY));
@@ -67,17 +62,12 @@ fn tags() -> Vec<SimulatedTag> {
         (ValueKind::Bool, json!({"bit": 9}), (Shape::Steps, 0.0, 0.0, 3.0 * HOUR)),
         (ValueKind::DoublePoint, json!({}), (Shape::Steps, 0.0, 0.0, HOUR)),
     ];
-    let tag = |(tag, (kind, mut address, moves)): (u32, (ValueKind, Json, Moves))| {
-        let (shape, base, amplitude, period_seconds) = moves;
+    let placed = (0_u32..).zip(all).map(|(tag, (kind, mut address, moves))| {
         address["ioa"] = json!(tag + 1);
         address["common_address"] = json!(1 + tag % 2);
-        let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
-        let period = Duration::from_secs_f64(period_seconds);
-        let behaviour = Behaviour::new(shape, base, amplitude, period).unwrap();
-        let signal = Signal::new(SEED, &spec.id, kind, behaviour).unwrap();
-        SimulatedTag { spec, signal }
-    };
-    (0_u32..).zip(all).map(tag).collect()
+        (kind, address, moves)
+    });
+    simulated_year::tags(SEED, placed)
 }
 
 impl Rig for TwoConnections {
@@ -106,21 +96,15 @@ impl Rig for TwoConnections {
 
     fn run_device(
         &self,
-        mut clients: mpsc::Receiver<DuplexStream>,
+        clients: mpsc::Receiver<DuplexStream>,
         link: Link,
     ) -> impl Future<Output = ()> + 'static {
         let shared = lay_out(&self.config, &self.simulation(), &host()).unwrap();
         let update = self.update;
-        async move {
-            let mut serving = JoinSet::new();
-            while let Some(stream) = clients.recv().await {
-                while serving.try_join_next().is_some() {}
-                if let Some(client) = link.admit(stream) {
-                    let (link, shared) = (link.clone(), Arc::clone(&shared));
-                    serving.spawn(async move { serve_client(client, &link, shared, update).await });
-                }
-            }
-        }
+        serve_clients(clients, link, move |client, link| {
+            let shared = Arc::clone(&shared);
+            async move { serve_client(client, &link, shared, update).await }
+        })
     }
 }
 

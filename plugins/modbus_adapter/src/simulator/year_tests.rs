@@ -4,14 +4,13 @@
 use std::time::Duration;
 
 use busbar_link::Dial;
-use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
-use busbar_plugin_sdk::testing::{host, tag_spec};
+use busbar_plugin_sdk::simulation::{FaultPlan, Shape};
+use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag, ValueKind};
 use serde_json::{Value as Json, json};
-use simulated_year::{Rig, Weather, run};
+use simulated_year::{DAY, HOUR, Moves, Rig, Weather, run, serve_clients};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::sync::mpsc;
-use tokio::task::JoinSet;
 use tokio_modbus::bytes::Bytes;
 
 use super::*;
@@ -19,8 +18,6 @@ use crate::Settings;
 use crate::session::Session;
 
 const SEED: u64 = 502;
-const HOUR: f64 = 3600.0;
-const DAY: f64 = 24.0 * HOUR;
 /// Transaction numbers have 16 bits (Modbus Messaging on TCP/IP V1.0b, 3.1.3).
 const TRANSACTIONS: u64 = 1 << 16;
 
@@ -40,10 +37,12 @@ impl OneDevice {
         let config = serde_json::from_value::<Settings>(settings).unwrap().parse().unwrap();
         Self { config, tags: tags() }
     }
-}
 
-/// Shape, base, amplitude and seconds of a period.
-type Moves = (Shape, f64, f64, f64);
+    fn simulation(&self) -> Simulation {
+        let (tags, update) = (self.tags.clone(), Duration::from_secs(1));
+        Simulation { tags, faults: FaultPlan::none(), update, seed: SEED }
+    }
+}
 
 /// All kinds, in all tables.
 fn tags() -> Vec<SimulatedTag> {
@@ -68,14 +67,7 @@ fn tags() -> Vec<SimulatedTag> {
         (ValueKind::Bool, bit("discrete", 30), steps),
         (ValueKind::DoublePoint, bit("discrete", 10), steps),
     ];
-    let tag = |(tag, (kind, address, (shape, base, amplitude, period_seconds)))| {
-        let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
-        let period = Duration::from_secs_f64(period_seconds);
-        let behaviour = Behaviour::new(shape, base, amplitude, period).unwrap();
-        let signal = Signal::new(SEED, &spec.id, kind, behaviour).unwrap();
-        SimulatedTag { spec, signal }
-    };
-    (0_u32..).zip(all).map(tag).collect()
+    simulated_year::tags(SEED, all)
 }
 
 impl Rig for OneDevice {
@@ -97,32 +89,21 @@ impl Rig for OneDevice {
         sink: SampleSink,
         dial: Arc<dyn Dial>,
     ) -> impl Future<Output = ()> + 'static {
-        let specs: Vec<_> = self.tags.iter().map(|tag| tag.spec.clone()).collect();
-        let points = address::parse(&specs, &self.config).unwrap();
+        let points = address::parse(&self.simulation().specs(), &self.config).unwrap();
         Session::new(self.config.clone(), dial, points, sink, host()).run()
     }
 
     fn run_device(
         &self,
-        mut clients: mpsc::Receiver<DuplexStream>,
+        clients: mpsc::Receiver<DuplexStream>,
         link: Link,
     ) -> impl Future<Output = ()> + 'static {
-        let specs: Vec<_> = self.tags.iter().map(|tag| tag.spec.clone()).collect();
-        let points = address::parse(&specs, &self.config).unwrap();
-        let signals = self.tags.iter().map(|tag| tag.signal);
-        let (bank, remark) = Bank::new(points.into_iter().zip(signals).collect()).unwrap();
+        let (bank, remark) = bank(&self.config, &self.simulation()).unwrap();
         assert_eq!(remark, None);
         let bank = Arc::new(bank);
-        async move {
-            let mut serving = JoinSet::new();
-            while let Some(stream) = clients.recv().await {
-                while serving.try_join_next().is_some() {}
-                if let Some(transport) = link.admit(stream) {
-                    let client = Client { bank: Arc::clone(&bank), link: link.clone() };
-                    serving.spawn(serve_client(transport, client));
-                }
-            }
-        }
+        serve_clients(clients, link, move |stream, link| {
+            serve_client(stream, Client { bank: Arc::clone(&bank), link })
+        })
     }
 }
 

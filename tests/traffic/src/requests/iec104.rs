@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
-use super::{PATIENCE, Peers, ROUNDS, Rates, device, free_port};
+use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
 use crate::site::{Site, telemetry_tag};
 
 const PLUGIN: &str = "iec104";
@@ -71,7 +71,8 @@ fn alternate(
 /// of their values: at the first time all is new to the plugin.
 fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     let all = ADDRESSES * POINTS;
-    let telemetry = start(site, port, ADDRESSES)?;
+    let plugin = site.plugin(PLUGIN, &settings(port))?;
+    let telemetry = RunningTelemetry::start(&plugin, &tags(ADDRESSES))?;
     take(&telemetry, all)?;
     let mut first = 0;
     let waiting = Instant::now();
@@ -83,8 +84,7 @@ fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     let begun = Instant::now();
     let rest = all.saturating_sub(first);
     take(&telemetry, rest)?;
-    let link = telemetry.link();
-    ensure!(link.dropped == 0 && link.rejected == 0, "values were lost: {link:?}");
+    ensure_none_lost(&telemetry)?;
     Ok(f64::from(rest) / begun.elapsed().as_secs_f64())
 }
 
@@ -97,11 +97,6 @@ fn first_interrogation(site: &Site, port: u16) -> Result<Duration> {
     Ok(begun.elapsed())
 }
 
-fn start(site: &Site, port: u16, addresses: u32) -> Result<RunningTelemetry> {
-    let plugin = site.plugin(PLUGIN, &settings(port))?;
-    Ok(RunningTelemetry::start(&plugin, &tags(addresses))?)
-}
-
 /// Waits for so many good values.
 fn take(telemetry: &RunningTelemetry, count: u32) -> Result<()> {
     let (begun, mut found) = (Instant::now(), 0);
@@ -111,12 +106,6 @@ fn take(telemetry: &RunningTelemetry, count: u32) -> Result<()> {
         found += good(telemetry);
     }
     Ok(())
-}
-
-fn good(telemetry: &RunningTelemetry) -> u32 {
-    let mut count = 0;
-    telemetry.drain(|sample| count += u32::from(sample.quality.is_good()));
-    count
 }
 
 /// Seconds.

@@ -9,7 +9,7 @@ use busbar_plugin_process::RunningTelemetry;
 use serde_json::{Value, json};
 
 use super::peer::{Peer, number};
-use super::{PATIENCE, Peers, ROUNDS, Rates, device, free_port};
+use super::{PATIENCE, Peers, ROUNDS, Rates, device, ensure_none_lost, free_port, good};
 use crate::site::{Site, telemetry_tag};
 
 const PLUGIN: &str = "modbus_adapter";
@@ -81,8 +81,7 @@ fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> 
     let begun = Instant::now();
     let values = for_so_long(&telemetry, round);
     let rate = values as f64 / f64::from(VALUES) / begun.elapsed().as_secs_f64();
-    let link = telemetry.link();
-    ensure!(link.dropped == 0 && link.rejected == 0, "values were lost: {link:?}");
+    ensure_none_lost(&telemetry)?;
     Ok(rate)
 }
 
@@ -91,14 +90,8 @@ fn for_so_long(telemetry: &RunningTelemetry, time: Duration) -> u64 {
     let (begun, mut count) = (Instant::now(), 0);
     while begun.elapsed() < time {
         std::thread::sleep(PAUSE);
-        count += good(telemetry);
+        count += u64::from(good(telemetry));
     }
-    count
-}
-
-fn good(telemetry: &RunningTelemetry) -> u64 {
-    let mut count = 0;
-    telemetry.drain(|sample| count += u64::from(sample.quality.is_good()));
     count
 }
 

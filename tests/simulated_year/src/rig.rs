@@ -1,0 +1,54 @@
+//! What rigs are made of.
+
+use std::time::Duration;
+
+use busbar_plugin_sdk::simulation::{Behaviour, Shape, Signal};
+use busbar_plugin_sdk::testing::tag_spec;
+use busbar_plugin_sdk::{SimulatedTag, ValueKind};
+use device_server::Link;
+use serde_json::Value as Json;
+use tokio::io::DuplexStream;
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+
+/// Seconds.
+pub const HOUR: f64 = 3600.0;
+/// Seconds.
+pub const DAY: f64 = 24.0 * HOUR;
+
+/// Shape, base, amplitude and seconds of a period.
+pub type Moves = (Shape, f64, f64, f64);
+
+/// Tags with handles from 0 on, each of a kind, at an address, and how it moves.
+///
+/// # Panics
+/// When a tag cannot move so.
+pub fn tags(
+    seed: u64,
+    all: impl IntoIterator<Item = (ValueKind, Json, Moves)>,
+) -> Vec<SimulatedTag> {
+    let tag = |(tag, (kind, address, (shape, base, amplitude, period_seconds)))| {
+        let spec = tag_spec(tag, &format!("tag{tag}"), kind, address);
+        let period = Duration::from_secs_f64(period_seconds);
+        let behaviour = Behaviour::new(shape, base, amplitude, period).expect("it can move so");
+        let signal = Signal::new(seed, &spec.id, kind, behaviour).expect("it can move so");
+        SimulatedTag { spec, signal }
+    };
+    (0_u32..).zip(all).map(tag).collect()
+}
+
+/// Serves each client that the link lets in, by a task of its own, until this is dropped.
+pub async fn serve_clients<F: Future<Output: Send> + Send + 'static>(
+    mut clients: mpsc::Receiver<DuplexStream>,
+    link: Link,
+    mut serve: impl FnMut(DuplexStream, Link) -> F,
+) {
+    let mut serving = JoinSet::new();
+    while let Some(stream) = clients.recv().await {
+        while serving.try_join_next().is_some() {}
+        if let Some(client) = link.admit(stream) {
+            let serving_it = serve(client, link.clone());
+            serving.spawn(async move { drop(serving_it.await) });
+        }
+    }
+}
