@@ -31,7 +31,7 @@ pub use overlay::{Overlay, OverlayBinding};
 pub use overlay_picture::{
     MAX_PART_BYTES, OverlayLine, OverlayPicture, OverlayTint, PictureRules, Severity,
 };
-pub use sample_check::SampleCheck;
+pub use sample_check::{SampleCheck, SampleSink};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
     Behaviour, FaultKind, Shape, SimulatedTag, Simulation, SimulationStatus, Simulator,

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{Moment, Reason, SampleQueue, SourceTime, TagHandle, ValueKind};
+use busbar_tags::{Moment, Reason, Sample, SampleQueue, SourceTime, TagHandle, ValueKind};
 use serde::{Deserialize, Serialize};
 
 use crate::{Instance, PluginError, SampleCheck, text};
@@ -214,8 +214,10 @@ impl SampleReceiver for QueueReceiver {
         let received = Moment::now();
         let wall_clock = wall_clock();
         // Checked before the queue is locked: the frame waits for that lock.
-        let valid: Vec<_> =
-            samples.iter().filter_map(|raw| self.check.check(raw, received, wall_clock)).collect();
+        let mut valid = Vec::with_capacity(samples.len());
+        for raw in samples {
+            self.check.take(raw, received, wall_clock, &mut |sample: &Sample| valid.push(*sample));
+        }
         self.reject((samples.len() - valid.len()) as u64);
         if !valid.is_empty() {
             *self.last_sample.lock().unwrap_or_else(PoisonError::into_inner) = Some(received);

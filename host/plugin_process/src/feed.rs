@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use busbar_plugin_host::{
-    LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleCheck, TelemetryTag, shown, wall_clock,
+    LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleCheck, SampleSink, TelemetryTag, shown,
+    wall_clock,
 };
 use busbar_tags::{Backlog, Moment, Quality, Reason, Sample};
 
@@ -52,9 +53,15 @@ impl Feed {
     }
 
     /// Hands over the samples since the last call, the oldest first.
-    pub(crate) fn drain(&mut self, mut each: impl FnMut(Sample)) {
-        self.backlog.take().into_iter().for_each(&mut each);
-        self.take_ring(each);
+    #[inline(always)]
+    pub(crate) fn drain(&mut self, sink: &mut impl SampleSink) {
+        self.drain_backlog(sink);
+        self.take_ring(sink);
+    }
+
+    #[inline(never)]
+    fn drain_backlog(&mut self, sink: &mut impl SampleSink) {
+        self.backlog.take().iter().for_each(|sample| sink.take(sample));
     }
 
     /// The plugin is gone: all its tags are bad until they get new values.
@@ -94,18 +101,16 @@ impl Feed {
         }
     }
 
-    fn take_ring(&mut self, mut each: impl FnMut(Sample)) {
+    fn take_ring(&mut self, sink: &mut impl SampleSink) {
         let Self { ring: Some(ring), check, rejected, last_sample, .. } = self else { return };
         let (now, wall_clock) = (Moment::now(), wall_clock());
         ring.read(|raw| {
             // Nothing comes from the future.
             let received = raw.published.min(now);
-            match check.check(&raw.sample, received, wall_clock) {
-                Some(sample) => {
-                    *last_sample = Some(received);
-                    each(sample);
-                }
-                None => *rejected += 1,
+            if check.take(&raw.sample, received, wall_clock, sink) {
+                *last_sample = Some(received);
+            } else {
+                *rejected += 1;
             }
         });
     }
@@ -113,7 +118,7 @@ impl Feed {
     /// Keeps what the ring still holds.
     fn retire_ring(&mut self) {
         let mut backlog = std::mem::take(&mut self.backlog);
-        self.take_ring(|sample| backlog.push(sample));
+        self.take_ring(&mut |sample: &Sample| backlog.push(*sample));
         self.backlog = backlog;
         if let Some(ring) = self.ring.take() {
             self.rejected = self.rejected.saturating_add(ring.rejected());
@@ -159,7 +164,7 @@ mod tests {
 
     fn drained(feed: &mut Feed) -> Vec<Sample> {
         let mut samples = Vec::new();
-        feed.drain(|sample| samples.push(sample));
+        feed.drain(&mut |sample: &Sample| samples.push(*sample));
         samples
     }
 

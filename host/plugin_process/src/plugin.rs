@@ -6,9 +6,9 @@ use std::time::{Duration, SystemTime};
 use busbar_geometry::Mesh;
 use busbar_plugin_host::{
     Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayPicture,
-    PluginError, PluginInfo, Telemetry, TelemetryTag,
+    PluginError, PluginInfo, SampleSink, Telemetry, TelemetryTag,
 };
-use busbar_tags::{Sample, SampleQueue, TagHandle, TagState};
+use busbar_tags::{SampleQueue, TagHandle, TagState};
 
 use crate::process::PluginProcess;
 use crate::status::PluginStatus;
@@ -116,10 +116,12 @@ impl RunningTelemetry {
     }
 
     /// Hands over the samples since the last call, the oldest first.
-    pub fn drain(&self, each: impl FnMut(Sample)) {
+    pub fn drain(&self, sink: &mut impl SampleSink) {
         match self {
-            Self::InProcess { queue, .. } => queue.drain().into_iter().for_each(each),
-            Self::Isolated(process) => process.drain(each),
+            Self::InProcess { queue, .. } => {
+                queue.drain().iter().for_each(|sample| sink.take(sample))
+            }
+            Self::Isolated(process) => process.drain(sink),
         }
     }
 

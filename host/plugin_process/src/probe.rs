@@ -5,10 +5,9 @@ use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, OverlayBinding, OverlayPicture, PictureRules, PluginError, TelemetryTag,
-    check_stages,
+    LinkReport, OverlayBinding, OverlayPicture, PictureRules, PluginError, SampleSink,
+    TelemetryTag, check_stages,
 };
-use busbar_tags::Sample;
 
 use crate::feed::Feed;
 use crate::frames::{self, Decoder};
@@ -107,8 +106,8 @@ impl HostSide {
     }
 
     /// Hands over the samples that came, and says how the link is.
-    pub fn drain(&mut self, each: impl FnMut(Sample)) -> LinkReport {
-        self.feed.drain(each);
+    pub fn drain(&mut self, sink: &mut impl SampleSink) -> LinkReport {
+        self.feed.drain(sink);
         self.feed.link()
     }
 }

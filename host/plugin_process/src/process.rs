@@ -10,10 +10,10 @@ use std::time::{Duration, Instant, SystemTime};
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    LinkReport, Optimised, OverlayBinding, OverlayPicture, PluginError, PluginInfo, TelemetryTag,
-    check_stages,
+    LinkReport, Optimised, OverlayBinding, OverlayPicture, PluginError, PluginInfo, SampleSink,
+    TelemetryTag, check_stages,
 };
-use busbar_tags::{Sample, TagState};
+use busbar_tags::TagState;
 
 use crate::feed::Feed;
 use crate::memory;
@@ -108,9 +108,9 @@ impl PluginProcess {
         started.inspect_err(|_| *self.shared.feed() = None)
     }
 
-    pub(crate) fn drain(&self, each: impl FnMut(Sample)) {
+    pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
         if let Some(feed) = self.shared.feed().as_mut() {
-            feed.drain(each);
+            feed.drain(sink);
         }
     }
 

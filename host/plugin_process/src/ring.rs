@@ -160,18 +160,23 @@ impl RingReader {
         Ok(Self { words: Words::map(memory)?, read: 0 })
     }
 
-    /// Hands over what was written up to now, the oldest first. Whatever a hostile
-    /// writer does, these are no more than [`RING_SAMPLES`].
-    pub(crate) fn read(&mut self, mut each: impl FnMut(&RawSample)) {
+    /// Hands over what was written up to now, the oldest first, and says how much that is.
+    /// Whatever a hostile writer does, these are no more than [`RING_SAMPLES`].
+    #[inline(always)]
+    pub(crate) fn read(&mut self, mut each: impl FnMut(RawSample)) -> u64 {
         let written = self.words.word(WRITTEN).load(Ordering::Acquire);
         let waiting = written.wrapping_sub(self.read).min(RING_SAMPLES as u64);
-        self.read = written.wrapping_sub(waiting);
-        while self.read != written {
-            let piece = written.wrapping_sub(self.read).min(PIECE_SAMPLES);
-            (0..piece).for_each(|i| each(&self.copy(self.read.wrapping_add(i))));
-            self.read = self.read.wrapping_add(piece);
-            self.words.word(READ).store(self.read, Ordering::Release);
+        let mut next = written.wrapping_sub(waiting);
+        while next != written {
+            let piece = written.wrapping_sub(next).min(PIECE_SAMPLES);
+            for i in 0..piece {
+                each(self.copy(next.wrapping_add(i)));
+            }
+            next = next.wrapping_add(piece);
+            self.words.word(READ).store(next, Ordering::Release);
         }
+        self.read = written;
+        waiting
     }
 
     /// Samples that the writer says later ones overtook.

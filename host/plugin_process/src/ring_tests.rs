@@ -30,7 +30,7 @@ fn samples(values: std::ops::Range<u64>) -> Vec<BusbarSample> {
 
 fn read(reader: &mut RingReader) -> Vec<RawSample> {
     let mut samples = Vec::new();
-    reader.read(|raw| samples.push(*raw));
+    reader.read(|raw| samples.push(raw));
     samples
 }
 

@@ -1,49 +1,64 @@
-//! One tag of the table: its last value, and what it is worth.
+//! The tags of the table: their last values, and what they are worth.
 
 use crate::value::Packed;
-use crate::wheel::{NO_SLOT, Slot, Wheel};
+use crate::wheel::{NO_SLOT, Slot};
 use crate::{
     Change, DoublePoint, Moment, Quality, QualityCounts, Reason, Sample, SourceTime, TagHandle,
-    TagSpec, TagState, Value, ValueKind,
+    TagSet, TagSpec, TagState, Value, ValueKind,
 };
 
 const NANOS_PER_MILLISECOND: u64 = 1_000_000;
 
-/// One tag, on a cache line of its own.
+/// What nearly every sample of a tag reads and writes, and no more: half a cache line,
+/// in an array of its own, since a burst finds these cold.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(crate) struct Cell {
-    /// What [`Cell::value`] and [`Cell::source_time`] are made of: apart, all fits.
+#[repr(align(32))]
+pub(crate) struct Live {
+    /// What [`Live::value`] and [`Live::source_time`] are made of: apart, all fits.
     value_bits: u64,
     pub(crate) source_nanos: i64,
-    value_kind: Option<ValueKind>,
     /// When the value was true; of no meaning without one.
     pub(crate) valid_from: Moment,
-    /// Where the wheel has it, or [`NO_SLOT`].
-    pub(crate) slot: Slot,
     freshness_millis: u32,
+    value_kind: Option<ValueKind>,
+    pub(crate) kind: ValueKind,
+    /// Rank of the quality that the counts have it under.
+    counted: u8,
+    /// Whether nothing but its own samples, as they are, makes it what it is, and nothing
+    /// rests on it.
+    is_plain: bool,
+}
+
+const _: () = assert!(size_of::<Live>() == 32);
+
+/// The rest of a tag.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing {
+    /// Where the wheel has it, or [`NO_SLOT`]; never later than its deadline.
+    pub(crate) slot: Slot,
     /// What the source says of the tag.
     pub(crate) source_quality: Quality,
     /// What the host says of the value.
     pub(crate) verdict: Quality,
-    pub(crate) kind: ValueKind,
-    /// Rank of the quality that the counts have it under.
-    counted: u8,
     /// Whether range, scale or dead band have to be looked up.
     pub(crate) has_rules: bool,
     pub(crate) is_derived: bool,
     /// Whether derived tags rest on it.
     pub(crate) is_input: bool,
-    /// The turn in which it changed last.
-    changed_in: u64,
 }
 
-const _: () = assert!(size_of::<Cell>() == 64);
+/// All tags, by handle.
+#[derive(Debug)]
+pub(crate) struct Cells {
+    pub(crate) live: Vec<Live>,
+    standing: Vec<Standing>,
+}
+
 /// No source time.
 pub(crate) const NO_TIME: i64 = i64::MIN;
 
 /// What the host itself says of a value.
-#[inline]
+#[inline(always)]
 pub(crate) fn judge(value: Value, kind: ValueKind) -> Quality {
     if value.kind() != kind {
         return Quality::Bad(Reason::Configuration);
@@ -55,52 +70,26 @@ pub(crate) fn judge(value: Value, kind: ValueKind) -> Quality {
     }
 }
 
-impl Cell {
-    pub(crate) fn of(spec: &TagSpec) -> Self {
+impl Live {
+    fn of(spec: &TagSpec, is_plain: bool) -> Self {
         Self {
             value_bits: 0,
             source_nanos: NO_TIME,
             value_kind: None,
             valid_from: Moment(0),
-            slot: NO_SLOT,
             freshness_millis: u32::try_from(spec.freshness.as_millis()).unwrap_or(u32::MAX),
-            source_quality: Quality::Bad(Reason::NotConnected),
-            verdict: Quality::Good,
             kind: spec.kind,
             counted: Quality::Bad(Reason::NotConnected).rank(),
-            has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
-            is_derived: spec.expression.is_some(),
-            is_input: false,
-            changed_in: 0,
+            is_plain,
         }
     }
 
-    /// Puts the cell under the quality that it has at `now`.
-    #[inline]
-    pub(crate) fn count(&mut self, counts: &mut QualityCounts, now: Moment) {
-        let rank = self.quality(now).rank();
-        if rank != self.counted {
-            *counts.of(self.counted) -= 1;
-            *counts.of(rank) += 1;
-            self.counted = rank;
-        }
-    }
-
-    /// Notes, once a turn, that the cell's tag changes.
-    #[inline]
-    pub(crate) fn note_change(&mut self, tag: TagHandle, turn: u64, into: &mut Vec<TagHandle>) {
-        if self.changed_in != turn {
-            self.changed_in = turn;
-            into.push(tag);
-        }
-    }
-
-    #[inline]
+    #[inline(always)]
     pub(crate) fn value(&self) -> Packed {
         Packed { bits: self.value_bits, kind: self.value_kind }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn set_value(&mut self, value: Packed) {
         (self.value_bits, self.value_kind) = (value.bits, value.kind);
     }
@@ -109,76 +98,51 @@ impl Cell {
         (self.source_nanos != NO_TIME).then_some(SourceTime(self.source_nanos))
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn set_times(&mut self, sample: &Sample) {
         self.source_nanos = sample.source_time.map_or(NO_TIME, |time| time.0);
         self.valid_from = sample.valid_from;
     }
 
     /// By source time, where both have one.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_newer_than(&self, sample: &Sample) -> bool {
         sample.source_time.is_some_and(|time| time.0 < self.source_nanos)
     }
 
     /// Whether it is a good tag without rules, to which a sample brings but another good
-    /// value: nearly all samples do, and [`TagTable::set`] would end at the same.
-    #[inline]
+    /// value that is true no earlier, so that its place in the wheel stays right: nearly all
+    /// samples do, and [`TagTable::set`] would end at the same.
+    #[inline(always)]
     pub(crate) fn stays_good(&self, value: Value, sample: &Sample, now: Moment) -> bool {
-        let is_plain = !(self.has_rules | self.is_derived | self.is_input);
-        let deadline = self.deadline_of(sample.valid_from);
-        is_plain
+        self.is_plain
             && self.counted == Quality::Good.rank()
             && sample.quality == Quality::Good
             && judge(value, self.kind) == Quality::Good
             && !self.is_newer_than(sample)
-            && deadline >= now
-            && Wheel::is_within(deadline, self.slot)
+            && sample.valid_from >= self.valid_from
+            && self.deadline_of(sample.valid_from) >= now
     }
 
-    #[inline]
-    pub(crate) fn change(&self, sample: &Sample) -> Change {
+    /// What a sample made of it, and its quality.
+    #[inline(always)]
+    pub(crate) fn change(&self, sample: &Sample, quality: Quality) -> Change {
         Change {
             tag: sample.tag,
             value: self.value().unpack(),
-            quality: self.own_quality(),
+            quality,
             source_time: self.source_time(),
             received: sample.received,
         }
     }
 
-    /// Scale, dead band and range.
-    pub(crate) fn judge_by_rules(&mut self, value: Value, spec: &TagSpec) {
-        let value = match (value, spec.scale) {
-            (Value::F64(number), Some(scale)) => Value::F64(scale.apply(number)),
-            (value, _) => value,
-        };
-        let verdict = match judge(value, self.kind) {
-            Quality::Good => match (value.as_number(), &spec.range) {
-                (Some(number), Some(range)) if !range.contains(&number) => {
-                    Quality::Uncertain(Reason::OutOfRange)
-                }
-                _ => Quality::Good,
-            },
-            verdict => verdict,
-        };
-        let within = match (self.value().unpack().and_then(Value::as_number), value.as_number()) {
-            (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
-            _ => false,
-        };
-        if !within || verdict != self.verdict {
-            self.set_value(Packed::of(value));
-        }
-        self.verdict = verdict;
-    }
-
     /// The last moment at which the value is fresh.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn deadline(&self) -> Moment {
         self.deadline_of(self.valid_from)
     }
 
-    #[inline]
+    #[inline(always)]
     fn deadline_of(&self, valid_from: Moment) -> Moment {
         let freshness = u64::from(self.freshness_millis) * NANOS_PER_MILLISECOND;
         Moment(valid_from.0.saturating_add(freshness))
@@ -188,13 +152,7 @@ impl Cell {
         !self.value().is_none() && now > self.deadline()
     }
 
-    /// Quality without freshness.
-    #[inline]
-    pub(crate) fn own_quality(&self) -> Quality {
-        self.source_quality.worst(self.verdict)
-    }
-
-    fn quality(&self, now: Moment) -> Quality {
+    fn quality(&self, own: Quality, now: Moment) -> Quality {
         let fresh = if self.value().is_none() {
             Quality::Bad(Reason::NotConnected)
         } else if self.is_stale(now) {
@@ -202,15 +160,111 @@ impl Cell {
         } else {
             Quality::Good
         };
-        self.own_quality().worst(fresh)
+        own.worst(fresh)
     }
+}
 
-    pub(crate) fn state(&self, now: Moment) -> TagState {
-        TagState {
-            value: self.value().unpack(),
-            quality: self.quality(now),
-            age: (!self.value().is_none()).then(|| now.since(self.valid_from)),
-            source_time: self.source_time(),
+impl Standing {
+    fn of(spec: &TagSpec, is_input: bool) -> Self {
+        Self {
+            slot: NO_SLOT,
+            source_quality: Quality::Bad(Reason::NotConnected),
+            verdict: Quality::Good,
+            has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
+            is_derived: spec.expression.is_some(),
+            is_input,
         }
     }
+
+    /// Quality without freshness.
+    #[inline(always)]
+    pub(crate) fn own_quality(&self) -> Quality {
+        self.source_quality.worst(self.verdict)
+    }
+}
+
+impl Cells {
+    /// Tags without values.
+    pub(crate) fn of(tags: &TagSet) -> Self {
+        let standing = |(spec, tag)| Standing::of(spec, tags.derived().is_input(TagHandle(tag)));
+        let standing: Vec<Standing> = tags.specs().iter().zip(0..).map(standing).collect();
+        let live = |(spec, tag): (_, &Standing)| {
+            Live::of(spec, !(tag.has_rules | tag.is_derived | tag.is_input))
+        };
+        Self { live: tags.specs().iter().zip(&standing).map(live).collect(), standing }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.live.len()
+    }
+
+    /// What is said of a tag that is there.
+    pub(crate) fn get_mut(&mut self, tag: TagHandle) -> (&mut Live, &mut Standing) {
+        (&mut self.live[tag.0 as usize], &mut self.standing[tag.0 as usize])
+    }
+
+    /// Puts a tag under the quality that it has at `now`.
+    pub(crate) fn count(&mut self, tag: TagHandle, counts: &mut QualityCounts, now: Moment) {
+        let (live, standing) = self.get_mut(tag);
+        let rank = live.quality(standing.own_quality(), now).rank();
+        if rank != live.counted {
+            *counts.of(live.counted) -= 1;
+            *counts.of(rank) += 1;
+            live.counted = rank;
+        }
+    }
+
+    pub(crate) fn state(&self, tag: TagHandle, now: Moment) -> Option<TagState> {
+        let index = tag.0 as usize;
+        Some(state(self.live.get(index)?, self.standing.get(index)?, now))
+    }
+
+    pub(crate) fn states(&self, now: Moment) -> impl ExactSizeIterator<Item = TagState> {
+        self.live.iter().zip(&self.standing).map(move |(live, tag)| state(live, tag, now))
+    }
+
+    /// Source times order nothing any more.
+    pub(crate) fn forget_source_times(&mut self) {
+        self.live.iter_mut().for_each(|live| live.source_nanos = NO_TIME);
+    }
+}
+
+fn state(live: &Live, standing: &Standing, now: Moment) -> TagState {
+    let has_value = !live.value().is_none();
+    TagState {
+        value: live.value().unpack(),
+        quality: live.quality(standing.own_quality(), now),
+        age: has_value.then(|| now.since(live.valid_from)),
+        source_time: live.source_time(),
+    }
+}
+
+/// Scale, dead band and range: a value goes into its tag as they have it.
+pub(crate) fn judge_by_rules(
+    live: &mut Live,
+    standing: &mut Standing,
+    value: Value,
+    spec: &TagSpec,
+) {
+    let value = match (value, spec.scale) {
+        (Value::F64(number), Some(scale)) => Value::F64(scale.apply(number)),
+        (value, _) => value,
+    };
+    let verdict = match judge(value, live.kind) {
+        Quality::Good => match (value.as_number(), &spec.range) {
+            (Some(number), Some(range)) if !range.contains(&number) => {
+                Quality::Uncertain(Reason::OutOfRange)
+            }
+            _ => Quality::Good,
+        },
+        verdict => verdict,
+    };
+    let within = match (live.value().unpack().and_then(Value::as_number), value.as_number()) {
+        (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
+        _ => false,
+    };
+    if !within || verdict != standing.verdict {
+        live.set_value(Packed::of(value));
+    }
+    standing.verdict = verdict;
 }

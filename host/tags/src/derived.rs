@@ -61,8 +61,8 @@ impl Derivations {
     }
 
     /// The tags that derived tags rest on.
-    pub(crate) fn inputs(&self) -> impl Iterator<Item = TagHandle> {
-        self.resting_on.keys().copied()
+    pub(crate) fn is_input(&self, tag: TagHandle) -> bool {
+        self.resting_on.contains_key(&tag)
     }
 
     pub(crate) fn rule(&self, index: usize) -> &Rule {

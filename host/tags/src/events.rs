@@ -25,11 +25,15 @@ pub struct EventLog {
 
 impl EventLog {
     /// Notes a change if it is one of a state.
+    #[inline]
     pub fn note(&mut self, change: &Change) {
         let kind = change.value.map(crate::Value::kind);
-        if !matches!(kind, Some(ValueKind::Bool | ValueKind::DoublePoint)) {
-            return;
+        if matches!(kind, Some(ValueKind::Bool | ValueKind::DoublePoint)) {
+            self.push(change);
         }
+    }
+
+    fn push(&mut self, change: &Change) {
         if self.events.len() >= MAX_EVENTS {
             self.events.pop_front();
         }

@@ -7,6 +7,7 @@
 //! Invariant: nothing here knows a protocol, and nothing here draws.
 
 mod cell;
+mod changes;
 mod derived;
 mod events;
 mod expression;

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::cell::{Cell, NO_TIME, judge};
+use crate::cell::{Cells, judge, judge_by_rules};
+use crate::changes::Changes;
 use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, Moment, QualityCounts, Sample, Snapshot, SourceTime, TagHandle, TagSet, TagState,
+    Change, Moment, Quality, QualityCounts, Sample, Snapshot, SourceTime, TagHandle, TagSet,
+    TagState, Value,
 };
 
 /// How far the wall clock may go back, as when it is kept in step, nanoseconds.
@@ -19,16 +21,12 @@ const MAX_CLOCK_BACK: i64 = 1_000_000_000;
 #[derive(Debug)]
 pub struct TagTable {
     tags: Arc<TagSet>,
-    cells: Vec<Cell>,
+    cells: Cells,
     wheel: Wheel,
     now: Moment,
     /// The wall clock less the clock of `now`, as it was last, nanoseconds.
     clock_offset: Option<i64>,
-    /// Tags that changed up to `now`, and those that changed since.
-    changed: Vec<TagHandle>,
-    changing: Vec<TagHandle>,
-    /// How often time was moved on.
-    turn: u64,
+    changes: Changes,
     /// Inputs of derived tags that came or went stale since.
     touched: Vec<TagHandle>,
     counts: QualityCounts,
@@ -37,16 +35,12 @@ pub struct TagTable {
 impl TagTable {
     /// A table of tags without values, at `now`.
     pub fn new(tags: Arc<TagSet>, now: Moment) -> Self {
-        let mut cells: Vec<Cell> = tags.specs().iter().map(Cell::of).collect();
-        for TagHandle(tag) in tags.derived().inputs() {
-            cells[tag as usize].is_input = true;
-        }
+        let cells = Cells::of(&tags);
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
         let wheel = Wheel::new(now);
-        let (changed, changing, touched) = (Vec::new(), Vec::new(), Vec::new());
-        let clock_offset = None;
-        let turn = 1;
-        Self { tags, cells, wheel, now, clock_offset, changed, changing, turn, touched, counts }
+        let changes = Changes::of(cells.len());
+        let (clock_offset, touched) = (None, Vec::new());
+        Self { tags, cells, wheel, now, clock_offset, changes, touched, counts }
     }
 
     /// What the tags are.
@@ -54,24 +48,19 @@ impl TagTable {
         &self.tags
     }
 
-    /// Takes samples over, in order, and tells `each` what they change, in order too.
-    /// Returns how many named no tag of this table that samples may set, or were older,
-    /// at their source, than the value there is.
-    #[inline]
-    pub fn apply(
-        &mut self,
-        samples: impl IntoIterator<Item = Sample>,
-        mut each: impl FnMut(&Change),
-    ) -> usize {
-        let mut ignored = 0;
-        for sample in samples {
-            match self.take(&sample) {
-                Taken::Ignored => ignored += 1,
-                Taken::Alike => {}
-                Taken::Changed(change) => each(&change),
-            }
+    /// Takes a sample over, and tells `each` what it changes. Returns whether it was taken:
+    /// not where it names no tag of this table that samples may set, or is older, at its
+    /// source, than the value there is.
+    // Always: then nothing of a good measurement is written down between the memory that it
+    // came by and its cell.
+    #[inline(always)]
+    pub fn apply(&mut self, sample: &Sample, each: impl FnOnce(&Change)) -> bool {
+        match self.take(sample) {
+            Taken::Ignored => return false,
+            Taken::Alike => {}
+            Taken::Changed(change) => each(&change),
         }
-        ignored
+        true
     }
 
     /// Moves time on: values past their limit are stale from here on, and derived tags
@@ -84,9 +73,7 @@ impl TagTable {
             }
         }
         self.derive(&mut each);
-        std::mem::swap(&mut self.changed, &mut self.changing);
-        self.changing.clear();
-        self.turn += 1;
+        self.changes.turn();
     }
 
     /// Notes the wall clock at `now`. When it was set back, source times from before would
@@ -95,7 +82,7 @@ impl TagTable {
         let offset = wall_clock.0.saturating_sub_unsigned(now.0);
         let before = self.clock_offset.replace(offset);
         if before.is_some_and(|before| offset < before.saturating_sub(MAX_CLOCK_BACK)) {
-            self.cells.iter_mut().for_each(|cell| cell.source_nanos = NO_TIME);
+            self.cells.forget_source_times();
         }
     }
 
@@ -106,94 +93,120 @@ impl TagTable {
     }
 
     pub(crate) fn state(&self, tag: TagHandle) -> Option<TagState> {
-        self.cells.get(tag.0 as usize).map(|cell| cell.state(self.now))
+        self.cells.state(tag, self.now)
     }
 
     pub(crate) fn states(&self) -> impl ExactSizeIterator<Item = TagState> {
-        self.cells.iter().map(|cell| cell.state(self.now))
+        self.cells.states(self.now)
     }
 
     pub(crate) fn changed(&self) -> &[TagHandle] {
-        &self.changed
+        self.changes.last()
     }
 
     pub(crate) fn counts(&self) -> QualityCounts {
         self.counts
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, sample: &Sample) -> Taken {
-        match (self.cells.get_mut(sample.tag.0 as usize), sample.value) {
-            (Some(cell), Some(value)) if cell.stays_good(value, sample, self.now) => {
+        let Some(live) = self.cells.live.get_mut(sample.tag.0 as usize) else {
+            return Taken::Ignored;
+        };
+        match sample.value {
+            Some(value) if live.stays_good(value, sample, self.now) => {
                 let value = Packed::of(value);
-                cell.set_times(sample);
-                if cell.value() == value {
+                live.set_times(sample);
+                if live.value() == value {
                     return Taken::Alike;
                 }
-                cell.set_value(value);
-                cell.note_change(sample.tag, self.turn, &mut self.changing);
-                Taken::Changed(cell.change(sample))
+                live.set_value(value);
+                self.changes.note(sample.tag);
+                Taken::Changed(live.change(sample, Quality::Good))
             }
-            (Some(cell), _) if !cell.is_derived => self.set(sample),
-            _ => Taken::Ignored,
+            _ => {
+                let &Sample { tag, value, quality, source_time, received, valid_from } = sample;
+                self.take_long_way(tag, value, quality, source_time, [received, valid_from])
+            }
         }
     }
 
-    /// Sets a cell that is there.
+    /// In parts, which stay in registers, so that a sample that goes the short way is never
+    /// written down as a whole.
+    #[cold]
+    #[inline(never)]
+    fn take_long_way(
+        &mut self,
+        tag: TagHandle,
+        value: Option<Value>,
+        quality: Quality,
+        source_time: Option<SourceTime>,
+        [received, valid_from]: [Moment; 2],
+    ) -> Taken {
+        if self.cells.get_mut(tag).1.is_derived {
+            return Taken::Ignored;
+        }
+        self.set(&Sample { tag, value, quality, source_time, received, valid_from })
+    }
+
+    /// Sets a tag that is there.
     fn set(&mut self, sample: &Sample) -> Taken {
-        let index = sample.tag.0 as usize;
-        let cell = &mut self.cells[index];
-        let before = (cell.value(), cell.own_quality());
+        let (live, standing) = self.cells.get_mut(sample.tag);
+        let before = (live.value(), standing.own_quality());
         let mut revived = false;
         if let Some(value) = sample.value {
             // An older source time never overwrites a newer one.
-            if cell.is_newer_than(sample) {
+            if live.is_newer_than(sample) {
                 return Taken::Ignored;
             }
-            if cell.has_rules {
-                cell.judge_by_rules(value, &self.tags.specs()[index]);
+            if standing.has_rules {
+                let spec = &self.tags.specs()[sample.tag.0 as usize];
+                judge_by_rules(live, standing, value, spec);
             } else {
-                cell.set_value(Packed::of(value));
-                cell.verdict = judge(value, cell.kind);
+                live.set_value(Packed::of(value));
+                standing.verdict = judge(value, live.kind);
             }
-            cell.set_times(sample);
-            let slot = self.wheel.slot_of(cell.deadline());
-            if slot < cell.slot {
+            live.set_times(sample);
+            let slot = self.wheel.slot_of(live.deadline());
+            if slot < standing.slot {
                 // A value that was stale and comes again alike is a change, too.
-                revived = cell.slot == NO_SLOT;
+                revived = standing.slot == NO_SLOT;
                 self.wheel.put(sample.tag.0, slot);
-                cell.slot = slot;
+                standing.slot = slot;
             }
         }
-        cell.source_quality = sample.quality;
-        if cell.is_input {
+        standing.source_quality = sample.quality;
+        if standing.is_input {
             self.touched.push(sample.tag);
         }
-        cell.count(&mut self.counts, self.now);
-        if before == (cell.value(), cell.own_quality()) && !revived {
+        let after = (live.value(), standing.own_quality());
+        let change = live.change(sample, after.1);
+        self.cells.count(sample.tag, &mut self.counts, self.now);
+        if before == after && !revived {
             return Taken::Alike;
         }
-        cell.note_change(sample.tag, self.turn, &mut self.changing);
-        Taken::Changed(cell.change(sample))
+        self.changes.note(sample.tag);
+        Taken::Changed(change)
     }
 
     /// Looks at a tag that the wheel gave up.
     fn expire(&mut self, tag: u32, slot: Slot) {
-        let cell = &mut self.cells[tag as usize];
-        if cell.slot != slot {
+        let tag = TagHandle(tag);
+        let (live, standing) = self.cells.get_mut(tag);
+        if standing.slot != slot {
             // It was put in anew, earlier.
             return;
         }
-        if cell.is_stale(self.now) {
-            cell.slot = NO_SLOT;
-            cell.count(&mut self.counts, self.now);
-            if cell.is_input {
-                self.touched.push(TagHandle(tag));
+        if live.is_stale(self.now) {
+            standing.slot = NO_SLOT;
+            if standing.is_input {
+                self.touched.push(tag);
             }
-            cell.note_change(TagHandle(tag), self.turn, &mut self.changing);
+            self.cells.count(tag, &mut self.counts, self.now);
+            self.changes.note(tag);
         } else {
-            cell.slot = self.wheel.slot_of(cell.deadline());
-            self.wheel.put(tag, cell.slot);
+            standing.slot = self.wheel.slot_of(live.deadline());
+            self.wheel.put(tag.0, standing.slot);
         }
     }
 
@@ -204,8 +217,8 @@ impl TagTable {
         while let Some(index) = due.next_due() {
             let rule = tags.derived().rule(index);
             let tag = rule.tag;
-            let states = rule.inputs.iter().map(|input| self.cells[input.0 as usize].state(now));
-            let kind = self.cells[tag.0 as usize].kind;
+            let states = rule.inputs.iter().filter_map(|&input| self.cells.state(input, now));
+            let kind = self.cells.live[tag.0 as usize].kind;
             let sample = rule.work_out(states, kind, now);
             if let Taken::Changed(change) = self.set(&sample) {
                 each(&change);

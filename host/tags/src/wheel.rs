@@ -35,12 +35,6 @@ impl Wheel {
         (deadline.0 >> SLOT_BITS).clamp(self.first, self.first + SLOTS - 1)
     }
 
-    /// Whether what waits in `slot` comes out in time for a deadline.
-    #[inline]
-    pub(crate) fn is_within(deadline: Moment, slot: Slot) -> bool {
-        deadline.0 >> SLOT_BITS >= slot
-    }
-
     /// Puts a tag into a slot that [`Self::slot_of`] gave.
     pub(crate) fn put(&mut self, tag: u32, slot: Slot) {
         self.slots[(slot % SLOTS) as usize].push(tag);

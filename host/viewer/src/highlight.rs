@@ -117,7 +117,7 @@ mod tests {
             received: start,
             valid_from: start,
         };
-        table.apply([sample], |_| {});
+        table.apply(&sample, |_| {});
         table.advance(start.after(age), |_| {});
         table
     }

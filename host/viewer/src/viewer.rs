@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_config::MAX_THETA_SCALE;
-use busbar_plugin_host::{LinkReport, wall_clock};
+use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
     DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer, RendererOptions,
     WindowHandles,
 };
 use busbar_scene::NodeIndex;
-use busbar_tags::{EventLog, Moment, Snapshot, TagTable};
+use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
 use busbar_ui::{Command, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
@@ -67,6 +67,19 @@ pub struct FrameOutput {
     pub platform: egui::PlatformOutput,
     /// When the panels want to be run again at the latest.
     pub repaint_after: Duration,
+}
+
+/// Where samples go: into the tags, and what they switch to the events.
+struct Updates<'a> {
+    tags: &'a mut TagTable,
+    events: &'a mut EventLog,
+}
+
+impl SampleSink for Updates<'_> {
+    #[inline(always)]
+    fn take(&mut self, sample: &Sample) {
+        self.tags.apply(sample, |change| self.events.note(change));
+    }
 }
 
 impl Viewer {
@@ -376,9 +389,7 @@ impl Viewer {
         let (tags, events) = (&mut self.tags, &mut self.events);
         tags.follow_clock(wall_clock(), Moment::now());
         for telemetry in &self.telemetry {
-            telemetry.drain(|sample| {
-                tags.apply([sample], |change| events.note(change));
-            });
+            telemetry.drain(&mut Updates { tags, events });
         }
         tags.advance(Moment::now(), |change| events.note(change));
     }

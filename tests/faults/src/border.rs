@@ -10,7 +10,7 @@ use busbar_plugin_process::{
     Isolation, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
     RunningTelemetry,
 };
-use busbar_tags::{TagHandle, ValueKind};
+use busbar_tags::{Sample, TagHandle, ValueKind};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use document::Series;
 use e2e::trouble::Trouble;
@@ -117,7 +117,7 @@ fn samples_per_second(plugin: &Plugin) -> Result<f64> {
     let telemetry = RunningTelemetry::start(plugin, &tags())?;
     let (start, mut count) = (Instant::now(), 0_u64);
     while start.elapsed() < FLOOD {
-        telemetry.drain(|_| count += 1);
+        telemetry.drain(&mut |_: &Sample| count += 1);
         std::thread::sleep(FRAME);
     }
     Ok(count as f64 / start.elapsed().as_secs_f64())
@@ -143,7 +143,7 @@ fn kill_times(plugin: &Plugin, kills: usize) -> Result<Series> {
 fn wait_for_sample(telemetry: &RunningTelemetry, good: bool) -> Result<()> {
     let (start, mut came) = (Instant::now(), false);
     loop {
-        telemetry.drain(|sample| came |= sample.quality.is_good() == good);
+        telemetry.drain(&mut |sample: &Sample| came |= sample.quality.is_good() == good);
         if came {
             return Ok(());
         }

@@ -46,7 +46,7 @@ fn are_messages(bytes: &[u8], piece: usize) -> bool {
             return false;
         }
     }
-    let link = host.drain(|_| panic!("nothing is in the ring"));
+    let link = host.drain(&mut |_: &Sample| panic!("nothing is in the ring"));
     assert!(link.message.len() <= 3 * MAX_LINK_MESSAGE_BYTES, "{}", link.message);
     assert!(!link.message.chars().any(char::is_control));
     count > 0
@@ -90,12 +90,12 @@ fn are_samples(bytes: &[u8]) -> bool {
         host.write_ring(sample, place).expect("it is in the ring");
     }
     let mut taken = 0;
-    let first = host.drain(|sample| {
+    let first = host.drain(&mut |sample: &Sample| {
         taken += 1;
-        check_sample(&sample);
+        check_sample(sample);
     });
     assert!(taken <= RING_SAMPLES);
-    let second = host.drain(|_| panic!("they are there once"));
+    let second = host.drain(&mut |_: &Sample| panic!("they are there once"));
     assert_eq!(first.rejected, second.rejected);
     taken > 0
 }

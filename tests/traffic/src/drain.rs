@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
-use busbar_tags::{Moment, TagSet, TagSpec, TagTable, ValueKind};
+use busbar_plugin_host::SampleSink;
+use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, ValueKind};
 use document::Series;
 use serde::Serialize;
 use serde_json::json;
@@ -25,6 +26,21 @@ pub(crate) struct Drain {
     pub(crate) millis: Series,
     /// Of it, from shared memory to checked samples that go nowhere.
     pub(crate) reading_millis: Series,
+}
+
+/// As the viewer takes them.
+struct Updates<'a> {
+    table: &'a mut TagTable,
+    count: u32,
+    changes: u32,
+}
+
+impl SampleSink for Updates<'_> {
+    #[inline(always)]
+    fn take(&mut self, sample: &Sample) {
+        self.count += 1;
+        self.table.apply(sample, |_| self.changes += 1);
+    }
 }
 
 pub(crate) fn measure(site: &Site) -> Result<Drain> {
@@ -51,16 +67,15 @@ pub(crate) fn measure(site: &Site) -> Result<Drain> {
         ensure!(started.elapsed() < Duration::from_secs(120), "the generator brings too little");
         std::thread::sleep(PERIOD);
         let into_table = all.len() <= reading.len();
-        let (mut count, mut changes) = (0_u32, 0_u32);
+        let mut count = 0;
         let start = Instant::now();
         if into_table {
-            telemetry.drain(|sample| {
-                count += 1;
-                table.apply([sample], |_| changes += 1);
-            });
+            let mut updates = Updates { table: &mut table, count: 0, changes: 0 };
+            telemetry.drain(&mut updates);
+            count = updates.count;
             table.advance(Moment::now(), |_| {});
         } else {
-            telemetry.drain(|sample| count += u32::from(sample.value.is_some()));
+            telemetry.drain(&mut |_: &Sample| count += 1);
         }
         let millis = start.elapsed().as_secs_f64() * 1e3;
         // Bursts that were under way are too few, or too many, to be compared.

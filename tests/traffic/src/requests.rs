@@ -12,6 +12,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 use busbar_plugin_host::{Behaviour, Shape, SimulatedTag, Simulation, TelemetryTag};
 use busbar_plugin_process::{RunningSimulator, RunningTelemetry};
+use busbar_tags::Sample;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -98,7 +99,7 @@ fn device(
 /// Good values that came since the last call.
 fn good(telemetry: &RunningTelemetry) -> u32 {
     let mut count = 0;
-    telemetry.drain(|sample| count += u32::from(sample.quality.is_good()));
+    telemetry.drain(&mut |sample: &Sample| count += u32::from(sample.quality.is_good()));
     count
 }
 

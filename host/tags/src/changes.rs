@@ -1,0 +1,77 @@
+//! Which tags change from one frame to the next.
+
+use crate::TagHandle;
+
+const BITS: usize = u64::BITS as usize;
+
+/// Tags that changed, each once a turn.
+#[derive(Debug)]
+pub(crate) struct Changes {
+    /// In the turn that is over.
+    last: Vec<TagHandle>,
+    /// In the turn that goes on; and a bit a tag that is among them.
+    current: Vec<TagHandle>,
+    is_current: Vec<u64>,
+}
+
+impl Changes {
+    /// None, of so many tags.
+    pub(crate) fn of(tags: usize) -> Self {
+        let is_current = vec![0; tags.div_ceil(BITS)];
+        Self { last: Vec::new(), current: Vec::new(), is_current }
+    }
+
+    /// Notes that a tag changes.
+    #[inline(always)]
+    pub(crate) fn note(&mut self, tag: TagHandle) {
+        let word = &mut self.is_current[tag.0 as usize / BITS];
+        let bit = 1 << (tag.0 as usize % BITS);
+        if *word & bit == 0 {
+            *word |= bit;
+            self.current.push(tag);
+        }
+    }
+
+    /// The turn is over, another begins.
+    pub(crate) fn turn(&mut self) {
+        if self.current.len() < self.is_current.len() {
+            for tag in &self.current {
+                self.is_current[tag.0 as usize / BITS] = 0;
+            }
+        } else {
+            self.is_current.fill(0);
+        }
+        std::mem::swap(&mut self.last, &mut self.current);
+        self.current.clear();
+    }
+
+    /// Handles for which there is room.
+    #[cfg(test)]
+    pub(crate) fn room(&self) -> usize {
+        self.last.capacity() + self.current.capacity()
+    }
+
+    /// The tags that changed in the turn that is over.
+    pub(crate) fn last(&self) -> &[TagHandle] {
+        &self.last
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_is_noted_once_a_turn_whether_few_change_or_all() {
+        const TAGS: u32 = 200;
+        let mut changes = Changes::of(TAGS as usize);
+        for turn in [vec![3, 130, 3], (0..TAGS).chain(0..TAGS).collect(), vec![], vec![130, 199]] {
+            turn.iter().for_each(|&tag| changes.note(TagHandle(tag)));
+            changes.turn();
+            let mut once = turn;
+            once.sort_unstable();
+            once.dedup();
+            assert!(changes.last().iter().map(|tag| tag.0).eq(once));
+        }
+    }
+}
