@@ -9,6 +9,7 @@ use crate::frustum::Frustum;
 use crate::index_cache::IndexKey;
 use crate::model::{GpuMesh, GpuModel};
 use crate::pipelines::Highlights;
+use crate::renderer::MAX_MODELS;
 use crate::{DrawInstance, Frame, RenderError};
 
 /// Instances that one draw call a section draws.
@@ -21,57 +22,126 @@ pub(crate) struct Batch {
     /// turn, but not drawn.
     pub(crate) seen: bool,
     pub(crate) highlights: Highlights,
-    /// Range in [`Plan::instances`].
+    /// Range in [`Plan::instances`]; empty where it is not seen.
     pub(crate) instances: Range<u32>,
+    /// How many it has, seen or not.
+    pub(crate) count: u32,
 }
 
-/// One frame's instances in drawing order.
+impl Batch {
+    fn holds(&self, place: Place) -> bool {
+        (self.key, self.mirrored, self.seen) == (place.key, place.mirrored, place.seen)
+    }
+}
+
+/// One frame's instances in drawing order. Filled anew each frame, so that its room, and
+/// the order that it found, serve the next one: from frame to frame little changes.
 #[derive(Default)]
 pub(crate) struct Plan {
+    /// Those of batches that are seen.
     pub(crate) instances: Vec<Instance>,
     /// Tints of features, instance by instance.
     pub(crate) feature_highlights: Vec<[f32; 4]>,
     pub(crate) batches: Vec<Batch>,
+    /// By index in the frame.
+    places: Vec<Place>,
+    /// In order: [`Place::rank`].
+    order: Vec<u128>,
 }
+
+/// What decides where an instance is drawn, the most important first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    key: IndexKey,
+    mirrored: bool,
+    seen: bool,
+}
+
+impl Place {
+    /// All of it and the index as one number, which is sorted the faster.
+    fn rank(self, index: u32) -> u128 {
+        let IndexKey { model, mesh, cursor } = self.key;
+        let words = [model, mesh, cursor].map(u128::from);
+        let flags = u128::from(self.mirrored) << 1 | u128::from(self.seen);
+        // A model's number has fewer bits than would be cut off.
+        words[0] << 98 | words[1] << 66 | words[2] << 34 | flags << 32 | u128::from(index)
+    }
+}
+
+const _: () = assert!(MAX_MODELS <= 1 << 30);
 
 impl Plan {
     /// Sorts and groups. The order depends on what is drawn alone, so that the
     /// same frame gives the same picture.
-    pub(crate) fn of(models: &[Option<GpuModel>], frame: &Frame<'_>) -> Result<Self, RenderError> {
+    pub(crate) fn fill(
+        &mut self,
+        models: &[Option<GpuModel>],
+        frame: &Frame<'_>,
+    ) -> Result<(), RenderError> {
         let frustum = Frustum::of(&frame.camera.clip_from_world());
-        let mut sorted = Vec::with_capacity(frame.instances.len());
+        self.places.clear();
         for draw in frame.instances {
             let mesh = mesh_of(models, draw)?;
-            let ball = mesh.ball.transformed(&draw.world_from_mesh);
-            let kind = (mirrors(&draw.world_from_mesh), frustum.may_see(&ball));
-            sorted.push((key_of(mesh, draw), kind, draw));
+            self.places.push(Place {
+                key: key_of(mesh, draw),
+                mirrored: mirrors(&draw.world_from_mesh),
+                seen: frustum.may_see(&mesh.ball.transformed(&draw.world_from_mesh)),
+            });
         }
-        sorted.sort_by_key(|&(key, kind, _)| (key, kind));
-        let mut plan = Self::default();
-        for (key, (mirrored, seen), draw) in sorted {
-            let index = plan.instances.len() as u32;
-            let mut instance = instance_of(draw, mirrored);
-            if let Some(first) = draw.first_feature {
-                let mesh = mesh_of(models, draw)?;
-                plan.add_features(&mut instance, first, mesh, frame.object_highlights)?;
-            }
-            let highlights = highlights_of(&instance);
-            plan.instances.push(instance);
-            match plan.batches.last_mut() {
-                Some(batch) if (batch.key, batch.mirrored, batch.seen) == (key, mirrored, seen) => {
-                    batch.instances.end = index + 1;
+        if self.order.len() != self.places.len() {
+            self.order = (0..self.places.len() as u128).collect();
+        }
+        // As they lay last: then they are nearly sorted.
+        for rank in &mut self.order {
+            let index = *rank as u32;
+            *rank = self.places[index as usize].rank(index);
+        }
+        self.order.sort_unstable();
+        self.instances.clear();
+        self.feature_highlights.clear();
+        self.batches.clear();
+        for at in 0..self.order.len() {
+            let index = self.order[at] as u32 as usize;
+            let place = self.places[index];
+            let highlights = match place.seen {
+                true => self.add(models, &frame.instances[index], frame, place)?,
+                false => Highlights::None,
+            };
+            let end = self.instances.len() as u32;
+            match self.batches.last_mut() {
+                Some(batch) if batch.holds(place) => {
+                    batch.instances.end = end;
+                    batch.count += 1;
                     batch.highlights = batch.highlights.max(highlights);
                 }
-                _ => plan.batches.push(Batch {
-                    key,
-                    mirrored,
-                    seen,
+                _ => self.batches.push(Batch {
+                    key: place.key,
+                    mirrored: place.mirrored,
+                    seen: place.seen,
                     highlights,
-                    instances: index..index + 1,
+                    instances: end - u32::from(place.seen)..end,
+                    count: 1,
                 }),
             }
         }
-        Ok(plan)
+        Ok(())
+    }
+
+    /// Adds an instance that is seen.
+    fn add(
+        &mut self,
+        models: &[Option<GpuModel>],
+        draw: &DrawInstance,
+        frame: &Frame<'_>,
+        place: Place,
+    ) -> Result<Highlights, RenderError> {
+        let mut instance = instance_of(draw, place.mirrored);
+        if let Some(first) = draw.first_feature {
+            let mesh = mesh_of(models, draw)?;
+            self.add_features(&mut instance, first, mesh, frame.object_highlights)?;
+        }
+        self.instances.push(instance);
+        Ok(highlights_of(&instance))
     }
 
     /// Batches of which something may be in the picture.
@@ -139,7 +209,8 @@ fn key_of(mesh: &GpuMesh, draw: &DrawInstance) -> IndexKey {
 }
 
 fn mirrors(world_from_mesh: &Mat4) -> bool {
-    world_from_mesh.determinant() < 0.0
+    let [x, y, z] = [0, 1, 2].map(|column| world_from_mesh.col(column).truncate());
+    x.cross(y).dot(z) < 0.0
 }
 
 fn instance_of(draw: &DrawInstance, mirrored: bool) -> Instance {

@@ -44,6 +44,8 @@ pub(crate) struct Content {
     layouts: Layouts,
     pipelines: Pipelines,
     streams: Vec<FrameStream>,
+    /// One a stream, kept for its room.
+    plans: Vec<Plan>,
 }
 
 impl Content {
@@ -61,6 +63,7 @@ impl Content {
             feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
             layouts,
             pipelines,
+            plans: (0..=PICK_STREAM).map(|_| Plan::default()).collect(),
             streams,
         })
     }
@@ -123,7 +126,8 @@ impl Content {
         frame: &Frame<'_>,
         size: [u32; 2],
     ) -> Result<Plan, RenderError> {
-        let plan = Plan::of(&self.models, frame)?;
+        let mut plan = std::mem::take(&mut self.plans[stream]);
+        plan.fill(&self.models, frame)?;
         let layout = &self.layouts.frame;
         self.streams[stream].write(
             recorder.gpu(),
@@ -175,8 +179,11 @@ impl Content {
             draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque)?;
             draw_calls += drawer.draw_blended(&mut pass, &pipelines.blended, frame.camera.eye)?;
         }
+        let triangles = drawer.triangles();
+        drop(pass);
+        self.plans[stream] = plan;
         Ok(FrameStats {
-            triangles: drawer.triangles(),
+            triangles,
             draw_calls,
             resolve_millis,
             resolved: self.cache.made(),
@@ -196,6 +203,8 @@ impl Content {
         let drawer = self.drawer(&plan, PICK_STREAM);
         let mut pass = recorder.pass(&targets.cleared(), viewport)?;
         drawer.draw(&mut pass, &self.pipelines.pick, Sections::All)?;
+        drop(pass);
+        self.plans[PICK_STREAM] = plan;
         Ok(())
     }
 }

@@ -14,7 +14,8 @@ impl Ball {
     pub(crate) fn transformed(self, transform: &Mat4) -> Self {
         let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(Vec4::truncate);
         // Of a matrix the Frobenius norm is at least what it stretches by.
-        let stretch = (x.length_squared() + y.length_squared() + z.length_squared()).sqrt();
+        let squares = x * x + y * y + z * z;
+        let stretch = (squares.x + squares.y + squares.z).sqrt();
         let center = transform.transform_point3(self.center);
         Self { center, radius: self.radius * stretch }
     }
@@ -23,7 +24,9 @@ impl Ball {
 /// The planes that bound the picture, pointing inwards; there is no far one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
-    planes: [Vec4; 5],
+    /// Those at its sides: a row each, so that one product tells the distances to all.
+    sides: Mat4,
+    near: Vec4,
 }
 
 impl Frustum {
@@ -33,12 +36,15 @@ impl Frustum {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
         // Planes of unit length measure distances.
         let unit = |plane: Vec4| plane / plane.truncate().length().max(f32::MIN_POSITIVE);
-        Self { planes: [w + x, w - x, w + y, w - y, w - z].map(unit) }
+        let [left, right, up, down, near] = [w + x, w - x, w + y, w - y, w - z].map(unit);
+        Self { sides: Mat4::from_cols(left, right, up, down).transpose(), near }
     }
 
     /// Whether any of a ball may be in the picture; what is not a number may be.
     pub(crate) fn may_see(&self, ball: &Ball) -> bool {
-        !self.planes.iter().any(|plane| plane.dot(ball.center.extend(1.0)) < -ball.radius)
+        let center = ball.center.extend(1.0);
+        let is_outside = (self.sides * center).cmplt(Vec4::splat(-ball.radius)).any();
+        !(is_outside | (self.near.dot(center) < -ball.radius))
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Models that one renderer ever takes, removed ones included.
-const MAX_MODELS: usize = 1 << 20;
+pub(crate) const MAX_MODELS: usize = 1 << 20;
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

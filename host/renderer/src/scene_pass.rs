@@ -63,7 +63,7 @@ impl SceneDrawer<'_> {
                 let [x, y, z] = self.plan.instances[index as usize].world_from_mesh;
                 let rows = [x, y, z].map(Vec4::from_array);
                 let center = rows.map(|row| row.dot(mesh.ball.center.extend(1.0)));
-                let single = Batch { instances: index..index + 1, ..batch.clone() };
+                let single = Batch { instances: index..index + 1, count: 1, ..batch.clone() };
                 singles.push((Vec3::from_array(center).distance_squared(eye), single));
             }
         }
@@ -129,7 +129,7 @@ impl SceneDrawer<'_> {
             .iter()
             .filter_map(|batch| {
                 let resolved = self.cache.get(batch.key)?;
-                Some(u64::from(resolved.triangles) * batch.instances.len() as u64)
+                Some(u64::from(resolved.triangles) * u64::from(batch.count))
             })
             .sum()
     }

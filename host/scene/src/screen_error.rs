@@ -1,5 +1,7 @@
 //! Levels by what an error comes to on the screen.
 
+use std::sync::LazyLock;
+
 /// The error of the finest level that collapses anything, metres: an eye one
 /// metre away sees it as a tenth of a pixel.
 const FINEST_ERROR: f64 = 1e-4;
@@ -29,6 +31,13 @@ impl ScreenError {
     /// The level where a pixel covers so many metres.
     pub(crate) fn level(&self, pixel: f32, last: Option<u32>) -> u32 {
         let allowed = f64::from(pixel) * self.max_pixels;
+        // From frame to frame few change, and this costs least.
+        if let Some(last) = last
+            && allowed >= Self::error(last)
+            && allowed * self.coarser_share < Self::error(last + 1)
+        {
+            return last;
+        }
         let coarsest = coarsest_within(allowed);
         match last {
             Some(last) if last < coarsest => {
@@ -40,12 +49,17 @@ impl ScreenError {
 
     /// The error of a level, metres; 0 at the finest.
     pub(crate) fn error(level: u32) -> f64 {
-        match level.checked_sub(1) {
-            None => 0.0,
-            Some(step) => FINEST_ERROR * (f64::from(step) / LEVELS_A_DOUBLING).exp2(),
-        }
+        ERRORS.get(level as usize).copied().unwrap_or(f64::INFINITY)
     }
 }
+
+/// Errors of the levels.
+static ERRORS: LazyLock<[f64; MAX_LEVEL as usize + 1]> = LazyLock::new(|| {
+    std::array::from_fn(|level| match level.checked_sub(1) {
+        None => 0.0,
+        Some(step) => FINEST_ERROR * (step as f64 / LEVELS_A_DOUBLING).exp2(),
+    })
+});
 
 /// The coarsest level whose error is within some metres.
 fn coarsest_within(metres: f64) -> u32 {

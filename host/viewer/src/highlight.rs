@@ -26,17 +26,51 @@ enum Condition {
     Alarm,
 }
 
-/// The highlight of every node: of its own condition or that of the nodes above
-/// it, whichever is more urgent; selection shows only where nothing is wrong.
-///
-/// A tint that rests on a value that is not good is drawn as unknown: what is
-/// not known must look neither certain nor healthy.
-pub(crate) fn of_nodes(
-    graph: &SceneGraph,
-    tints: &[OverlayTint],
-    snapshot: Snapshot<'_>,
+/// The highlight of every node, as it was last worked out.
+#[derive(Default)]
+pub(crate) struct Highlights {
+    of_nodes: Vec<Highlight>,
+    /// What they come of.
+    conditions: HashMap<u32, Condition>,
     selected: Option<NodeIndex>,
-) -> Vec<Highlight> {
+}
+
+impl Highlights {
+    /// Of its own condition or that of the nodes above it, whichever is more urgent;
+    /// selection shows only where nothing is wrong.
+    ///
+    /// A tint that rests on a value that is not good is drawn as unknown: what is
+    /// not known must look neither certain nor healthy.
+    pub(crate) fn update(
+        &mut self,
+        graph: &SceneGraph,
+        tints: &[OverlayTint],
+        snapshot: Snapshot<'_>,
+        selected: Option<NodeIndex>,
+    ) {
+        let conditions = conditions_of(tints, snapshot);
+        // Most frames change none.
+        let is_known = self.of_nodes.len() == graph.nodes().len();
+        if is_known && (&conditions, selected) == (&self.conditions, self.selected) {
+            return;
+        }
+        (self.conditions, self.selected) = (conditions, selected);
+        let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.nodes().len());
+        for (node, index) in graph.nodes().iter().zip(0..) {
+            let above = node.parent.map_or_else(Default::default, |p| inherited[p.0 as usize]);
+            let own = self.conditions.get(&index).copied().unwrap_or_default();
+            inherited.push((own.max(above.0), above.1 || selected == Some(NodeIndex(index))));
+        }
+        let colors = inherited.into_iter().map(|(condition, selected)| color(condition, selected));
+        self.of_nodes = colors.collect();
+    }
+
+    pub(crate) fn of_nodes(&self) -> &[Highlight] {
+        &self.of_nodes
+    }
+}
+
+fn conditions_of(tints: &[OverlayTint], snapshot: Snapshot<'_>) -> HashMap<u32, Condition> {
     let mut own: HashMap<u32, Condition> = HashMap::new();
     for tint in tints {
         let good = snapshot.state(tint.tag).is_some_and(|state| state.quality.is_good());
@@ -49,13 +83,7 @@ pub(crate) fn of_nodes(
         let known = own.entry(tint.node).or_default();
         *known = (*known).max(condition);
     }
-    let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.nodes().len());
-    for (node, index) in graph.nodes().iter().zip(0..) {
-        let above = node.parent.map_or_else(Default::default, |p| inherited[p.0 as usize]);
-        let condition = own.get(&index).copied().unwrap_or_default().max(above.0);
-        inherited.push((condition, above.1 || selected == Some(NodeIndex(index))));
-    }
-    inherited.into_iter().map(|(condition, selected)| color(condition, selected)).collect()
+    own
 }
 
 fn color(condition: Condition, selected: bool) -> Highlight {
@@ -126,24 +154,43 @@ mod tests {
         OverlayTint { node, tag: TAG, severity }
     }
 
+    /// The highlights of both nodes.
+    fn shown(tints: &[OverlayTint], table: &TagTable, selected: Option<u32>) -> Vec<Highlight> {
+        let mut highlights = Highlights::default();
+        highlights.update(&graph(), tints, table.snapshot(), selected.map(NodeIndex));
+        highlights.of_nodes().to_vec()
+    }
+
     #[test]
     fn an_alarm_gone_stale_looks_neither_alarmed_nor_healthy() {
         let tints = [tint(1, Severity::Alarm)];
-        let fresh = of_nodes(&graph(), &tints, table_after(Duration::ZERO).snapshot(), None);
-        assert_eq!(fresh, [NONE, ALARM]);
-        let stale =
-            of_nodes(&graph(), &tints, table_after(Duration::from_secs(2)).snapshot(), None);
-        assert_eq!(stale, [NONE, UNKNOWN]);
+        assert_eq!(shown(&tints, &table_after(Duration::ZERO), None), [NONE, ALARM]);
+        assert_eq!(shown(&tints, &table_after(Duration::from_secs(2)), None), [NONE, UNKNOWN]);
     }
 
     #[test]
     fn the_more_urgent_of_own_and_inherited_shows_and_selection_hides_neither() {
         let table = table_after(Duration::ZERO);
-        let snapshot = table.snapshot();
         let tints = [tint(0, Severity::Alarm), tint(1, Severity::Warning)];
-        let shown = of_nodes(&graph(), &tints, snapshot, Some(NodeIndex(1)));
-        assert_eq!(shown, [ALARM, ALARM]);
-        let shown = of_nodes(&graph(), &[], snapshot, Some(NodeIndex(0)));
-        assert_eq!(shown, [SELECTION, SELECTION]);
+        assert_eq!(shown(&tints, &table, Some(1)), [ALARM, ALARM]);
+        assert_eq!(shown(&[], &table, Some(0)), [SELECTION, SELECTION]);
+    }
+
+    #[test]
+    fn what_changes_shows_and_what_does_not_is_kept() {
+        let (graph, mut highlights) = (graph(), Highlights::default());
+        let fresh = table_after(Duration::ZERO);
+        let stale = table_after(Duration::from_secs(2));
+        let tints = [tint(1, Severity::Alarm)];
+        let mut shown = |tints: &[OverlayTint], table: &TagTable, selected| {
+            highlights.update(&graph, tints, table.snapshot(), selected);
+            highlights.of_nodes().to_vec()
+        };
+        assert_eq!(shown(&[], &fresh, None), [NONE, NONE]);
+        assert_eq!(shown(&tints, &fresh, None), [NONE, ALARM]);
+        assert_eq!(shown(&tints, &fresh, None), [NONE, ALARM]);
+        assert_eq!(shown(&tints, &stale, None), [NONE, UNKNOWN], "the same tints, gone stale");
+        assert_eq!(shown(&[], &stale, None), [NONE, NONE]);
+        assert_eq!(shown(&[], &stale, Some(NodeIndex(1))), [NONE, SELECTION]);
     }
 }

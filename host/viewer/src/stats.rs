@@ -23,6 +23,9 @@ pub struct Stats {
     pub theta: BTreeMap<String, f64>,
     /// Least and greatest theta of its instances by model.
     pub theta_span: BTreeMap<String, [f64; 2]>,
+    /// Milliseconds from the last frame's beginning until it was handed to the device,
+    /// without waiting for that.
+    pub cpu_ms: f64,
     /// CPU milliseconds that the last frame spent on meshes at new cursors.
     pub resolve_ms: f64,
     /// Meshes that came onto the device at new cursors so far.

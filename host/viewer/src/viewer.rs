@@ -18,7 +18,7 @@ use egui::{Pos2, RawInput, Rect, vec2};
 
 use crate::camera::{OrbitCamera, Projection};
 use crate::cursors::{Cursors, Eye, Place, policy_of};
-use crate::highlight::{self, Highlight};
+use crate::highlight::{Highlight, Highlights};
 use crate::load::LoadedScene;
 use crate::pace::Pace;
 use crate::running::{self, ShownOverlay};
@@ -55,7 +55,11 @@ pub struct Viewer {
     screen: Rect,
     in_window: bool,
     pixels_per_point: f32,
+    highlights: Highlights,
+    /// What the last frame drew, kept for its room.
+    drawn: Vec<DrawInstance>,
     last: FrameStats,
+    cpu_millis: f64,
     frame_millis: VecDeque<f64>,
     frames: u64,
     resolved: u64,
@@ -148,7 +152,10 @@ impl Viewer {
             screen,
             in_window,
             pixels_per_point: 1.0,
+            highlights: Highlights::default(),
+            drawn: Vec::new(),
             last: FrameStats::default(),
+            cpu_millis: 0.0,
             frame_millis: VecDeque::new(),
             frames: 0,
             resolved: 0,
@@ -247,19 +254,23 @@ impl Viewer {
         let mut egui = output.egui;
         let shapes = std::mem::take(&mut egui.shapes);
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
-        let highlights =
-            highlight::of_nodes(&self.scene.graph, &overlaid.tints, self.tags(), self.selected);
+        let mut highlights = std::mem::take(&mut self.highlights);
+        highlights.update(&self.scene.graph, &overlaid.tints, self.tags(), self.selected);
         self.move_cursors();
-        let instances = self.draw_instances(&highlights);
+        let mut instances = std::mem::take(&mut self.drawn);
+        self.list_instances(highlights.of_nodes(), &mut instances);
         let overlay = EguiFrame {
             textures_delta: &egui.textures_delta,
             primitives: &primitives,
             pixels_per_point: egui.pixels_per_point,
         };
-        let drawn = self.renderer.draw(&self.picture_of(&instances, &highlights, Some(overlay)));
+        let prepared_millis = millis_since(started);
+        let drawn =
+            self.renderer.draw(&self.picture_of(&instances, highlights.of_nodes(), Some(overlay)));
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
         self.last = drawn?;
+        self.cpu_millis = prepared_millis + self.last.cpu_millis;
         self.note_detail();
         self.pace.note(&self.last);
         if !self.in_window {
@@ -268,12 +279,13 @@ impl Viewer {
         }
         if let Some(position) = picked_at {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
-            self.selected = match self.pick_node(&instances, &highlights, pixel) {
+            self.selected = match self.pick_node(&instances, highlights.of_nodes(), pixel) {
                 // The window shrank since the click.
                 Err(ViewError::Render(RenderError::OutsidePicture { .. })) => None,
                 picked => picked?,
             };
         }
+        (self.highlights, self.drawn) = (highlights, instances);
         self.count_frame(started);
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
         let is_coming =
@@ -304,7 +316,8 @@ impl Viewer {
     /// The device's.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
         let highlights = self.no_highlights();
-        let instances = self.draw_instances(&highlights);
+        let mut instances = Vec::new();
+        self.list_instances(&highlights, &mut instances);
         self.selected = self.pick_node(&instances, &highlights, pixel)?;
         Ok(self.selected_id())
     }
@@ -317,7 +330,8 @@ impl Viewer {
     pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
         let size = self.renderer.picked_size();
         let highlights = self.no_highlights();
-        let instances = self.draw_instances(&highlights);
+        let mut instances = Vec::new();
+        self.list_instances(&highlights, &mut instances);
         let objects = self.renderer.pick_all(&self.picture_of(&instances, &highlights, None))?;
         let id_at = |&pixel: &[u32; 2]| {
             if pixel[0] >= size[0] || pixel[1] >= size[1] {
@@ -345,6 +359,7 @@ impl Viewer {
             triangles_full: self.triangles_full,
             theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
             theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
+            cpu_ms: self.cpu_millis,
             resolve_ms: self.last.resolve_millis,
             resolved: self.resolved,
             waiting: self.cursors.waiting().len(),
@@ -490,7 +505,7 @@ impl Viewer {
         vec![[0.0; 4]; self.scene.graph.nodes().len()]
     }
 
-    fn draw_instances(&self, highlights: &[Highlight]) -> Vec<DrawInstance> {
+    fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
         let instance = |(instance, place): (&busbar_scene::MeshInstance, Place)| DrawInstance {
             model: self.models[place.model].handle,
             mesh: instance.mesh,
@@ -500,7 +515,8 @@ impl Viewer {
             highlight: highlights[instance.node.0 as usize],
             first_feature: instance.first_feature.map(object_of),
         };
-        self.scene.graph.instances().iter().zip(self.cursors.shown()).map(instance).collect()
+        into.clear();
+        into.extend(self.scene.graph.instances().iter().zip(self.cursors.shown()).map(instance));
     }
 
     fn picture_of<'a>(

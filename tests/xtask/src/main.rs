@@ -8,6 +8,7 @@
 )]
 
 mod bench;
+mod bench_render;
 mod demo;
 mod faults;
 mod packages;
@@ -57,6 +58,8 @@ enum Command {
     Traffic(traffic::Arguments),
     /// Run the benches and comparisons.
     Bench(bench::Arguments),
+    /// Measure frames beside other viewers.
+    BenchRender(bench_render::Arguments),
     /// Measure what the paper measured and judge what it says.
     Paper(paper::Arguments),
     /// Make the README's pictures.
@@ -77,6 +80,7 @@ fn run(command: Command) -> Result<()> {
     process::catch_signals()?;
     let workspace = Workspace::find()?;
     match command {
+        Command::BenchRender(arguments) => bench_render::run(&workspace, &arguments),
         Command::Demo(arguments) => demo::run(&workspace, &arguments),
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),

@@ -55,6 +55,12 @@ const BENCH: &[Package] = &[
     package("libgl1", "Open3D, which benches compare with"),
 ];
 
+const RENDER_BENCH: &[Package] = &[
+    package("f3d", "a viewer that frames are compared with"),
+    package("xvfb", "a display for the viewers that are compared with"),
+    package("libgl1-mesa-dri", "the rasteriser of viewers that are compared with"),
+];
+
 /// A Debian package and what Busbar wants it for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Package {
@@ -77,6 +83,8 @@ pub(crate) enum Purpose {
     Tests,
     /// To run the benches.
     Bench,
+    /// To compare frames.
+    RenderBench,
 }
 
 /// Installs what is missing where that is possible, lists it elsewhere.
@@ -104,7 +112,10 @@ fn wanted(purpose: Purpose) -> Vec<Package> {
     } else {
         wanted.extend(driver(purpose));
     }
-    let asks_python = matches!(purpose, Purpose::Tests | Purpose::Bench);
+    if purpose == Purpose::RenderBench {
+        wanted.extend(BENCH.iter().chain(RENDER_BENCH));
+    }
+    let asks_python = matches!(purpose, Purpose::Tests | Purpose::Bench | Purpose::RenderBench);
     if asks_python
         && !process::succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"]))
     {

@@ -25,6 +25,12 @@ pub(crate) const TESTS: Environment =
 pub(crate) const BENCH: Environment =
     Environment { folder: "target/bench-venv", requirements: "tests/peers/bench_requirements.txt" };
 
+/// Viewers that frames are compared with.
+pub(crate) const RENDER: Environment = Environment {
+    folder: "target/render-venv",
+    requirements: "tests/peers/render_requirements.txt",
+};
+
 /// The environment's interpreter, with the peers' requirements installed;
 /// nothing if there are no peers.
 pub(crate) fn ensure_environment(

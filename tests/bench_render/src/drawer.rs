@@ -1,0 +1,148 @@
+//! Whoever draws, in a process of its own on one core.
+
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::camera::Camera;
+use crate::exchange::{Answer, Wanted};
+
+/// Pixels of all pictures.
+pub(crate) const SIZE: [u32; 2] = [1280, 720];
+
+/// The longest that anyone may take to load, or for a round of frames.
+const MAX_WAIT: Duration = Duration::from_secs(60);
+
+/// Lines of troubles that are told.
+const LAST_WORDS: usize = 4;
+
+/// How to start it.
+#[derive(Clone, Debug)]
+pub(crate) struct Recipe {
+    /// As the tables name it.
+    pub(crate) name: &'static str,
+    program: PathBuf,
+    arguments: Vec<String>,
+}
+
+/// A process that draws.
+pub(crate) struct Drawer {
+    pub(crate) name: &'static str,
+    child: Child,
+    asks: ChildStdin,
+    answers: Receiver<String>,
+    /// What it said of its troubles.
+    log: File,
+}
+
+/// Ourselves.
+pub(crate) const OURS: &str = "busbar";
+
+/// Ourselves, and all peers that are there.
+pub(crate) fn recipes(python: Option<&Path>, scripts: &Path) -> Result<Vec<Recipe>> {
+    let ours =
+        Recipe { name: OURS, program: std::env::current_exe()?, arguments: vec!["worker".into()] };
+    let mut recipes = vec![ours];
+    let Some(python) = python else { return Ok(recipes) };
+    let peers: [(&str, &str, &[&str]); 4] = [
+        ("VTK, one mesh", "render_vtk.py", &["merged"]),
+        ("VTK, its importer", "render_vtk.py", &[]),
+        ("F3D", "render_f3d.py", &[]),
+        ("Open3D", "render_open3d.py", &[]),
+    ];
+    recipes.extend(peers.map(|(name, script, more)| {
+        let script = scripts.join(script).to_string_lossy().into_owned();
+        let more = more.iter().map(ToString::to_string);
+        Recipe {
+            name,
+            program: python.into(),
+            arguments: [script].into_iter().chain(more).collect(),
+        }
+    }));
+    Ok(recipes)
+}
+
+impl Drawer {
+    /// Starts it on a core and loads a scene.
+    pub(crate) fn start(recipe: &Recipe, core: &str, path: &Path, samples: u32) -> Result<Self> {
+        let log = tempfile::tempfile()?;
+        let mut child = Command::new("taskset")
+            .args(["--cpu-list", core])
+            .arg(&recipe.program)
+            .args(&recipe.arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(log.try_clone()?)
+            .spawn()
+            .with_context(|| format!("cannot start {}", recipe.name))?;
+        let asks = child.stdin.take().context("no way in")?;
+        let lines = BufReader::new(child.stdout.take().context("no way out")?).lines();
+        let (hand_on, answers) = channel();
+        // Ends with the process, or with whoever asks.
+        thread::spawn(move || lines.map_while(Result::ok).try_for_each(|line| hand_on.send(line)));
+        let mut drawer = Self { name: recipe.name, child, asks, answers, log };
+        drawer.ask(&Wanted::Load { path: path.to_owned(), size: SIZE, samples })?;
+        Ok(drawer)
+    }
+
+    /// Draws a frame from each camera.
+    pub(crate) fn frames(&mut self, cameras: &[Camera]) -> Result<Answer> {
+        let answer = self.ask(&Wanted::Frames { cameras: cameras.to_vec() })?;
+        ensure!(answer.millis.len() == cameras.len(), "{} drew too few frames", self.name);
+        Ok(answer)
+    }
+
+    /// Draws one and writes it.
+    pub(crate) fn picture(&mut self, camera: Camera, path: &Path) -> Result<()> {
+        self.ask(&Wanted::Picture { camera, path: path.to_owned() })?;
+        ensure!(path.exists(), "{} wrote no {}", self.name, path.display());
+        Ok(())
+    }
+
+    /// The most memory that it had so far, bytes (proc(5), `VmHWM`).
+    pub(crate) fn peak_bytes(&self) -> Result<u64> {
+        peak_bytes(self.child.id())
+    }
+
+    fn ask(&mut self, wanted: &Wanted) -> Result<Answer> {
+        let mut line = serde_json::to_string(wanted)?;
+        line.push('\n');
+        self.asks.write_all(line.as_bytes())?;
+        let Ok(answer) = self.answers.recv_timeout(MAX_WAIT) else {
+            let why = self.last_words()?;
+            bail!("{} did not answer within {MAX_WAIT:?} to {wanted:?}; it said: {why}", self.name);
+        };
+        Ok(serde_json::from_str(&answer)?)
+    }
+
+    fn last_words(&mut self) -> Result<String> {
+        let mut said = Vec::new();
+        self.log.rewind()?;
+        self.log.read_to_end(&mut said)?;
+        let said = String::from_utf8_lossy(&said);
+        let last: Vec<&str> = said.lines().rev().take(LAST_WORDS).collect();
+        Ok(last.into_iter().rev().collect::<Vec<_>>().join("; "))
+    }
+}
+
+impl Drop for Drawer {
+    fn drop(&mut self) {
+        // It may be gone already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The most memory that a process had so far, bytes.
+pub(crate) fn peak_bytes(process: u32) -> Result<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    Ok(kib.context("the system tells no peak")? * 1024)
+}

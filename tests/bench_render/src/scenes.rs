@@ -1,0 +1,82 @@
+//! What is drawn: the paper's substation as one mesh, whole and at levels of detail.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use busbar_geometry::Bounds;
+use busbar_viewer::optimize::OptimisedModel;
+use serde_json::json;
+use substation::Station;
+
+/// Decides how the equipment stands; as the generator does by itself.
+pub(crate) const SEED: u64 = 1;
+/// Shares of the triangles that are compared.
+pub(crate) const SHARES: [f64; 3] = [1.0, 0.3, 0.15];
+/// What makes the levels.
+const OPTIMIZER: &str = "quadric_collapse";
+/// Halvings until a level's share is met to a ten-thousandth.
+const HALVINGS: usize = 14;
+
+/// The scene at a level of detail.
+pub(crate) struct Level {
+    pub(crate) share: f64,
+    pub(crate) glb: PathBuf,
+    pub(crate) triangles: u64,
+}
+
+/// The scene's files.
+pub(crate) struct Scenes {
+    /// One for each of [`SHARES`], the whole first.
+    pub(crate) levels: Vec<Level>,
+    pub(crate) bounds: Bounds,
+}
+
+impl Scenes {
+    /// Makes them in a folder, with the optimiser of a folder of plugins.
+    pub(crate) fn make(folder: &Path, plugins: &Path) -> Result<Self> {
+        let flat = Station::generate(SEED)?.flatten()?;
+        let mesh = flat.model.meshes.first().context("the scene has no mesh")?;
+        let bounds = Bounds::around(mesh.positions.iter().copied()).context("an empty scene")?;
+        let whole = folder.join("paper.glb");
+        fs::write(&whole, busbar_gltf_export::write_glb(&flat.model)?)?;
+        let (plugins, none) = ([plugins.to_owned()], json!({}));
+        let model = OptimisedModel::build(&whole, &plugins, OPTIMIZER, &none, &|_, _| ())?;
+        let full = model.stats(0.0).triangles;
+        let mut levels = vec![Level { share: 1.0, glb: whole, triangles: full }];
+        for &share in &SHARES[1..] {
+            let theta = theta_of(&model, (full as f64 * share) as u64);
+            let glb = folder.join(format!("paper_{:.0}.glb", share * 100.0));
+            fs::write(&glb, model.write(theta)?)?;
+            levels.push(Level { share, glb, triangles: model.stats(theta).triangles });
+        }
+        Ok(Self { levels, bounds })
+    }
+}
+
+/// Writes the station's models where its configuration looks for them.
+pub(crate) fn write_models(folder: &Path) -> Result<()> {
+    let models = folder.join("station");
+    fs::create_dir_all(&models)?;
+    for (name, entry) in Station::generate(SEED)?.catalogue.iter() {
+        fs::write(
+            models.join(format!("{name}.glb")),
+            busbar_gltf_export::write_glb(&entry.model)?,
+        )?;
+    }
+    Ok(())
+}
+
+/// Theta at which no more than so many triangles are left.
+fn theta_of(model: &OptimisedModel, triangles: u64) -> f64 {
+    let (mut fine, mut coarse) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle = (fine + coarse) * 0.5;
+        if model.stats(middle).triangles > triangles {
+            fine = middle;
+        } else {
+            coarse = middle;
+        }
+    }
+    coarse
+}

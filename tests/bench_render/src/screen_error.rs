@@ -1,0 +1,157 @@
+//! Theta by the error on the screen, beside the best peer at full detail.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use document::Series;
+use serde::Serialize;
+use serde_json::json;
+
+use crate::camera::{Camera, orbit, walk};
+use crate::drawer::{Drawer, Recipe};
+use crate::many::MAX_ERROR_PX;
+use crate::scenes::Scenes;
+
+const POSES: usize = 6;
+/// How many times farther the far path is than one that fills the picture.
+const FARTHER: f32 = 4.0;
+/// What makes the levels.
+const OPTIMIZER: &str = "quadric_collapse";
+
+/// What one path came to.
+#[derive(Debug, Serialize)]
+pub(crate) struct Followed {
+    pub(crate) path: &'static str,
+    pub(crate) triangles: u64,
+    pub(crate) millis: Series,
+    pub(crate) full_millis: Series,
+    /// The peer's, at full detail, and its name.
+    pub(crate) peer: Option<(&'static str, Series)>,
+    /// Of the worst picture against that at full detail.
+    pub(crate) least_ssim: f64,
+    pub(crate) greatest_flip: f64,
+}
+
+/// Measures both paths.
+pub(crate) fn measure(
+    scenes: &Scenes,
+    recipes: &[Recipe],
+    (core, rounds): (&str, usize),
+    folder: &Path,
+    pictures: &Path,
+) -> Result<Vec<Followed>> {
+    let full = scenes.levels.first().context("no scene")?;
+    let followed = folder.join("followed.json");
+    let file = full.glb.file_name().map(|name| name.to_string_lossy());
+    fs::write(
+        &followed,
+        json!({
+            "version": 1,
+            "plugin_directories": ["plugins"],
+            "plugins": { "optimizer": { "plugin": OPTIMIZER } },
+            "models": { "paper": {
+                "file": file,
+                "optimizer": "optimizer",
+                "theta": { "max_error_px": MAX_ERROR_PX },
+            } },
+            "scene": [{ "id": "paper", "model": "paper" }],
+            "view": { "samples": 1 },
+        })
+        .to_string(),
+    )?;
+    let paths =
+        [("near", walk(scenes.bounds, POSES)), ("far", orbit(scenes.bounds, POSES, FARTHER))];
+    let mut found = Vec::new();
+    for (path, cameras) in paths {
+        let ours = recipes.first().context("nobody draws")?;
+        let mut detail = Drawer::start(ours, core, &full.glb, 1)?;
+        let mut followed = Drawer::start(ours, core, &followed, 1)?;
+        let (least_ssim, greatest_flip) =
+            differences(&mut detail, &mut followed, path, &cameras, pictures)?;
+        let mut drawers = vec![(detail, Vec::new()), (followed, Vec::new())];
+        for peer in &recipes[1..] {
+            // Who cannot was told of already.
+            drawers
+                .extend(Drawer::start(peer, core, &full.glb, 1).map(|drawer| (drawer, Vec::new())));
+        }
+        let mut triangles = 0;
+        for round in 0..=rounds {
+            for (index, (drawer, millis)) in drawers.iter_mut().enumerate() {
+                let answer = drawer.frames(&cameras)?;
+                if index == 1 {
+                    triangles = answer.triangles;
+                }
+                // The first warms up.
+                if round > 0 {
+                    millis.extend(answer.millis);
+                }
+            }
+        }
+        let mut series =
+            drawers.into_iter().map(|(drawer, millis)| (drawer.name, Series::of(millis)));
+        let mut own = || series.next().map_or_else(Series::default, |(_, series)| series);
+        let (full_millis, millis) = (own(), own());
+        let peer = series.min_by(|(_, a), (_, b)| a.p50.total_cmp(&b.p50));
+        found.push(Followed {
+            path,
+            triangles,
+            millis,
+            full_millis,
+            peer,
+            least_ssim,
+            greatest_flip,
+        });
+    }
+    Ok(found)
+}
+
+/// Least structural similarity and greatest FLIP over the pictures of a path.
+fn differences(
+    detail: &mut Drawer,
+    followed: &mut Drawer,
+    path: &str,
+    cameras: &[Camera],
+    pictures: &Path,
+) -> Result<(f64, f64)> {
+    let (mut least_ssim, mut greatest_flip) = (1.0_f64, 0.0_f64);
+    for (number, &camera) in cameras.iter().enumerate() {
+        let files =
+            ["full", "followed"].map(|what| pictures.join(format!("{path}_{number}_{what}.png")));
+        detail.picture(camera, &files[0])?;
+        followed.picture(camera, &files[1])?;
+        let [full, less] = [image::open(&files[0])?, image::open(&files[1])?];
+        least_ssim = least_ssim.min(measure::ssim(&full.to_luma8(), &less.to_luma8())?);
+        greatest_flip = greatest_flip.max(flip(&full.to_rgb8(), &less.to_rgb8())?);
+    }
+    Ok((least_ssim, greatest_flip))
+}
+
+/// Mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images",
+/// HPG 2020) at the pixels a degree that it has by default.
+fn flip(reference: &image::RgbImage, test: &image::RgbImage) -> Result<f64> {
+    let (width, height) = reference.dimensions();
+    anyhow::ensure!(test.dimensions() == (width, height), "pictures of different sizes");
+    let [reference, test] =
+        [reference, test].map(|image| nv_flip::FlipImageRgb8::with_data(width, height, image));
+    let errors = nv_flip::flip(reference, test, nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    Ok(f64::from(nv_flip::FlipPool::from_image(&errors).mean()))
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{Rgb, RgbImage};
+
+    use super::*;
+
+    #[test]
+    fn flip_tells_pictures_apart() {
+        let gray = RgbImage::from_pixel(32, 32, Rgb([128; 3]));
+        let mut spotted = gray.clone();
+        (0..8).for_each(|i| spotted.put_pixel(i, i, Rgb([255, 0, 0])));
+        assert!(flip(&gray, &gray).unwrap() < 1e-6);
+        let little = flip(&gray, &spotted).unwrap();
+        let much = flip(&gray, &RgbImage::new(32, 32)).unwrap();
+        assert!(little > 1e-3 && much > little, "{little} {much}");
+    }
+}
