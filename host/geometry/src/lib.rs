@@ -4,12 +4,15 @@
 //! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
 
+mod islands;
+mod merge;
 mod mesh;
 mod sequence;
 mod stacks;
 mod statistics;
 mod weld;
 
+pub use merge::{MergePart, merge};
 pub use mesh::{Bounds, Mesh, NO_FEATURE, Section, Topology, Wedges};
 pub use sequence::{Collapse, CollapseSequence, SequenceError, theta_to_cursor};
 pub use stacks::{CollapseStacks, NEVER, ResolvedMesh, StackTables, TablesError, removal_ranks};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::{Vec2, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 
 /// An indexed triangle mesh.
 ///
@@ -193,6 +193,14 @@ impl Bounds {
     /// Radius of the sphere around the box.
     pub fn radius(self) -> f32 {
         (self.max - self.min).length() * 0.5
+    }
+
+    /// The box around the transformed box.
+    pub fn transformed(self, transform: &Mat4) -> Self {
+        let corners = self.corners().map(|corner| transform.transform_point3(corner));
+        let [first, others @ ..] = corners;
+        let grown = |b: Self, p: Vec3| Self { min: b.min.min(p), max: b.max.max(p) };
+        others.into_iter().fold(Self { min: first, max: first }, grown)
     }
 
     /// The eight corners.

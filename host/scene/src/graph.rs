@@ -1,6 +1,7 @@
 //! The scene graph: placed models, flattened to mesh instances.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use busbar_geometry::{Bounds, Mesh};
 use glam::{EulerRot, Mat4, Quat, Vec3};
@@ -71,7 +72,7 @@ pub struct MeshInstance {
     pub node: NodeIndex,
     /// Model the mesh belongs to.
     pub model: ModelIndex,
-    /// Index into the model's meshes.
+    /// Index into the model's meshes, or their pieces ([`SceneGraph::take_apart`]).
     pub mesh: u32,
     /// Transform from mesh space to the world.
     pub world_from_mesh: Mat4,
@@ -196,6 +197,29 @@ impl SceneGraph {
         roots.filter_map(|n| n.bounds).reduce(Bounds::union)
     }
 
+    /// Shows the meshes of a model as the pieces that they were taken apart into: for
+    /// each mesh the range of its pieces, for each piece its box in mesh space.
+    pub fn take_apart(
+        &mut self,
+        model: ModelIndex,
+        pieces: &[Range<u32>],
+        boxes: &[Option<Bounds>],
+    ) {
+        let whole = std::mem::take(&mut self.instances);
+        for instance in whole {
+            let of_mesh = pieces.get(instance.mesh as usize).filter(|_| instance.model == model);
+            let Some(of_mesh) = of_mesh else {
+                self.instances.push(instance);
+                continue;
+            };
+            self.instances.extend(of_mesh.clone().map(|piece| {
+                let bounds = boxes.get(piece as usize).copied().flatten();
+                let bounds = bounds.map(|bounds| bounds.transformed(&instance.world_from_mesh));
+                MeshInstance { mesh: piece, bounds, ..instance }
+            }));
+        }
+    }
+
     fn add(
         &mut self,
         id: EquipmentId,
@@ -281,10 +305,7 @@ impl SceneGraph {
         for instance in &mut self.instances {
             let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
             let to_world = |bounds: Option<Bounds>| {
-                bounds.and_then(|b| {
-                    let corners = b.corners();
-                    Bounds::around(corners.map(|c| instance.world_from_mesh.transform_point3(c)))
-                })
+                bounds.map(|bounds| bounds.transformed(&instance.world_from_mesh))
             };
             let bounds = to_world(meshes[model][mesh]);
             if let Some(NodeIndex(first)) = instance.first_feature {

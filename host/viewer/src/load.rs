@@ -133,7 +133,8 @@ impl LoadedScene {
         millis.insert("import".into(), import_millis);
 
         let start = Instant::now();
-        let graph = bindings::place(&config, &imported, &mut faults);
+        let mut graph = bindings::place(&config, &imported, &mut faults);
+        models::take_apart(&config, &mut imported, graph.as_mut());
         let tags = Arc::new(bindings::tags(&config, &mut faults));
         let bindings = bindings::resolve(&config, graph.as_ref(), &imported, &mut faults);
         millis.insert("scene".into(), millis_since(start));

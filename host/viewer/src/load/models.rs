@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use busbar_config::{Config, join_pointer};
+use busbar_config::{Config, ThetaConfig, join_pointer};
+use busbar_geometry::Mesh;
 use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_file};
 use busbar_plugin_process::{Optimizer, Plugin};
-use busbar_scene::Model;
+use busbar_scene::{Model, ModelIndex, SceneGraph};
 use busbar_stack_cache::{Maker, StackCache};
 use rayon::prelude::*;
 
@@ -60,6 +61,44 @@ pub(super) fn import(
         }
     }
     all
+}
+
+/// The most triangles of a piece where a mesh is taken apart: enough that its draw
+/// calls cost little beside them, and few enough that pieces differ in distance.
+const MAX_PIECE_TRIANGLES: u32 = 16_384;
+
+/// Takes the meshes apart whose detail follows the error on the screen, so that each
+/// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
+/// far end may be coarse while the near one is not.
+pub(super) fn take_apart(
+    config: &Config,
+    imported: &mut ImportedModels,
+    graph: Option<&mut SceneGraph>,
+) {
+    let Some(graph) = graph else { return };
+    let follows_error = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
+    for (index, (name, configured)) in config.models.iter().enumerate() {
+        let placed = config.scene.iter().filter(|node| node.model.as_ref() == Some(name));
+        let mut own = placed.filter_map(|node| node.theta.as_ref());
+        if !follows_error(&configured.theta) && !own.any(follows_error) {
+            continue;
+        }
+        let meshes = &mut imported.models[index].meshes;
+        if meshes.iter().all(|mesh| mesh.triangles.len() <= MAX_PIECE_TRIANGLES as usize) {
+            continue;
+        }
+        let whole = std::mem::take(meshes);
+        let apart: Vec<_> =
+            whole.into_par_iter().map(|mesh| mesh.into_islands(MAX_PIECE_TRIANGLES)).collect();
+        let mut pieces = Vec::with_capacity(apart.len());
+        for of_mesh in apart {
+            let first = meshes.len() as u32;
+            meshes.extend(of_mesh);
+            pieces.push(first..meshes.len() as u32);
+        }
+        let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
+        graph.take_apart(ModelIndex(index as u32), &pieces, &boxes);
+    }
 }
 
 /// The stage of loading that builds stacks.

@@ -1,0 +1,257 @@
+//! Takes a mesh apart where nothing holds it together.
+//!
+//! Collapses follow edges, so they never leave an island (a connected component): its
+//! pieces can go down and up each for itself, and the mesh stays whole.
+
+use glam::Vec3;
+
+use crate::{Bounds, Mesh, Section, Wedges};
+
+/// Of an index that is not in a piece yet.
+const ABSENT: u32 = u32::MAX;
+
+/// The triangles of an island and where they are.
+#[derive(Clone, Copy)]
+struct Island {
+    center: Vec3,
+    triangles: u32,
+}
+
+impl Mesh {
+    /// The mesh as pieces of whole islands that lie near each other, each of at most
+    /// `max_triangles` unless it is one island; triangles keep their order within a
+    /// piece. A mesh of no more, or of one island, is a single piece. Positions that no
+    /// triangle uses are in the first piece.
+    pub fn into_islands(self, max_triangles: u32) -> Vec<Self> {
+        if self.triangles.len() <= max_triangles as usize {
+            return vec![self];
+        }
+        let (island_of, islands) = self.find_islands();
+        let (piece_of, pieces) = gather(&islands, max_triangles);
+        if pieces <= 1 {
+            return vec![self];
+        }
+        let of_position = |&island: &u32| piece_of.get(island as usize).copied().unwrap_or(0);
+        let piece_of_position: Vec<u32> = island_of.iter().map(of_position).collect();
+        self.divide(&piece_of_position, pieces)
+    }
+
+    /// The island of each position, or [`ABSENT`] where no triangle uses it; and the
+    /// islands in order of their first triangles.
+    fn find_islands(&self) -> (Vec<u32>, Vec<Island>) {
+        let mut above: Vec<u32> = (0..self.positions.len() as u32).collect();
+        for &corners in &self.triangles {
+            let [a, b, c] = self.corner_positions(corners).map(|p| root(&mut above, p));
+            let least = a.min(b).min(c);
+            [a, b, c].into_iter().for_each(|root| above[root as usize] = least);
+        }
+        let mut island_of_root = vec![ABSENT; above.len()];
+        let mut boxes: Vec<(Bounds, u32)> = Vec::new();
+        for &corners in &self.triangles {
+            let positions = self.corner_positions(corners);
+            let root = root(&mut above, positions[0]) as usize;
+            let points = positions.map(|position| self.positions[position as usize]);
+            let around = Bounds {
+                min: points[0].min(points[1]).min(points[2]),
+                max: points[0].max(points[1]).max(points[2]),
+            };
+            if island_of_root[root] == ABSENT {
+                island_of_root[root] = boxes.len() as u32;
+                boxes.push((around, 0));
+            }
+            let (bounds, triangles) = &mut boxes[island_of_root[root] as usize];
+            *bounds = bounds.union(around);
+            *triangles += 1;
+        }
+        let of = |position| island_of_root[root(&mut above, position) as usize];
+        let island_of = (0..self.positions.len() as u32).map(of).collect();
+        let island =
+            |(bounds, triangles): (Bounds, u32)| Island { center: bounds.center(), triangles };
+        (island_of, boxes.into_iter().map(island).collect())
+    }
+
+    /// One mesh a piece. The corners of a triangle are in one piece.
+    fn divide(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
+        let mut divided = vec![Self::default(); pieces as usize];
+        let mut new_position = Vec::with_capacity(self.positions.len());
+        for (index, (&position, &piece)) in self.positions.iter().zip(piece_of_position).enumerate()
+        {
+            let piece = &mut divided[piece as usize];
+            new_position.push(piece.positions.len() as u32);
+            piece.positions.push(position);
+            piece.features.extend(self.features.get(index));
+        }
+        // Sections of a piece are those that it has triangles of.
+        let mut new_section = vec![vec![ABSENT; self.sections.len()]; pieces as usize];
+        for (section, old) in self.sections.iter().enumerate() {
+            let end = old.first_triangle + old.triangle_count;
+            for &corners in &self.triangles[old.first_triangle as usize..end as usize] {
+                let number = piece_of_position[self.corner_positions(corners)[0] as usize] as usize;
+                let piece = &mut divided[number];
+                if new_section[number][section] == ABSENT {
+                    new_section[number][section] = piece.sections.len() as u32;
+                    let first_triangle = piece.triangles.len() as u32;
+                    let material = old.material;
+                    piece.sections.push(Section { material, first_triangle, triangle_count: 0 });
+                }
+                if let Some(section) = piece.sections.last_mut() {
+                    section.triangle_count += 1;
+                }
+                piece.triangles.push(corners);
+            }
+        }
+        let mut new_wedge = Vec::with_capacity(self.wedges.len());
+        let Wedges { position, normal, uv, section } = &self.wedges;
+        for wedge in 0..position.len() {
+            let number = piece_of_position[position[wedge] as usize] as usize;
+            let wedges = &mut divided[number].wedges;
+            new_wedge.push(wedges.position.len() as u32);
+            wedges.position.push(new_position[position[wedge] as usize]);
+            wedges.normal.push(normal[wedge]);
+            wedges.uv.push(uv[wedge]);
+            let of_section = new_section[number].get(section[wedge] as usize);
+            // Of a wedge that no triangle uses it says nothing.
+            wedges.section.push(of_section.copied().filter(|&new| new != ABSENT).unwrap_or(0));
+        }
+        for corner in divided.iter_mut().flat_map(|piece| piece.triangles.as_flattened_mut()) {
+            *corner = new_wedge[*corner as usize];
+        }
+        divided
+    }
+}
+
+fn root(above: &mut [u32], mut position: u32) -> u32 {
+    while above[position as usize] != position {
+        above[position as usize] = above[above[position as usize] as usize];
+        position = above[position as usize];
+    }
+    position
+}
+
+/// The piece of each island, and how many pieces there are: halved along the longest
+/// axis until each has few enough triangles.
+fn gather(islands: &[Island], max_triangles: u32) -> (Vec<u32>, u32) {
+    let mut piece_of = vec![0; islands.len()];
+    let mut pieces = 0;
+    let mut open = vec![(0..islands.len() as u32).collect::<Vec<u32>>()];
+    while let Some(mut members) = open.pop() {
+        let of = |&member: &u32| islands[member as usize];
+        let total: u64 = members.iter().map(|member| u64::from(of(member).triangles)).sum();
+        if total <= u64::from(max_triangles) || members.len() <= 1 {
+            members.iter().for_each(|&member| piece_of[member as usize] = pieces);
+            pieces += 1;
+            continue;
+        }
+        let centers = Bounds::around(members.iter().map(|member| of(member).center));
+        let size = centers.map_or(Vec3::ONE, |bounds| bounds.max - bounds.min).to_array();
+        let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
+        let along = |member: &u32| of(member).center.to_array()[axis];
+        members.sort_unstable_by(|a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+        let mut before = 0;
+        let half = members.iter().position(|member| {
+            before += u64::from(of(member).triangles);
+            before * 2 > total
+        });
+        // Both halves have a member, and so in the end each piece has.
+        let upper = members.split_off(half.unwrap_or(1).clamp(1, members.len() - 1));
+        open.push(upper);
+        open.push(members);
+    }
+    (piece_of, pieces)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{RawPrimitive, weld};
+
+    /// Strips of quads, each an island, at places, in two materials.
+    fn strips(places: &[(i8, i8, u8)]) -> Mesh {
+        let strip = |&(x, z, quads): &(i8, i8, u8)| {
+            let at = |i: u32, y| Vec3::new(f32::from(x) * 300.0 + i as f32, y, f32::from(z) * 3.0);
+            let quads = u32::from(quads) + 1;
+            RawPrimitive {
+                positions: (0..=quads).flat_map(|i| [at(i, 0.0), at(i, 1.0)]).collect(),
+                triangles: (0..quads)
+                    .flat_map(|i| {
+                        [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]
+                    })
+                    .collect(),
+                material: Some(u32::from(x.unsigned_abs() % 2)),
+                ..Default::default()
+            }
+        };
+        weld(&places.iter().map(strip).collect::<Vec<_>>()).unwrap().0
+    }
+
+    type Corner = ([u32; 3], [u32; 3], [u32; 2], Option<u32>);
+
+    /// All that a triangle's corners show, as bits.
+    fn triangles(mesh: &Mesh) -> Vec<[Corner; 3]> {
+        let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+        let shown = |index: u32, corners: [u32; 3]| {
+            let of = |s: &&Section| {
+                (s.first_triangle..s.first_triangle + s.triangle_count).contains(&index)
+            };
+            let section = mesh.sections.iter().position(|s| of(&s)).unwrap();
+            corners.map(|wedge| {
+                let wedge = wedge as usize;
+                assert_eq!(mesh.wedges.section[wedge] as usize, section);
+                let uv: Vec2 = mesh.wedges.uv[wedge];
+                (
+                    bits(mesh.positions[mesh.wedges.position[wedge] as usize]),
+                    bits(mesh.wedges.normal[wedge]),
+                    uv.to_array().map(f32::to_bits),
+                    mesh.sections[section].material,
+                )
+            })
+        };
+        (0..).zip(&mesh.triangles).map(|(index, &corners)| shown(index, corners)).collect()
+    }
+
+    #[test]
+    fn what_is_small_or_hangs_together_stays_whole() {
+        let one = strips(&[(0, 0, 99)]);
+        assert_eq!(one.clone().into_islands(10), vec![one.clone()]);
+        let two = strips(&[(0, 0, 9), (5, 0, 9)]);
+        assert_eq!(two.clone().into_islands(40), vec![two.clone()]);
+        assert_eq!(two.into_islands(39).len(), 2);
+    }
+
+    #[test]
+    fn neighbours_stay_together() {
+        let mesh = strips(&[(0, 0, 9), (20, 0, 9), (0, 1, 9), (20, 1, 9)]);
+        let pieces = mesh.into_islands(40);
+        let sizes: Vec<f32> = pieces.iter().map(|p| p.bounds().unwrap().radius()).collect();
+        assert_eq!(pieces.len(), 2);
+        assert!(sizes.iter().all(|&radius| radius < 10.0), "{sizes:?}");
+    }
+
+    proptest! {
+        /// Every triangle is in one piece, as it was, and pieces share no island.
+        #[test]
+        fn pieces_are_the_mesh(
+            places in prop::collection::btree_map((-9_i8..9, -9_i8..9), 0_u8..20, 1..30),
+            max_triangles in 1_u32..200,
+        ) {
+            let places: Vec<_> = places.into_iter().map(|((x, z), quads)| (x, z, quads)).collect();
+            let mesh = strips(&places);
+            let mut expected = triangles(&mesh);
+            let pieces = mesh.clone().into_islands(max_triangles);
+            let mut found: Vec<_> = pieces.iter().flat_map(triangles).collect();
+            expected.sort_unstable();
+            found.sort_unstable();
+            prop_assert_eq!(found, expected);
+            let positions: usize = pieces.iter().map(|piece| piece.positions.len()).sum();
+            prop_assert_eq!(positions, mesh.positions.len());
+            for piece in &pieces {
+                let islands = piece.find_islands().1.len();
+                prop_assert!(piece.triangles.len() <= max_triangles as usize || islands == 1);
+                piece.wedge_ranges();
+            }
+        }
+    }
+}

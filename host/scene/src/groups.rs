@@ -1,0 +1,187 @@
+//! Parts of a scene that can stand for one thing where they are far away.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use busbar_geometry::Bounds;
+use glam::{Mat4, Vec3};
+
+use crate::{MeshInstance, NodeIndex, SceneGraph};
+
+/// The fewest mesh instances that are worth a group.
+const MIN_INSTANCES: u32 = 16;
+/// How many times as many instances a group has as the greatest within it; what has
+/// fewer would stand for hardly more.
+const MIN_GROWTH: u32 = 2;
+/// By how much transforms of groups that look the same may differ, as a share of their
+/// size and in their axes: what rounding makes of it.
+const TOLERANCE: f32 = 1e-4;
+
+/// A node with all that hangs under it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// The nodes, the one at the top first.
+    pub nodes: Range<u32>,
+    /// Their mesh instances, by index in [`SceneGraph::instances`].
+    pub instances: Range<u32>,
+    /// Index of the first group after those within this one.
+    pub after: u32,
+    /// The box around it in the world.
+    pub bounds: Bounds,
+    /// Transform from the top node's space to the world.
+    pub world_from_group: Mat4,
+    /// Index of the first group that looks the same, in its own space.
+    pub kind: u32,
+}
+
+/// The groups of a scene whose instances may all be in one, outer ones before those
+/// within them.
+pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
+    let trees = Trees::of(graph, may);
+    let mut groups: Vec<Group> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for node in 0..graph.nodes().len() {
+        while open.last().is_some_and(|&outer| groups[outer].nodes.end as usize <= node) {
+            close(&mut groups, &mut open);
+        }
+        if let (true, Some(bounds)) = (trees.is_group(node), graph.nodes()[node].bounds) {
+            open.push(groups.len());
+            groups.push(Group {
+                nodes: node as u32..trees.ends[node],
+                instances: trees.instances[node].clone(),
+                after: 0,
+                bounds,
+                world_from_group: graph.nodes()[node].world_from_node,
+                kind: 0,
+            });
+        }
+    }
+    while !open.is_empty() {
+        close(&mut groups, &mut open);
+    }
+    find_kinds(graph, &mut groups);
+    groups
+}
+
+fn close(groups: &mut [Group], open: &mut Vec<usize>) {
+    if let Some(inner) = open.pop() {
+        groups[inner].after = groups.len() as u32;
+    }
+}
+
+/// What hangs under each node.
+struct Trees {
+    /// The first node after those under it.
+    ends: Vec<u32>,
+    instances: Vec<Range<u32>>,
+    usable: Vec<bool>,
+    /// Instances of the greatest group under it.
+    greatest: Vec<u32>,
+}
+
+impl Trees {
+    fn of(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Self {
+        let nodes = graph.nodes();
+        let mut trees = Self {
+            ends: (1..=nodes.len() as u32).collect(),
+            instances: vec![0..0; nodes.len()],
+            usable: vec![true; nodes.len()],
+            greatest: vec![0; nodes.len()],
+        };
+        let mut below = vec![1_u32; nodes.len()];
+        for (index, instance) in (0..).zip(graph.instances()) {
+            let node = instance.node.0 as usize;
+            trees.usable[node] &= may(instance);
+            trees.include(node, &(index..index + 1));
+        }
+        for node in (0..nodes.len()).rev() {
+            // Nodes of another tree stand between, or its instances.
+            trees.usable[node] &= trees.ends[node] - node as u32 == below[node];
+            let own = trees.is_group(node).then(|| trees.instances[node].len() as u32);
+            let greatest = own.unwrap_or(trees.greatest[node]);
+            if let Some(NodeIndex(parent)) = nodes[node].parent {
+                let parent = parent as usize;
+                below[parent] += below[node];
+                trees.ends[parent] = trees.ends[parent].max(trees.ends[node]);
+                trees.usable[parent] &= trees.usable[node];
+                trees.greatest[parent] = trees.greatest[parent].max(greatest);
+                let instances = trees.instances[node].clone();
+                trees.include(parent, &instances);
+            }
+        }
+        trees
+    }
+
+    /// Instances come in the order of their nodes, so that a tree's are a range.
+    fn include(&mut self, node: usize, more: &Range<u32>) {
+        if more.is_empty() {
+            return;
+        }
+        let own = &mut self.instances[node];
+        *own = match own.is_empty() {
+            true => more.clone(),
+            false => own.start.min(more.start)..own.end.max(more.end),
+        };
+    }
+
+    fn is_group(&self, node: usize) -> bool {
+        let count = self.instances[node].len() as u32;
+        self.usable[node] && count >= MIN_INSTANCES.max(self.greatest[node] * MIN_GROWTH)
+    }
+}
+
+/// What tells a mesh instance apart from others, but for where it is.
+type Look = (u32, u32, u32, Option<u32>, Option<u32>);
+
+/// Notes which groups look the same.
+fn find_kinds(graph: &SceneGraph, groups: &mut [Group]) {
+    let mut kinds: HashMap<Vec<Look>, Vec<u32>> = HashMap::new();
+    for index in 0..groups.len() {
+        let group = &groups[index];
+        let looks = instances_of(graph, group).iter().map(|instance| look(group, instance));
+        let alike = kinds.entry(looks.collect()).or_default();
+        let same = |kind: &&u32| looks_the_same(graph, &groups[**kind as usize], group);
+        let kind = alike.iter().find(same).copied();
+        if kind.is_none() {
+            alike.push(index as u32);
+        }
+        groups[index].kind = kind.unwrap_or(index as u32);
+    }
+}
+
+fn instances_of<'a>(graph: &'a SceneGraph, group: &Group) -> &'a [MeshInstance] {
+    &graph.instances()[group.instances.start as usize..group.instances.end as usize]
+}
+
+fn look(group: &Group, instance: &MeshInstance) -> Look {
+    let relative = |node: NodeIndex| node.0 - group.nodes.start;
+    (
+        instance.model.0,
+        instance.mesh,
+        relative(instance.node),
+        instance.first_feature.map(relative),
+        instance.theta.map(|policy| policy.0),
+    )
+}
+
+/// Whether instances that are of the same meshes lie alike as well.
+fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
+    if a.nodes.len() != b.nodes.len() {
+        return false;
+    }
+    let within = |group: &Group| group.world_from_group.inverse();
+    let (in_a, in_b) = (within(a), within(b));
+    let size = a.bounds.radius().max(1.0);
+    let mut pairs = instances_of(graph, a).iter().zip(instances_of(graph, b));
+    pairs.all(|(first, second)| {
+        let (first, second) = (in_a * first.world_from_mesh, in_b * second.world_from_mesh);
+        let shift: Vec3 = (first.w_axis - second.w_axis).truncate();
+        let axes = [
+            first.x_axis - second.x_axis,
+            first.y_axis - second.y_axis,
+            first.z_axis - second.z_axis,
+        ];
+        shift.length() <= TOLERANCE * size
+            && axes.iter().all(|axis| axis.length() <= TOLERANCE * first.x_axis.length().max(1.0))
+    })
+}
