@@ -329,6 +329,13 @@ impl SceneGraph {
     }
 }
 
+/// By how much a transform stretches at most along an axis of the mesh.
+pub fn greatest_stretch(transform: &Mat4) -> f32 {
+    let [x, y, z] =
+        [transform.x_axis, transform.y_axis, transform.z_axis].map(|axis| axis.truncate().length());
+    x.max(y).max(z).max(f32::MIN_POSITIVE)
+}
+
 fn grow(into: &mut Option<Bounds>, by: Option<Bounds>) {
     *into = match (*into, by) {
         (Some(a), Some(b)) => Some(a.union(b)),

@@ -118,9 +118,9 @@ impl Trees {
             return;
         }
         let own = &mut self.instances[node];
-        *own = match own.is_empty() {
-            true => more.clone(),
-            false => own.start.min(more.start)..own.end.max(more.end),
+        *own = match own.end {
+            0 => more.clone(),
+            end => own.start.min(more.start)..end.max(more.end),
         };
     }
 

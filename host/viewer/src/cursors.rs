@@ -4,17 +4,24 @@
 //! the camera, and so the cursor that each is *wanted* at. It is *shown* there
 //! as soon as the mesh at that cursor is ready; until then it stays where it
 //! is. Popping and pushing (the paper's S1 and S2) are a cursor that grows or
-//! shrinks: no mesh is edited.
+//! shrinks: no mesh is edited. A group far away is drawn as one mesh, its proxy, which
+//! has a cursor too; its instances are then shown nowhere.
+
+mod hlod;
 
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
 use busbar_scene::{
     Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
-    distance_to_bounds,
+    distance_to_bounds, greatest_stretch,
 };
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 
-use crate::load::LoadedModel;
+use self::hlod::HlodState;
+use crate::load::{HlodGroup, LoadedModel};
+
+/// The cursor of what is not shown.
+const NOWHERE: u32 = u32::MAX;
 
 /// From where a scene is seen, and how sharply.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +39,11 @@ pub(crate) struct Cursors {
     /// A theta for all instances of a model, instead of their policies.
     by_hand: Vec<Option<f64>>,
     scale: f64,
+    /// The graph's, then those of the groups' proxies.
     instances: Vec<InstanceCursor>,
-    /// Instances whose level depends on where the eye is.
-    following: Vec<usize>,
+    /// How many are the graph's.
+    own: usize,
+    groups: Vec<HlodState>,
     /// Where the eye was; none when all must be chosen anew.
     eye: Option<Eye>,
     /// How many times over errors may show that policies bound, 1 or more.
@@ -47,6 +56,13 @@ pub(crate) struct Cursors {
     has_settled: bool,
     /// Whether counts by model are out of date.
     has_changed: bool,
+}
+
+/// What is drawn: an instance of the graph, or a group as one, by their indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Drawn {
+    Instance(usize),
+    Group(usize),
 }
 
 /// A mesh at a cursor, by the indices of model and mesh.
@@ -97,11 +113,12 @@ impl InstanceCursor {
 }
 
 impl Cursors {
-    /// All instances in full detail. `policies` has one for each model.
+    /// All instances in full detail. `policies` has one for each model that is no proxy.
     pub(crate) fn new(
         graph: &SceneGraph,
         models: &[LoadedModel],
         mut policies: Vec<ThetaPolicy>,
+        groups: &[HlodGroup],
         scale: f64,
     ) -> Self {
         let own_policies = policies.len() as u32;
@@ -114,7 +131,7 @@ impl Cursors {
                 mesh,
                 policy: instance.theta.map_or(model, |theta| own_policies + theta.0),
                 bounds: instance.bounds,
-                metres: greatest_scale(&instance.world_from_mesh),
+                metres: greatest_stretch(&instance.world_from_mesh),
                 level: None,
                 theta: 0.0,
                 wanted: 0,
@@ -122,12 +139,19 @@ impl Cursors {
                 triangles: stacks.mesh().triangles.len() as u32,
             }
         };
+        let mut instances: Vec<InstanceCursor> = graph.instances().iter().map(instance).collect();
+        let own = instances.len();
+        // All go down by one policy.
+        policies.extend(groups.first().map(|group| group.policy.clone()));
+        let policy = policies.len().saturating_sub(1) as u32;
+        instances.extend(groups.iter().map(|group| InstanceCursor::of_proxy(group, policy)));
         Self {
+            groups: groups.iter().map(|group| HlodState::new(group, graph)).collect(),
+            own,
             policies,
             by_hand: vec![None; models.len()],
             scale,
-            instances: graph.instances().iter().map(instance).collect(),
-            following: Vec::new(),
+            instances,
             eye: None,
             coarseness: 1.0,
             moving: Vec::new(),
@@ -164,34 +188,52 @@ impl Cursors {
         self.scale
     }
 
-    /// Chooses the cursors that are wanted. Costs nothing while nothing moves.
-    pub(crate) fn choose(&mut self, eye: Eye, models: &[LoadedModel]) {
+    /// Chooses the cursors that are wanted. Costs nothing while nothing moves. To settle
+    /// is to draw groups at once as they are wanted.
+    pub(crate) fn choose(&mut self, eye: Eye, models: &[LoadedModel], settle: bool) {
+        let settle = settle || !self.has_settled;
         let last = self.eye.replace(eye);
-        if last == Some(eye) {
+        if last == Some(eye) && !(settle && self.has_groups_to_change()) {
             return;
         }
-        if last.is_none() {
-            self.has_changed = true;
-            self.following.clear();
-            for index in 0..self.instances.len() {
-                let InstanceCursor { model, policy, .. } = self.instances[index];
-                if let Some(theta) = self.by_hand[model as usize] {
-                    self.instances[index].level = None;
-                    self.want(index, theta, models);
-                    continue;
+        let anew = last.is_none();
+        self.has_changed |= anew;
+        let (mut index, mut group) = (0, 0);
+        // Instances up to here are in a group that is drawn as one still.
+        let mut covered = 0;
+        while index < self.own {
+            match self.groups.get(group).map(|state| (state.instances.clone(), state.after)) {
+                Some((instances, after)) if instances.start == index => {
+                    self.choose_group(group, eye, models, settle || index < covered);
+                    if self.groups[group].rests() {
+                        (index, group) = (instances.end, after);
+                    } else {
+                        if self.groups[group].is_one {
+                            covered = covered.max(instances.end);
+                        }
+                        group += 1;
+                    }
                 }
-                self.take_level(index, self.level_of(index, eye), models);
-                if self.policies[policy as usize].follows_camera() {
-                    self.following.push(index);
+                _ => {
+                    self.choose_instance(index, eye, models, anew);
+                    index += 1;
                 }
             }
-        } else {
-            for following in 0..self.following.len() {
-                let index = self.following[following];
-                let level = self.level_of(index, eye);
-                if self.instances[index].level != Some(level) {
-                    self.take_level(index, level, models);
-                }
+        }
+    }
+
+    fn choose_instance(&mut self, index: usize, eye: Eye, models: &[LoadedModel], anew: bool) {
+        let InstanceCursor { model, policy, shown, .. } = self.instances[index];
+        let anew = anew || shown == NOWHERE;
+        if let Some(theta) = self.by_hand[model as usize] {
+            if anew {
+                self.instances[index].level = None;
+                self.want(index, theta, models);
+            }
+        } else if anew || self.policies[policy as usize].follows_camera() {
+            let level = self.level_of(index, eye);
+            if anew || self.instances[index].level != Some(level) {
+                self.take_level(index, level, models);
             }
         }
     }
@@ -220,7 +262,7 @@ impl Cursors {
 
     fn want(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
-        if theta == instance.theta {
+        if theta == instance.theta && instance.shown != NOWHERE {
             return;
         }
         let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
@@ -253,6 +295,7 @@ impl Cursors {
             !moves
         });
         self.has_changed |= !self.moved.is_empty();
+        self.change_groups();
     }
 
     /// Meshes at the cursors that instances wait for, with repetitions.
@@ -269,15 +312,21 @@ impl Cursors {
         // A frame of a minimised window draws nothing.
         moved.retain(|&index| {
             let instance = &mut instances[index];
+            if instance.shown == NOWHERE {
+                return false;
+            }
             let triangles = triangles_at(instance.at(instance.shown));
             instance.triangles = triangles.unwrap_or(instance.triangles);
             triangles.is_none()
         });
     }
 
-    /// Where each instance is shown.
-    pub(crate) fn shown(&self) -> impl ExactSizeIterator<Item = Place> {
-        self.instances.iter().map(|instance| instance.at(instance.shown))
+    /// What is drawn, and at which cursor.
+    pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(Drawn, Place)) {
+        self.walk(0..self.own, 0, &mut |drawn, index| {
+            let instance = &self.instances[index];
+            each(drawn, instance.at(instance.shown));
+        });
     }
 
     /// What the instances of each model come to, if it changed since it was
@@ -287,7 +336,7 @@ impl Cursors {
             return None;
         }
         let mut details: Vec<Option<ModelDetail>> = vec![None; models.len()];
-        for instance in &self.instances {
+        for instance in self.instances.iter().filter(|instance| instance.shown != NOWHERE) {
             let detail = details[instance.model as usize].get_or_insert(ModelDetail {
                 theta: [instance.theta; 2],
                 ..ModelDetail::default()
@@ -325,12 +374,7 @@ pub(crate) fn policy_of(theta: &ThetaConfig) -> ThetaPolicy {
     }
 }
 
-/// By how much a transform stretches at most along an axis of the mesh.
-fn greatest_scale(world_from_mesh: &Mat4) -> f32 {
-    let [x, y, z] = [world_from_mesh.x_axis, world_from_mesh.y_axis, world_from_mesh.z_axis]
-        .map(|axis| axis.truncate().length());
-    x.max(y).max(z).max(f32::MIN_POSITIVE)
-}
-
+#[cfg(test)]
+mod hlod_tests;
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@
 //! Invariant: no Vulkan type and no protocol word crosses this façade.
 
 mod camera;
+mod color;
 mod cursors;
 mod error;
 mod highlight;

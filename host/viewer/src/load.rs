@@ -2,6 +2,7 @@
 
 mod bindings;
 mod cache;
+mod hlod;
 mod models;
 mod plugins;
 mod simulate;
@@ -17,11 +18,13 @@ use busbar_config::{Config, Diagnostic, Severity};
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog};
-use busbar_scene::{Material, NodeIndex, SceneGraph, Texture};
+use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
 
+pub(crate) use hlod::HlodGroup;
 pub use simulate::{SimulatedDevice, SimulatedDevices};
 
+use crate::cursors::policy_of;
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
 
@@ -35,8 +38,10 @@ pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 pub struct LoadedScene {
     pub(crate) config: Config,
     pub(crate) instances: BTreeMap<String, Plugin>,
+    /// Those of the configuration, then the proxies of groups.
     pub(crate) models: Vec<LoadedModel>,
     pub(crate) graph: SceneGraph,
+    pub(crate) groups: Vec<HlodGroup>,
     pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Vec<Binding>,
     /// The first node that each tag is bound to.
@@ -143,7 +148,7 @@ impl LoadedScene {
         let mut notes = std::mem::take(&mut imported.notes);
         let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
         let mut cached_meshes = 0;
-        let models = if fatal {
+        let mut models = if fatal {
             Vec::new()
         } else {
             let cache = cache::open(&config.cache, &folder, &mut notes);
@@ -166,6 +171,9 @@ impl LoadedScene {
         let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
         match graph {
             Some(graph) if !errors => {
+                let start = Instant::now();
+                let groups = hlod::build(&graph, &policies_of(&config), &mut models);
+                millis.insert("proxies".into(), millis_since(start));
                 let mut nodes_of_tags = HashMap::new();
                 for binding in &bindings {
                     nodes_of_tags.entry(binding.tag).or_insert(binding.node);
@@ -177,6 +185,7 @@ impl LoadedScene {
                     instances,
                     models,
                     graph,
+                    groups,
                     tags,
                     bindings,
                     nodes_of_tags,
@@ -220,6 +229,16 @@ impl LoadedScene {
         warnings.chain(troubles).chain(self.notes.iter().cloned()).collect()
     }
 
+    /// The theta policies of the configuration's models.
+    pub(crate) fn policies(&self) -> Vec<ThetaPolicy> {
+        policies_of(&self.config)
+    }
+
+    /// How many models the configuration has.
+    pub(crate) fn model_count(&self) -> usize {
+        self.config.models.len()
+    }
+
     /// Size of the picture that the configuration asks for, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.config.view.size
@@ -244,6 +263,10 @@ impl LoadedScene {
     pub(crate) fn overlay_bindings(&self) -> Vec<OverlayBinding> {
         bindings::for_overlays(self)
     }
+}
+
+fn policies_of(config: &Config) -> Vec<ThetaPolicy> {
+    config.models.values().map(|model| policy_of(&model.theta)).collect()
 }
 
 /// What some work gives, and how many milliseconds it took.

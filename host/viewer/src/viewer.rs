@@ -13,11 +13,12 @@ use busbar_renderer::{
 };
 use busbar_scene::NodeIndex;
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
-use busbar_ui::{Command, Panels, StatusLine, ViewModel};
+use busbar_ui::{Command, ModelRow, Panels, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
 use crate::camera::{OrbitCamera, Projection};
-use crate::cursors::{Cursors, Eye, Place, policy_of};
+use crate::color::linear_from_srgb;
+use crate::cursors::{Cursors, Drawn, Eye};
 use crate::highlight::{Highlight, Highlights};
 use crate::load::LoadedScene;
 use crate::pace::Pace;
@@ -121,7 +122,6 @@ impl Viewer {
         let start = Instant::now();
         let models = shown_model::upload(&scene, &mut renderer)?;
         scene.millis.insert("upload".into(), millis_since(start));
-        let policies = scene.config.models.values().map(|model| policy_of(&model.theta)).collect();
         let theta_scale = scene.config.view.theta_scale;
         let tags = TagTable::new(scene.tags.clone(), Moment::now());
         let overlays = running::start_overlays(&scene)?;
@@ -137,7 +137,13 @@ impl Viewer {
             tags,
             events: EventLog::default(),
             triangles_full: full_triangles(&scene),
-            cursors: Cursors::new(&scene.graph, &scene.models, policies, theta_scale),
+            cursors: Cursors::new(
+                &scene.graph,
+                &scene.models,
+                scene.policies(),
+                &scene.groups,
+                theta_scale,
+            ),
             settles: !in_window,
             // A picture does not depend on how fast it came.
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
@@ -194,14 +200,14 @@ impl Viewer {
 
     /// Sets theta of every model, 0 to 1, instead of what their policies choose.
     pub fn set_theta(&mut self, theta: f64) {
-        for model in 0..self.models.len() {
+        for model in 0..self.scene.model_count() {
             self.cursors.set_by_hand(model, Some(theta));
         }
     }
 
     /// Lets policies choose the theta of every model again.
     pub fn use_policies(&mut self) {
-        for model in 0..self.models.len() {
+        for model in 0..self.scene.model_count() {
             self.cursors.set_by_hand(model, None);
         }
     }
@@ -352,7 +358,7 @@ impl Viewer {
             millis.get(rank).copied().unwrap_or(0.0)
         };
         let median = at(0.5);
-        let rows = self.models.iter().map(|model| &model.row);
+        let rows = self.rows();
         Stats {
             vertices: self.surviving_vertices(),
             triangles: self.last.triangles,
@@ -421,7 +427,7 @@ impl Viewer {
     fn view_model(&self, snapshot: Snapshot<'_>) -> ViewModel {
         let counts = snapshot.counts();
         ViewModel {
-            models: self.models.iter().map(|model| model.row.clone()).collect(),
+            models: self.rows().cloned().collect(),
             plugins: self
                 .instances()
                 .map(|(plugin, link, fault)| rows::plugin(plugin, link, fault))
@@ -441,6 +447,11 @@ impl Viewer {
             },
             selected: self.selected_id(),
         }
+    }
+
+    /// What is said of the configuration's models.
+    fn rows(&self) -> impl Iterator<Item = &ModelRow> + Clone {
+        self.models.iter().take(self.scene.model_count()).map(|model| &model.row)
     }
 
     /// Plugins with their links, and what went wrong with them last.
@@ -484,7 +495,7 @@ impl Viewer {
         let pixels = self.viewport.size() * self.pixels_per_point;
         let eye = Eye { position: self.camera.eye(), pixel: self.camera.pixel(pixels) };
         cursors.set_coarseness(self.pace.coarseness());
-        cursors.choose(eye, &scene.models);
+        cursors.choose(eye, &scene.models, self.settles);
         cursors.advance(self.settles, |place| {
             renderer.triangles_at(&on_device(models, place)).is_some()
         });
@@ -506,17 +517,30 @@ impl Viewer {
     }
 
     fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
-        let instance = |(instance, place): (&busbar_scene::MeshInstance, Place)| DrawInstance {
-            model: self.models[place.model].handle,
-            mesh: instance.mesh,
-            cursor: place.cursor,
-            world_from_mesh: instance.world_from_mesh,
-            object: object_of(instance.node),
-            highlight: highlights[instance.node.0 as usize],
-            first_feature: instance.first_feature.map(object_of),
-        };
+        let graph = &self.scene.graph;
         into.clear();
-        into.extend(self.scene.graph.instances().iter().zip(self.cursors.shown()).map(instance));
+        self.cursors.for_each_drawn(|drawn, place| {
+            let (node, world_from_mesh, first_feature) = match drawn {
+                Drawn::Instance(index) => {
+                    let instance = &graph.instances()[index];
+                    (instance.node, instance.world_from_mesh, instance.first_feature)
+                }
+                Drawn::Group(index) => {
+                    let group = &self.scene.groups[index].group;
+                    let top = NodeIndex(group.nodes.start);
+                    (top, group.world_from_group, Some(top))
+                }
+            };
+            into.push(DrawInstance {
+                model: self.models[place.model].handle,
+                mesh: place.mesh as u32,
+                cursor: place.cursor,
+                world_from_mesh,
+                object: object_of(node),
+                highlight: highlights[node.0 as usize],
+                first_feature: first_feature.map(object_of),
+            });
+        });
     }
 
     fn picture_of<'a>(
@@ -550,10 +574,12 @@ impl Viewer {
     }
 
     fn surviving_vertices(&self) -> u64 {
-        let surviving = |place: Place| {
-            u64::from(self.scene.models[place.model].stacks[place.mesh].surviving(place.cursor))
-        };
-        self.cursors.shown().map(surviving).sum()
+        let mut vertices = 0;
+        self.cursors.for_each_drawn(|_, place| {
+            let stacks = &self.scene.models[place.model].stacks[place.mesh];
+            vertices += u64::from(stacks.surviving(place.cursor));
+        });
+        vertices
     }
 
     fn last_frame_millis(&self) -> f64 {
@@ -592,22 +618,4 @@ fn full_triangles(scene: &LoadedScene) -> u64 {
         stacks[instance.mesh as usize].mesh().triangles.len() as u64
     };
     scene.graph.instances().iter().map(triangles).sum()
-}
-
-/// One sRGB byte as linear light (IEC 61966-2-1).
-fn linear_from_srgb(byte: u8) -> f32 {
-    let value = f32::from(byte) / 255.0;
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn srgb_is_undone() {
-        assert_eq!(linear_from_srgb(0), 0.0);
-        assert_eq!(linear_from_srgb(255), 1.0);
-        assert!((linear_from_srgb(188) - 0.5029).abs() < 1e-3);
-    }
 }

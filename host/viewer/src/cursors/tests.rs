@@ -10,7 +10,7 @@ use glam::Mat4;
 use super::*;
 
 /// A strip of ten quads, one metre long, whose positions collapse one by one.
-fn strip() -> Mesh {
+pub(super) fn strip() -> Mesh {
     let point = |i: u32| Vec3::new((i / 2) as f32 * 0.1, (i % 2) as f32, 0.0);
     let triangles = (0..20).map(|i| [i, i + 1, i + 2]).collect();
     let primitive =
@@ -18,7 +18,7 @@ fn strip() -> Mesh {
     weld(&[primitive]).unwrap().0
 }
 
-fn loaded(mesh: Mesh) -> LoadedModel {
+pub(super) fn loaded(mesh: Mesh) -> LoadedModel {
     let count = mesh.positions.len() as u32;
     let entry = |removed: u32| Collapse { removed, kept: removed - 1, error: 0.0 };
     let entries = (1..count).rev().map(entry).collect();
@@ -32,7 +32,7 @@ fn loaded(mesh: Mesh) -> LoadedModel {
 }
 
 /// Strips beginning at these x, the last with this theta of its own.
-fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
+pub(super) fn row_of(places: &[f32], last_theta: Option<f64>) -> (SceneGraph, Vec<LoadedModel>) {
     let node = ModelNode {
         name: "mesh".into(),
         parent: None,
@@ -49,25 +49,36 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
     };
     let placements: Vec<_> = places.iter().enumerate().map(placement).collect();
     let graph = SceneGraph::build(&placements, std::slice::from_ref(&model)).unwrap();
+    (graph, vec![loaded(strip())])
+}
+
+/// The cursors of such a row, by distance.
+fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
+    let (graph, models) = row_of(places, last_theta);
     let levels = [(0.0, 0.0), (10.0, 0.5), (100.0, 0.9)];
     let levels = levels.map(|(beyond, theta)| DistanceLevel { beyond, theta }).to_vec();
     let policies = vec![ThetaPolicy::Distance(DistanceTable::new(levels, 0.1))];
-    let models = vec![loaded(strip())];
-    (Cursors::new(&graph, &models, policies, 1.0), models)
+    (Cursors::new(&graph, &models, policies, &[], 1.0), models)
 }
 
-fn eye_at(x: f32) -> Eye {
+pub(super) fn eye_at(x: f32) -> Eye {
     Eye { position: Vec3::X * x, pixel: 1e-3 }
 }
 
 /// Chooses for an eye at this x, shows what is ready, and gives the cursors.
 fn step(cursors: &mut Cursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
-    cursors.choose(eye_at(x), models);
+    cursors.choose(eye_at(x), models, false);
     cursors.advance(false, |_| is_ready);
     cursors.count_moved(|place| {
         Some(models[place.model].stacks[place.mesh].live_triangles(place.cursor) as u32)
     });
-    cursors.shown().map(|place| place.cursor).collect()
+    shown(cursors)
+}
+
+fn shown(cursors: &Cursors) -> Vec<u32> {
+    let mut shown = Vec::new();
+    cursors.for_each_drawn(|_, place| shown.push(place.cursor));
+    shown
 }
 
 #[test]
@@ -95,9 +106,9 @@ fn a_cursor_stays_until_its_mesh_is_ready() {
     assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "back before it came");
     assert_eq!(cursors.waiting().len(), 0);
     assert_eq!(step(&mut cursors, &models, 50.0, true), [11, 11, 20]);
-    cursors.choose(eye_at(0.0), &models);
+    cursors.choose(eye_at(0.0), &models, true);
     cursors.advance(true, |_| false);
-    assert!(cursors.shown().all(|place| place.cursor != 11), "settled");
+    assert!(shown(&cursors).iter().all(|&cursor| cursor != 11), "settled");
 }
 
 #[test]
@@ -150,11 +161,11 @@ fn ten_thousand_instances_are_chosen_in_no_time() {
     let mut least = Duration::MAX;
     for frame in frames {
         let start = Instant::now();
-        cursors.choose(eye_at(frame as f32), &models);
+        cursors.choose(eye_at(frame as f32), &models, true);
         least = least.min(start.elapsed());
         cursors.advance(true, |_| true);
     }
     println!("10000 instances: {least:?}");
-    assert!(cursors.shown().any(|place| place.cursor > 0));
+    assert!(shown(&cursors).iter().any(|&cursor| cursor > 0));
     assert!(least < Duration::from_millis(5), "{least:?}");
 }

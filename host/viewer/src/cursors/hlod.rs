@@ -1,0 +1,189 @@
+//! Groups that are drawn as one where they are far.
+//!
+//! A group *wants* to be drawn as one where the policy lets pass the error that its
+//! proxy has at its finest. It *is* drawn as one, or by its instances, until what is
+//! wanted is ready: nothing is ever missing from the picture.
+
+use std::ops::Range;
+
+use busbar_scene::{Detail, SceneGraph};
+
+use super::{Cursors, Drawn, Eye, InstanceCursor, NOWHERE};
+use crate::load::{HlodGroup, LoadedModel};
+
+/// A group, and how it is drawn.
+pub(super) struct HlodState {
+    /// Its instances, by index.
+    pub(super) instances: Range<usize>,
+    /// Index of the first group after those within this one.
+    pub(super) after: usize,
+    base_error: f64,
+    /// Models of its instances.
+    models: Vec<u32>,
+    wants_one: bool,
+    pub(super) is_one: bool,
+}
+
+impl HlodState {
+    pub(super) fn new(hlod: &HlodGroup, graph: &SceneGraph) -> Self {
+        let HlodGroup { group, base_error, .. } = hlod;
+        let instances = group.instances.start as usize..group.instances.end as usize;
+        let mut models: Vec<u32> =
+            graph.instances()[instances.clone()].iter().map(|i| i.model.0).collect();
+        models.sort_unstable();
+        models.dedup();
+        Self {
+            instances,
+            after: group.after as usize,
+            base_error: *base_error,
+            models,
+            wants_one: false,
+            is_one: false,
+        }
+    }
+
+    /// Whether it is drawn as one and is to stay so.
+    pub(super) fn rests(&self) -> bool {
+        self.is_one && self.wants_one
+    }
+}
+
+impl InstanceCursor {
+    pub(super) fn of_proxy(hlod: &HlodGroup, policy: u32) -> Self {
+        Self {
+            model: hlod.model as u32,
+            mesh: 0,
+            policy,
+            bounds: Some(hlod.group.bounds),
+            // Its errors are in metres already.
+            metres: 1.0,
+            level: None,
+            theta: 0.0,
+            wanted: NOWHERE,
+            shown: NOWHERE,
+            triangles: 0,
+        }
+    }
+
+    fn hide(&mut self) {
+        (self.wanted, self.shown, self.level) = (NOWHERE, NOWHERE, None);
+    }
+
+    fn is_ready(&self) -> bool {
+        self.shown == self.wanted && self.shown != NOWHERE
+    }
+}
+
+impl Cursors {
+    /// Chooses whether a group wants to be drawn as one, and at which cursor. `at_once`
+    /// it is so too: where all may change, or nothing of it is drawn by itself yet.
+    pub(super) fn choose_group(
+        &mut self,
+        group: usize,
+        eye: Eye,
+        models: &[LoadedModel],
+        at_once: bool,
+    ) {
+        let proxy = self.own + group;
+        let level = self.level_of(proxy, eye);
+        let policy = &self.policies[self.instances[proxy].policy as usize];
+        let coarse_enough = match policy.detail(level) {
+            Detail::Error(metres) => metres >= self.groups[group].base_error,
+            Detail::Theta(_) => false,
+        };
+        let wants_one = coarse_enough && self.follows_policy(group);
+        self.groups[group].wants_one = wants_one;
+        if wants_one {
+            if self.instances[proxy].level != Some(level) {
+                self.take_level(proxy, level, models);
+            }
+        } else if self.groups[group].is_one {
+            // It stays as it is until its instances are ready.
+            self.instances[proxy].level = None;
+        } else {
+            self.instances[proxy].hide();
+        }
+        if at_once {
+            self.draw_as_wanted(group);
+        }
+    }
+
+    /// Whether nothing but the policy decides on the detail of what is in a group.
+    fn follows_policy(&self, group: usize) -> bool {
+        let by_hand = |&model: &u32| self.by_hand[model as usize].is_some();
+        self.scale == 1.0 && !self.groups[group].models.iter().any(by_hand)
+    }
+
+    fn draw_as_wanted(&mut self, group: usize) {
+        let state = &mut self.groups[group];
+        if state.is_one == state.wants_one {
+            return;
+        }
+        state.is_one = state.wants_one;
+        self.has_changed = true;
+        if state.is_one {
+            let (instances, after) = (state.instances.clone(), state.after);
+            self.instances[instances].iter_mut().for_each(InstanceCursor::hide);
+            for inner in group + 1..after {
+                let inner_state = &mut self.groups[inner];
+                (inner_state.wants_one, inner_state.is_one) = (false, false);
+                self.instances[self.own + inner].hide();
+            }
+        } else {
+            self.instances[self.own + group].hide();
+        }
+    }
+
+    pub(super) fn has_groups_to_change(&self) -> bool {
+        self.groups.iter().any(|group| group.is_one != group.wants_one)
+    }
+
+    /// Draws groups as they want to be, where all that takes is ready.
+    pub(super) fn change_groups(&mut self) {
+        for group in 0..self.groups.len() {
+            let HlodState { wants_one, is_one, .. } = self.groups[group];
+            let ready = match (is_one, wants_one) {
+                (false, true) => self.instances[self.own + group].is_ready(),
+                (true, false) => self.is_ready_within(group),
+                _ => false,
+            };
+            if ready {
+                self.draw_as_wanted(group);
+            }
+        }
+    }
+
+    fn is_ready_within(&self, group: usize) -> bool {
+        let mut ready = true;
+        let instances = self.groups[group].instances.clone();
+        self.walk(instances, group + 1, &mut |_, index| ready &= self.instances[index].is_ready());
+        ready
+    }
+
+    /// Visits what is drawn of a range of instances, by the indices of cursors.
+    /// `group` is the first group that begins there.
+    pub(super) fn walk(
+        &self,
+        instances: Range<usize>,
+        mut group: usize,
+        visit: &mut impl FnMut(Drawn, usize),
+    ) {
+        let mut index = instances.start;
+        while index < instances.end {
+            match self.groups.get(group) {
+                Some(state) if state.instances.start == index => {
+                    if state.is_one {
+                        visit(Drawn::Group(group), self.own + group);
+                        (index, group) = (state.instances.end, state.after);
+                    } else {
+                        group += 1;
+                    }
+                }
+                _ => {
+                    visit(Drawn::Instance(index), index);
+                    index += 1;
+                }
+            }
+        }
+    }
+}

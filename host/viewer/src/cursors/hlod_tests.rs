@@ -1,0 +1,128 @@
+//! Groups of a row of strips, drawn as one or not.
+
+use std::ops::Range;
+
+use busbar_scene::Group;
+
+use super::tests::{eye_at, loaded, row_of, strip};
+use super::*;
+
+/// Errors that the proxies have: seen as half a pixel from 20 m and from 100 m.
+const INNER_ERROR: f64 = 0.01;
+const OUTER_ERROR: f64 = 0.05;
+
+/// Four strips at 0 m; two groups of two in one of four.
+fn groups() -> (Cursors, Vec<LoadedModel>) {
+    let policy = ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.1));
+    let (graph, mut models) = row_of(&[0.0; 4], None);
+    models.extend([loaded(strip()), loaded(strip())]);
+    let group = |instances: Range<u32>, after, model, base_error| HlodGroup {
+        group: Group {
+            nodes: instances.start * 2..instances.end * 2,
+            instances,
+            after,
+            bounds: graph.bounds().unwrap(),
+            world_from_group: glam::Mat4::IDENTITY,
+            kind: 0,
+        },
+        model,
+        base_error,
+        policy: policy.clone(),
+    };
+    let groups = [
+        group(0..4, 3, 1, OUTER_ERROR),
+        group(0..2, 2, 2, INNER_ERROR),
+        group(2..4, 3, 2, INNER_ERROR),
+    ];
+    (Cursors::new(&graph, &models, vec![policy.clone()], &groups, 1.0), models)
+}
+
+fn drawn(cursors: &Cursors) -> Vec<Drawn> {
+    let mut all = Vec::new();
+    cursors.for_each_drawn(|drawn, place| {
+        assert_ne!(place.cursor, NOWHERE, "{drawn:?} is drawn and nowhere");
+        all.push(drawn);
+    });
+    all
+}
+
+/// A step with an eye so many metres before the strips.
+fn step(
+    cursors: &mut Cursors,
+    models: &[LoadedModel],
+    metres: f32,
+    ready: &dyn Fn(Place) -> bool,
+) -> Vec<Drawn> {
+    cursors.choose(eye_at(-metres), models, false);
+    cursors.advance(false, ready);
+    drawn(cursors)
+}
+
+const ALL: [Drawn; 4] =
+    [Drawn::Instance(0), Drawn::Instance(1), Drawn::Instance(2), Drawn::Instance(3)];
+
+#[test]
+fn the_farther_the_more_stand_as_one_and_back() {
+    let (mut cursors, models) = groups();
+    let mut at = |metres| step(&mut cursors, &models, metres, &|_| true);
+    for _ in 0..2 {
+        assert_eq!(at(1.0), ALL);
+        assert_eq!(at(30.0), [Drawn::Group(1), Drawn::Group(2)]);
+        assert_eq!(at(200.0), [Drawn::Group(0)]);
+        assert_eq!(at(30.0), [Drawn::Group(1), Drawn::Group(2)]);
+        assert_eq!(at(1.0), ALL);
+        assert_eq!(at(200.0), [Drawn::Group(0)]);
+    }
+}
+
+#[test]
+fn nothing_is_missing_while_meshes_are_made() {
+    let (mut cursors, models) = groups();
+    step(&mut cursors, &models, 1.0, &|_| true);
+    let nothing = |_: Place| false;
+    assert_eq!(step(&mut cursors, &models, 200.0, &nothing), ALL);
+    let proxy = |place: Place| place.model == 1;
+    assert_eq!(step(&mut cursors, &models, 201.0, &proxy), [Drawn::Group(0)]);
+    // Half of what the way back needs.
+    assert_eq!(step(&mut cursors, &models, 30.0, &nothing), [Drawn::Group(0)]);
+    assert!(cursors.waiting().len() > 0);
+    let inner = |place: Place| place.model == 2;
+    let both = [Drawn::Group(1), Drawn::Group(2)];
+    assert_eq!(step(&mut cursors, &models, 31.0, &inner), both);
+    assert_eq!(step(&mut cursors, &models, 1.0, &nothing), both);
+    // Without another step of the eye too.
+    cursors.advance(false, |_| true);
+    assert_eq!(drawn(&cursors), ALL);
+    assert_eq!(cursors.waiting().len(), 0);
+}
+
+#[test]
+fn the_eye_that_turns_back_leaves_nothing_behind() {
+    let (mut cursors, models) = groups();
+    step(&mut cursors, &models, 200.0, &|_| true);
+    let nothing = |_: Place| false;
+    for metres in [1.0, 200.0, 30.0, 200.0, 1.0, 30.0, 200.0] {
+        assert_eq!(step(&mut cursors, &models, metres, &nothing), [Drawn::Group(0)], "{metres}");
+    }
+    assert_eq!(step(&mut cursors, &models, 1.0, &|_| true), ALL);
+    assert_eq!(cursors.waiting().len(), 0);
+}
+
+#[test]
+fn a_hand_and_the_scale_take_groups_apart() {
+    let (mut cursors, models) = groups();
+    let settled = |cursors: &mut Cursors, metres: f32| {
+        cursors.choose(eye_at(-metres), &models, true);
+        cursors.advance(true, |_| false);
+        drawn(cursors)
+    };
+    assert_eq!(settled(&mut cursors, 200.0), [Drawn::Group(0)]);
+    cursors.set_by_hand(0, Some(0.5));
+    assert_eq!(settled(&mut cursors, 200.0), ALL);
+    assert!(cursors.instances[..4].iter().all(|instance| instance.theta == 0.5));
+    cursors.set_by_hand(0, None);
+    assert_eq!(settled(&mut cursors, 200.0), [Drawn::Group(0)]);
+    cursors.set_scale(0.0);
+    assert_eq!(settled(&mut cursors, 200.0), ALL);
+    assert!(cursors.instances[..4].iter().all(|instance| instance.shown == 0));
+}
