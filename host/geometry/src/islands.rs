@@ -36,20 +36,26 @@ impl Mesh {
         self.divide(&piece_of_position, pieces)
     }
 
-    /// The island of each position, or [`ABSENT`] where no triangle uses it; and the
-    /// islands in order of their first triangles.
-    fn find_islands(&self) -> (Vec<u32>, Vec<Island>) {
+    /// For each position, one that stands for its island: the same for all of it.
+    pub(crate) fn island_roots(&self) -> Vec<u32> {
         let mut above: Vec<u32> = (0..self.positions.len() as u32).collect();
         for &corners in &self.triangles {
             let [a, b, c] = self.corner_positions(corners).map(|p| root(&mut above, p));
             let least = a.min(b).min(c);
             [a, b, c].into_iter().for_each(|root| above[root as usize] = least);
         }
-        let mut island_of_root = vec![ABSENT; above.len()];
+        (0..above.len() as u32).map(|position| root(&mut above, position)).collect()
+    }
+
+    /// The island of each position, or [`ABSENT`] where no triangle uses it; and the
+    /// islands in order of their first triangles.
+    fn find_islands(&self) -> (Vec<u32>, Vec<Island>) {
+        let roots = self.island_roots();
+        let mut island_of_root = vec![ABSENT; roots.len()];
         let mut boxes: Vec<(Bounds, u32)> = Vec::new();
         for &corners in &self.triangles {
             let positions = self.corner_positions(corners);
-            let root = root(&mut above, positions[0]) as usize;
+            let root = roots[positions[0] as usize] as usize;
             let points = positions.map(|position| self.positions[position as usize]);
             let around = Bounds {
                 min: points[0].min(points[1]).min(points[2]),
@@ -63,8 +69,7 @@ impl Mesh {
             *bounds = bounds.union(around);
             *triangles += 1;
         }
-        let of = |position| island_of_root[root(&mut above, position) as usize];
-        let island_of = (0..self.positions.len() as u32).map(of).collect();
+        let island_of = roots.iter().map(|&root| island_of_root[root as usize]).collect();
         let island =
             |(bounds, triangles): (Bounds, u32)| Island { center: bounds.center(), triangles };
         (island_of, boxes.into_iter().map(island).collect())

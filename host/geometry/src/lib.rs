@@ -4,6 +4,7 @@
 //! ([`weld()`]) into a [`Mesh`]; an optimiser turns its [`Topology`] into a
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
 
+mod by_error;
 mod islands;
 mod merge;
 mod mesh;

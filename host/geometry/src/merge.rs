@@ -11,12 +11,13 @@ use glam::{Mat3, Mat4, Vec3};
 use crate::{Collapse, CollapseSequence, CollapseStacks, Mesh, Section, SequenceError};
 
 /// A mesh as part of a greater one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct MergePart<'a> {
     /// The mesh.
     pub stacks: &'a CollapseStacks,
-    /// Collapses done beforehand: they cannot be undone in the whole.
-    pub cursor: u32,
+    /// Collapses done beforehand, which cannot be undone in the whole, to those that the
+    /// whole may do.
+    pub cursors: Range<u32>,
     /// From the part's space to that of the whole; it may mirror.
     pub transform: Mat4,
     /// By how much the transform stretches at most: so many times over count its errors.
@@ -55,7 +56,8 @@ struct Merged {
 
 impl Merged {
     fn add(&mut self, part: &MergePart<'_>) {
-        let MergePart { stacks, cursor, .. } = *part;
+        let MergePart { stacks, cursors, .. } = part;
+        let cursor = cursors.start;
         let resolved = stacks.resolve(cursor);
         if resolved.triangles.is_empty() {
             return;
@@ -74,7 +76,8 @@ impl Merged {
             });
             self.corners[material as usize].extend(moved);
         }
-        let left = stacks.collapses().enumerate().skip(cursor as usize);
+        let left = stacks.collapses().enumerate();
+        let left = left.take(cursors.end as usize).skip(cursor as usize);
         self.collapses.extend(left.map(|(entry, (removed, kept))| Collapse {
             removed: first_position + removed,
             kept: first_position + kept,
@@ -166,7 +169,16 @@ mod tests {
     fn part(stacks: &CollapseStacks, cursor: u32, transform: Mat4) -> MergePart<'_> {
         let stretch = transform.x_axis.length();
         let materials = &[0, 1];
-        MergePart { stacks, cursor, transform, stretch, materials, first_feature: None, feature: 7 }
+        let cursors = cursor..stacks.collapse_count();
+        MergePart {
+            stacks,
+            cursors,
+            transform,
+            stretch,
+            materials,
+            first_feature: None,
+            feature: 7,
+        }
     }
 
     /// Live triangles as points, in an order that says nothing.
@@ -237,6 +249,17 @@ mod tests {
                 assert_eq!(Some(mesh.wedges.section[*wedge as usize]), section.material);
             }
         }
+    }
+
+    #[test]
+    fn a_part_goes_no_farther_than_it_may() {
+        let fan = fan(20, false);
+        let held = MergePart { cursors: 5..5, ..part(&fan, 5, Mat4::IDENTITY) };
+        let (mesh, sequence) = merge(&[held, part(&fan, 5, Mat4::IDENTITY)], 2).unwrap();
+        assert_eq!(sequence.len(), fan.collapse_count() - 5);
+        let whole = CollapseStacks::build(mesh, &sequence);
+        let left = whole.resolve(whole.collapse_count()).triangles.len() as u64;
+        assert_eq!(left, fan.live_triangles(5));
     }
 
     #[test]

@@ -16,6 +16,11 @@ impl Maker {
         let [_, low, high] = digest(bytemuck::cast_slice(&digests));
         Self([low, high])
     }
+
+    /// The same, with one more part.
+    pub fn with(self, part: &[u8]) -> Self {
+        Self::of(&[bytemuck::cast_slice(&self.0), part])
+    }
 }
 
 /// Content hash of a mesh and of what makes its stacks.

@@ -121,8 +121,12 @@ impl OptimisedModel {
         let imported = std::mem::take(&mut model.meshes);
         let total = imported.len();
         // Not from a cache: what this command reports is what the work takes.
-        let builder =
-            StackBuilder { optimizer: Some(&optimizer), cache: None, may_do_without: false };
+        let builder = StackBuilder {
+            optimizer: Some(&optimizer),
+            cache: None,
+            by_error: false,
+            may_do_without: false,
+        };
         let built = builder.build(imported.clone(), &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;
         build_ms.insert("import".into(), import_millis);

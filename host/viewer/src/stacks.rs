@@ -16,6 +16,8 @@ pub(crate) struct StackBuilder<'a> {
     pub(crate) optimizer: Option<&'a Optimizer>,
     /// Where results are kept, and what this optimiser's are known by.
     pub(crate) cache: Option<(&'a StackCache, Maker)>,
+    /// Whether collapses are done in the order of their errors, not in the plugin's.
+    pub(crate) by_error: bool,
     /// Whether a mesh with which the optimiser fails by itself gets stacks in which
     /// nothing collapses.
     pub(crate) may_do_without: bool,
@@ -119,7 +121,10 @@ impl StackBuilder<'_> {
                 built.millis.insert("optimize".into(), millis_since(start));
                 let parts = optimised.stages.into_iter();
                 built.millis.extend(parts.map(|(name, spent)| (format!("optimize/{name}"), spent)));
-                optimised.sequence
+                match self.by_error {
+                    true => optimised.sequence.by_error(&mesh),
+                    false => optimised.sequence,
+                }
             }
         };
         let start = Instant::now();

@@ -120,9 +120,8 @@ fn configuration(stations: usize, bounds: Bounds, folder: &Path) -> Result<PathB
     scene["view"] = json!({ "samples": 1 });
     scene["cameras"] = json!({});
     for model in scene["models"].as_object_mut().context("no models")?.values_mut() {
-        if model.get("theta").is_some() {
-            model["theta"] = json!({ "max_error_px": MAX_ERROR_PX });
-        }
+        model["optimizer"] = json!("optimizer");
+        model["theta"] = json!({ "max_error_px": MAX_ERROR_PX });
     }
     let path = folder.join(format!("stations_{stations}.json"));
     fs::write(&path, scene.to_string())?;

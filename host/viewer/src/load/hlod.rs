@@ -32,7 +32,7 @@ pub(crate) struct HlodGroup {
     pub(crate) model: usize,
     /// By how much the proxy differs at its finest from what it stands for, metres.
     pub(crate) base_error: f64,
-    /// Of each of its instances.
+    /// Of each of its instances that goes down.
     pub(crate) policy: ThetaPolicy,
 }
 
@@ -44,21 +44,19 @@ pub(super) fn build(
     models: &mut Vec<LoadedModel>,
 ) -> Vec<HlodGroup> {
     // A proxy goes down by one policy: the first such one.
-    let policy_of = |instance: &MeshInstance| match instance.theta {
-        Some(theta) => &graph.policies()[theta.0 as usize],
-        None => &policies[instance.model.0 as usize],
-    };
+    let policies = Policies { placed: graph.policies(), of_models: policies };
     let follows = |policy: &&ThetaPolicy| matches!(policy, ThetaPolicy::ScreenError(_));
-    let Some(policy) = graph.instances().iter().map(policy_of).find(follows) else {
+    let Some(policy) = graph.instances().iter().map(|i| policies.of(i)).find(follows) else {
         return Vec::new();
     };
-    let groups = find_groups(graph, |instance| policy_of(instance) == policy);
+    let may = |other: &ThetaPolicy| other == policy || matches!(other, ThetaPolicy::Fixed(_));
+    let groups = find_groups(graph, |instance| may(policies.of(instance)));
     let mut kinds: Vec<u32> = groups.iter().map(|group| group.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let made: Vec<Option<Proxy>> = kinds
         .par_iter()
-        .map(|&kind| Proxy::of(graph, &groups[kind as usize], policy, models))
+        .map(|&kind| Proxy::of(graph, &groups[kind as usize], policy, policies, models))
         .collect();
     let mut left = MAX_PROXY_TRIANGLES;
     let mut proxies = HashMap::new();
@@ -70,6 +68,24 @@ pub(super) fn build(
         models.push(proxy.into_model());
     }
     keep(groups, &proxies, policy)
+}
+
+/// How the theta of mesh instances is chosen.
+#[derive(Clone, Copy)]
+struct Policies<'a> {
+    /// Of placements, by the graph's index.
+    placed: &'a [ThetaPolicy],
+    /// Of models, where the placement has none.
+    of_models: &'a [ThetaPolicy],
+}
+
+impl<'a> Policies<'a> {
+    fn of(self, instance: &MeshInstance) -> &'a ThetaPolicy {
+        match instance.theta {
+            Some(theta) => &self.placed[theta.0 as usize],
+            None => &self.of_models[instance.model.0 as usize],
+        }
+    }
 }
 
 /// The groups that have a proxy.
@@ -106,6 +122,7 @@ impl Proxy {
         graph: &SceneGraph,
         group: &Group,
         policy: &ThetaPolicy,
+        policies: Policies<'_>,
         models: &[LoadedModel],
     ) -> Option<Self> {
         let range = group.instances.start as usize..group.instances.end as usize;
@@ -113,7 +130,9 @@ impl Proxy {
         let group_from_world = group.world_from_group.inverse();
         let members: Vec<Member<'_>> = instances
             .iter()
-            .map(|instance| Member::of(instance, group, group_from_world, models))
+            .map(|instance| {
+                Member::of(instance, policies.of(instance), group, group_from_world, models)
+            })
             .collect();
         let base_error = base_error(&members, policy)?;
         let mut materials = Materials::default();
@@ -147,6 +166,8 @@ impl Proxy {
 struct Member<'a> {
     model: &'a LoadedModel,
     stacks: &'a CollapseStacks,
+    /// Where it stays from however far.
+    held_at: Option<u32>,
     transform: Mat4,
     stretch: f32,
     /// Its node and its first feature's, counted from the group's.
@@ -157,14 +178,20 @@ struct Member<'a> {
 impl<'a> Member<'a> {
     fn of(
         instance: &MeshInstance,
+        policy: &ThetaPolicy,
         group: &Group,
         group_from_world: Mat4,
         models: &'a [LoadedModel],
     ) -> Self {
         let model = &models[instance.model.0 as usize];
+        let stacks = &model.stacks[instance.mesh as usize];
         Self {
             model,
-            stacks: &model.stacks[instance.mesh as usize],
+            stacks,
+            held_at: match policy {
+                ThetaPolicy::Fixed(theta) => Some(stacks.cursor_at(*theta)),
+                _ => None,
+            },
             transform: group_from_world * instance.world_from_mesh,
             stretch: greatest_stretch(&instance.world_from_mesh),
             feature: instance.node.0 - group.nodes.start,
@@ -173,13 +200,15 @@ impl<'a> Member<'a> {
     }
 
     fn cursor_within(&self, metres: f64) -> u32 {
-        self.stacks.cursor_within((metres / f64::from(self.stretch)) as f32)
+        let within = || self.stacks.cursor_within((metres / f64::from(self.stretch)) as f32);
+        self.held_at.unwrap_or_else(within)
     }
 
     fn part<'b>(&'b self, base_error: f64, materials: &'b [u32]) -> MergePart<'b> {
         MergePart {
             stacks: self.stacks,
-            cursor: self.cursor_within(base_error),
+            cursors: self.cursor_within(base_error)
+                ..self.held_at.unwrap_or(self.stacks.collapse_count()),
             transform: self.transform,
             stretch: self.stretch,
             materials,

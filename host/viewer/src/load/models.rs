@@ -67,6 +67,17 @@ pub(super) fn import(
 /// calls cost little beside them, and few enough that pieces differ in distance.
 const MAX_PIECE_TRIANGLES: u32 = 16_384;
 
+/// What tells results in the order of their errors apart in the cache.
+const BY_ERROR: &[u8] = b"by error";
+
+/// Whether the detail of a model, somewhere it is placed, follows the error on the screen.
+fn follows_error(config: &Config, model: &String) -> bool {
+    let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
+    let placed = config.scene.iter().filter(|node| node.model.as_ref() == Some(model));
+    let mut own = placed.filter_map(|node| node.theta.as_ref());
+    config.models.get(model).is_some_and(|model| follows(&model.theta)) || own.any(follows)
+}
+
 /// Takes the meshes apart whose detail follows the error on the screen, so that each
 /// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
 /// far end may be coarse while the near one is not.
@@ -76,11 +87,8 @@ pub(super) fn take_apart(
     graph: Option<&mut SceneGraph>,
 ) {
     let Some(graph) = graph else { return };
-    let follows_error = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
-    for (index, (name, configured)) in config.models.iter().enumerate() {
-        let placed = config.scene.iter().filter(|node| node.model.as_ref() == Some(name));
-        let mut own = placed.filter_map(|node| node.theta.as_ref());
-        if !follows_error(&configured.theta) && !own.any(follows_error) {
+    for (index, name) in config.models.keys().enumerate() {
+        if !follows_error(config, name) {
             continue;
         }
         let meshes = &mut imported.models[index].meshes;
@@ -129,9 +137,12 @@ impl Optimising<'_> {
                 .map(Optimizer::of)
                 .transpose()
                 .and_then(|optimizer| {
+                    let by_error = follows_error(config, name);
+                    let maker =
+                        maker.map(|maker| if by_error { maker.with(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
                     let optimizer = optimizer.as_ref();
-                    let builder = StackBuilder { optimizer, cache, may_do_without: true };
+                    let builder = StackBuilder { optimizer, cache, by_error, may_do_without: true };
                     let total = model.meshes.len();
                     builder.build(model.meshes, &|done| {
                         (self.progress)(&format!("collapse stacks of {name}"), done, total);
