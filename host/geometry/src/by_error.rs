@@ -2,7 +2,11 @@
 
 use glam::Vec3;
 
+use crate::stacks::death_indices;
 use crate::{Bounds, Collapse, CollapseSequence, Mesh};
+
+/// The fewest triangles that an island has while it counts as there: a tetrahedron's.
+const LAST_TRIANGLES: usize = 4;
 
 impl CollapseSequence {
     /// The same collapses of a mesh in the order of how far what is seen may differ. The
@@ -11,16 +15,20 @@ impl CollapseSequence {
     /// island before it. Islands do not touch, so that an optimiser which goes by their
     /// areas, say, does not keep a small one from going before a large one is touched.
     ///
+    /// That an island vanishes is an error as large as a square of the area that it shows
+    /// at most: a long conductor is seen for longer than it is thick.
+    ///
     /// Entries that join islands of which nothing is left are dropped: they change
     /// nothing that is seen.
     pub fn by_error(&self, mesh: &Mesh) -> Self {
         let island_of = mesh.island_roots();
+        let ends = self.ends(mesh, &island_of);
         // What each position stands for.
         let mut boxes: Vec<Bounds> =
             mesh.positions.iter().map(|&point| Bounds { min: point, max: point }).collect();
         let mut greatest = vec![0.0_f32; mesh.positions.len()];
         let mut entries: Vec<Collapse> = Vec::with_capacity(self.entries().len());
-        for entry in self.entries() {
+        for (done, entry) in (1..).zip(self.entries()) {
             let [removed, kept] = [entry.removed, entry.kept].map(|position| position as usize);
             if island_of[removed] != island_of[kept] {
                 continue;
@@ -29,11 +37,59 @@ impl CollapseSequence {
             let moved = farthest(mesh.positions[kept], &boxes[kept]);
             let error = &mut greatest[island_of[kept] as usize];
             *error = error.max(entry.error.min(moved));
+            let end = &ends[island_of[kept] as usize];
+            if done >= end.vanishes_at() {
+                *error = error.max(end.seen);
+            }
             entries.push(Collapse { error: *error, ..*entry });
         }
         // Stable: those of an island stay in their order.
         entries.sort_by(|a, b| a.error.total_cmp(&b.error));
         Self::new(entries, self.position_count()).unwrap_or_else(|_| self.clone())
+    }
+}
+
+/// When an island ends, and what is gone with it.
+#[derive(Clone)]
+struct End {
+    /// Of its triangles that live longest, the cursors at which they die; 0 of none.
+    last_deaths: [u32; LAST_TRIANGLES],
+    area: f32,
+    /// The side of a square that shows as much as the island does at most, metres of the
+    /// mesh.
+    seen: f32,
+}
+
+impl End {
+    /// The cursor from which on it has fewer than [`LAST_TRIANGLES`].
+    fn vanishes_at(&self) -> u32 {
+        self.last_deaths.iter().copied().filter(|&death| death > 0).min().unwrap_or(u32::MAX)
+    }
+
+    fn add(&mut self, death: u32, area: f32) {
+        self.area += area;
+        if let Some(first) = self.last_deaths.iter_mut().min()
+            && *first < death
+        {
+            *first = death;
+        }
+    }
+}
+
+impl CollapseSequence {
+    /// The ends of islands, by the positions that stand for them.
+    fn ends(&self, mesh: &Mesh, island_of: &[u32]) -> Vec<End> {
+        let none = End { last_deaths: [0; LAST_TRIANGLES], area: 0.0, seen: 0.0 };
+        let mut ends = vec![none; mesh.positions.len()];
+        for (&corners, death) in mesh.triangles.iter().zip(death_indices(mesh, self)) {
+            let positions = mesh.corner_positions(corners);
+            let [a, b, c] = positions.map(|position| mesh.positions[position as usize]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            ends[island_of[positions[0] as usize] as usize].add(death, area);
+        }
+        // From no side more than half of a surface is seen.
+        ends.iter_mut().for_each(|end| end.seen = (end.area * 0.5).sqrt());
+        ends
     }
 }
 
@@ -94,8 +150,39 @@ mod tests {
     fn the_optimisers_error_counts_where_it_is_less() {
         let mesh = fans(&[4.0, 1.0]);
         let sequence = onto_hubs(&mesh, 0.25).by_error(&mesh);
-        assert!(sequence.entries().iter().all(|entry| entry.error == 0.25));
-        assert_eq!(sequence.entries(), &onto_hubs(&mesh, 0.25).entries()[..12]);
+        // Two of the five triangles go; what is left vanishes with the whole.
+        let least = |fan: u32| sequence.entries().iter().filter(move |e| e.kept / 7 == fan);
+        for (fan, size) in [(0, 4.0), (1, 1.0_f32)] {
+            let errors: Vec<f32> = least(fan).map(|entry| entry.error).collect();
+            let seen = *errors.last().unwrap();
+            assert!(seen > size * 0.8 && seen < size * 1.3, "{seen}");
+            assert!(errors.iter().all(|&error| error == 0.25 || error == seen));
+            assert_eq!(errors[0], 0.25);
+        }
+    }
+
+    #[test]
+    fn a_long_strut_outlives_its_thickness() {
+        // 10 m long, 0.1 m thick: both ends shrink to a point at little error.
+        let at = |i: u32| {
+            let end = if i < 3 { 0.0 } else { 10.0 };
+            Vec3::new(end, (i % 3) as f32 * 0.1, ((i % 3) * (i % 3)) as f32 * 0.05)
+        };
+        let side = |a: u32, b: u32| [[a, b, b + 3], [a, b + 3, a + 3]];
+        let sides = [side(0, 1), side(1, 2), side(2, 0)].concat();
+        let triangles = [&sides[..], &[[0, 2, 1], [3, 4, 5]]].concat();
+        let strut =
+            RawPrimitive { positions: (0..6).map(at).collect(), triangles, ..Default::default() };
+        let mesh = weld(&[strut]).unwrap().0;
+        let number = |i| mesh.positions.iter().position(|&p| p == at(i)).unwrap() as u32;
+        let onto =
+            |removed, kept| Collapse { removed: number(removed), kept: number(kept), error: 10.0 };
+        let entries = vec![onto(1, 0), onto(4, 3), onto(2, 0), onto(5, 3), onto(3, 0)];
+        let sequence = CollapseSequence::new(entries, 6).unwrap().by_error(&mesh);
+        let stacks = CollapseStacks::build(mesh, &sequence);
+        let left = |error| stacks.live_triangles(stacks.cursor_within(error));
+        assert!(left(0.01) == 8 && left(0.5) >= 4, "{} {}", left(0.01), left(0.5));
+        assert_eq!(left(2.0), 0);
     }
 
     proptest! {

@@ -22,6 +22,7 @@ use std::ops::Range;
 use crate::{Mesh, theta_to_cursor};
 
 pub use build::removal_ranks;
+pub(crate) use deaths::death_indices;
 pub use tables::{StackTables, TablesError};
 
 /// The death index of a triangle that no cursor kills.

@@ -32,6 +32,8 @@ pub struct Stats {
     pub resolved: u64,
     /// Instances that wait for their mesh at another cursor.
     pub waiting: usize,
+    /// Groups far away that the last frame drew as one mesh.
+    pub groups_as_one: usize,
     /// Bytes of index buffers on the device.
     pub index_cache_bytes: u64,
     /// Frames drawn so far.

@@ -369,6 +369,7 @@ impl Viewer {
             resolve_ms: self.last.resolve_millis,
             resolved: self.resolved,
             waiting: self.cursors.waiting().len(),
+            groups_as_one: self.groups_as_one(),
             index_cache_bytes: self.renderer.index_cache_bytes(),
             frames: self.frames,
             fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
@@ -580,6 +581,14 @@ impl Viewer {
             vertices += u64::from(stacks.surviving(place.cursor));
         });
         vertices
+    }
+
+    fn groups_as_one(&self) -> usize {
+        let mut count = 0;
+        self.cursors.for_each_drawn(|drawn, _| {
+            count += usize::from(matches!(drawn, Drawn::Group(_)));
+        });
+        count
     }
 
     fn last_frame_millis(&self) -> f64 {

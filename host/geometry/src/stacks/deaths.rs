@@ -19,6 +19,11 @@ fn stays(position: u32) -> Link {
     link(NEVER, position)
 }
 
+/// The same, for a sequence of any depth.
+pub(crate) fn death_indices(mesh: &Mesh, sequence: &CollapseSequence) -> Vec<u32> {
+    find(mesh, sequence, u32::MAX)
+}
+
 /// The smallest cursor at which two corners share a position, per triangle.
 ///
 /// Positions are as imported: those of a triangle are near each other, and so

@@ -1,0 +1,118 @@
+//! Yards far away are drawn as one mesh each, and nobody sees or feels it.
+
+use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use e2e::Scene;
+use serde_json::{Value, json};
+
+const SIZE: [u32; 2] = [960, 540];
+const YARDS: usize = 3;
+const ROWS: usize = 4;
+const COLUMNS: usize = 5;
+/// From where a yard is less than its proxy's error away from what it stands for.
+const FAR: [f32; 3] = [60.0, 40.0, 300.0];
+const NEAR: [f32; 3] = [60.0, 10.0, 40.0];
+const TARGET: [f32; 3] = [60.0, 0.0, 0.0];
+
+/// Yards of breakers, 60 m apart.
+fn yards() -> Scene {
+    let mut scene = Scene::without_tags();
+    let mut breaker = scene.config["models"]["breaker"].take();
+    breaker["theta"] = json!({ "max_error_px": 0.5 });
+    scene.config["models"] = json!({ "breaker": breaker });
+    let place = |x: usize, z: usize| json!({ "translation": [6 * x, 0, 6 * z] });
+    let breaker = |yard: usize, number: usize| {
+        json!({
+            "id": format!("=Y{yard}Q{number}"),
+            "model": "breaker",
+            "transform": place(number % COLUMNS, number / COLUMNS),
+        })
+    };
+    let yard = |number: usize| {
+        let breakers: Value = (0..ROWS * COLUMNS).map(|i| breaker(number, i)).collect();
+        let transform =
+            json!({ "translation": [60 * number, 0, 0], "rotation_degrees": [0, 30 * number, 0] });
+        json!({ "id": format!("=Y{number}"), "transform": transform, "children": breakers })
+    };
+    scene.config["scene"] = (0..YARDS).map(yard).collect();
+    scene.config["view"] = json!({ "samples": 1, "size": SIZE });
+    scene
+}
+
+struct View {
+    viewer: Viewer,
+    seconds: f64,
+}
+
+impl View {
+    fn draw(&mut self, eye: [f32; 3]) -> Picture {
+        self.viewer.look_from(eye, TARGET);
+        self.seconds += 1.0 / 60.0;
+        self.viewer.frame(self.viewer.headless_input(self.seconds)).expect("a frame is drawn");
+        self.viewer.read_picture().expect("the picture is there")
+    }
+
+    /// What is at each pixel of the last frame.
+    fn ids(&mut self) -> Vec<Option<String>> {
+        let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();
+        self.viewer.pick_many(&pixels).expect("ids are drawn")
+    }
+}
+
+/// The share of places at which two of the same length differ.
+fn differing<T: PartialEq>(a: &[T], b: &[T]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).filter(|(a, b)| a != b).count() as f64 / a.len() as f64
+}
+
+fn visibly(picture: &Picture) -> Vec<[u8; 3]> {
+    picture.rgba8.chunks_exact(4).map(|p| [p[0] >> 6, p[1] >> 6, p[2] >> 6]).collect()
+}
+
+#[test]
+fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
+    let scene = LoadedScene::load(&yards().write(), &|_, _, _| {}).expect("the scene loads");
+    let options = RendererOptions { samples: 1, validation: true };
+    let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+    let mut view = View { viewer, seconds: 0.0 };
+
+    let near = view.draw(NEAR);
+    let far = view.draw(FAR);
+    let stats = view.viewer.stats();
+    assert_eq!(stats.groups_as_one, YARDS);
+    let ids = view.ids();
+    if let Ok(p) = std::env::var("DUMP") {
+        image::RgbaImage::from_raw(SIZE[0], SIZE[1], far.rgba8.clone())
+            .unwrap()
+            .save(format!("{p}/far.png"))
+            .unwrap();
+    }
+
+    view.viewer.set_theta(0.0);
+    let full = view.draw(FAR);
+    if let Ok(p) = std::env::var("DUMP") {
+        image::RgbaImage::from_raw(SIZE[0], SIZE[1], full.rgba8.clone())
+            .unwrap()
+            .save(format!("{p}/full.png"))
+            .unwrap();
+    }
+    let of_all = view.viewer.stats();
+    assert_eq!((of_all.groups_as_one, of_all.triangles), (0, of_all.triangles_full));
+    assert!(stats.triangles * 10 < of_all.triangles, "{} triangles", stats.triangles);
+    let full_ids = view.ids();
+    let (pixels, objects) =
+        (differing(&visibly(&far), &visibly(&full)), differing(&ids, &full_ids));
+    let shown = full_ids.iter().filter(|id| id.is_some()).count() as f64 / full_ids.len() as f64;
+    println!("{pixels} of pixels, {objects} of ids differ; {shown} show something");
+    assert!(shown > 0.004, "there is something to see");
+    assert!(pixels < 0.002, "{pixels}");
+    assert!(objects < 0.2 * shown, "{objects} of {shown}: half a pixel at the edges");
+    // Of those that both show, all but some at the edges of a breaker are the same.
+    let both = ids.iter().zip(&full_ids).filter(|(a, b)| a.is_some() && b.is_some());
+    let (same, other): (Vec<_>, Vec<_>) = both.partition(|(a, b)| a == b);
+    assert!(other.len() * 20 < same.len(), "{} other, {} same", other.len(), same.len());
+
+    view.viewer.use_policies();
+    assert_eq!(view.draw(NEAR), near, "near, all of it is back");
+    assert_eq!(view.draw(FAR), far);
+    assert_eq!(view.viewer.stats().validation_messages, Vec::<String>::new());
+}
