@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fs::OpenOptions;
 use std::io::Write;
+use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use anyhow::{Context, Result, ensure};
@@ -73,7 +74,13 @@ pub(crate) fn count(command: &'static str) -> Option<Code> {
 
 fn planned() -> Option<&'static Fault> {
     static FAULT: OnceLock<Option<Fault>> = OnceLock::new();
-    let read = || Fault::parse(&std::env::var(FAULT_VARIABLE).ok()?).ok();
+    let read = || {
+        // The loader takes the layer out and in again between instances, and a
+        // fault strikes once.
+        let struck = std::env::var_os(STRUCK_VARIABLE).is_some_and(|f| Path::new(&f).exists());
+        let text = std::env::var(FAULT_VARIABLE).ok().filter(|_| !struck)?;
+        Fault::parse(&text).ok()
+    };
     FAULT.get_or_init(read).as_ref()
 }
 

@@ -35,6 +35,7 @@ impl Subject {
         };
         write("model.glb", &file);
         let config = json!({
+            "version": 1,
             "models": { "quads": { "file": "model.glb" } },
             "scene": [{ "id": "=Q1", "model": "quads" }],
             "cameras": { "front": { "eye": [0.4, 0.7, 4.0], "target": [0.0, 0.0, 0.0],
