@@ -9,7 +9,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use ash::vk;
-use twox_hash::XxHash3_64;
+use twox_hash::XxHash3_128;
 
 use crate::GpuError;
 use crate::error::at;
@@ -19,7 +19,8 @@ const MAX_BYTES: usize = 64 << 20;
 const MAGIC: [u8; 8] = *b"BUSBARPC";
 const VERSION: u32 = 1;
 /// Magic, version, who compiled, checksum.
-const HEADER_BYTES: usize = 8 + 4 + 4 + 4 + 4 + 16 + 8;
+const HEADER_BYTES: usize = 8 + 4 * 4 + 16 + CHECKSUM_BYTES;
+const CHECKSUM_BYTES: usize = size_of::<u128>();
 
 /// Who compiled: results are of no use to anybody else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +32,7 @@ struct Compiler {
 }
 
 impl Compiler {
-    fn header(&self, checksum: u64) -> Vec<u8> {
+    fn header(&self, checksum: u128) -> Vec<u8> {
         let mut header = Vec::with_capacity(HEADER_BYTES);
         header.extend(MAGIC);
         for number in [VERSION, self.vendor, self.device, self.driver] {
@@ -54,7 +55,7 @@ impl Compiler {
         if header == self.header(checksum_of(data)) {
             return Ok(data);
         }
-        let is_ours = header.starts_with(&self.header(0)[..HEADER_BYTES - 8]);
+        let is_ours = header.starts_with(&self.header(0)[..HEADER_BYTES - CHECKSUM_BYTES]);
         Err(if is_ours { "it is damaged" } else { "it is of another device or driver" })
     }
 }
@@ -65,7 +66,7 @@ pub(crate) struct PipelineCache {
     compiler: Compiler,
     file: Option<PathBuf>,
     /// What the file holds.
-    kept: Option<u64>,
+    kept: Option<u128>,
 }
 
 impl PipelineCache {
@@ -147,8 +148,8 @@ fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 }
 
 /// Finds damage, not malice: the folder is the user's alone.
-fn checksum_of(bytes: &[u8]) -> u64 {
-    XxHash3_64::oneshot(bytes)
+fn checksum_of(bytes: &[u8]) -> u128 {
+    XxHash3_128::oneshot(bytes)
 }
 
 #[cfg(test)]

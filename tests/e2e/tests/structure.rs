@@ -81,6 +81,17 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "weighted_collapse",
         ],
     ),
+    (
+        "bench_render",
+        &[
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_viewer",
+            "document",
+            "measure",
+            "substation",
+        ],
+    ),
     ("corpus", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("demo_model", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("substation", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model"]),
