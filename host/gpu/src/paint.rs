@@ -37,7 +37,7 @@ impl Recorder<'_> {
     ///
     /// # Errors
     /// When the image is no such picture.
-    pub fn paint_over<'r>(&'r mut self, picture: &Image) -> Result<PaintPass<'r>, GpuError> {
+    pub fn paint_over(&mut self, picture: &Image) -> Result<PaintPass<'_>, GpuError> {
         let view = picture
             .undecoded_view()
             .ok_or(GpuError::Misuse("panels over an image that is no picture"))?;

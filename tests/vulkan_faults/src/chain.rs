@@ -68,7 +68,7 @@ impl Next {
         let wait = self.function(c"vkDeviceWaitIdle".as_ptr());
         if !wait.is_null() {
             // SAFETY: the next layer's function of this name has this type.
-            let wait: Wait = unsafe { std::mem::transmute(wait) };
+            let wait = unsafe { std::mem::transmute::<Function, Wait>(wait) };
             // SAFETY: the device lives.
             let _ = unsafe { wait(self.handle as Handle) };
         }

@@ -25,7 +25,11 @@ macro_rules! commands {
         ];
 
         $(
-            #[allow(non_snake_case, reason = "the names of the specification")]
+            #[allow(
+                non_snake_case,
+                clippy::too_many_arguments,
+                reason = "names and arguments are the specification's"
+            )]
             unsafe extern "system" fn $name(handle: Handle, $($argument: $type),*) -> Code {
                 type Own = unsafe extern "system" fn(Handle, $($type),*) -> Code;
                 let Some(next) = next_of(handle) else { return INIT };

@@ -15,8 +15,8 @@ use serde_json::json;
 use tempfile::TempDir;
 use vulkan_faults::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install};
 
-/// Says that every fault is to strike, not a sample.
-const ALL_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
+/// Says how many faults are to strike, or "all".
+const COUNT_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
 /// What the sample is drawn with; another number gives another sample.
 const SEED_VARIABLE: &str = "BUSBAR_VULKAN_SEED";
 const DEFAULT_SEED: u64 = 7;
@@ -100,11 +100,13 @@ pub(crate) fn faults_of(calls: &[String]) -> Vec<Fault> {
 }
 
 /// A sample of faults: of each command and code one, as far as `count` allows;
-/// all of them where the environment says so.
+/// another number, or all of them, where the environment says so.
 pub(crate) fn sample(mut faults: Vec<Fault>, count: usize) -> Vec<Fault> {
-    if std::env::var_os(ALL_VARIABLE).is_some() {
+    let asked = std::env::var(COUNT_VARIABLE).ok();
+    if asked.as_deref() == Some("all") {
         return faults;
     }
+    let count = asked.and_then(|asked| asked.parse().ok()).unwrap_or(count);
     let seed = std::env::var(SEED_VARIABLE).ok().and_then(|seed| seed.parse().ok());
     let mut random = fastrand::Rng::with_seed(seed.unwrap_or(DEFAULT_SEED));
     random.shuffle(&mut faults);
