@@ -12,10 +12,11 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 const COMMON: &str = "common/frame.wgsl";
 
 /// Pass source, name of its words.
-const PASSES: [(&str, &str); 3] = [
+const PASSES: [(&str, &str); 4] = [
     ("scene/scene.wgsl", "SCENE"),
     ("wireframe/wireframe.wgsl", "WIREFRAME"),
     ("pick/pick.wgsl", "PICK"),
+    ("panels/panels.wgsl", "PANELS"),
 ];
 
 /// Structs shared with Rust under the same name.

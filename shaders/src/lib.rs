@@ -144,5 +144,6 @@ mod tests {
         check(super::SCENE, &["vertex_main", "fragment_main"]);
         check(super::WIREFRAME, &["fill_vertex", "line_vertex", "fill_fragment", "line_fragment"]);
         check(super::PICK, &["vertex_main", "fragment_main"]);
+        check(super::PANELS, &["vertex_main", "fragment_main"]);
     }
 }

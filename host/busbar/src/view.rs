@@ -15,6 +15,7 @@ use winit::window::{Window, WindowId};
 use crate::arguments::ViewOptions;
 use crate::{check, output, render};
 
+const TITLE: &str = "Busbar";
 /// Live values are drawn this often without any input.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// With input, frames come no faster than this: a display may not pace them.
@@ -55,6 +56,8 @@ struct OpenWindow {
     egui: egui_winit::State,
     window: Arc<Window>,
     announced: bool,
+    /// Why it shows an older picture, as its title says.
+    trouble: Option<String>,
 }
 
 impl ApplicationHandler for Application<'_> {
@@ -135,7 +138,7 @@ impl OpenWindow {
     ) -> anyhow::Result<Self> {
         let [width, height] = scene.size();
         let attributes = Window::default_attributes()
-            .with_title("Busbar")
+            .with_title(TITLE)
             .with_inner_size(PhysicalSize::new(width, height));
         let window =
             Arc::new(event_loop.create_window(attributes).context("cannot open a window")?);
@@ -150,7 +153,7 @@ impl OpenWindow {
             None,
             None,
         );
-        Ok(Self { viewer, egui, window, announced: false })
+        Ok(Self { viewer, egui, window, announced: false, trouble: None })
     }
 
     /// Draws one frame; returns when the panels want the next.
@@ -159,6 +162,11 @@ impl OpenWindow {
         self.window.pre_present_notify();
         let frame = self.viewer.frame(input)?;
         self.egui.handle_platform_output(&self.window, frame.platform);
+        if self.trouble != frame.trouble {
+            let title = frame.trouble.as_ref().map(|trouble| format!("{TITLE}: {trouble}"));
+            self.window.set_title(title.as_deref().unwrap_or(TITLE));
+            self.trouble = frame.trouble;
+        }
         if !self.announced {
             output::result("ready");
             self.announced = true;

@@ -270,6 +270,8 @@ pub struct ViewConfig {
     /// What a frame in a window is to take, milliseconds; none where it may take what
     /// its detail does.
     pub target_frame_millis: Option<f64>,
+    /// Graphics device, by number or part of its name; none for the best.
+    pub device: Option<String>,
     /// JSON pointer; of a view that may be absent.
     pub pointer: String,
 }

@@ -329,6 +329,10 @@ pub(crate) struct RawView {
     /// takes.
     #[schemars(range(min = 0.0, max = MAX_FRAME_MILLIS), extend("examples" = [16.6]))]
     pub(crate) target_frame_ms: f64,
+    /// Graphics device: its number among those there are, or a part of its name; where
+    /// missing, the best. `BUSBAR_DEVICE` in the environment goes before.
+    #[schemars(length(min = 1, max = 256), extend("examples" = ["llvmpipe"]))]
+    pub(crate) device: Option<String>,
 }
 
 /// Results of optimisers on disk.
@@ -366,6 +370,7 @@ impl Default for RawView {
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,
+            device: None,
         }
     }
 }

@@ -165,6 +165,7 @@ fn view(raw: RawView) -> ViewConfig {
         size: raw.size,
         theta_scale: raw.theta_scale,
         target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),
+        device: raw.device,
         pointer: "/view".to_owned(),
     }
 }

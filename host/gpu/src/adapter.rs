@@ -9,8 +9,10 @@ use crate::error::at;
 use crate::instance::Instance;
 use crate::surface::Surface;
 
-/// Names the device to use, by a part of its name.
-const OVERRIDE_VARIABLE: &str = "BUSBAR_GPU";
+/// Names the device to use, before the configuration does.
+const OVERRIDE_VARIABLE: &str = "BUSBAR_DEVICE";
+/// Where the configuration names it.
+const CONFIGURED: &str = "view.device";
 
 /// A physical device that can do the work.
 pub(crate) struct Adapter {
@@ -18,6 +20,7 @@ pub(crate) struct Adapter {
     pub(crate) name: String,
     pub(crate) queue_family: u32,
     pub(crate) limits: vk::PhysicalDeviceLimits,
+    pub(crate) properties: vk::PhysicalDeviceProperties,
     pub(crate) can_draw_lines: bool,
     /// Whether the queue writes timestamps.
     pub(crate) has_timestamps: bool,
@@ -27,8 +30,13 @@ pub(crate) struct Adapter {
 }
 
 impl Adapter {
-    /// The best device: discrete, integrated, virtual, then software.
-    pub(crate) fn choose(instance: &Instance, surface: Option<&Surface>) -> Result<Self, GpuError> {
+    /// The best device: discrete, integrated, virtual, then software; of those
+    /// that `wanted` or the environment names, where either does.
+    pub(crate) fn choose(
+        instance: &Instance,
+        surface: Option<&Surface>,
+        wanted: Option<&str>,
+    ) -> Result<Self, GpuError> {
         // SAFETY: the instance lives.
         let devices =
             unsafe { instance.raw.enumerate_physical_devices() }.map_err(|code| match code {
@@ -38,7 +46,10 @@ impl Adapter {
         if devices.is_empty() {
             return Err(GpuError::NoDriver("no device found".to_owned()));
         }
-        let devices = narrow(instance, devices)?;
+        let devices = match asked_for(wanted) {
+            Some(asked) => narrow(instance, devices, asked)?,
+            None => devices,
+        };
         let mut refused = Vec::new();
         let mut usable = Vec::new();
         for device in devices {
@@ -75,6 +86,7 @@ impl Adapter {
             name,
             queue_family,
             limits: properties.limits,
+            properties,
             can_draw_lines: features.fill_mode_non_solid == vk::TRUE,
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
             is_software: properties.device_type == vk::PhysicalDeviceType::CPU,
@@ -99,27 +111,47 @@ fn device_name(properties: &vk::PhysicalDeviceProperties) -> String {
         .map_or_else(|_| "unnamed device".to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// Keeps the devices that the override names, if it is set.
+/// What device is asked for, and where; the environment goes before.
+fn asked_for(wanted: Option<&str>) -> Option<(&'static str, String)> {
+    let named = std::env::var(OVERRIDE_VARIABLE).ok().map(|name| (OVERRIDE_VARIABLE, name));
+    named
+        .filter(|(_, name)| !name.is_empty())
+        .or_else(|| wanted.map(|name| (CONFIGURED, name.to_owned())))
+}
+
+/// Keeps the devices that a number or a part of a name names.
 fn narrow(
     instance: &Instance,
     devices: Vec<vk::PhysicalDevice>,
+    (place, wanted): (&'static str, String),
 ) -> Result<Vec<vk::PhysicalDevice>, GpuError> {
-    let Some(wanted) = std::env::var(OVERRIDE_VARIABLE).ok().filter(|name| !name.is_empty()) else {
-        return Ok(devices);
-    };
-    let name_of = |device: &vk::PhysicalDevice| {
+    let name_of = |&device: &vk::PhysicalDevice| {
         // SAFETY: `device` comes from this live instance.
-        device_name(&unsafe { instance.raw.get_physical_device_properties(*device) })
+        device_name(&unsafe { instance.raw.get_physical_device_properties(device) })
     };
-    let available = devices.iter().map(name_of).collect::<Vec<_>>().join(", ");
-    let matches = |device: &vk::PhysicalDevice| {
-        name_of(device).to_lowercase().contains(&wanted.to_lowercase())
-    };
-    let named: Vec<_> = devices.into_iter().filter(matches).collect();
+    let names: Vec<String> = devices.iter().map(name_of).collect();
+    let named: Vec<_> = chosen(&names, &wanted)
+        .into_iter()
+        .filter_map(|index| devices.get(index).copied())
+        .collect();
     if named.is_empty() {
-        return Err(GpuError::NoSuchDevice { wanted, available });
+        let numbered: Vec<_> =
+            names.iter().enumerate().map(|(index, name)| format!("{index} \"{name}\"")).collect();
+        return Err(GpuError::NoSuchDevice { place, wanted, available: numbered.join(", ") });
     }
     Ok(named)
+}
+
+/// The devices of that number, or with that part in their names, whatever its
+/// case.
+fn chosen(names: &[String], wanted: &str) -> Vec<usize> {
+    if let Ok(index) = wanted.parse::<usize>()
+        && index < names.len()
+    {
+        return vec![index];
+    }
+    let wanted = wanted.to_lowercase();
+    (0..names.len()).filter(|&index| names[index].to_lowercase().contains(&wanted)).collect()
 }
 
 /// The first thing the device needs and has not.
@@ -186,4 +218,27 @@ fn queue_family(
         }
     }
     Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::chosen;
+
+    #[test]
+    fn devices_are_chosen_by_number_or_part_of_their_name() {
+        let names = ["NVIDIA RTX 4000", "Intel Arc", "llvmpipe (LLVM 15)"].map(String::from);
+        let cases: [(&str, &[usize]); 7] = [
+            ("1", &[1]),
+            ("intel", &[1]),
+            ("LLVMPIPE", &[2]),
+            // No device 15 and no device 4000: parts of names.
+            ("15", &[2]),
+            ("4000", &[0]),
+            ("a", &[0, 1]),
+            ("radeon", &[]),
+        ];
+        for (wanted, expected) in cases {
+            assert_eq!(chosen(&names, wanted), expected, "{wanted}");
+        }
+    }
 }

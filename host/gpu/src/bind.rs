@@ -89,6 +89,7 @@ impl BindGroupLayout {
         // SAFETY: the device lives.
         let raw = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
             .map_err(at("creating a bind group layout"))?;
+        device.name(raw, "bind group layout");
         Ok(Self(Arc::new(LayoutInner { device, raw, kinds: kinds.to_vec() })))
     }
 
@@ -135,6 +136,7 @@ impl BindGroup {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .allocate(&device.raw, layout.raw())?;
+        device.name(raw, "bind group");
         let kept = bindings.iter().map(Binding::keep).collect();
         let group = Self { layout: layout.clone(), pool, raw, _kept: kept };
         for (index, binding) in (0..).zip(bindings) {
@@ -189,7 +191,9 @@ impl Binding<'_> {
             (Self::Buffer(buffer), BindingKind::Storage) => {
                 matches!(buffer.usage(), BufferUsage::Storage | BufferUsage::HostStorage)
             }
-            (Self::Texture(image), BindingKind::Texture) => image.kind() == ImageKind::Texture,
+            (Self::Texture(image), BindingKind::Texture) => {
+                matches!(image.kind(), ImageKind::Texture | ImageKind::FlatTexture)
+            }
             (Self::Sampler(_), BindingKind::Sampler) => true,
             _ => false,
         }

@@ -28,6 +28,8 @@ pub enum BufferUsage {
     HostStorage,
     /// Vertex data that the CPU writes every frame.
     HostVertex,
+    /// 32-bit indices that the CPU writes every frame.
+    HostIndex,
     /// Source of a copy to the device.
     Staging,
     /// Target of a copy to the CPU.
@@ -50,6 +52,7 @@ impl BufferUsage {
             Self::HostUniform => vk::BufferUsageFlags::UNIFORM_BUFFER,
             Self::HostStorage => vk::BufferUsageFlags::STORAGE_BUFFER,
             Self::HostVertex => vk::BufferUsageFlags::VERTEX_BUFFER,
+            Self::HostIndex => vk::BufferUsageFlags::INDEX_BUFFER,
             Self::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
             Self::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         }
@@ -58,9 +61,11 @@ impl BufferUsage {
     fn location(self) -> MemoryLocation {
         match self {
             Self::Vertex | Self::Index | Self::Uniform | Self::Storage => MemoryLocation::GpuOnly,
-            Self::HostUniform | Self::HostStorage | Self::HostVertex | Self::Staging => {
-                MemoryLocation::CpuToGpu
-            }
+            Self::HostUniform
+            | Self::HostStorage
+            | Self::HostVertex
+            | Self::HostIndex
+            | Self::Staging => MemoryLocation::CpuToGpu,
             Self::Readback => MemoryLocation::GpuToCpu,
         }
     }

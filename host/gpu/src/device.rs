@@ -3,6 +3,7 @@
 
 use std::ffi::CString;
 use std::mem::ManuallyDrop;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -19,10 +20,15 @@ use crate::error::{allocating, at};
 use crate::garbage::Garbage;
 use crate::heap::keep_freed_memory;
 use crate::instance::Instance;
+use crate::pipeline_cache::PipelineCache;
 
 /// How long submitted work may take before it counts as hung. Long, because a
 /// software rasteriser on a busy machine is slow, not hung.
 const MAX_WAIT_MILLIS: u64 = 30_000;
+
+/// Attempts at a wait for which the driver lacks memory: nothing can be taken
+/// apart before it.
+const MAX_WAIT_TRIES: u32 = 3;
 
 /// Memory is taken from the driver in blocks of these sizes. Small, because in
 /// software rendering they come out of the host's own memory.
@@ -35,9 +41,10 @@ pub(crate) struct Device {
     pub(crate) queue: vk::Queue,
     pub(crate) adapter: Adapter,
     /// Taken in `drop`, before the device goes.
-    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
+    allocator: ManuallyDrop<Mutex<Allocator>>,
     pub(crate) pools: Mutex<DescriptorPools>,
     timeline: vk::Semaphore,
+    compiled: Mutex<PipelineCache>,
     submitted: AtomicU64,
     /// A wait ran out of time.
     hung: AtomicBool,
@@ -51,6 +58,7 @@ impl Device {
         instance: Arc<Instance>,
         adapter: Adapter,
         presents: bool,
+        compiled: Option<&Path>,
     ) -> Result<Arc<Self>, GpuError> {
         let raw = create(&instance, &adapter, presents)?;
         let made = Parts::of(&instance, &adapter, &raw);
@@ -62,27 +70,37 @@ impl Device {
                 return Err(error);
             }
         };
-        let names =
-            instance.validates().then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let names = instance.can_name.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         // SAFETY: one queue of this family was asked for.
         let queue = unsafe { raw.get_device_queue(adapter.queue_family, 0) };
-        Ok(Arc::new(Self {
+        let compiled = PipelineCache::open(&raw, &adapter.properties, compiled);
+        let device = Arc::new(Self {
             raw,
             queue,
             adapter,
-            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
             pools: Mutex::default(),
             timeline,
+            compiled: Mutex::new(compiled),
             submitted: AtomicU64::new(0),
             hung: AtomicBool::new(false),
             garbage: Mutex::default(),
             names,
             instance,
-        }))
+        });
+        device.name(device.timeline, "submissions");
+        device.name(device.queue, "queue");
+        Ok(device)
     }
 
-    pub(crate) fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
-        Arc::clone(&self.allocator)
+    /// The cache of compiled pipelines; null where there is none.
+    pub(crate) fn compiled(&self) -> vk::PipelineCache {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner).raw
+    }
+
+    /// Writes compiled pipelines to disk.
+    pub(crate) fn save_compiled(&self) -> Result<(), GpuError> {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner).save(&self.raw)
     }
 
     fn allocator(&self) -> MutexGuard<'_, Allocator> {
@@ -117,6 +135,23 @@ impl Device {
         // SAFETY: the object was just made from this device. A name that is
         // lost for want of memory harms nothing.
         let _ = unsafe { names.set_debug_utils_object_name(&info) };
+    }
+
+    /// Begins a stretch of commands that debuggers show under this name.
+    pub(crate) fn begin_label(&self, commands: vk::CommandBuffer, name: &str) {
+        if let (Some(names), Ok(name)) = (&self.names, CString::new(name)) {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+            // SAFETY: the commands are being recorded.
+            unsafe { names.cmd_begin_debug_utils_label(commands, &label) };
+        }
+    }
+
+    /// Ends the stretch begun last.
+    pub(crate) fn end_label(&self, commands: vk::CommandBuffer) {
+        if let Some(names) = &self.names {
+            // SAFETY: the commands are being recorded, and a stretch was begun.
+            unsafe { names.cmd_end_debug_utils_label(commands) };
+        }
     }
 
     /// Destroys something once the submission now being recorded is done, or
@@ -173,7 +208,8 @@ impl Device {
         let (semaphores, values) = ([self.timeline], [value]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the semaphore is this device's timeline.
-        match unsafe { self.raw.wait_semaphores(&info, MAX_WAIT_MILLIS * 1_000_000) } {
+        let wait = || unsafe { self.raw.wait_semaphores(&info, MAX_WAIT_MILLIS * 1_000_000) };
+        match patiently(wait) {
             Ok(()) => Ok(()),
             Err(vk::Result::TIMEOUT) => {
                 self.hung.store(true, Ordering::Release);
@@ -181,6 +217,21 @@ impl Device {
             }
             Err(code) => Err(at(what)(code)),
         }
+    }
+
+    /// Waits until the queue is idle, presents included.
+    pub(crate) fn wait_for_queue(&self, what: &'static str) -> Result<(), GpuError> {
+        // SAFETY: `&mut Gpu` stands behind every use of the queue.
+        patiently(|| unsafe { self.raw.queue_wait_idle(self.queue) }).map_err(at(what))
+    }
+
+    /// Destroys all that was discarded, whatever commands were recorded with it.
+    /// The caller knows that none of those will ever be submitted.
+    pub(crate) fn destroy_discarded(&self) -> Result<(), GpuError> {
+        self.wait_for_all("freeing memory")?;
+        let garbage = std::mem::take(&mut *self.garbage());
+        self.destroy(garbage);
+        Ok(())
     }
 
     /// Waits until everything submitted is finished.
@@ -239,8 +290,24 @@ impl Drop for Device {
         unsafe {
             self.pools.lock().unwrap_or_else(PoisonError::into_inner).destroy(&self.raw);
             ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_pipeline_cache(self.compiled(), None);
             self.raw.destroy_semaphore(self.timeline, None);
             self.raw.destroy_device(None);
+        }
+    }
+}
+
+/// Tries a wait again for which there was no memory.
+fn patiently(wait: impl Fn() -> Result<(), vk::Result>) -> Result<(), vk::Result> {
+    let mut tries = 1;
+    loop {
+        match wait() {
+            Err(vk::Result::ERROR_OUT_OF_HOST_MEMORY | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+                if tries < MAX_WAIT_TRIES =>
+            {
+                tries += 1
+            }
+            waited => return waited,
         }
     }
 }

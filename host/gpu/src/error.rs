@@ -31,12 +31,17 @@ pub enum GpuError {
          mesa-vulkan-drivers for drawing in software"
     )]
     NoDevice(String),
-    /// `BUSBAR_GPU` names none of the devices.
-    #[error("BUSBAR_GPU is \"{wanted}\", but the devices are {available}: correct or unset it")]
+    /// A device was asked for that is not there.
+    #[error(
+        "{place} asks for the Vulkan device \"{wanted}\", but there are: {available}; give a part \
+         of one of these names, or its number, or nothing for the best"
+    )]
     NoSuchDevice {
-        /// What the variable says.
+        /// Where it was asked for.
+        place: &'static str,
+        /// What was asked for.
         wanted: String,
-        /// Device names.
+        /// Numbers and names of the devices.
         available: String,
     },
     /// The window system gave no usable handle or surface.
@@ -75,9 +80,6 @@ pub enum GpuError {
     /// This crate's interface was used wrongly.
     #[error("the renderer used the GPU wrongly: {0}; please report this")]
     Misuse(&'static str),
-    /// egui could not be painted.
-    #[error("the panels cannot be painted: {0}")]
-    Overlay(String),
     /// Any other Vulkan error.
     #[error("Vulkan failed at {what}: {code}")]
     Vulkan {
@@ -88,12 +90,37 @@ pub enum GpuError {
     },
 }
 
+/// What may help against a failure of the GPU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cure {
+    /// Giving memory back, then trying once more.
+    FreeMemory,
+    /// A new device, with everything on it uploaded again.
+    NewDevice,
+    /// Nothing: somebody asked for what is not possible.
+    None,
+}
+
+impl GpuError {
+    /// What may help against it.
+    pub fn cure(&self) -> Cure {
+        match self {
+            Self::OutOfMemory(_) => Cure::FreeMemory,
+            Self::DeviceLost(_) | Self::Vulkan { .. } => Cure::NewDevice,
+            _ => Cure::None,
+        }
+    }
+}
+
 /// Tells what was tried when a Vulkan call fails: `call.map_err(at("..."))?`.
 pub(crate) fn at(what: &'static str) -> impl Fn(vk::Result) -> GpuError {
     move |code| match code {
         vk::Result::ERROR_OUT_OF_HOST_MEMORY
         | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY
-        | vk::Result::ERROR_OUT_OF_POOL_MEMORY => GpuError::OutOfMemory(what),
+        | vk::Result::ERROR_OUT_OF_POOL_MEMORY
+        | vk::Result::ERROR_FRAGMENTED_POOL
+        | vk::Result::ERROR_FRAGMENTATION
+        | vk::Result::ERROR_MEMORY_MAP_FAILED => GpuError::OutOfMemory(what),
         vk::Result::ERROR_DEVICE_LOST => GpuError::DeviceLost(what),
         code => GpuError::Vulkan { what, code: code.to_string() },
     }
@@ -104,7 +131,10 @@ pub(crate) fn allocating(
     what: &'static str,
 ) -> impl Fn(gpu_allocator::AllocationError) -> GpuError {
     move |error| match error {
-        gpu_allocator::AllocationError::OutOfMemory => GpuError::OutOfMemory(what),
+        // All that Vulkan answers to vkAllocateMemory and vkMapMemory.
+        gpu_allocator::AllocationError::OutOfMemory
+        | gpu_allocator::AllocationError::FailedToMap(_)
+        | gpu_allocator::AllocationError::Internal(_) => GpuError::OutOfMemory(what),
         error => GpuError::Vulkan { what, code: error.to_string() },
     }
 }

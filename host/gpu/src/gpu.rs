@@ -1,5 +1,6 @@
 //! The GPU as its users see it: open it, begin frames, ask what it can do.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::adapter::Adapter;
@@ -19,10 +20,18 @@ pub const MAX_FRAMES_IN_FLIGHT: usize = 2;
 const TRANSFER_SLOT: usize = MAX_FRAMES_IN_FLIGHT;
 
 /// How to open the GPU.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
     /// Turns the validation layer on, synchronization validation included.
     pub validation: bool,
+    /// The device to use: its number among those there are, or a part of its
+    /// name. `BUSBAR_DEVICE` in the environment goes before. `None` takes the
+    /// best.
+    pub device: Option<String>,
+    /// A folder for compiled pipelines; `None` keeps none.
+    pub pipeline_cache: Option<PathBuf>,
+    /// Takes what the validation layer says.
+    pub log: ValidationLog,
 }
 
 /// An open device, with a window or without.
@@ -40,10 +49,11 @@ impl Gpu {
     /// # Errors
     /// When there is no loader, driver or fitting device, or, if validation is
     /// asked for, no layer.
-    pub fn headless(options: GpuOptions) -> Result<Self, GpuError> {
-        let instance = Instance::open(options.validation, None)?;
-        let adapter = Adapter::choose(&instance, None)?;
-        Self::on(Device::open(instance, adapter, false)?, None)
+    pub fn headless(options: &GpuOptions) -> Result<Self, GpuError> {
+        let instance = Instance::open(options.validation, options.log.clone(), None)?;
+        let adapter = Adapter::choose(&instance, None, options.device.as_deref())?;
+        let device = Device::open(instance, adapter, false, options.pipeline_cache.as_deref())?;
+        Self::on(device, None)
     }
 
     /// Opens the best device that can draw into the window.
@@ -51,13 +61,13 @@ impl Gpu {
     /// # Errors
     /// As [`Gpu::headless`], or when the window gives no surface.
     pub fn for_window(
-        options: GpuOptions,
+        options: &GpuOptions,
         window: Arc<dyn WindowHandles>,
     ) -> Result<Self, GpuError> {
-        let instance = Instance::open(options.validation, Some(&*window))?;
+        let instance = Instance::open(options.validation, options.log.clone(), Some(&*window))?;
         let surface = Surface::new(Arc::clone(&instance), window)?;
-        let adapter = Adapter::choose(&instance, Some(&surface))?;
-        let device = Device::open(instance, adapter, true)?;
+        let adapter = Adapter::choose(&instance, Some(&surface), options.device.as_deref())?;
+        let device = Device::open(instance, adapter, true, options.pipeline_cache.as_deref())?;
         let presenter = Presenter::new(Arc::clone(&device), surface)?;
         Self::on(device, Some(presenter))
     }
@@ -111,6 +121,29 @@ impl Gpu {
         if let Some(presenter) = &mut self.presenter {
             presenter.resize(size);
         }
+    }
+
+    /// Writes compiled pipelines to disk, where a folder was named. Call it once
+    /// all are compiled. That they cannot be written is no failure.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn save_pipelines(&self) -> Result<(), GpuError> {
+        self.device.save_compiled()
+    }
+
+    /// Gives the window up, so that another device can draw into it.
+    pub fn leave_window(&mut self) {
+        self.presenter = None;
+    }
+
+    /// Frees all that is not used any more. Recorded work that was abandoned
+    /// may have used it.
+    ///
+    /// # Errors
+    /// When the device is lost or hangs.
+    pub fn free_memory(&mut self) -> Result<(), GpuError> {
+        self.device.destroy_discarded()
     }
 
     /// Makes the swapchain fit the window; gives its size, or `None` while
@@ -170,10 +203,14 @@ mod tests {
 
     use super::*;
 
+    fn open_validated() -> Gpu {
+        Gpu::headless(&GpuOptions { validation: true, ..GpuOptions::default() }).unwrap()
+    }
+
     /// Proof that silence elsewhere means something.
     #[test]
     fn what_the_validation_layer_says_is_collected() {
-        let gpu = Gpu::headless(GpuOptions { validation: true }).unwrap();
+        let gpu = open_validated();
         let log = gpu.validation_log();
         assert_eq!(log.messages(), Vec::<String>::new());
         let raw = &gpu.device.raw;
@@ -191,7 +228,7 @@ mod tests {
 
     #[test]
     fn abandoned_work_leaves_nothing_behind() {
-        let mut gpu = Gpu::headless(GpuOptions { validation: true }).unwrap();
+        let mut gpu = open_validated();
         let log = gpu.validation_log();
         for abandon in [true, false, true, false] {
             let mut recorder = gpu.begin_transfer().unwrap();
@@ -213,7 +250,7 @@ mod tests {
 
     #[test]
     fn uploads_larger_than_the_staging_limit_arrive() {
-        let mut gpu = Gpu::headless(GpuOptions { validation: true }).unwrap();
+        let mut gpu = open_validated();
         let log = gpu.validation_log();
         let bytes = vec![7; 40 << 20];
         let mut recorder = gpu.begin_transfer().unwrap();

@@ -16,6 +16,8 @@ use crate::{Format, Gpu, GpuError};
 pub enum ImageKind {
     /// Sampled by shaders, with all its smaller levels.
     Texture,
+    /// Sampled by shaders, in its own size alone.
+    FlatTexture,
     /// Drawn into, with this many samples a pixel, and perhaps read back.
     Target {
         /// 1 or 4.
@@ -113,6 +115,7 @@ impl ImageKind {
                     | vk::ImageUsageFlags::TRANSFER_DST
                     | vk::ImageUsageFlags::TRANSFER_SRC
             }
+            Self::FlatTexture => vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
             Self::Target { .. } if format == Format::Depth32 => {
                 vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
             }
@@ -125,7 +128,7 @@ impl ImageKind {
 
     fn samples(self) -> u32 {
         match self {
-            Self::Texture => 1,
+            Self::Texture | Self::FlatTexture => 1,
             Self::Target { samples } => samples,
         }
     }
@@ -169,7 +172,7 @@ impl Image {
         }
         let levels = match kind {
             ImageKind::Texture => level_count(description.size),
-            ImageKind::Target { .. } => 1,
+            ImageKind::FlatTexture | ImageKind::Target { .. } => 1,
         };
         // A resolved picture gets a second view, for painting without decoding.
         let undecoded = format.undecoded().filter(|_| kind == ImageKind::Target { samples: 1 });
@@ -212,6 +215,10 @@ impl Image {
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.0.description.size
+    }
+
+    pub(crate) fn name(&self) -> &'static str {
+        self.0.description.name
     }
 
     /// How pixels are kept.
@@ -278,7 +285,10 @@ impl Inner {
             });
         // SAFETY: the image lives and is bound; its format is this one or it is
         // mutable.
-        unsafe { self.device.raw.create_image_view(&info, None) }.map_err(at(self.description.name))
+        let view = unsafe { self.device.raw.create_image_view(&info, None) }
+            .map_err(at(self.description.name))?;
+        self.device.name(view, self.description.name);
+        Ok(view)
     }
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct Instance {
     pub(crate) raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     pub(crate) log: ValidationLog,
+    /// Whether objects and passes can be named, for debuggers.
+    pub(crate) can_name: bool,
 }
 
 impl Instance {
@@ -25,6 +27,7 @@ impl Instance {
     /// window's display need.
     pub(crate) fn open(
         validation: bool,
+        log: ValidationLog,
         window: Option<&dyn WindowHandles>,
     ) -> Result<Arc<Self>, GpuError> {
         // SAFETY: loading the system's Vulkan loader runs its initialisers; it
@@ -34,10 +37,10 @@ impl Instance {
         if validation && !has_layer(&entry, VALIDATION_LAYER)? {
             return Err(GpuError::NoValidationLayer(VALIDATION_LAYER_NAME));
         }
-        let log = ValidationLog::default();
-        let extensions = extensions(validation, window)?;
+        let can_name = validation || has_extension(&entry, ext::debug_utils::NAME)?;
+        let extensions = extensions(validation, can_name, window)?;
         let raw = create(&entry, &log, validation, &extensions)?;
-        let mut instance = Self { entry, raw, messenger: None, log };
+        let mut instance = Self { entry, raw, messenger: None, log, can_name };
         if validation {
             instance.listen()?;
         }
@@ -52,11 +55,6 @@ impl Instance {
                 .map_err(at("listening to the validation layer"))?;
         self.messenger = Some((functions, messenger));
         Ok(())
-    }
-
-    /// Whether messages are collected and objects are named.
-    pub(crate) fn validates(&self) -> bool {
-        self.messenger.is_some()
     }
 }
 
@@ -80,13 +78,23 @@ fn has_layer(entry: &ash::Entry, wanted: &CStr) -> Result<bool, GpuError> {
     Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(wanted)))
 }
 
+fn has_extension(entry: &ash::Entry, wanted: &CStr) -> Result<bool, GpuError> {
+    // SAFETY: the loader is loaded.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
+        .map_err(at("listing extensions"))?;
+    Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
+}
+
 fn extensions(
     validation: bool,
+    can_name: bool,
     window: Option<&dyn WindowHandles>,
 ) -> Result<Vec<*const c_char>, GpuError> {
     let mut extensions = Vec::new();
-    if validation {
+    if can_name {
         extensions.push(ext::debug_utils::NAME.as_ptr());
+    }
+    if validation {
         extensions.push(ext::validation_features::NAME.as_ptr());
     }
     if let Some(window) = window {

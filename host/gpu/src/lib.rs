@@ -1,5 +1,5 @@
 //! Vulkan behind a safe, small interface: instance, device, memory, pipelines,
-//! frames in flight, swapchain, and egui's painter.
+//! frames in flight and swapchain.
 //!
 //! Invariant: no other crate names ash, and nothing here knows a mesh.
 //!
@@ -18,9 +18,10 @@ mod gpu;
 mod heap;
 mod image;
 mod instance;
-mod overlay;
+mod paint;
 mod pass;
 mod pipeline;
+mod pipeline_cache;
 mod presenter;
 mod recorder;
 mod sampler;
@@ -32,11 +33,11 @@ mod validation;
 
 pub use bind::{BindGroup, BindGroupLayout, Binding, BindingKind};
 pub use buffer::{Buffer, BufferUsage};
-pub use error::GpuError;
+pub use error::{Cure, GpuError};
 pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
 pub use image::{Image, ImageDescription, ImageKind};
-pub use overlay::Overlay;
+pub use paint::{Paint, PaintPass};
 pub use pass::{ClearColor, Draw, Pass, Targets, Viewport};
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,

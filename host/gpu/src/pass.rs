@@ -60,6 +60,7 @@ pub struct Draw<'a> {
 
 /// A pass being recorded; it ends when dropped.
 pub struct Pass<'r> {
+    recorder: &'r Recorder<'r>,
     device: &'r ash::Device,
     commands: vk::CommandBuffer,
     format: Format,
@@ -122,6 +123,7 @@ impl Recorder<'_> {
             .color_attachments(&colors)
             .depth_attachment(&depth_info);
         let (format, samples) = (color.format(), color.samples());
+        self.begin_label(color.name());
         let commands = self.commands();
         let device = &self.device().raw;
         let viewports = [vk::Viewport {
@@ -139,7 +141,8 @@ impl Recorder<'_> {
             device.cmd_set_viewport(commands, 0, &viewports);
             device.cmd_set_scissor(commands, 0, &[area]);
         }
-        Ok(Pass { device, commands, format, samples, bound: Bound::default() })
+        let recorder: &Recorder<'_> = self;
+        Ok(Pass { recorder, device, commands, format, samples, bound: Bound::default() })
     }
 }
 
@@ -256,5 +259,6 @@ impl Drop for Pass<'_> {
     fn drop(&mut self) {
         // SAFETY: the pass was begun in these commands and not ended yet.
         unsafe { self.device.cmd_end_rendering(self.commands) };
+        self.recorder.end_label();
     }
 }

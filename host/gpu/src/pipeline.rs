@@ -23,6 +23,9 @@ pub struct ShaderStage<'a> {
 /// How a fragment meets what is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {
+    /// Paints over a finished picture: its alpha is premultiplied, bytes are
+    /// blended undecoded, and there is no depth.
+    Paint,
     /// Replaces it.
     Replace,
     /// Covers it by its alpha, and leaves depth alone.
@@ -73,11 +76,15 @@ pub struct VertexAttribute {
     pub offset: u32,
 }
 
-/// Numbers of a vertex attribute, 32 bits each.
+/// Numbers of a vertex attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttributeKind {
+    /// Two floats.
+    Float2,
     /// Four floats.
     Float4,
+    /// Four bytes, read as 0 to 1.
+    Share4,
     /// Four whole numbers.
     Uint4,
 }
@@ -85,7 +92,9 @@ pub enum AttributeKind {
 impl AttributeKind {
     fn vk(self) -> vk::Format {
         match self {
+            Self::Float2 => vk::Format::R32G32_SFLOAT,
             Self::Float4 => vk::Format::R32G32B32A32_SFLOAT,
+            Self::Share4 => vk::Format::R8G8B8A8_UNORM,
             Self::Uint4 => vk::Format::R32G32B32A32_UINT,
         }
     }
@@ -127,6 +136,7 @@ impl Pipeline {
         };
         pipeline.raw = pipeline.compile(description)?;
         pipeline.device.name(pipeline.raw, description.name);
+        pipeline.device.name(pipeline.layout, description.name);
         Ok(pipeline)
     }
 
@@ -157,8 +167,9 @@ impl Pipeline {
             .line_width(1.0);
         let multisample = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(sample_flag(description.samples));
+        let paints = description.blend == Blend::Paint;
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(true)
+            .depth_test_enable(!paints)
             .depth_write_enable(description.blend == Blend::Replace)
             .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let attachments = [blend_state(description.blend)];
@@ -170,10 +181,12 @@ impl Pipeline {
             vk::DynamicState::FRONT_FACE,
         ];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
-        let colors = [description.color.vk()];
+        let undecoded = description.color.undecoded().filter(|_| paints);
+        let colors = [undecoded.unwrap_or(description.color.vk())];
+        let depth_format = if paints { vk::Format::UNDEFINED } else { Format::Depth32.vk() };
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(&colors)
-            .depth_attachment_format(Format::Depth32.vk());
+            .depth_attachment_format(depth_format);
         let info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
             .vertex_input_state(&vertex_input)
@@ -189,11 +202,9 @@ impl Pipeline {
         // SAFETY: all that `info` points to lives until the call returns; the
         // shaders come from naga's validated output. One info gives one
         // pipeline.
-        unsafe {
-            self.device.raw.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
-        }
-        .map(|pipelines| pipelines[0])
-        .map_err(|(_, code)| at("compiling a pipeline")(code))
+        unsafe { self.device.raw.create_graphics_pipelines(self.device.compiled(), &[info], None) }
+            .map(|pipelines| pipelines[0])
+            .map_err(|(_, code)| at("compiling a pipeline")(code))
     }
 }
 
@@ -229,13 +240,23 @@ fn vertex_input(
 }
 
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+    use vk::BlendFactor as Factor;
+    let (color, alpha) = match blend {
+        Blend::Replace | Blend::Over => (
+            [Factor::SRC_ALPHA, Factor::ONE_MINUS_SRC_ALPHA],
+            [Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA],
+        ),
+        Blend::Paint => {
+            ([Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA], [Factor::ONE_MINUS_DST_ALPHA, Factor::ONE])
+        }
+    };
     vk::PipelineColorBlendAttachmentState {
-        blend_enable: (blend == Blend::Over).into(),
-        src_color_blend_factor: vk::BlendFactor::SRC_ALPHA,
-        dst_color_blend_factor: vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+        blend_enable: (blend != Blend::Replace).into(),
+        src_color_blend_factor: color[0],
+        dst_color_blend_factor: color[1],
         color_blend_op: vk::BlendOp::ADD,
-        src_alpha_blend_factor: vk::BlendFactor::ONE,
-        dst_alpha_blend_factor: vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+        src_alpha_blend_factor: alpha[0],
+        dst_alpha_blend_factor: alpha[1],
         alpha_blend_op: vk::BlendOp::ADD,
         color_write_mask: vk::ColorComponentFlags::RGBA,
     }

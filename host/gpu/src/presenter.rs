@@ -27,6 +27,8 @@ pub(crate) struct Presenter {
     size: [u32; 2],
     /// The swapchain is to be made anew before the next frame.
     outdated: bool,
+    /// The surface too.
+    surface_lost: bool,
 }
 
 impl Presenter {
@@ -44,6 +46,7 @@ impl Presenter {
             format,
             size: [0, 0],
             outdated: true,
+            surface_lost: false,
         })
     }
 
@@ -73,18 +76,44 @@ impl Presenter {
             if let Some(swapchain) = self.swapchain.as_ref().filter(|_| !self.outdated) {
                 return Ok(Some([swapchain.extent.width, swapchain.extent.height]));
             }
+            if self.surface_lost {
+                self.renew_surface()?;
+            }
             match self.rebuild() {
                 Ok(true) => {}
                 Ok(false) => return Ok(None),
-                Err(vk::Result::ERROR_SURFACE_LOST_KHR) => {
-                    self.renew();
-                    self.surface.recreate()?;
-                }
+                Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.surface_lost = true,
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.renew(),
                 Err(code) => return Err(at("preparing the window")(code)),
             }
         }
         Ok(None)
+    }
+
+    /// Makes the surface anew, and the swapchain with it.
+    fn renew_surface(&mut self) -> Result<(), GpuError> {
+        tracing::warn!("the window's surface was lost: it is made anew");
+        self.renew();
+        self.surface.recreate()?;
+        let adapter = &self.device.adapter;
+        let offered = self.surface.formats(adapter.raw).map_err(at("asking for formats again"))?;
+        if !self.surface.supports(adapter.raw, adapter.queue_family)?
+            || !offered.contains(&self.surface_format)
+        {
+            // Another device or another kind of picture: all is chosen anew.
+            return Err(GpuError::DeviceLost("the window moved to where it cannot draw"));
+        }
+        self.surface_lost = false;
+        Ok(())
+    }
+
+    /// Notes what the window system says of an image; true if that is all.
+    fn notes(&mut self, code: vk::Result) -> bool {
+        let lost = code == vk::Result::ERROR_SURFACE_LOST_KHR;
+        let noted = lost || code == vk::Result::ERROR_OUT_OF_DATE_KHR;
+        self.surface_lost |= lost;
+        self.outdated |= noted;
+        noted
     }
 
     /// Builds the swapchain; false if the window has no area.
@@ -119,10 +148,7 @@ impl Presenter {
                 self.outdated |= target.as_ref().is_some_and(|target| target.suboptimal);
                 Ok(target)
             }
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
-                self.outdated = true;
-                Ok(None)
-            }
+            Err(code) if self.notes(code) => Ok(None),
             Err(code) => Err(at("taking the window's next image")(code)),
         }
     }
@@ -198,9 +224,7 @@ impl Presenter {
         };
         match swapchain.present(target) {
             Ok(suboptimal) => self.outdated |= suboptimal,
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::ERROR_SURFACE_LOST_KHR) => {
-                self.outdated = true;
-            }
+            Err(code) if self.notes(code) => {}
             Err(code) => return Err(at("showing a frame")(code)),
         }
         Ok(())

@@ -8,7 +8,7 @@ use crate::device::Device;
 use crate::image::ImageUse;
 use crate::presenter::Presenter;
 use crate::slot::CommandSlot;
-use crate::{Gpu, GpuError, Image, Overlay};
+use crate::{Gpu, GpuError, Image};
 
 /// Commands being recorded. Dropping it unsubmitted abandons them.
 pub struct Recorder<'g> {
@@ -95,41 +95,13 @@ impl<'g> Recorder<'g> {
         unsafe { self.device().raw.cmd_pipeline_barrier2(self.commands(), &info) };
     }
 
-    /// Paints panels over a picture of one sample, without decoding it: egui
-    /// blends sRGB bytes as they are.
-    ///
-    /// # Errors
-    /// When the picture has no such view, or egui's painter fails.
-    pub fn paint(
-        &mut self,
-        overlay: &mut Overlay,
-        picture: &Image,
-        primitives: &[egui::ClippedPrimitive],
-        pixels_per_point: f32,
-    ) -> Result<(), GpuError> {
-        let view = picture
-            .undecoded_view()
-            .ok_or(GpuError::Misuse("panels over an image that is no picture"))?;
-        self.use_image(picture, ImageUse::ColorTarget);
-        let attachments = [vk::RenderingAttachmentInfo::default()
-            .image_view(view)
-            .image_layout(ImageUse::ColorTarget.layout())
-            .load_op(vk::AttachmentLoadOp::LOAD)
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let [width, height] = picture.size();
-        let extent = vk::Extent2D { width, height };
-        let info = vk::RenderingInfo::default()
-            .render_area(extent.into())
-            .layer_count(1)
-            .color_attachments(&attachments);
-        let raw = self.device().raw.clone();
-        // SAFETY: the commands are being recorded; the view is in this layout
-        // and lives as long as the picture.
-        unsafe { raw.cmd_begin_rendering(self.commands(), &info) };
-        let painted = overlay.record(self.commands(), extent, pixels_per_point, primitives);
-        // SAFETY: begun just above.
-        unsafe { raw.cmd_end_rendering(self.commands()) };
-        painted
+    /// Begins a stretch that debuggers show under this name.
+    pub(crate) fn begin_label(&self, name: &str) {
+        self.device().begin_label(self.commands(), name);
+    }
+
+    pub(crate) fn end_label(&self) {
+        self.device().end_label(self.commands());
     }
 
     /// Submits what was recorded.

@@ -52,6 +52,7 @@ impl Sampler {
         // SAFETY: the device lives; no optional feature is used.
         let raw =
             unsafe { device.raw.create_sampler(&info, None) }.map_err(at("creating a sampler"))?;
+        device.name(raw, "sampler");
         Ok(Self(Arc::new(SamplerInner { device, raw })))
     }
 

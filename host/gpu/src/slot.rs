@@ -44,6 +44,8 @@ impl CommandSlot {
         // SAFETY: the pool is this slot's; one is asked for, one comes.
         slot.commands = unsafe { raw.allocate_command_buffers(&commands) }
             .map_err(at("allocating commands"))?[0];
+        slot.device.name(slot.pool, "frame");
+        slot.device.name(slot.commands, "frame");
         if slot.device.adapter.has_timestamps {
             let queries = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
@@ -51,6 +53,7 @@ impl CommandSlot {
             // SAFETY: the device lives.
             slot.queries = unsafe { raw.create_query_pool(&queries, None) }
                 .map_err(at("creating timestamps"))?;
+            slot.device.name(slot.queries, "timestamps");
         }
         Ok(slot)
     }

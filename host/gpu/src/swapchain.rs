@@ -7,7 +7,6 @@ use ash::{khr, vk};
 use crate::GpuError;
 use crate::MAX_FRAMES_IN_FLIGHT;
 use crate::device::Device;
-use crate::error::at;
 use crate::surface::Surface;
 
 /// How long the window system may take to give an image back. A window that is
@@ -83,6 +82,10 @@ impl Swapchain {
         };
         // SAFETY: just made.
         swapchain.images = unsafe { swapchain.functions.get_swapchain_images(raw) }?;
+        swapchain.device.name(swapchain.raw, "window");
+        for &image in &swapchain.images {
+            swapchain.device.name(image, "window");
+        }
         for _ in 0..MAX_FRAMES_IN_FLIGHT {
             let semaphore = semaphore(&swapchain.device)?;
             swapchain.acquired.push(semaphore);
@@ -135,9 +138,7 @@ impl Swapchain {
         self.device.wait_for_all("the window's last frame")?;
         // Presents wait on the queue, out of the timeline's sight. All
         // submissions are done, so this does not block.
-        // SAFETY: `&mut Gpu` stands behind every use of the queue.
-        unsafe { self.device.raw.queue_wait_idle(self.device.queue) }
-            .map_err(at("waiting for the window"))
+        self.device.wait_for_queue("waiting for the window")
     }
 }
 
@@ -161,7 +162,10 @@ impl Drop for Swapchain {
 
 fn semaphore(device: &Device) -> Result<vk::Semaphore, vk::Result> {
     // SAFETY: the device lives.
-    unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
+    let semaphore =
+        unsafe { device.raw.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }?;
+    device.name(semaphore, "window's image");
+    Ok(semaphore)
 }
 
 /// One more than the least, so that acquiring seldom waits; zero is no limit.

@@ -68,12 +68,36 @@ impl Recorder<'_> {
         size: [u32; 2],
         pixels: &[u8],
     ) -> Result<Image, GpuError> {
-        let needed = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
+        let kind = ImageKind::Texture;
+        self.upload_image(ImageDescription { name, kind, format, size }, pixels)
+    }
+
+    /// A texture in its own size alone, likewise.
+    ///
+    /// # Errors
+    /// As [`Recorder::upload_texture`].
+    pub fn upload_flat_texture(
+        &mut self,
+        name: &'static str,
+        format: Format,
+        size: [u32; 2],
+        pixels: &[u8],
+    ) -> Result<Image, GpuError> {
+        let kind = ImageKind::FlatTexture;
+        self.upload_image(ImageDescription { name, kind, format, size }, pixels)
+    }
+
+    fn upload_image(
+        &mut self,
+        description: ImageDescription,
+        pixels: &[u8],
+    ) -> Result<Image, GpuError> {
+        let [width, height] = description.size;
+        let needed = u64::from(width) * u64::from(height) * PIXEL_BYTES;
         if pixels.len() as u64 != needed {
             return Err(GpuError::Misuse("a texture whose pixels do not fill its size"));
         }
-        let kind = ImageKind::Texture;
-        let image = Image::on(self.device(), ImageDescription { name, kind, format, size })?;
+        let image = Image::on(self.device(), description)?;
         let staging = self.stage(pixels)?;
         self.use_image(&image, ImageUse::CopyTarget);
         self.copy_to_image(staging.raw(), &image);

@@ -68,6 +68,13 @@ impl Content {
         })
     }
 
+    /// Forgets all models and what was made of them.
+    pub(crate) fn clear(&mut self) {
+        self.models.clear();
+        self.cache.drop_all();
+        self.resolver.drop_where(|_| true);
+    }
+
     /// Asks for meshes at cursors, to be resolved beside the frames.
     pub(crate) fn request(&mut self, wanted: impl Iterator<Item = MeshAtCursor>) {
         let (models, cache) = (&self.models, &self.cache);

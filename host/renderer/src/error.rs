@@ -1,6 +1,6 @@
 //! Why something could not be drawn.
 
-use busbar_gpu::GpuError;
+use busbar_gpu::{Cure, GpuError};
 use thiserror::Error;
 
 /// A failure to upload, draw, pick or read back.
@@ -39,6 +39,9 @@ pub enum RenderError {
     /// A handle whose model was removed or never uploaded here.
     #[error("model {0} is not uploaded, or was removed: upload it before drawing it")]
     UnknownModel(u32),
+    /// egui's panels contradict themselves.
+    #[error("the panels cannot be painted: {0}; please report this")]
+    BadPanels(String),
     /// More than a limit allows.
     #[error("{what}: {asked}, but at most {limit} are possible; show less, or raise theta")]
     TooMany {
@@ -71,4 +74,14 @@ pub enum RenderError {
     /// Nothing was drawn yet.
     #[error("there is no picture yet: draw a frame first")]
     NoPicture,
+}
+
+impl RenderError {
+    /// What may help against it.
+    pub fn cure(&self) -> Cure {
+        match self {
+            Self::Gpu(error) => error.cure(),
+            _ => Cure::None,
+        }
+    }
 }

@@ -63,6 +63,16 @@ impl IndexCache {
         self.evict();
     }
 
+    pub(crate) fn limit(&self) -> u64 {
+        self.limit_bytes
+    }
+
+    /// Drops all; what a frame needs is made again.
+    pub(crate) fn drop_all(&mut self) {
+        self.entries.clear();
+        self.bytes = 0;
+    }
+
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes
     }

@@ -1,12 +1,14 @@
 //! The renderer: models in, frames out.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, GpuOptions, Overlay, ValidationLog, Viewport, WindowHandles};
+use busbar_gpu::{Gpu, GpuOptions, ValidationLog, Viewport, WindowHandles};
 
 use crate::content::{self, Content, millis_since};
 use crate::model::GpuModel;
+use crate::panels::Panels;
 use crate::pick::{self, PickTargets};
 use crate::targets::{SceneTargets, whole};
 use crate::{
@@ -32,16 +34,32 @@ impl Default for RendererOptions {
     }
 }
 
+/// Which device to draw with, and where what it compiled is kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DeviceChoice {
+    /// Its number among those there are, or a part of its name; `BUSBAR_DEVICE`
+    /// in the environment goes before. `None` takes the best.
+    pub device: Option<String>,
+    /// A folder for compiled pipelines; `None` keeps none.
+    pub pipeline_cache: Option<PathBuf>,
+}
+
+/// All that a renderer is made from, kept to make its device anew.
+struct Origin {
+    gpu: GpuOptions,
+    samples: u32,
+    window: Option<Arc<dyn WindowHandles>>,
+}
+
 /// Draws frames into a window, or into a picture that can be read back.
 pub struct Renderer {
     content: Content,
     targets: Option<SceneTargets>,
     one_pixel: PickTargets,
-    overlay: Overlay,
-    samples: u32,
+    panels: Panels,
+    origin: Origin,
     /// The picture's size; in a window, the window's.
     size: [u32; 2],
-    in_window: bool,
     gpu: Gpu,
 }
 
@@ -52,8 +70,7 @@ impl Renderer {
     /// When there is no Vulkan loader, driver, fitting device or, if asked for,
     /// validation layer; each says what to install.
     pub fn headless(options: RendererOptions, size: [u32; 2]) -> Result<Self, RenderError> {
-        let gpu = Gpu::headless(GpuOptions { validation: options.validation })?;
-        Self::on(gpu, options, size, false)
+        Self::open(options, DeviceChoice::default(), None, size)
     }
 
     /// Draws into a window of this size in pixels. The window is kept, so that
@@ -66,29 +83,80 @@ impl Renderer {
         window: Arc<dyn WindowHandles>,
         size: [u32; 2],
     ) -> Result<Self, RenderError> {
-        let gpu_options = GpuOptions { validation: options.validation };
-        let mut gpu = Gpu::for_window(gpu_options, window)?;
-        gpu.resize_window(size);
-        Self::on(gpu, options, size, true)
+        Self::open(options, DeviceChoice::default(), Some(window), size)
     }
 
-    fn on(
-        mut gpu: Gpu,
+    /// Draws into a window or, without one, into pictures, on a chosen device.
+    ///
+    /// # Errors
+    /// As [`Renderer::for_window`], or when the device chosen is not there.
+    pub fn open(
         options: RendererOptions,
+        choice: DeviceChoice,
+        window: Option<Arc<dyn WindowHandles>>,
         size: [u32; 2],
-        in_window: bool,
     ) -> Result<Self, RenderError> {
-        let samples = options.samples;
+        let gpu = GpuOptions {
+            validation: options.validation,
+            device: choice.device,
+            pipeline_cache: choice.pipeline_cache,
+            log: ValidationLog::default(),
+        };
+        Self::on(Origin { gpu, samples: options.samples, window }, size)
+    }
+
+    fn on(origin: Origin, size: [u32; 2]) -> Result<Self, RenderError> {
+        let mut gpu = match &origin.window {
+            Some(window) => Gpu::for_window(&origin.gpu, Arc::clone(window))?,
+            None => Gpu::headless(&origin.gpu)?,
+        };
+        gpu.resize_window(size);
+        let samples = origin.samples;
         if !matches!(samples, 1 | 4) || !gpu.can_sample(samples) {
             return Err(RenderError::BadSamples(samples));
         }
         let content = Content::new(&mut gpu, samples)?;
         let one_pixel = PickTargets::new(&gpu, [1, 1])?;
-        let overlay = Overlay::new(&gpu, gpu.picture_format())?;
+        let panels = Panels::new(&gpu, gpu.picture_format())?;
+        if let Err(error) = gpu.save_pipelines() {
+            tracing::info!("compiled pipelines are not kept: {error}");
+        }
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        Ok(Self { content, targets: None, one_pixel, overlay, samples, size, in_window, gpu })
+        Ok(Self { content, targets: None, one_pixel, panels, origin, size, gpu })
+    }
+
+    /// Makes a new device in place of one that is lost. Models are gone: uploaded
+    /// again in their order, they get the handles that they had. Panels' textures,
+    /// limits and what the validation layer said stay.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`]; then nothing can be drawn until a later call succeeds.
+    pub fn renew(&mut self) -> Result<(), RenderError> {
+        // A window has one surface at a time; models need not be there twice.
+        self.gpu.leave_window();
+        self.targets = None;
+        self.content.clear();
+        let origin = Origin {
+            gpu: self.origin.gpu.clone(),
+            samples: self.origin.samples,
+            window: self.origin.window.clone(),
+        };
+        let mut next = Self::on(origin, self.size)?;
+        next.panels.inherit(&self.panels);
+        next.content.cache.set_limit(self.content.cache.limit());
+        *self = next;
+        Ok(())
+    }
+
+    /// Gives back all memory of the device that can be had again.
+    ///
+    /// # Errors
+    /// When the device is lost or hangs.
+    pub fn free_memory(&mut self) -> Result<(), RenderError> {
+        self.content.cache.drop_all();
+        Ok(self.gpu.free_memory()?)
     }
 
     /// Uploads a model: vertices, materials and textures, once.
@@ -119,6 +187,11 @@ impl Renderer {
         }
     }
 
+    /// Frees all models; handles count from the first again.
+    pub fn remove_all_models(&mut self) {
+        self.content.clear();
+    }
+
     /// Asks for meshes at cursors, the most urgent first, to be resolved beside
     /// the frames and uploaded by them, each with a share of
     /// [`MAX_UPLOAD_BYTES_PER_FRAME`](crate::MAX_UPLOAD_BYTES_PER_FRAME).
@@ -135,6 +208,15 @@ impl Renderer {
     pub fn triangles_at(&self, at: &MeshAtCursor) -> Option<u32> {
         let (key, _) = content::find(&self.content.models, at)?;
         Some(self.content.cache.get(key)?.triangles)
+    }
+
+    /// Takes changed textures of panels over without drawing. Each must come here
+    /// or with a frame, and may come twice.
+    ///
+    /// # Errors
+    /// When they contradict each other.
+    pub fn keep_textures(&mut self, delta: &egui::TexturesDelta) -> Result<(), RenderError> {
+        self.panels.update(delta)
     }
 
     /// Changes the size of the picture from the next frame on. In a window,
@@ -154,22 +236,26 @@ impl Renderer {
     pub fn draw(&mut self, frame: &Frame<'_>) -> Result<FrameStats, RenderError> {
         if let Some(overlay) = &frame.overlay {
             // Also when the frame is skipped: egui tells of a change only once.
-            self.overlay.update(&mut self.gpu, overlay.textures_delta)?;
+            self.panels.update(overlay.textures_delta)?;
         }
         let Some(size) = self.size_to_draw()? else {
             return Ok(FrameStats::default());
         };
         self.content.cache.begin_frame();
         let drawn = self.draw_sized(frame, size);
-        if drawn.is_err() {
-            self.content.cache.abandon_frame();
+        match drawn {
+            Ok(_) => self.panels.end_frame(),
+            Err(_) => {
+                self.content.cache.abandon_frame();
+                self.panels.abandon_frame();
+            }
         }
         drawn
     }
 
     /// The size of the next picture; `None` if there is nothing to draw into.
     fn size_to_draw(&mut self) -> Result<Option<[u32; 2]>, RenderError> {
-        if self.in_window {
+        if self.origin.window.is_some() {
             return Ok(self.gpu.prepare_window()?);
         }
         Ok(Some(self.size).filter(|size| !size.contains(&0)))
@@ -178,18 +264,21 @@ impl Renderer {
     fn draw_sized(&mut self, frame: &Frame<'_>, size: [u32; 2]) -> Result<FrameStats, RenderError> {
         let targets = match self.targets.take() {
             Some(targets) if targets.size() == size => targets,
-            _ => SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.samples, size)?,
+            _ => {
+                SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.origin.samples, size)?
+            }
         };
         let targets = self.targets.insert(targets);
         let mut recorder = self.gpu.begin_frame()?;
         let started = Instant::now();
         let mut stats = self.content.record(&mut recorder, targets, frame)?;
         if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
-            recorder.paint(&mut self.overlay, &targets.picture, primitives, pixels_per_point)?;
+            let picture = &targets.picture;
+            self.panels.record(&mut recorder, picture, primitives, pixels_per_point)?;
         }
         stats.cpu_millis = millis_since(started);
         stats.gpu_millis = recorder.gpu().frame_millis();
-        if self.in_window {
+        if self.origin.window.is_some() {
             recorder.present(&targets.picture)?;
         } else {
             recorder.submit()?;

@@ -82,6 +82,11 @@ impl StackCache {
         Ok(Self { directory: directory.to_owned(), limit_bytes })
     }
 
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
     /// Looks for the stacks of a mesh.
     pub fn load(&self, key: CacheKey, mesh: &mut Mesh) -> Lookup {
         let path = self.path(key);

@@ -23,6 +23,17 @@ pub enum ViewError {
     /// The graphics device.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A graphics device that fails again and again.
+    #[error(
+        "the graphics device failed {tries} times: {cause}\n  remedy: update the graphics driver, \
+         or choose another device with `view.device` or BUSBAR_DEVICE (llvmpipe draws in software)"
+    )]
+    NotRecovered {
+        /// Devices made.
+        tries: u32,
+        /// How the last one failed.
+        cause: RenderError,
+    },
     /// A plugin that cannot start.
     #[error("{error}\n  remedy: {}", error.remedy())]
     Plugin {

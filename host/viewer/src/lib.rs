@@ -17,6 +17,7 @@ mod load;
 pub mod optimize;
 mod pace;
 mod point_import;
+mod recovery;
 mod rows;
 mod running;
 mod shown_model;

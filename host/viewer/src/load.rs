@@ -49,6 +49,8 @@ pub struct LoadedScene {
     pub(crate) millis: LoadMillis,
     /// Meshes whose stacks were in the cache.
     pub(crate) cached_meshes: usize,
+    /// Folder for compiled pipelines.
+    pub(crate) pipeline_cache: Option<PathBuf>,
     notes: Vec<String>,
     /// What plugins did wrong by themselves: the scene is shown all the same.
     troubles: Vec<Diagnostic>,
@@ -148,10 +150,12 @@ impl LoadedScene {
         let mut notes = std::mem::take(&mut imported.notes);
         let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
         let mut cached_meshes = 0;
+        let mut pipeline_cache = None;
         let mut models = if fatal {
             Vec::new()
         } else {
             let cache = cache::open(&config.cache, &folder, &mut notes);
+            pipeline_cache = cache.as_ref().map(|cache| cache.directory().to_owned());
             let mut stage = models::Optimising {
                 instances: &instances,
                 cache,
@@ -191,6 +195,7 @@ impl LoadedScene {
                     nodes_of_tags,
                     millis,
                     cached_meshes,
+                    pipeline_cache,
                     notes,
                     troubles,
                 })

@@ -1,11 +1,10 @@
 //! Models on the device, and what the panels say of them.
 
-use busbar_renderer::{MeshAtCursor, ModelHandle, ModelUpload, Renderer};
+use busbar_renderer::{MeshAtCursor, ModelHandle, ModelUpload, RenderError, Renderer};
 use busbar_ui::ModelRow;
 
-use crate::ViewError;
 use crate::cursors::{ModelDetail, Place};
-use crate::load::LoadedScene;
+use crate::load::{LoadedModel, LoadedScene};
 
 /// A model on the device.
 pub(crate) struct ShownModel {
@@ -29,24 +28,31 @@ impl ShownModel {
     }
 }
 
-/// Uploads all models of a scene.
+/// Uploads all models of a scene, in place of whatever is there.
 pub(crate) fn upload(
     scene: &LoadedScene,
     renderer: &mut Renderer,
-) -> Result<Vec<ShownModel>, ViewError> {
-    let mut models = Vec::with_capacity(scene.models.len());
-    for model in &scene.models {
-        let handle = renderer.upload_model(ModelUpload {
+) -> Result<Vec<ModelHandle>, RenderError> {
+    renderer.remove_all_models();
+    let upload = |model: &LoadedModel| {
+        renderer.upload_model(ModelUpload {
             stacks: &model.stacks,
             materials: &model.materials,
             textures: &model.textures,
-        })?;
+        })
+    };
+    scene.models.iter().map(upload).collect()
+}
+
+/// The models of a scene, with nothing said of them yet.
+pub(crate) fn shown(scene: &LoadedScene, handles: Vec<ModelHandle>) -> Vec<ShownModel> {
+    let shown = |(model, handle): (&LoadedModel, ModelHandle)| {
         let placed = scene.config.scene.iter().filter(|n| n.model.as_ref() == Some(&model.name));
         let row =
             ModelRow { name: model.name.clone(), instances: placed.count(), ..ModelRow::default() };
-        models.push(ShownModel { handle, row });
-    }
-    Ok(models)
+        ShownModel { handle, row }
+    };
+    scene.models.iter().zip(handles).map(shown).collect()
 }
 
 /// A place as the renderer names it.

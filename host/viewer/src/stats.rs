@@ -44,6 +44,10 @@ pub struct Stats {
     pub frame_ms_p99: f64,
     /// Graphics device.
     pub gpu: String,
+    /// Times that the device failed and was made anew.
+    pub devices_replaced: u64,
+    /// Frames left out because the device was not there or had no memory.
+    pub frames_skipped: u64,
     /// Milliseconds a stage of loading.
     pub load_ms: LoadMillis,
     /// Meshes whose stacks were in the cache.

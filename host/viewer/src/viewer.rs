@@ -8,8 +8,8 @@ use busbar_config::MAX_THETA_SCALE;
 use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
-    DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer, RendererOptions,
-    WindowHandles,
+    DeviceChoice, DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer,
+    RendererOptions, WindowHandles,
 };
 use busbar_scene::NodeIndex;
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
@@ -22,6 +22,7 @@ use crate::cursors::{Cursors, Drawn, Eye};
 use crate::highlight::{Highlight, Highlights};
 use crate::load::LoadedScene;
 use crate::pace::Pace;
+use crate::recovery::Recovery;
 use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
@@ -40,6 +41,7 @@ pub struct Viewer {
     events: EventLog,
     scene: LoadedScene,
     renderer: Renderer,
+    recovery: Recovery,
     models: Vec<ShownModel>,
     cursors: Cursors,
     /// Whether frames wait until every cursor is where it is wanted.
@@ -59,6 +61,8 @@ pub struct Viewer {
     highlights: Highlights,
     /// What the last frame drew, kept for its room.
     drawn: Vec<DrawInstance>,
+    /// The panels of the last frame, to draw it again.
+    painted: Vec<egui::ClippedPrimitive>,
     last: FrameStats,
     cpu_millis: f64,
     frame_millis: VecDeque<f64>,
@@ -72,6 +76,9 @@ pub struct FrameOutput {
     pub platform: egui::PlatformOutput,
     /// When the panels want to be run again at the latest.
     pub repaint_after: Duration,
+    /// Why the window shows an older picture, if it does: no values in it are
+    /// live then.
+    pub trouble: Option<String>,
 }
 
 /// Where samples go: into the tags, and what they switch to the events.
@@ -97,7 +104,7 @@ impl Viewer {
         options: RendererOptions,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, Renderer::headless(options, size)?, size, false)
+        Self::start(scene, options, None, size)
     }
 
     /// A view in a window, `size` in pixels, with panels.
@@ -110,17 +117,24 @@ impl Viewer {
         window: Arc<dyn WindowHandles>,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, Renderer::for_window(options, window, size)?, size, true)
+        Self::start(scene, options, Some(window), size)
     }
 
     fn start(
         mut scene: LoadedScene,
-        mut renderer: Renderer,
+        options: RendererOptions,
+        window: Option<Arc<dyn WindowHandles>>,
         size: [u32; 2],
-        in_window: bool,
     ) -> Result<Self, ViewError> {
         let start = Instant::now();
-        let models = shown_model::upload(&scene, &mut renderer)?;
+        let in_window = window.is_some();
+        let choice = DeviceChoice {
+            device: scene.config.view.device.clone(),
+            pipeline_cache: scene.pipeline_cache.clone(),
+        };
+        let open = || Renderer::open(options, choice.clone(), window.clone(), size);
+        let (recovery, renderer, handles) = Recovery::start(&scene, !in_window, open)?;
+        let models = shown_model::shown(&scene, handles);
         scene.millis.insert("upload".into(), millis_since(start));
         let theta_scale = scene.config.view.theta_scale;
         let tags = TagTable::new(scene.tags.clone(), Moment::now());
@@ -149,6 +163,7 @@ impl Viewer {
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
             scene,
             renderer,
+            recovery,
             models,
             panels: Panels::new(in_window),
             camera,
@@ -160,6 +175,7 @@ impl Viewer {
             pixels_per_point: 1.0,
             highlights: Highlights::default(),
             drawn: Vec::new(),
+            painted: Vec::new(),
             last: FrameStats::default(),
             cpu_millis: 0.0,
             frame_millis: VecDeque::new(),
@@ -271,24 +287,39 @@ impl Viewer {
             pixels_per_point: egui.pixels_per_point,
         };
         let prepared_millis = millis_since(started);
-        let drawn =
-            self.renderer.draw(&self.picture_of(&instances, highlights.of_nodes(), Some(overlay)));
+        let frame = self.picture_of(&instances, highlights.of_nodes(), Some(overlay));
+        let in_window = self.in_window;
+        let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
+            let drawn = renderer.draw(&frame)?;
+            if !in_window {
+                // Nobody watches: a frame counts from its beginning to its end.
+                renderer.finish()?;
+            }
+            Ok(drawn)
+        });
+        if !matches!(drawn, Ok(Some(_))) {
+            // egui tells of these once, and the next frame needs them.
+            self.renderer.keep_textures(&egui.textures_delta)?;
+        }
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
-        self.last = drawn?;
+        let Some(drawn) = drawn? else {
+            (self.highlights, self.drawn) = (highlights, instances);
+            let repaint_after = self.recovery.next_try().unwrap_or(Duration::ZERO);
+            let platform = egui.platform_output;
+            return Ok(FrameOutput { platform, repaint_after, trouble: self.recovery.trouble() });
+        };
+        self.last = drawn;
+        self.painted = primitives;
         self.cpu_millis = prepared_millis + self.last.cpu_millis;
         self.note_detail();
         self.pace.note(&self.last);
-        if !self.in_window {
-            // Nobody watches: a frame counts from its beginning to its end.
-            self.renderer.finish()?;
-        }
         if let Some(position) = picked_at {
             let pixel = [position.x, position.y].map(|p| (p * self.pixels_per_point) as u32);
             self.selected = match self.pick_node(&instances, highlights.of_nodes(), pixel) {
                 // The window shrank since the click.
                 Err(ViewError::Render(RenderError::OutsidePicture { .. })) => None,
-                picked => picked?,
+                picked => picked?.unwrap_or(self.selected),
             };
         }
         (self.highlights, self.drawn) = (highlights, instances);
@@ -300,7 +331,8 @@ impl Viewer {
             _ if is_coming => Duration::ZERO,
             root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),
         };
-        Ok(FrameOutput { platform: egui.platform_output, repaint_after })
+        let trouble = self.recovery.trouble();
+        Ok(FrameOutput { platform: egui.platform_output, repaint_after, trouble })
     }
 
     /// Input for a frame of a view without a window.
@@ -313,7 +345,25 @@ impl Viewer {
     /// # Errors
     /// The device's.
     pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
-        Ok(self.renderer.read_picture()?)
+        let no_textures = egui::TexturesDelta::default();
+        let overlay = EguiFrame {
+            textures_delta: &no_textures,
+            primitives: &self.painted,
+            pixels_per_point: self.pixels_per_point,
+        };
+        let frame = self.picture_of(&self.drawn, self.highlights.of_nodes(), Some(overlay));
+        let has_drawn = self.frames > 0;
+        let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
+            match renderer.read_picture() {
+                // On a device that was made since.
+                Err(RenderError::NoPicture) if has_drawn => {
+                    renderer.draw(&frame)?;
+                    renderer.read_picture()
+                }
+                read => read,
+            }
+        });
+        read?.ok_or(ViewError::Render(RenderError::NoPicture))
     }
 
     /// Selects and names what is at a pixel: its equipment id.
@@ -324,7 +374,7 @@ impl Viewer {
         let highlights = self.no_highlights();
         let mut instances = Vec::new();
         self.list_instances(&highlights, &mut instances);
-        self.selected = self.pick_node(&instances, &highlights, pixel)?;
+        self.selected = self.pick_node(&instances, &highlights, pixel)?.unwrap_or(self.selected);
         Ok(self.selected_id())
     }
 
@@ -338,7 +388,9 @@ impl Viewer {
         let highlights = self.no_highlights();
         let mut instances = Vec::new();
         self.list_instances(&highlights, &mut instances);
-        let objects = self.renderer.pick_all(&self.picture_of(&instances, &highlights, None))?;
+        let frame = self.picture_of(&instances, &highlights, None);
+        let objects = self.recovery.run(&mut self.renderer, &self.scene, |r| r.pick_all(&frame))?;
+        let objects = objects.ok_or(ViewError::Render(RenderError::NoPicture))?;
         let id_at = |&pixel: &[u32; 2]| {
             if pixel[0] >= size[0] || pixel[1] >= size[1] {
                 return Err(RenderError::OutsidePicture { pixel, size }.into());
@@ -375,6 +427,8 @@ impl Viewer {
             fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
             frame_ms_p99: at(0.99),
             gpu: self.renderer.device_name().to_owned(),
+            devices_replaced: self.recovery.replaced,
+            frames_skipped: self.recovery.skipped,
             load_ms: self.scene.millis.clone(),
             cached_meshes: self.scene.cached_meshes,
             plugins: self
@@ -560,14 +614,16 @@ impl Viewer {
         }
     }
 
+    /// The node at a pixel; `None` where the device cannot tell at present.
     fn pick_node(
         &mut self,
         instances: &[DrawInstance],
         highlights: &[Highlight],
         pixel: [u32; 2],
-    ) -> Result<Option<NodeIndex>, ViewError> {
+    ) -> Result<Option<Option<NodeIndex>>, ViewError> {
         let frame = self.picture_of(instances, highlights, None);
-        Ok(node_of(self.renderer.pick(&frame, pixel)?))
+        let pick = |renderer: &mut Renderer| renderer.pick(&frame, pixel);
+        Ok(self.recovery.run(&mut self.renderer, &self.scene, pick)?.map(node_of))
     }
 
     fn selected_id(&self) -> Option<String> {

@@ -9,7 +9,7 @@ use e2e::{Output, Scene, Stats, busbar, finish};
 fn render(scene: &Scene, more: &[&str]) -> (Output, Stats) {
     let mut command = busbar();
     // Golden pictures are the software rasteriser's, also where there is a GPU.
-    command.env("BUSBAR_GPU", "llvmpipe");
+    command.env("BUSBAR_DEVICE", "llvmpipe");
     command.arg("render").arg(scene.write()).arg("--out").arg(scene.path("picture.png"));
     command.arg("--stats").arg(scene.path("stats.json")).args(more);
     let output = finish(&mut command).expect_code(0);

@@ -11,6 +11,9 @@ use crate::packages::{self, Purpose};
 use crate::process;
 use crate::workspace::Workspace;
 
+/// Tests in which calls to Vulkan fail, and what lets every one of them fail.
+const FAULT_TESTS: [&str; 2] = ["failing_calls", "failing_window"];
+const ALL_FAULTS: &str = "BUSBAR_VULKAN_FAULTS";
 const FUZZ_FOLDER: &str = "tests/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
@@ -30,9 +33,32 @@ pub(crate) struct Arguments {
     /// Fuzz target to run, once for each; without it all of them.
     #[arg(long = "target")]
     targets: Vec<String>,
+    /// Let every call to Vulkan fail in turn, and fuzz nothing; without it that
+    /// comes after the fuzz targets, unless some are named.
+    #[arg(long, conflicts_with = "targets")]
+    vulkan_faults: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    if !arguments.vulkan_faults {
+        fuzz_all(workspace, arguments)?;
+    }
+    if arguments.targets.is_empty() { fail_all_calls(workspace) } else { Ok(()) }
+}
+
+/// Lets each call to Vulkan fail with each code that it may give.
+fn fail_all_calls(workspace: &Workspace) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(ALL_FAULTS, "all").args(["test", "--workspace"]);
+    for test in FAULT_TESTS {
+        command.args(["--test", test]);
+    }
+    process::run(command.args(["--", "--nocapture", "--test-threads=1"]))
+}
+
+fn fuzz_all(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     let folder = workspace.path(FUZZ_FOLDER);
     let known = fuzz_targets(&folder)
         .with_context(|| format!("cannot list the fuzz targets of {}", folder.display()))?;

@@ -1,0 +1,204 @@
+//! What the loader hands to a layer, and the next layer of each instance and
+//! device (`vk_layer.h`).
+
+use std::collections::HashMap;
+use std::ffi::{c_char, c_void};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use crate::codes::{Code, INIT, SUCCESS};
+use crate::plan;
+
+/// Any dispatchable handle: a pointer to a pointer to its dispatch table.
+pub(crate) type Handle = *mut c_void;
+/// Any function; a null pointer is none.
+pub(crate) type Function = *const c_void;
+pub(crate) type GetProcAddr = unsafe extern "system" fn(Handle, *const c_char) -> Function;
+type Create = unsafe extern "system" fn(*const c_void, *const c_void, *mut Handle) -> Code;
+type CreateOn =
+    unsafe extern "system" fn(Handle, *const c_void, *const c_void, *mut Handle) -> Code;
+type Destroy = unsafe extern "system" fn(Handle, *const c_void);
+type Wait = unsafe extern "system" fn(Handle) -> Code;
+
+const LOADER_INSTANCE_CREATE_INFO: i32 = 47;
+const LOADER_DEVICE_CREATE_INFO: i32 = 48;
+/// `VK_LAYER_LINK_INFO`.
+const LINK_INFO: i32 = 0;
+/// Structures that a chain of the loader has at most.
+const MAX_CHAIN: usize = 256;
+
+/// `VkLayerInstanceCreateInfo` and `VkLayerDeviceCreateInfo`.
+#[repr(C)]
+struct LayerCreateInfo {
+    kind: i32,
+    next: *mut Self,
+    function: i32,
+    link: *mut Link,
+}
+
+/// `VkLayerInstanceLink` and `VkLayerDeviceLink`; the last field differs.
+#[repr(C)]
+struct Link {
+    next: *mut Self,
+    instance_proc_addr: GetProcAddr,
+    /// Of devices: `pfnNextGetDeviceProcAddr`.
+    other_proc_addr: GetProcAddr,
+}
+
+/// The layer below, for one instance or device.
+pub(crate) struct Next {
+    handle: usize,
+    get: GetProcAddr,
+    lost: AtomicBool,
+}
+
+impl Next {
+    pub(crate) fn function(&self, name: *const c_char) -> Function {
+        // SAFETY: the handle lives while it is in the table; the name is a C string.
+        unsafe { (self.get)(self.handle as Handle, name) }
+    }
+
+    pub(crate) fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Acquire)
+    }
+
+    /// Loses the device: nothing runs on it any more, as on a real one.
+    pub(crate) fn lose(&self) {
+        self.lost.store(true, Ordering::Release);
+        let wait = self.function(c"vkDeviceWaitIdle".as_ptr());
+        if !wait.is_null() {
+            // SAFETY: the next layer's function of this name has this type.
+            let wait = unsafe { std::mem::transmute::<Function, Wait>(wait) };
+            // SAFETY: the device lives.
+            let _ = unsafe { wait(self.handle as Handle) };
+        }
+    }
+}
+
+type Table = Mutex<HashMap<usize, Arc<Next>>>;
+
+fn table() -> &'static Table {
+    static TABLE: OnceLock<Table> = OnceLock::new();
+    TABLE.get_or_init(Mutex::default)
+}
+
+/// What a handle and all that is made from it have in common: the address of
+/// their dispatch table.
+fn key_of(handle: Handle) -> usize {
+    // SAFETY: dispatchable handles begin with that address ("Loader and Layer
+    // Interface").
+    unsafe { *handle.cast::<usize>() }
+}
+
+/// What comes below for a handle.
+pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
+    if handle.is_null() {
+        return None;
+    }
+    table().lock().unwrap_or_else(PoisonError::into_inner).get(&key_of(handle)).cloned()
+}
+
+fn remember(handle: Handle, get: GetProcAddr) {
+    let next = Next { handle: handle as usize, get, lost: AtomicBool::new(false) };
+    table().lock().unwrap_or_else(PoisonError::into_inner).insert(key_of(handle), Arc::new(next));
+}
+
+/// The loader's link in the chain of a create info, moved on for the next layer.
+fn take_link(info: *const c_void, kind: i32) -> Option<&'static Link> {
+    let mut at = info.cast_mut().cast::<LayerCreateInfo>();
+    for _ in 0..MAX_CHAIN {
+        if at.is_null() {
+            return None;
+        }
+        // SAFETY: every structure of the chain begins with kind and next; the
+        // rest is read only where the kind says what it is. The loader lets
+        // layers change its link, and keeps it until the call returns.
+        unsafe {
+            if (*at).kind == kind && (*at).function == LINK_INFO {
+                let link = (*at).link;
+                if link.is_null() {
+                    return None;
+                }
+                (*at).link = (*link).next;
+                return Some(&*link);
+            }
+            at = (*at).next;
+        }
+    }
+    None
+}
+
+pub(crate) unsafe extern "system" fn create_instance(
+    info: *const c_void,
+    allocation: *const c_void,
+    instance: *mut Handle,
+) -> Code {
+    if let Some(code) = plan::count("vkCreateInstance") {
+        return code;
+    }
+    let Some(link) = take_link(info, LOADER_INSTANCE_CREATE_INFO) else { return INIT };
+    let get = link.instance_proc_addr;
+    // SAFETY: a null instance asks for what needs none.
+    let create = unsafe { get(std::ptr::null_mut(), c"vkCreateInstance".as_ptr()) };
+    if create.is_null() {
+        return INIT;
+    }
+    // SAFETY: the next layer's function of this name has this type; the
+    // arguments are the caller's.
+    let code =
+        unsafe { std::mem::transmute::<Function, Create>(create)(info, allocation, instance) };
+    if code == SUCCESS {
+        // SAFETY: just made.
+        remember(unsafe { *instance }, get);
+    }
+    code
+}
+
+pub(crate) unsafe extern "system" fn create_device(
+    physical: Handle,
+    info: *const c_void,
+    allocation: *const c_void,
+    device: *mut Handle,
+) -> Code {
+    if let Some(code) = plan::count("vkCreateDevice") {
+        return code;
+    }
+    let (Some(below), Some(link)) = (next_of(physical), take_link(info, LOADER_DEVICE_CREATE_INFO))
+    else {
+        return INIT;
+    };
+    let get = link.other_proc_addr;
+    let create = below.function(c"vkCreateDevice".as_ptr());
+    if create.is_null() {
+        return INIT;
+    }
+    // SAFETY: the next layer's function of this name has this type; the
+    // arguments are the caller's.
+    let code = unsafe {
+        std::mem::transmute::<Function, CreateOn>(create)(physical, info, allocation, device)
+    };
+    if code == SUCCESS {
+        // SAFETY: just made.
+        remember(unsafe { *device }, get);
+    }
+    code
+}
+
+pub(crate) unsafe extern "system" fn destroy_instance(instance: Handle, allocation: *const c_void) {
+    destroy(instance, allocation, c"vkDestroyInstance".as_ptr());
+}
+
+pub(crate) unsafe extern "system" fn destroy_device(device: Handle, allocation: *const c_void) {
+    destroy(device, allocation, c"vkDestroyDevice".as_ptr());
+}
+
+fn destroy(handle: Handle, allocation: *const c_void, name: *const c_char) {
+    let Some(next) = next_of(handle) else { return };
+    let function = next.function(name);
+    table().lock().unwrap_or_else(PoisonError::into_inner).remove(&key_of(handle));
+    if !function.is_null() {
+        // SAFETY: the next layer's function of this name has this type; the
+        // arguments are the caller's.
+        unsafe { std::mem::transmute::<Function, Destroy>(function)(handle, allocation) };
+    }
+}

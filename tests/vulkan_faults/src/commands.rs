@@ -1,0 +1,205 @@
+//! The commands that may fail, and the layer's entry points.
+
+use std::ffi::{CStr, c_char, c_void};
+
+use crate::chain::{
+    Function, GetProcAddr, Handle, create_device, create_instance, destroy_device,
+    destroy_instance, next_of,
+};
+use crate::codes::*;
+use crate::plan;
+
+/// Pointers and non-dispatchable handles, as they cross the ABI.
+type P = *mut c_void;
+type U = u64;
+
+/// For each command: a function that counts, fails or passes on; its entry in
+/// the table of codes; its entry in the table of functions.
+macro_rules! commands {
+    ($($name:ident ( $($argument:ident : $type:ty),* ) [ $($code:expr),* ];)*) => {
+        /// Commands and their codes besides success ("Return Codes").
+        pub(crate) const COMMANDS: &[(&str, &[Code])] = &[
+            ("vkCreateInstance", &[HOST, DEVICE, INIT, LAYER, EXTENSION, DRIVER]),
+            ("vkCreateDevice", &[HOST, DEVICE, INIT, EXTENSION, FEATURE, TOO_MANY, LOST]),
+            $((stringify!($name), &[$($code),*]),)*
+        ];
+
+        $(
+            #[allow(
+                non_snake_case,
+                clippy::too_many_arguments,
+                reason = "names and arguments are the specification's"
+            )]
+            unsafe extern "system" fn $name(handle: Handle, $($argument: $type),*) -> Code {
+                type Own = unsafe extern "system" fn(Handle, $($type),*) -> Code;
+                let Some(next) = next_of(handle) else { return INIT };
+                let codes: &[Code] = &[$($code),*];
+                let fault = plan::count(stringify!($name));
+                if fault == Some(LOST) {
+                    next.lose();
+                }
+                if next.is_lost() && codes.contains(&LOST) {
+                    return LOST;
+                }
+                if let Some(code) = fault
+                    && !happens_all_the_same(stringify!($name), code)
+                {
+                    return code;
+                }
+                const NAME: &str = concat!(stringify!($name), "\0");
+                let function = next.function(NAME.as_ptr().cast());
+                if function.is_null() {
+                    return EXTENSION;
+                }
+                // SAFETY: the next layer's function of this name has this type;
+                // the arguments are the caller's.
+                let code = unsafe {
+                    std::mem::transmute::<Function, Own>(function)(handle, $($argument),*)
+                };
+                if code == SUCCESS { fault.unwrap_or(code) } else { code }
+            }
+        )*
+
+        fn own(name: &str) -> Option<Function> {
+            match name {
+                $(stringify!($name) => Some($name as Function),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+/// Whether a call does its work and tells of the code besides: a success code,
+/// and presenting, whose semaphores are waited for all the same
+/// (vkQueuePresentKHR).
+fn happens_all_the_same(command: &str, code: Code) -> bool {
+    code > SUCCESS || (command == "vkQueuePresentKHR" && matches!(code, OUT_OF_DATE | SURFACE))
+}
+
+commands! {
+    vkEnumeratePhysicalDevices(count: P, devices: P) [HOST, DEVICE, INIT];
+    vkEnumerateDeviceExtensionProperties(layer: P, count: P, properties: P) [HOST, DEVICE];
+    vkGetPhysicalDeviceSurfaceSupportKHR(family: u32, surface: U, out: P) [HOST, DEVICE, SURFACE];
+    vkGetPhysicalDeviceSurfaceCapabilitiesKHR(surface: U, out: P) [HOST, DEVICE, SURFACE];
+    vkGetPhysicalDeviceSurfaceFormatsKHR(surface: U, count: P, out: P) [HOST, DEVICE, SURFACE];
+    vkGetPhysicalDeviceSurfacePresentModesKHR(surface: U, count: P, out: P) [HOST, DEVICE, SURFACE];
+    vkCreateXlibSurfaceKHR(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateXcbSurfaceKHR(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateWaylandSurfaceKHR(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateDebugUtilsMessengerEXT(info: P, allocation: P, out: P) [HOST];
+    vkSetDebugUtilsObjectNameEXT(info: P) [HOST, DEVICE];
+    vkQueueSubmit(count: u32, infos: P, fence: U) [HOST, DEVICE, LOST];
+    vkQueueSubmit2(count: u32, infos: P, fence: U) [HOST, DEVICE, LOST];
+    vkQueueWaitIdle() [HOST, DEVICE, LOST];
+    vkDeviceWaitIdle() [HOST, DEVICE, LOST];
+    vkAllocateMemory(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkMapMemory(memory: U, offset: U, size: U, flags: u32, out: P) [HOST, DEVICE, MAP];
+    vkFlushMappedMemoryRanges(count: u32, ranges: P) [HOST, DEVICE];
+    vkInvalidateMappedMemoryRanges(count: u32, ranges: P) [HOST, DEVICE];
+    vkBindBufferMemory(buffer: U, memory: U, offset: U) [HOST, DEVICE];
+    vkBindImageMemory(image: U, memory: U, offset: U) [HOST, DEVICE];
+    vkCreateFence(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkResetFences(count: u32, fences: P) [DEVICE];
+    vkGetFenceStatus(fence: U) [HOST, DEVICE, LOST];
+    vkWaitForFences(count: u32, fences: P, all: u32, timeout: U) [HOST, DEVICE, LOST];
+    vkCreateSemaphore(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkGetSemaphoreCounterValue(semaphore: U, out: P) [HOST, DEVICE, LOST];
+    vkWaitSemaphores(info: P, timeout: U) [HOST, DEVICE, LOST];
+    vkSignalSemaphore(info: P) [HOST, DEVICE];
+    vkCreateQueryPool(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkGetQueryPoolResults(
+        pool: U, first: u32, count: u32, size: usize, out: P, stride: U, flags: u32
+    ) [NOT_READY, HOST, DEVICE, LOST];
+    vkCreateBuffer(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateImage(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateImageView(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateShaderModule(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreatePipelineCache(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkGetPipelineCacheData(cache: U, size: P, out: P) [HOST, DEVICE];
+    vkCreateGraphicsPipelines(cache: U, count: u32, infos: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateComputePipelines(cache: U, count: u32, infos: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreatePipelineLayout(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateSampler(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateDescriptorSetLayout(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkCreateDescriptorPool(info: P, allocation: P, out: P) [HOST, DEVICE, FRAGMENTATION];
+    vkAllocateDescriptorSets(info: P, out: P) [HOST, DEVICE, FRAGMENTED, POOL];
+    vkCreateCommandPool(info: P, allocation: P, out: P) [HOST, DEVICE];
+    vkResetCommandPool(pool: U, flags: u32) [DEVICE];
+    vkAllocateCommandBuffers(info: P, out: P) [HOST, DEVICE];
+    vkBeginCommandBuffer(info: P) [HOST, DEVICE];
+    vkEndCommandBuffer() [HOST, DEVICE];
+    vkCreateSwapchainKHR(info: P, allocation: P, out: P) [HOST, DEVICE, LOST, SURFACE, IN_USE, INIT];
+    vkGetSwapchainImagesKHR(swapchain: U, count: P, out: P) [HOST, DEVICE];
+    vkAcquireNextImageKHR(
+        swapchain: U, timeout: U, semaphore: U, fence: U, out: P
+    ) [SUBOPTIMAL, HOST, DEVICE, LOST, OUT_OF_DATE, SURFACE];
+    vkQueuePresentKHR(info: P) [SUBOPTIMAL, HOST, DEVICE, LOST, OUT_OF_DATE, SURFACE];
+}
+
+/// `VkNegotiateLayerInterface`.
+#[repr(C)]
+struct Negotiation {
+    kind: i32,
+    next: *mut c_void,
+    version: u32,
+    instance_proc_addr: Option<GetProcAddr>,
+    device_proc_addr: Option<GetProcAddr>,
+    physical_device_proc_addr: Option<GetProcAddr>,
+}
+
+/// The version of the interface that this layer speaks.
+const INTERFACE_VERSION: u32 = 2;
+
+/// Called by the loader first; says where the other entry points are.
+///
+/// # Safety
+/// `negotiation` is null or a `VkNegotiateLayerInterface` that may be written.
+#[unsafe(no_mangle)]
+unsafe extern "system" fn vkNegotiateLoaderLayerInterfaceVersion(negotiation: *mut c_void) -> Code {
+    // SAFETY: the caller's promise.
+    let Some(negotiation) = (unsafe { negotiation.cast::<Negotiation>().as_mut() }) else {
+        return INIT;
+    };
+    if negotiation.version < INTERFACE_VERSION {
+        return INIT;
+    }
+    negotiation.version = INTERFACE_VERSION;
+    negotiation.instance_proc_addr = Some(get_instance_proc_addr);
+    negotiation.device_proc_addr = Some(get_device_proc_addr);
+    negotiation.physical_device_proc_addr = None;
+    SUCCESS
+}
+
+unsafe extern "system" fn get_instance_proc_addr(
+    instance: Handle,
+    name: *const c_char,
+) -> Function {
+    // SAFETY: callers give a C string.
+    let text = unsafe { CStr::from_ptr(name) }.to_str().unwrap_or_default();
+    match text {
+        "vkGetInstanceProcAddr" => get_instance_proc_addr as Function,
+        "vkGetDeviceProcAddr" => get_device_proc_addr as Function,
+        "vkCreateInstance" => create_instance as Function,
+        "vkDestroyInstance" => destroy_instance as Function,
+        "vkCreateDevice" => create_device as Function,
+        "vkDestroyDevice" => destroy_device as Function,
+        _ => own_or_below(instance, name, text),
+    }
+}
+
+unsafe extern "system" fn get_device_proc_addr(device: Handle, name: *const c_char) -> Function {
+    // SAFETY: callers give a C string.
+    let text = unsafe { CStr::from_ptr(name) }.to_str().unwrap_or_default();
+    match text {
+        "vkGetDeviceProcAddr" => get_device_proc_addr as Function,
+        "vkDestroyDevice" => destroy_device as Function,
+        _ => own_or_below(device, name, text),
+    }
+}
+
+/// The layer's own function where there is one below to pass on to.
+fn own_or_below(handle: Handle, name: *const c_char, text: &str) -> Function {
+    let Some(next) = next_of(handle) else { return std::ptr::null() };
+    let below = next.function(name);
+    if below.is_null() { below } else { own(text).unwrap_or(below) }
+}

@@ -1,0 +1,19 @@
+//! A Vulkan layer that lets calls fail, for tests of what comes after.
+//!
+//! The loader puts it between a program and the driver. It counts the calls that
+//! may fail and, told so by the environment ([`FAULT_VARIABLE`]), answers one of
+//! them with an error instead of passing it on. A device that is lost stays lost:
+//! whatever can say so then does, as the specification asks ("Lost Device").
+//!
+//! Interface: "Loader and Layer Interface", version 2, of the Vulkan-Loader
+//! documentation; structures of `vk_layer.h`.
+
+mod chain;
+mod codes;
+mod commands;
+mod plan;
+mod setup;
+
+pub use codes::{Code, codes_of, name_of};
+pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE};
+pub use setup::{LAYER_NAME, VALIDATION_LAYER_NAME, install};

@@ -1,0 +1,176 @@
+//! A short scene, the program that shows it, and the faults that strike it.
+#![allow(dead_code, reason = "each test program uses its part of it")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use busbar_geometry::{RawPrimitive, weld};
+use busbar_gltf_export::write_glb;
+use busbar_scene::{AlphaMode, Material, Model, ModelNode, Texture, TextureRef, Wrap};
+use e2e::{built, built_folder, busbar};
+use glam::{Mat4, Vec2, Vec3};
+use serde_json::json;
+use tempfile::TempDir;
+use vulkan_faults::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install};
+
+/// Says how many faults are to strike, or "all".
+const COUNT_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
+/// What the sample is drawn with; another number gives another sample.
+const SEED_VARIABLE: &str = "BUSBAR_VULKAN_SEED";
+const DEFAULT_SEED: u64 = 7;
+
+/// The scene in a folder of its own.
+pub(crate) struct Subject {
+    pub(crate) folder: TempDir,
+}
+
+impl Subject {
+    pub(crate) fn new(size: [u32; 2]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let file = write_glb(&model()).expect("it can be written");
+        let write = |name: &str, bytes: &[u8]| {
+            fs::write(folder.path().join(name), bytes).expect("the folder can be written");
+        };
+        write("model.glb", &file);
+        let config = json!({
+            "version": 1,
+            "models": { "quads": { "file": "model.glb" } },
+            "scene": [{ "id": "=Q1", "model": "quads" }],
+            "cameras": { "front": { "eye": [0.4, 0.7, 4.0], "target": [0.0, 0.0, 0.0],
+                "fov_degrees": 40.0 } },
+            "view": { "camera": "front", "size": size, "samples": 4 },
+            "cache": { "directory": "cache" },
+        });
+        write("scene.json", config.to_string().as_bytes());
+        Self { folder }
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `busbar` with these words, the scene after the first, going through the
+    /// layer; no fault is set.
+    pub(crate) fn command(&self, verb: &str, words: &[&str]) -> Command {
+        // Every run compiles its pipelines.
+        let _ = fs::remove_dir_all(self.path("cache"));
+        let _ = fs::remove_file(self.path("struck"));
+        let mut command = busbar();
+        command.arg(verb).arg(self.path("scene.json")).args(words).arg("--validation");
+        let library = built(built_folder().join("libvulkan_faults.so"));
+        install(&mut command, &library, self.folder.path()).expect("the folder can be written");
+        command
+    }
+
+    /// Lets a run count its calls.
+    pub(crate) fn count(&self, command: &mut Command) {
+        let _ = fs::remove_file(self.path("calls"));
+        command.env(CALLS_VARIABLE, self.path("calls"));
+    }
+
+    /// The commands that the counting run called, in order.
+    pub(crate) fn calls(&self) -> Vec<String> {
+        let text = fs::read_to_string(self.path("calls")).expect("the layer writes its calls");
+        text.lines().map(str::to_owned).collect()
+    }
+
+    pub(crate) fn strike(&self, command: &mut Command, fault: &Fault) {
+        command.env(FAULT_VARIABLE, fault.text()).env(STRUCK_VARIABLE, self.path("struck"));
+    }
+
+    pub(crate) fn was_struck(&self) -> bool {
+        self.path("struck").exists()
+    }
+}
+
+/// Every call with every code that it may give.
+pub(crate) fn faults_of(calls: &[String]) -> Vec<Fault> {
+    let mut seen: BTreeMap<&str, u32> = BTreeMap::new();
+    let mut faults = Vec::new();
+    for command in calls {
+        let call = seen.entry(command).or_default();
+        for &code in codes_of(command) {
+            faults.push(Fault { command: command.clone(), call: *call, code });
+        }
+        *call += 1;
+    }
+    faults
+}
+
+/// A sample of faults: of each command and code one, as far as `count` allows;
+/// another number, or all of them, where the environment says so.
+pub(crate) fn sample(mut faults: Vec<Fault>, count: usize) -> Vec<Fault> {
+    let asked = std::env::var(COUNT_VARIABLE).ok();
+    if asked.as_deref() == Some("all") {
+        return faults;
+    }
+    let count = asked.and_then(|asked| asked.parse().ok()).unwrap_or(count);
+    let seed = std::env::var(SEED_VARIABLE).ok().and_then(|seed| seed.parse().ok());
+    let mut random = fastrand::Rng::with_seed(seed.unwrap_or(DEFAULT_SEED));
+    random.shuffle(&mut faults);
+    let mut kinds = std::collections::BTreeSet::new();
+    let (first, rest): (Vec<_>, Vec<_>) =
+        faults.into_iter().partition(|fault| kinds.insert((fault.command.clone(), fault.code)));
+    first.into_iter().chain(rest).take(count).collect()
+}
+
+/// Whether nothing can be drawn after it: no driver answers at the start.
+pub(crate) fn is_final(fault: &Fault) -> bool {
+    const INITIALIZATION_FAILED: i32 = -3;
+    const EXTENSION_NOT_PRESENT: i32 = -7;
+    const INCOMPATIBLE_DRIVER: i32 = -9;
+    match fault.command.as_str() {
+        "vkCreateInstance" => matches!(
+            fault.code,
+            INITIALIZATION_FAILED | EXTENSION_NOT_PRESENT | INCOMPATIBLE_DRIVER
+        ),
+        "vkEnumeratePhysicalDevices" => fault.code == INITIALIZATION_FAILED,
+        _ => false,
+    }
+}
+
+/// Quads one behind the other: textured, see-through, plain.
+fn model() -> Model {
+    let quads = [quad(0, 0.0), quad(1, 0.6), quad(2, -0.6)];
+    let texture = TextureRef { texture: 0, wrap: [Wrap::Repeat; 2] };
+    let checks = (0..64_u32).flat_map(|i| {
+        let light = (i % 8 + i / 8).is_multiple_of(2);
+        if light { [220, 210, 190, 255] } else { [60, 70, 90, 255] }
+    });
+    let glass = Material {
+        alpha: AlphaMode::Blend,
+        base_color: [0.3, 0.6, 0.7, 0.4],
+        ..Material::default()
+    };
+    Model {
+        meshes: vec![weld(&quads).expect("its points are finite").0],
+        materials: vec![
+            Material { base_color_texture: Some(texture), ..Material::default() },
+            glass,
+            Material { base_color: [0.5, 0.45, 0.4, 1.0], ..Material::default() },
+        ],
+        textures: vec![Texture { width: 8, height: 8, rgba8: checks.collect() }],
+        nodes: vec![ModelNode {
+            name: "quads".into(),
+            parent: None,
+            parent_from_node: Mat4::IDENTITY,
+            mesh: Some(0),
+        }],
+        ..Model::default()
+    }
+}
+
+fn quad(material: u32, depth: f32) -> RawPrimitive {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let size = 1.0 - depth * 0.5;
+    RawPrimitive {
+        positions: corners.map(|(x, y)| Vec3::new(x * size, y * size, depth)).to_vec(),
+        normals: vec![Vec3::Z; 4],
+        uvs: corners.map(|(x, y)| Vec2::new(x, y)).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material: Some(material),
+        ..RawPrimitive::default()
+    }
+}

@@ -1,0 +1,89 @@
+//! Every call to Vulkan fails once while a picture is rendered: the picture comes
+//! all the same, to the byte, or a clear message where there is no driver.
+#![allow(clippy::print_stderr, reason = "progress of a long test")]
+
+mod common;
+
+use std::fs;
+
+use common::{Subject, faults_of, is_final, sample};
+use e2e::{Output, finish};
+use vulkan_faults::{Fault, name_of};
+
+const SIZE: [u32; 2] = [160, 120];
+/// A pixel that shows the model.
+const PICKED: &str = "80,60";
+/// Faults of a run that is not told to let all strike.
+const SAMPLE: usize = 48;
+
+/// Renders the scene and picks in it; with a fault if there is one.
+fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
+    let picture = subject.path("picture.png");
+    let _ = fs::remove_file(&picture);
+    let out = picture.to_string_lossy().into_owned();
+    let mut command = subject.command("render", &["--out", &out, "--pick", PICKED]);
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    match fault {
+        Some(fault) => subject.strike(&mut command, fault),
+        None => subject.count(&mut command),
+    }
+    finish(&mut command)
+}
+
+/// What is wrong after a fault, if anything is.
+fn fault_found(subject: &Subject, fault: &Fault, expected: &(Vec<u8>, String)) -> Option<String> {
+    let output = render(subject, Some(fault));
+    let said = format!("{}{}", output.stdout, output.stderr);
+    if !subject.was_struck() {
+        return Some(format!("the call was never made:\n{said}"));
+    }
+    if said.contains("panicked") || said.contains("validation:") {
+        return Some(said);
+    }
+    if is_final(fault) {
+        let is_clear = output.code == Some(1) && said.contains("install the package");
+        return (!is_clear).then(|| format!("no clear message, exit {:?}:\n{said}", output.code));
+    }
+    if output.code != Some(0) {
+        return Some(format!("exit {:?}:\n{said}", output.code));
+    }
+    let picture = fs::read(subject.path("picture.png")).unwrap_or_default();
+    let is_same = (picture, output.stdout.clone()) == *expected;
+    (!is_same).then(|| format!("another picture or pick:\n{said}"))
+}
+
+#[test]
+fn every_failing_call_leaves_the_same_picture() {
+    let subject = Subject::new(SIZE);
+    let output = render(&subject, None).expect_code(0);
+    assert!(output.stdout.contains("=Q1"), "{}", output.stdout);
+    let picture = fs::read(subject.path("picture.png")).expect("it was rendered");
+    let expected = (picture, output.stdout);
+    let calls = subject.calls();
+    let faults = faults_of(&calls);
+    let chosen = sample(faults.clone(), SAMPLE);
+    eprintln!("{} calls, {} faults, {} of them now", calls.len(), faults.len(), chosen.len());
+    assert!(calls.len() > 100, "{} calls", calls.len());
+    let mut wrong = Vec::new();
+    for fault in &chosen {
+        if let Some(what) = fault_found(&subject, fault, &expected) {
+            let name = format!("{} call {}: {}", fault.command, fault.call, name_of(fault.code));
+            eprintln!("WRONG {name}: {what}");
+            wrong.push(name);
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {} faults: {wrong:#?}", wrong.len(), chosen.len());
+}
+
+#[test]
+fn a_device_that_is_not_there_is_named_with_those_that_are() {
+    let subject = Subject::new(SIZE);
+    let out = subject.path("picture.png").to_string_lossy().into_owned();
+    for (device, code) in [("no such thing", 1), ("99", 1), ("0", 0), ("", 0)] {
+        let mut command = subject.command("render", &["--out", &out]);
+        command.env("BUSBAR_DEVICE", device);
+        let output = finish(&mut command).expect_code(code);
+        let lists = output.stderr.contains(&format!("\"{device}\", but there are: 0 \""));
+        assert_eq!(lists, code != 0, "{}", output.stderr);
+    }
+}
