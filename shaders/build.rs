@@ -12,8 +12,9 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 const COMMON: &str = "common/frame.wgsl";
 
 /// Pass source, name of its words.
-const PASSES: [(&str, &str); 3] = [
+const PASSES: [(&str, &str); 4] = [
     ("scene/scene.wgsl", "SCENE"),
+    ("low/low.wgsl", "LOW"),
     ("wireframe/wireframe.wgsl", "WIREFRAME"),
     ("pick/pick.wgsl", "PICK"),
 ];

@@ -16,6 +16,8 @@ struct MaterialUniform {
     base_color: vec4<f32>,
     // Linear rgb; w unused.
     emissive: vec4<f32>,
+    // sRGB rgb of base_color, less what a metal loses at low quality; w unused.
+    encoded_color: vec4<f32>,
     metallic: f32,
     roughness: f32,
     // Fragments with less alpha are left out.

@@ -99,6 +99,9 @@ pub struct MaterialUniform {
     pub base_color: [f32; 4],
     /// Linear rgb; the fourth is unused.
     pub emissive: [f32; 4],
+    /// The base colour's rgb as sRGB keeps it, less what a metal loses at low quality;
+    /// the fourth is unused.
+    pub encoded_color: [f32; 4],
     /// 0 dielectric to 1 metal.
     pub metallic: f32,
     /// 0 mirror to 1 matt.
@@ -142,6 +145,7 @@ mod tests {
             }
         };
         check(super::SCENE, &["vertex_main", "fragment_main"]);
+        check(super::LOW, &["plain_vertex_main", "plain_fragment_main", "fragment_main"]);
         check(super::WIREFRAME, &["fill_vertex", "line_vertex", "fill_fragment", "line_fragment"]);
         check(super::PICK, &["vertex_main", "fragment_main"]);
     }

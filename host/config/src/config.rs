@@ -261,6 +261,8 @@ pub struct ViewConfig {
     pub camera: Option<String>,
     /// Background as sRGB red, green and blue.
     pub background: [u8; 3],
+    /// What a picture may cost.
+    pub quality: QualityConfig,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
     /// Width and height in pixels.
@@ -272,6 +274,18 @@ pub struct ViewConfig {
     pub target_frame_millis: Option<f64>,
     /// JSON pointer; of a view that may be absent.
     pub pointer: String,
+}
+
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QualityConfig {
+    /// For remote desktops and software rasterisers: the shape of things, as cheap as
+    /// can be.
+    Low,
+    /// Materials and shadows.
+    Medium,
+    /// All there is.
+    High,
 }
 
 /// Where results of optimisers are kept.

@@ -314,9 +314,13 @@ pub(crate) struct RawView {
     /// Background as `#rrggbb`, sRGB.
     #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
     pub(crate) background: String,
-    /// Samples a pixel: 1, or 4 for smooth edges.
+    /// What a picture may cost: `low` for remote desktops and software rasterisers.
+    #[schemars(extend("examples" = ["medium"]))]
+    pub(crate) quality: RawQuality,
+    /// Samples a pixel: 1, or 4 for smooth edges; where missing, 1 at quality `low`,
+    /// else 4.
     #[schemars(extend("enum" = [1, 4]), extend("examples" = [4]))]
-    pub(crate) samples: u32,
+    pub(crate) samples: Option<u32>,
     /// Width and height in pixels.
     #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
     pub(crate) size: [u32; 2],
@@ -329,6 +333,20 @@ pub(crate) struct RawView {
     /// takes.
     #[schemars(range(min = 0.0, max = MAX_FRAME_MILLIS), extend("examples" = [16.6]))]
     pub(crate) target_frame_ms: f64,
+}
+
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Quality")]
+pub(crate) enum RawQuality {
+    /// The shape of things, as cheap as can be.
+    Low,
+    /// Materials and shadows.
+    #[default]
+    Medium,
+    /// All there is.
+    High,
 }
 
 /// Results of optimisers on disk.
@@ -362,7 +380,8 @@ impl Default for RawView {
         Self {
             camera: None,
             background: "#d8dadd".to_owned(),
-            samples: 4,
+            quality: RawQuality::default(),
+            samples: None,
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,

@@ -37,7 +37,7 @@ impl Overlay {
         let color_attachment_format =
             format.undecoded().ok_or(GpuError::Misuse("panels over what is no picture"))?;
         let mode = RenderMode::DynamicRendering(DynamicRendering {
-            color_attachment_format,
+            color_attachment_format: color_attachment_format.vk(),
             depth_attachment_format: None,
             stencil_attachment_format: None,
         });

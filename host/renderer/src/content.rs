@@ -18,7 +18,7 @@ use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
-use crate::{Frame, FrameStats, MeshAtCursor, RenderError};
+use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError};
 
 /// Bytes of index buffers, resolved beside the frames, that one frame uploads;
 /// one buffer always, so that each arrives.
@@ -49,9 +49,9 @@ pub(crate) struct Content {
 }
 
 impl Content {
-    pub(crate) fn new(gpu: &mut Gpu, samples: u32) -> Result<Self, RenderError> {
+    pub(crate) fn new(gpu: &mut Gpu, quality: Quality, samples: u32) -> Result<Self, RenderError> {
         let layouts = Layouts::new(gpu)?;
-        let pipelines = Pipelines::new(gpu, &layouts, gpu.picture_format(), samples)?;
+        let pipelines = Pipelines::new(gpu, &layouts, quality, samples)?;
         let streams = (0..=PICK_STREAM)
             .map(|_| FrameStream::new(gpu, &layouts.frame))
             .collect::<Result<_, _>>()?;
@@ -167,8 +167,9 @@ impl Content {
         let resolve_millis = millis_since(resolving);
         let drawer = self.drawer(&plan, stream);
         let pipelines = &self.pipelines;
-        let mut pass =
-            recorder.pass(&targets.cleared_to(frame.background), whole(targets.size()))?;
+        let undecoded = pipelines.undecoded && !frame.wireframe;
+        let cleared = targets.cleared_to(frame.background, undecoded);
+        let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
         let mut draw_calls = 0;
         if frame.wireframe {
             draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All)?;

@@ -34,6 +34,6 @@ pub use error::RenderError;
 pub use frame::{DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Picture};
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
 pub use model::{ModelHandle, ModelUpload};
-pub use renderer::{Renderer, RendererOptions};
+pub use renderer::{Quality, Renderer, RendererOptions};
 pub use resolver::{MAX_PENDING_RESOLVE_BYTES, MAX_PENDING_RESOLVES};
 pub use stream::{MAX_FEATURE_HIGHLIGHTS, MAX_INSTANCES};

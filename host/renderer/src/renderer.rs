@@ -16,9 +16,24 @@ use crate::{
 /// Models that one renderer ever takes, removed ones included.
 pub(crate) const MAX_MODELS: usize = 1 << 20;
 
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// Shape under one light and a hemisphere, worked out at vertices: for remote
+    /// desktops and software rasterisers.
+    Low,
+    /// Materials and shadows.
+    #[default]
+    Medium,
+    /// All there is.
+    High,
+}
+
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RendererOptions {
+    /// What a picture may cost.
+    pub quality: Quality,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
     /// Turns the Vulkan validation layer on.
@@ -26,9 +41,9 @@ pub struct RendererOptions {
 }
 
 impl Default for RendererOptions {
-    /// Four samples, no validation.
+    /// Medium quality, four samples, no validation.
     fn default() -> Self {
-        Self { samples: 4, validation: false }
+        Self { quality: Quality::Medium, samples: 4, validation: false }
     }
 }
 
@@ -78,11 +93,11 @@ impl Renderer {
         size: [u32; 2],
         in_window: bool,
     ) -> Result<Self, RenderError> {
-        let samples = options.samples;
+        let RendererOptions { quality, samples, .. } = options;
         if !matches!(samples, 1 | 4) || !gpu.can_sample(samples) {
             return Err(RenderError::BadSamples(samples));
         }
-        let content = Content::new(&mut gpu, samples)?;
+        let content = Content::new(&mut gpu, quality, samples)?;
         let one_pixel = PickTargets::new(&gpu, [1, 1])?;
         let overlay = Overlay::new(&gpu, gpu.picture_format())?;
         if !gpu.can_draw_lines() {

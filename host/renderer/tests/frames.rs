@@ -234,7 +234,7 @@ fn the_same_frame_gives_the_same_bits() {
 #[test]
 fn impossible_options_are_refused() {
     for samples in [0, 2, 3, 64] {
-        let options = RendererOptions { samples, validation: true };
+        let options = RendererOptions { samples, validation: true, ..Default::default() };
         let error = Renderer::headless(options, SIZE).err().unwrap();
         assert!(matches!(error, RenderError::BadSamples(s) if s == samples));
     }

@@ -29,7 +29,7 @@ pub use busbar_plugin_host::{
 };
 pub use busbar_plugin_process::{Isolation, PluginCatalog, serve as serve_plugin};
 pub use busbar_point_import::{ListFault, PluginInstance};
-pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
+pub use busbar_renderer::{Picture, Quality, RenderError, RendererOptions, WindowHandles};
 pub use error::{LoadError, ViewError};
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,
