@@ -34,7 +34,7 @@ fn unit(v: vec3<f32>) -> vec3<f32> {
 // nothing is highlighted.
 struct PlainVaryings {
     @builtin(position) clip: vec4<f32>,
-    @location(0) @interpolate(linear) color: vec3<f32>,
+    @location(0) color: vec3<f32>,
 }
 
 @vertex

@@ -265,6 +265,10 @@ pub struct ViewConfig {
     pub quality: QualityConfig,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
+    /// Shows a ground with a grid below the lowest point.
+    pub ground: bool,
+    /// Lets what is far fade into the background.
+    pub fog: bool,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Factor on the thetas of models and nodes.

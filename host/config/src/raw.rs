@@ -321,6 +321,13 @@ pub(crate) struct RawView {
     /// else 4.
     #[schemars(extend("enum" = [1, 4]), extend("examples" = [4]))]
     pub(crate) samples: Option<u32>,
+    /// Shows a ground with a grid of 1 m and 10 m below the lowest point; not at
+    /// quality `low`.
+    #[schemars(extend("examples" = [true]))]
+    pub(crate) ground: bool,
+    /// Lets what is far fade into the background; not at quality `low`.
+    #[schemars(extend("examples" = [true]))]
+    pub(crate) fog: bool,
     /// Width and height in pixels.
     #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
     pub(crate) size: [u32; 2],
@@ -382,6 +389,8 @@ impl Default for RawView {
             background: "#d8dadd".to_owned(),
             quality: RawQuality::default(),
             samples: None,
+            ground: false,
+            fog: false,
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,

@@ -168,6 +168,8 @@ fn view(raw: RawView) -> ViewConfig {
         background: colour(&raw.background),
         quality,
         samples: raw.samples.unwrap_or(samples),
+        ground: raw.ground,
+        fog: raw.fog,
         size: raw.size,
         theta_scale: raw.theta_scale,
         target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::batch::Plan;
 use crate::features::FeatureKit;
+use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
@@ -41,6 +42,7 @@ pub(crate) struct Content {
     pub(crate) resolver: Resolver,
     pub(crate) kit: MaterialKit,
     pub(crate) feature_kit: FeatureKit,
+    ground: GroundKit,
     layouts: Layouts,
     pipelines: Pipelines,
     streams: Vec<FrameStream>,
@@ -61,6 +63,7 @@ impl Content {
             resolver: Resolver::new()?,
             kit: MaterialKit::new(gpu, layouts.material.clone())?,
             feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
+            ground: GroundKit::new(gpu)?,
             layouts,
             pipelines,
             plans: (0..=PICK_STREAM).map(|_| Plan::default()).collect(),
@@ -132,7 +135,7 @@ impl Content {
         self.streams[stream].write(
             recorder.gpu(),
             layout,
-            (&frame.camera, size),
+            (frame, size),
             &plan.instances,
             &plan.feature_highlights,
         )?;
@@ -178,6 +181,11 @@ impl Content {
             }
         } else {
             draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque)?;
+            if let (Some(pipeline), Some(_)) = (&pipelines.ground, frame.ground) {
+                let stream = &self.streams[stream];
+                self.ground.draw(&mut pass, pipeline, &stream.group, &stream.instances)?;
+                draw_calls += 1;
+            }
             draw_calls += drawer.draw_blended(&mut pass, &pipelines.blended, frame.camera.eye)?;
         }
         let triangles = drawer.triangles();

@@ -2,7 +2,7 @@
 
 use glam::Mat4;
 
-use crate::{CameraView, ModelHandle};
+use crate::{CameraView, Ground, ModelHandle};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -20,6 +20,11 @@ pub struct Frame<'a> {
     pub wireframe: bool,
     /// Linear rgb.
     pub background: [f32; 3],
+    /// The ground below the equipment; not at low quality, in wireframes or from below.
+    pub ground: Option<Ground>,
+    /// Distance at which half of what is seen is background, metres, so that far things
+    /// fade; not at low quality or in wireframes.
+    pub fog_distance: Option<f32>,
     /// Panels over the picture.
     pub overlay: Option<EguiFrame<'a>>,
 }

@@ -6,7 +6,7 @@ use busbar_gpu::{
     AttributeKind, BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline,
     PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-use busbar_shaders::{Attribute, Instance, LOW, PICK, SCENE, Vertex, WIREFRAME};
+use busbar_shaders::{Attribute, GROUND, Instance, LOW, PICK, SCENE, Vertex, WIREFRAME};
 
 use crate::Quality;
 use crate::material::GpuMaterial;
@@ -36,6 +36,8 @@ pub(crate) struct Pipelines {
     pub(crate) blended: Shading,
     /// Whether the two above give colours as the picture's bytes keep them.
     pub(crate) undecoded: bool,
+    /// `None` at low quality.
+    pub(crate) ground: Option<Pipeline>,
     pub(crate) wire_fill: Shading,
     /// `None` on a device that cannot draw lines.
     pub(crate) wire_lines: Option<Shading>,
@@ -123,6 +125,13 @@ impl Pipelines {
             ..fill
         };
         let pick = Recipe { name: "pick", words: PICK, vertex: c"vertex_main", ..scene };
+        let ground = Recipe {
+            name: "ground",
+            words: GROUND,
+            vertex: c"vertex_main",
+            fragment: c"fragment_main",
+            groups: &unlit[..1],
+        };
         let shown = undecoded.unwrap_or(color);
         let solid =
             |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Replace, false);
@@ -139,6 +148,7 @@ impl Pipelines {
                 plain_is_narrow: undecoded.is_some(),
             },
             undecoded: undecoded.is_some(),
+            ground: undecoded.is_none().then(|| clear(&ground)).transpose()?,
             blended: Shading {
                 any: clear(&scene)?,
                 without_features: Some(clear(&without_features)?),

@@ -2,7 +2,7 @@
 
 mod common;
 
-use busbar_renderer::{Frame, ModelUpload, Quality, RenderError};
+use busbar_renderer::{CameraView, DrawInstance, Frame, Ground, ModelUpload, Quality, RenderError};
 use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
 use common::*;
 use glam::{Mat4, Quat, Vec3};
@@ -193,13 +193,67 @@ fn low_quality_tells_sides_apart_as_medium_does() {
         });
         let [low, medium] = &shown;
         for pair in low.chunks(2) {
-            assert!(pair[0].abs_diff(pair[1]) < 3, "one side or two: {low:?}");
+            // A root stands in for the curve of sRGB where two sides may be seen.
+            assert!(pair[0].abs_diff(pair[1]) <= 5, "one side or two: {low:?}");
         }
         for (low, medium) in low.iter().zip(medium) {
             assert!(low.abs_diff(*medium) < 30, "{shown:?}");
         }
         assert!(low[0] > low[2] + 8 && low[4] > low[6] + 40, "{low:?}");
     }
+}
+
+/// From `height` metres, down and ahead.
+fn over_ground(height: f32, drawn: &[DrawInstance]) -> Frame<'_> {
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let eye = Vec3::new(0.3, height, 0.4);
+    let target = Vec3::new(0.3, 0.0, -2.0);
+    let camera = CameraView::look_at(eye, target, Vec3::Y, 0.9, aspect, 0.1);
+    let ground = Some(Ground { height: 0.0, reach: 50.0 });
+    Frame { camera, ground, background: [0.6; 3], ..frame(drawn) }
+}
+
+#[test]
+fn the_ground_has_lines_is_hidden_by_what_stands_before_it_and_not_seen_from_below() {
+    with_renderer(4, |renderer| {
+        let green = |p: &busbar_renderer::Picture| -> Vec<u8> {
+            p.rgba8.chunks_exact(4).map(|rgba| rgba[1]).collect()
+        };
+        let bare = srgb_byte(0.6);
+        let shown = green(&picture(renderer, &over_ground(2.0, &[])));
+        let [least, most] = [shown.iter().min(), shown.iter().max()].map(|c| *c.unwrap());
+        assert!(most < bare, "a veil at least: {most}");
+        assert!(most - least > 8, "and lines: {least} to {most}");
+        let below = green(&picture(renderer, &over_ground(-2.0, &[])));
+        assert!(below.iter().all(|&c| c.abs_diff(bare) <= 1));
+        let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
+        let drawn = [instance(red, Mat4::from_translation(Vec3::new(0.3, 1.0, -1.0)), 1)];
+        let hidden = picture(renderer, &over_ground(2.0, &drawn));
+        assert!(center(&hidden)[1] < 40, "{:?}", center(&hidden));
+    });
+    with_quality(Quality::Low, 1, |renderer| {
+        let shown = picture(renderer, &over_ground(2.0, &[]));
+        assert!(center(&shown)[1].abs_diff(srgb_byte(0.6)) <= 1);
+        assert!(shown.rgba8.chunks_exact(4).all(|rgba| rgba == &shown.rgba8[..4]), "none at low");
+    });
+}
+
+#[test]
+fn far_things_fade_into_the_background_but_not_what_is_tinted() {
+    with_renderer(1, |renderer| {
+        let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
+        let mut drawn = instance(red, Mat4::IDENTITY, 1);
+        let mut seen = |drawn, fog_distance| {
+            center(&picture(renderer, &Frame { fog_distance, ..frame(&[drawn]) }))
+        };
+        // The eye is four metres away, the background blue.
+        let [clear, half, far] = [None, Some(4.0), Some(0.4)].map(|fog| seen(drawn, fog));
+        assert_near(clear, [srgb_byte(0.5), 0, 0, 255], 12);
+        assert_near(half, [srgb_byte(0.25), 0, srgb_byte(0.5), 255], 12);
+        assert_near(far, [srgb_byte(0.005), 0, srgb_byte(0.99), 255], 12);
+        drawn.highlight = [0.0, 0.8, 0.0, 1.0];
+        assert_eq!(seen(drawn, Some(0.4)), seen(drawn, None));
+    });
 }
 
 /// Two by two pixels: red, green / blue, transparent white.

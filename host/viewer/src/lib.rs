@@ -21,6 +21,7 @@ mod running;
 mod shown_model;
 mod stacks;
 mod stats;
+mod surroundings;
 mod viewer;
 
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};

@@ -24,6 +24,7 @@ use crate::pace::Pace;
 use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
+use crate::surroundings::Surroundings;
 use crate::{Stats, ViewError, labels, rows, stats};
 
 /// Frame times kept for statistics.
@@ -48,6 +49,7 @@ pub struct Viewer {
     /// Triangles of all instances at theta 0.
     triangles_full: u64,
     panels: Panels,
+    surroundings: Surroundings,
     camera: OrbitCamera,
     selected: Option<NodeIndex>,
     wireframe: bool,
@@ -141,6 +143,7 @@ impl Viewer {
             settles: !in_window,
             // A picture does not depend on how fast it came.
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
+            surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
             scene,
             renderer,
             models,
@@ -531,6 +534,8 @@ impl Viewer {
             object_highlights,
             wireframe: self.wireframe,
             background: self.scene.config.view.background.map(linear_from_srgb),
+            ground: self.surroundings.ground,
+            fog_distance: self.surroundings.fog_distance,
             overlay,
         }
     }

@@ -123,6 +123,8 @@ pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
         object_highlights: &[],
         wireframe: false,
         background: BACKGROUND,
+        ground: None,
+        fog_distance: None,
         overlay: None,
     }
 }
