@@ -286,10 +286,8 @@ pub enum QualityConfig {
     /// For remote desktops and software rasterisers: the shape of things, as cheap as
     /// can be.
     Low,
-    /// Materials and shadows.
+    /// Materials as they reflect light.
     Medium,
-    /// All there is.
-    High,
 }
 
 /// Where results of optimisers are kept.

@@ -349,11 +349,9 @@ pub(crate) struct RawView {
 pub(crate) enum RawQuality {
     /// The shape of things, as cheap as can be.
     Low,
-    /// Materials and shadows.
+    /// Materials as they reflect light.
     #[default]
     Medium,
-    /// All there is.
-    High,
 }
 
 /// Results of optimisers on disk.

@@ -161,7 +161,6 @@ fn view(raw: RawView) -> ViewConfig {
     let (quality, samples) = match raw.quality {
         RawQuality::Low => (QualityConfig::Low, 1),
         RawQuality::Medium => (QualityConfig::Medium, 4),
-        RawQuality::High => (QualityConfig::High, 4),
     };
     ViewConfig {
         camera: raw.camera,

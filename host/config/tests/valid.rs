@@ -162,9 +162,9 @@ fn samples_follow_the_quality_unless_somebody_says_otherwise() {
     let low = view(r#"{ "quality": "low" }"#);
     assert_eq!((low.quality, low.samples), (QualityConfig::Low, 1));
     assert_eq!(view(r#"{ "quality": "low", "samples": 4 }"#).samples, 4);
-    let high = view(r#"{ "quality": "high", "ground": true }"#);
-    assert_eq!((high.quality, high.samples), (QualityConfig::High, 4));
-    assert!(high.ground && !high.fog);
+    let medium = view(r#"{ "quality": "medium", "ground": true }"#);
+    assert_eq!((medium.quality, medium.samples), (QualityConfig::Medium, 4));
+    assert!(medium.ground && !medium.fog);
 }
 
 #[test]

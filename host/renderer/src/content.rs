@@ -129,6 +129,7 @@ impl Content {
         frame: &Frame<'_>,
         size: [u32; 2],
     ) -> Result<Plan, RenderError> {
+        let _span = tracing::debug_span!("prepare").entered();
         let mut plan = std::mem::take(&mut self.plans[stream]);
         plan.fill(&self.models, frame)?;
         let layout = &self.layouts.frame;
@@ -167,7 +168,9 @@ impl Content {
         let stream = recorder.slot();
         self.upload_resolved(recorder)?;
         let plan = self.prepare(recorder, stream, frame, targets.size())?;
+        recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
+        let _span = tracing::debug_span!("scene").entered();
         let drawer = self.drawer(&plan, stream);
         let pipelines = &self.pipelines;
         let undecoded = pipelines.undecoded && !frame.wireframe;
@@ -190,6 +193,7 @@ impl Content {
         }
         let triangles = drawer.triangles();
         drop(pass);
+        recorder.end_stage("scene");
         self.plans[stream] = plan;
         Ok(FrameStats {
             triangles,

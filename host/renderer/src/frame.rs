@@ -1,5 +1,6 @@
 //! What one frame shows, and what came of it.
 
+use busbar_gpu::StageMillis;
 use glam::Mat4;
 
 use crate::{CameraView, Ground, ModelHandle};
@@ -95,6 +96,9 @@ pub struct FrameStats {
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,
+    /// What of that each stage took: `upload`, `scene`, `panels`; the rest is handing the
+    /// picture to the window.
+    pub gpu_stages: StageMillis,
 }
 
 /// A picture read back.

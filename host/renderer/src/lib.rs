@@ -28,7 +28,7 @@ mod scene_pass;
 mod stream;
 mod targets;
 
-pub use busbar_gpu::{GpuError, ValidationLog, WindowHandles};
+pub use busbar_gpu::{GpuError, MAX_STAGES, StageMillis, ValidationLog, WindowHandles};
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
 pub use error::RenderError;

@@ -22,11 +22,9 @@ pub enum Quality {
     /// Shape under one light and a hemisphere, worked out at vertices: for remote
     /// desktops and software rasterisers.
     Low,
-    /// Materials and shadows.
+    /// Materials as they reflect light, ground and fog.
     #[default]
     Medium,
-    /// All there is.
-    High,
 }
 
 /// How to draw.
@@ -200,10 +198,13 @@ impl Renderer {
         let started = Instant::now();
         let mut stats = self.content.record(&mut recorder, targets, frame)?;
         if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
+            let _span = tracing::debug_span!("panels").entered();
             recorder.paint(&mut self.overlay, &targets.picture, primitives, pixels_per_point)?;
+            recorder.end_stage("panels");
         }
         stats.cpu_millis = millis_since(started);
         stats.gpu_millis = recorder.gpu().frame_millis();
+        stats.gpu_stages = recorder.gpu().stage_millis();
         if self.in_window {
             recorder.present(&targets.picture)?;
         } else {
