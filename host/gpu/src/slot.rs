@@ -15,7 +15,15 @@ pub const MAX_STAGES: usize = 6;
 const TIMESTAMPS: usize = MAX_STAGES + 2;
 
 /// What the GPU took for stages of a frame, by name and in milliseconds.
-pub type StageMillis = [Option<(&'static str, f64)>; MAX_STAGES];
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageMillis([Option<(&'static str, f64)>; MAX_STAGES]);
+
+impl StageMillis {
+    /// The stages in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.0.iter().flatten().copied()
+    }
+}
 
 /// A command buffer that is recorded, submitted and recorded again.
 pub(crate) struct CommandSlot {
@@ -133,7 +141,7 @@ impl CommandSlot {
                     ticks[to].saturating_sub(ticks[from]) as f64 * period_nanos / 1e6
                 };
                 let mut stages = StageMillis::default();
-                for (index, (stage, &name)) in stages.iter_mut().zip(&self.stages).enumerate() {
+                for (index, (stage, &name)) in stages.0.iter_mut().zip(&self.stages).enumerate() {
                     *stage = Some((name, between(index, index + 1)));
                 }
                 Ok(Some((between(0, written - 1), stages)))

@@ -195,7 +195,7 @@ fn two_hundred_frames_with_random_sizes() {
         renderer.resize(SIZE);
         let stats = renderer.draw(&frame(&[])).unwrap();
         assert!(stats.gpu_millis.is_some_and(|millis| millis >= 0.0));
-        let stages: Vec<_> = stats.gpu_stages.iter().flatten().collect();
+        let stages: Vec<_> = stats.gpu_stages.iter().collect();
         let names: Vec<_> = stages.iter().map(|(name, _)| *name).collect();
         assert_eq!(names, ["upload", "scene"]);
         let sum: f64 = stages.iter().map(|(_, millis)| millis).sum();

@@ -124,7 +124,7 @@ impl From<QualityCounts> for QualityStats {
 /// What the GPU took, by stage.
 pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
     let whole = frame.gpu_millis.map(|millis| ("frame", millis));
-    whole.into_iter().chain(frame.gpu_stages.iter().flatten().copied()).collect()
+    whole.into_iter().chain(frame.gpu_stages.iter()).collect()
 }
 
 /// One plugin with its link and its last fault.
