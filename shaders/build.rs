@@ -12,8 +12,10 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 const COMMON: &str = "common/frame.wgsl";
 
 /// Pass source, name of its words.
-const PASSES: [(&str, &str); 4] = [
+const PASSES: [(&str, &str); 6] = [
     ("scene/scene.wgsl", "SCENE"),
+    ("low/low.wgsl", "LOW"),
+    ("ground/ground.wgsl", "GROUND"),
     ("wireframe/wireframe.wgsl", "WIREFRAME"),
     ("pick/pick.wgsl", "PICK"),
     ("panels/panels.wgsl", "PANELS"),

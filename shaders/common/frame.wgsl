@@ -9,6 +9,13 @@ struct FrameUniform {
     ray_corner: vec4<f32>,
     ray_right: vec4<f32>,
     ray_down: vec4<f32>,
+    // Linear rgb of the background; one over the squared distance at which half of
+    // what is seen is background.
+    fog: vec4<f32>,
+    // The point of the ground below the eye, metres; how far it reaches from there.
+    ground: vec4<f32>,
+    // That point's place within its cell of ten metres; z and w unused.
+    ground_phase: vec4<f32>,
 }
 
 struct MaterialUniform {
@@ -16,6 +23,8 @@ struct MaterialUniform {
     base_color: vec4<f32>,
     // Linear rgb; w unused.
     emissive: vec4<f32>,
+    // sRGB rgb of base_color, less what a metal loses at low quality; w unused.
+    encoded_color: vec4<f32>,
     metallic: f32,
     roughness: f32,
     // Fragments with less alpha are left out.

@@ -92,6 +92,14 @@ fn tone_map(radiance: vec3<f32>) -> vec3<f32> {
     return radiance * select(1.0, bent / max(peak, 1e-6), peak > TONE_KNEE);
 }
 
+// What is left of a colour at a distance to the eye: far things fade into the
+// background, but for what is tinted, which says something. The fragment's position
+// tells one over the distance.
+fn fogged(color: vec3<f32>, inverse_distance: f32, tint: f32) -> vec3<f32> {
+    let thickness = frame.fog.w / max(inverse_distance * inverse_distance, 1e-20);
+    return mix(color, frame.fog.rgb, (1.0 - tint) * thickness / (1.0 + thickness));
+}
+
 // Where light comes from, and what is lit.
 struct Surface {
     // Unit vector to the eye.
@@ -148,7 +156,7 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     let roughness = material.roughness * metallic_roughness.g;
     let view = towards_eye(in.clip.xy);
     let surface = Surface(view, in.normal, front, color.rgb, metallic, roughness, in.highlight);
-    return vec4<f32>(shade(surface), color.a);
+    return vec4<f32>(fogged(shade(surface), in.clip.w, in.highlight.a), color.a);
 }
 
 // For opaque materials without textures: nothing to sample, and, as nothing is
@@ -167,5 +175,5 @@ fn plain_fragment_main(
         material.roughness,
         vec4<f32>(0.0),
     );
-    return vec4<f32>(shade(surface), 1.0);
+    return vec4<f32>(fogged(shade(surface), in.clip.w, 0.0), 1.0);
 }

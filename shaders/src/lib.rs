@@ -32,6 +32,13 @@ pub struct FrameUniform {
     pub ray_right: [f32; 4],
     /// By what it changes from a pixel to the next one below.
     pub ray_down: [f32; 4],
+    /// Linear rgb of the background; one over the squared distance in metres at which
+    /// half of what is seen is background, 0 where there is no fog.
+    pub fog: [f32; 4],
+    /// The point of the ground below the eye; how far it reaches from there, metres.
+    pub ground: [f32; 4],
+    /// That point within its cell of ten metres along x and z; the others are unused.
+    pub ground_phase: [f32; 4],
 }
 
 /// One drawn instance, as the passes take it at locations 2 to 6.
@@ -99,6 +106,9 @@ pub struct MaterialUniform {
     pub base_color: [f32; 4],
     /// Linear rgb; the fourth is unused.
     pub emissive: [f32; 4],
+    /// The base colour's rgb as sRGB keeps it, less what a metal loses at low quality;
+    /// the fourth is unused.
+    pub encoded_color: [f32; 4],
     /// 0 dielectric to 1 metal.
     pub metallic: f32,
     /// 0 mirror to 1 matt.
@@ -142,6 +152,8 @@ mod tests {
             }
         };
         check(super::SCENE, &["vertex_main", "fragment_main"]);
+        check(super::GROUND, &["vertex_main", "fragment_main"]);
+        check(super::LOW, &["plain_vertex_main", "plain_fragment_main", "fragment_main"]);
         check(super::WIREFRAME, &["fill_vertex", "line_vertex", "fill_fragment", "line_fragment"]);
         check(super::PICK, &["vertex_main", "fragment_main"]);
         check(super::PANELS, &["vertex_main", "fragment_main"]);

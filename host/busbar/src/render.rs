@@ -17,7 +17,7 @@ const MIN_FRAMES: u32 = 3;
 pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     let scene = check::load(&options.config)?;
     let size = options.size.map_or(scene.size(), |size| size.0);
-    let renderer = RendererOptions { samples: scene.samples(), validation: options.validation };
+    let renderer = RendererOptions { validation: options.validation, ..scene.renderer_options() };
     let mut viewer = Viewer::headless(scene, renderer, size)?;
     if let Some(camera) = &options.camera {
         viewer.use_camera(camera)?;

@@ -143,7 +143,7 @@ impl OpenWindow {
         let window =
             Arc::new(event_loop.create_window(attributes).context("cannot open a window")?);
         let size = window.inner_size();
-        let options = RendererOptions { samples: scene.samples(), validation };
+        let options = RendererOptions { validation, ..scene.renderer_options() };
         let viewer = Viewer::for_window(scene, options, window.clone(), [size.width, size.height])?;
         let egui = egui_winit::State::new(
             viewer.egui_context().clone(),

@@ -261,8 +261,14 @@ pub struct ViewConfig {
     pub camera: Option<String>,
     /// Background as sRGB red, green and blue.
     pub background: [u8; 3],
+    /// What a picture may cost.
+    pub quality: QualityConfig,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
+    /// Shows a ground with a grid below the lowest point.
+    pub ground: bool,
+    /// Lets what is far fade into the background.
+    pub fog: bool,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Factor on the thetas of models and nodes.
@@ -274,6 +280,16 @@ pub struct ViewConfig {
     pub device: Option<String>,
     /// JSON pointer; of a view that may be absent.
     pub pointer: String,
+}
+
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QualityConfig {
+    /// For remote desktops and software rasterisers: the shape of things, as cheap as
+    /// can be.
+    Low,
+    /// Materials as they reflect light.
+    Medium,
 }
 
 /// Where results of optimisers are kept.

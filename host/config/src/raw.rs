@@ -314,9 +314,20 @@ pub(crate) struct RawView {
     /// Background as `#rrggbb`, sRGB.
     #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
     pub(crate) background: String,
-    /// Samples a pixel: 1, or 4 for smooth edges.
+    /// What a picture may cost: `low` for remote desktops and software rasterisers.
+    #[schemars(extend("examples" = ["medium"]))]
+    pub(crate) quality: RawQuality,
+    /// Samples a pixel: 1, or 4 for smooth edges; where missing, 1 at quality `low`,
+    /// else 4.
     #[schemars(extend("enum" = [1, 4]), extend("examples" = [4]))]
-    pub(crate) samples: u32,
+    pub(crate) samples: Option<u32>,
+    /// Shows a ground with a grid of 1 m and 10 m below the lowest point; not at
+    /// quality `low`.
+    #[schemars(extend("examples" = [true]))]
+    pub(crate) ground: bool,
+    /// Lets what is far fade into the background; not at quality `low`.
+    #[schemars(extend("examples" = [true]))]
+    pub(crate) fog: bool,
     /// Width and height in pixels.
     #[schemars(inner(range(min = 16, max = 16_384)), extend("examples" = [[1280, 720]]))]
     pub(crate) size: [u32; 2],
@@ -333,6 +344,18 @@ pub(crate) struct RawView {
     /// missing, the best. `BUSBAR_DEVICE` in the environment goes before.
     #[schemars(length(min = 1, max = 256), extend("examples" = ["llvmpipe"]))]
     pub(crate) device: Option<String>,
+}
+
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Quality")]
+pub(crate) enum RawQuality {
+    /// The shape of things, as cheap as can be.
+    Low,
+    /// Materials as they reflect light.
+    #[default]
+    Medium,
 }
 
 /// Results of optimisers on disk.
@@ -366,7 +389,10 @@ impl Default for RawView {
         Self {
             camera: None,
             background: "#d8dadd".to_owned(),
-            samples: 4,
+            quality: RawQuality::default(),
+            samples: None,
+            ground: false,
+            fog: false,
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,

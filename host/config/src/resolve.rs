@@ -158,10 +158,17 @@ fn origin(source: Option<RawSource>, expression: Option<String>, pointer: &str) 
 }
 
 fn view(raw: RawView) -> ViewConfig {
+    let (quality, samples) = match raw.quality {
+        RawQuality::Low => (QualityConfig::Low, 1),
+        RawQuality::Medium => (QualityConfig::Medium, 4),
+    };
     ViewConfig {
         camera: raw.camera,
         background: colour(&raw.background),
-        samples: raw.samples,
+        quality,
+        samples: raw.samples.unwrap_or(samples),
+        ground: raw.ground,
+        fog: raw.fog,
         size: raw.size,
         theta_scale: raw.theta_scale,
         target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),

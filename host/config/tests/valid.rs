@@ -1,7 +1,8 @@
 //! A valid configuration and what becomes of it.
 
 use busbar_config::{
-    Band, Config, Isolation, Severity, TagType, ThetaConfig, ThetaLevelConfig, parse, schema,
+    Band, Config, Isolation, QualityConfig, Severity, TagType, ThetaConfig, ThetaLevelConfig,
+    parse, schema,
 };
 use serde_json::json;
 
@@ -147,9 +148,23 @@ fn places_are_found_under_keys_with_escapes_and_slashes() {
 fn the_least_configuration_has_defaults() {
     let config = parse(r#"{ "version": 1, "scene": [] }"#).unwrap();
     assert_eq!((config.view.camera, config.view.background), (None, [0xd8, 0xda, 0xdd]));
+    assert_eq!(config.view.quality, QualityConfig::Medium);
     assert_eq!((config.view.samples, config.view.size), (4, [1280, 720]));
     assert_eq!(config.view.theta_scale, 1.0);
     assert!(config.scene.is_empty() && config.plugins.is_empty() && config.tags.is_empty());
+}
+
+#[test]
+fn samples_follow_the_quality_unless_somebody_says_otherwise() {
+    let view = |view: &str| {
+        parse(&format!(r#"{{ "version": 1, "scene": [], "view": {view} }}"#)).unwrap().view
+    };
+    let low = view(r#"{ "quality": "low" }"#);
+    assert_eq!((low.quality, low.samples), (QualityConfig::Low, 1));
+    assert_eq!(view(r#"{ "quality": "low", "samples": 4 }"#).samples, 4);
+    let medium = view(r#"{ "quality": "medium", "ground": true }"#);
+    assert_eq!((medium.quality, medium.samples), (QualityConfig::Medium, 4));
+    assert!(medium.ground && !medium.fog);
 }
 
 #[test]

@@ -11,6 +11,8 @@ pub enum Format {
     Bgra8Srgb,
     /// Four bytes, all linear.
     Rgba8Linear,
+    /// The same with red and blue swapped.
+    Bgra8Linear,
     /// One 32-bit number.
     R32Uint,
     /// 32-bit depth.
@@ -23,16 +25,17 @@ impl Format {
             Self::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
             Self::Bgra8Srgb => vk::Format::B8G8R8A8_SRGB,
             Self::Rgba8Linear => vk::Format::R8G8B8A8_UNORM,
+            Self::Bgra8Linear => vk::Format::B8G8R8A8_UNORM,
             Self::R32Uint => vk::Format::R32_UINT,
             Self::Depth32 => vk::Format::D32_SFLOAT,
         }
     }
 
     /// The same bytes read without decoding; `None` where that is the same.
-    pub(crate) fn undecoded(self) -> Option<vk::Format> {
+    pub fn undecoded(self) -> Option<Self> {
         match self {
-            Self::Rgba8Srgb => Some(vk::Format::R8G8B8A8_UNORM),
-            Self::Bgra8Srgb => Some(vk::Format::B8G8R8A8_UNORM),
+            Self::Rgba8Srgb => Some(Self::Rgba8Linear),
+            Self::Bgra8Srgb => Some(Self::Bgra8Linear),
             _ => None,
         }
     }

@@ -8,7 +8,7 @@ use crate::device::Device;
 use crate::image::sample_flag;
 use crate::instance::Instance;
 use crate::presenter::Presenter;
-use crate::slot::CommandSlot;
+use crate::slot::{CommandSlot, StageMillis};
 use crate::surface::Surface;
 use crate::{Format, GpuError, Recorder, ValidationLog, WindowHandles};
 
@@ -40,6 +40,7 @@ pub struct Gpu {
     pub(crate) slots: Vec<CommandSlot>,
     next_frame: usize,
     frame_millis: Option<f64>,
+    stage_millis: StageMillis,
     device: Arc<Device>,
 }
 
@@ -76,7 +77,14 @@ impl Gpu {
         let slots = (0..=TRANSFER_SLOT)
             .map(|_| CommandSlot::new(Arc::clone(&device)))
             .collect::<Result<_, _>>()?;
-        Ok(Self { presenter, slots, next_frame: 0, frame_millis: None, device })
+        Ok(Self {
+            presenter,
+            slots,
+            next_frame: 0,
+            frame_millis: None,
+            stage_millis: StageMillis::default(),
+            device,
+        })
     }
 
     pub(crate) fn device(&self) -> &Arc<Device> {
@@ -114,6 +122,11 @@ impl Gpu {
     /// How long the GPU took for the last frame it finished, if it can tell.
     pub fn frame_millis(&self) -> Option<f64> {
         self.frame_millis
+    }
+
+    /// How long it took for the stages of that frame, in order, if it can tell.
+    pub fn stage_millis(&self) -> StageMillis {
+        self.stage_millis
     }
 
     /// Tells the size that the window now has, in pixels.
@@ -180,9 +193,9 @@ impl Gpu {
         self.device.wait(self.slots[slot].value, "an earlier frame")?;
         self.device.collect_garbage()?;
         if slot != TRANSFER_SLOT
-            && let Some(millis) = self.slots[slot].elapsed_millis()?
+            && let Some((millis, stages)) = self.slots[slot].elapsed_millis()?
         {
-            self.frame_millis = Some(millis);
+            (self.frame_millis, self.stage_millis) = (Some(millis), stages);
         }
         self.slots[slot].begin()?;
         Ok(Recorder::new(self, slot))

@@ -174,8 +174,8 @@ impl Image {
             ImageKind::Texture => level_count(description.size),
             ImageKind::FlatTexture | ImageKind::Target { .. } => 1,
         };
-        // A resolved picture gets a second view, for painting without decoding.
-        let undecoded = format.undecoded().filter(|_| kind == ImageKind::Target { samples: 1 });
+        // A picture gets a second view, for drawing without decoding.
+        let undecoded = format.undecoded().filter(|_| kind != ImageKind::Texture);
         let flags = match undecoded {
             Some(_) => vk::ImageCreateFlags::MUTABLE_FORMAT,
             None => vk::ImageCreateFlags::empty(),
@@ -208,7 +208,7 @@ impl Image {
         };
         inner.bind()?;
         inner.view = inner.make_view(format.vk())?;
-        inner.undecoded_view = undecoded.map(|format| inner.make_view(format)).transpose()?;
+        inner.undecoded_view = undecoded.map(|format| inner.make_view(format.vk())).transpose()?;
         Ok(Self(Arc::new(inner)))
     }
 

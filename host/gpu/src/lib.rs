@@ -44,6 +44,7 @@ pub use pipeline::{
 };
 pub use recorder::Recorder;
 pub use sampler::{AddressMode, Sampler};
+pub use slot::{MAX_STAGES, StageMillis};
 pub use surface::WindowHandles;
 pub use transfer::Download;
 pub use validation::ValidationLog;

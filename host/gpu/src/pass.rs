@@ -24,6 +24,9 @@ pub struct Targets<'a> {
     pub depth: &'a Image,
     /// What the colour starts with.
     pub clear: ClearColor,
+    /// Takes sRGB colours as bytes: shaders encode, and blending and resolving do not
+    /// decode.
+    pub undecoded: bool,
 }
 
 /// Where clip space lies on the targets, in pixels; it may be larger than they
@@ -88,7 +91,7 @@ impl Recorder<'_> {
         targets: &Targets<'_>,
         viewport: Viewport,
     ) -> Result<Pass<'_>, GpuError> {
-        let Targets { color, resolve, depth, clear } = targets;
+        let Targets { color, resolve, depth, clear, undecoded } = targets;
         let fits = color.size() == depth.size()
             && color.samples() == depth.samples()
             && depth.format() == Format::Depth32
@@ -100,7 +103,15 @@ impl Recorder<'_> {
         }
         self.use_image(color, ImageUse::ColorTarget);
         self.use_image(depth, ImageUse::DepthTarget);
-        let mut color_info = attachment(color, ImageUse::ColorTarget)
+        let viewed = |image: &Image| {
+            if !undecoded {
+                return Ok((image.view(), image.format()));
+            }
+            let fault = GpuError::Misuse("a target without colours in sRGB");
+            image.undecoded_view().zip(image.format().undecoded()).ok_or(fault)
+        };
+        let (view, format) = viewed(color)?;
+        let mut color_info = attachment(view, ImageUse::ColorTarget)
             .clear_value(clear.vk())
             .store_op(vk::AttachmentStoreOp::STORE);
         if let Some(resolve) = resolve {
@@ -108,12 +119,12 @@ impl Recorder<'_> {
             color_info = color_info
                 .store_op(vk::AttachmentStoreOp::DONT_CARE)
                 .resolve_mode(vk::ResolveModeFlags::AVERAGE)
-                .resolve_image_view(resolve.view())
+                .resolve_image_view(viewed(resolve)?.0)
                 .resolve_image_layout(ImageUse::ColorTarget.layout());
         }
         // Reverse-Z: zero is infinitely far.
-        let depth_info =
-            attachment(depth, ImageUse::DepthTarget).store_op(vk::AttachmentStoreOp::DONT_CARE);
+        let depth_info = attachment(depth.view(), ImageUse::DepthTarget)
+            .store_op(vk::AttachmentStoreOp::DONT_CARE);
         let [width, height] = color.size();
         let area = vk::Rect2D::from(vk::Extent2D { width, height });
         let colors = [color_info];
@@ -122,7 +133,7 @@ impl Recorder<'_> {
             .layer_count(1)
             .color_attachments(&colors)
             .depth_attachment(&depth_info);
-        let (format, samples) = (color.format(), color.samples());
+        let samples = color.samples();
         self.begin_label(color.name());
         let commands = self.commands();
         let device = &self.device().raw;
@@ -146,9 +157,9 @@ impl Recorder<'_> {
     }
 }
 
-fn attachment(image: &Image, usage: ImageUse) -> vk::RenderingAttachmentInfo<'_> {
+fn attachment(view: vk::ImageView, usage: ImageUse) -> vk::RenderingAttachmentInfo<'static> {
     vk::RenderingAttachmentInfo::default()
-        .image_view(image.view())
+        .image_view(view)
         .image_layout(usage.layout())
         .load_op(vk::AttachmentLoadOp::CLEAR)
 }

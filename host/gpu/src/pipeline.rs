@@ -182,7 +182,7 @@ impl Pipeline {
         ];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
         let undecoded = description.color.undecoded().filter(|_| paints);
-        let colors = [undecoded.unwrap_or(description.color.vk())];
+        let colors = [undecoded.unwrap_or(description.color).vk()];
         let depth_format = if paints { vk::Format::UNDEFINED } else { Format::Depth32.vk() };
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(&colors)

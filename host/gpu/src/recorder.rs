@@ -36,6 +36,12 @@ impl<'g> Recorder<'g> {
         self.slot
     }
 
+    /// Ends a stage whose time is taken: what was recorded since the last one. Beyond
+    /// [`MAX_STAGES`](crate::MAX_STAGES) it does nothing.
+    pub fn end_stage(&mut self, name: &'static str) {
+        self.gpu.slots[self.slot].end_stage(name);
+    }
+
     pub(crate) fn device(&self) -> &Arc<Device> {
         self.gpu.device()
     }
@@ -127,7 +133,7 @@ impl<'g> Recorder<'g> {
         self.device().wait(self.command_slot().value, "a transfer")?;
         self.device().collect_garbage()?;
         self.staged_bytes = 0;
-        self.command_slot().begin()
+        self.gpu.slots[self.slot].begin()
     }
 
     /// Submits what was recorded and shows the picture in the window. If the

@@ -8,8 +8,22 @@ use crate::GpuError;
 use crate::device::Device;
 use crate::error::at;
 
-/// Timestamps a slot writes: begin and end.
-const TIMESTAMPS: u32 = 2;
+/// Stages of a submission whose time is taken; those after have none of their own.
+pub const MAX_STAGES: usize = 6;
+
+/// Timestamps a slot writes at most: its begin, after each stage, and its end.
+const TIMESTAMPS: usize = MAX_STAGES + 2;
+
+/// What the GPU took for stages of a frame, by name and in milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageMillis([Option<(&'static str, f64)>; MAX_STAGES]);
+
+impl StageMillis {
+    /// The stages in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        self.0.iter().flatten().copied()
+    }
+}
 
 /// A command buffer that is recorded, submitted and recorded again.
 pub(crate) struct CommandSlot {
@@ -17,6 +31,8 @@ pub(crate) struct CommandSlot {
     pub(crate) pool: vk::CommandPool,
     pub(crate) commands: vk::CommandBuffer,
     queries: vk::QueryPool,
+    /// Of the last submission, as far as they ended.
+    stages: Vec<&'static str>,
     /// The last submission; 0 before the first.
     pub(crate) value: u64,
 }
@@ -28,6 +44,7 @@ impl CommandSlot {
             pool: vk::CommandPool::null(),
             commands: vk::CommandBuffer::null(),
             queries: vk::QueryPool::null(),
+            stages: Vec::new(),
             value: 0,
         };
         let raw = &slot.device.raw;
@@ -49,7 +66,7 @@ impl CommandSlot {
         if slot.device.adapter.has_timestamps {
             let queries = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
-                .query_count(TIMESTAMPS);
+                .query_count(TIMESTAMPS as u32);
             // SAFETY: the device lives.
             slot.queries = unsafe { raw.create_query_pool(&queries, None) }
                 .map_err(at("creating timestamps"))?;
@@ -58,7 +75,8 @@ impl CommandSlot {
         Ok(slot)
     }
 
-    pub(crate) fn begin(&self) -> Result<(), GpuError> {
+    pub(crate) fn begin(&mut self) -> Result<(), GpuError> {
+        self.stages.clear();
         let raw = &self.device.raw;
         let info = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -69,15 +87,23 @@ impl CommandSlot {
                 .map_err(at("reusing commands"))?;
             raw.begin_command_buffer(self.commands, &info).map_err(at("beginning a frame"))?;
             if self.queries != vk::QueryPool::null() {
-                raw.cmd_reset_query_pool(self.commands, self.queries, 0, TIMESTAMPS);
+                raw.cmd_reset_query_pool(self.commands, self.queries, 0, TIMESTAMPS as u32);
             }
         }
         self.stamp(0);
         Ok(())
     }
 
+    /// What was recorded since the last stage, or the beginning, is this one.
+    pub(crate) fn end_stage(&mut self, name: &'static str) {
+        if self.stages.len() < MAX_STAGES {
+            self.stages.push(name);
+            self.stamp(self.stages.len() as u32);
+        }
+    }
+
     pub(crate) fn end(&self) -> Result<(), GpuError> {
-        self.stamp(1);
+        self.stamp(self.stages.len() as u32 + 1);
         // SAFETY: the commands are being recorded.
         unsafe { self.device.raw.end_command_buffer(self.commands) }.map_err(at("ending a frame"))
     }
@@ -98,20 +124,30 @@ impl CommandSlot {
         }
     }
 
-    /// How long the finished last submission took.
-    pub(crate) fn elapsed_millis(&self) -> Result<Option<f64>, GpuError> {
+    /// How long the finished last submission took, and each of its stages.
+    pub(crate) fn elapsed_millis(&self) -> Result<Option<(f64, StageMillis)>, GpuError> {
         if self.value == 0 || self.queries == vk::QueryPool::null() {
             return Ok(None);
         }
-        let mut ticks = [0_u64; TIMESTAMPS as usize];
+        let mut ticks = [0_u64; TIMESTAMPS];
+        let written = self.stages.len() + 2;
         let flags = vk::QueryResultFlags::TYPE_64;
-        // SAFETY: both queries were written by a finished submission.
-        let read =
-            unsafe { self.device.raw.get_query_pool_results(self.queries, 0, &mut ticks, flags) };
+        // SAFETY: so many queries were written by a finished submission.
+        let read = unsafe {
+            let ticks = &mut ticks[..written];
+            self.device.raw.get_query_pool_results(self.queries, 0, ticks, flags)
+        };
         match read {
             Ok(()) => {
                 let period_nanos = f64::from(self.device.adapter.limits.timestamp_period);
-                Ok(Some(ticks[1].saturating_sub(ticks[0]) as f64 * period_nanos / 1e6))
+                let between = |from: usize, to: usize| {
+                    ticks[to].saturating_sub(ticks[from]) as f64 * period_nanos / 1e6
+                };
+                let mut stages = StageMillis::default();
+                for (index, (stage, &name)) in stages.0.iter_mut().zip(&self.stages).enumerate() {
+                    *stage = Some((name, between(index, index + 1)));
+                }
+                Ok(Some((between(0, written - 1), stages)))
             }
             Err(vk::Result::NOT_READY) => Ok(None),
             Err(code) => Err(at("reading timestamps")(code)),

@@ -31,6 +31,8 @@ fn main() -> Result<()> {
             object_highlights: &[],
             wireframe,
             background,
+            ground: None,
+            fog_distance: None,
             overlay: None,
         };
         renderer.draw(&frame)?;

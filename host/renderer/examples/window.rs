@@ -77,6 +77,8 @@ impl View {
             object_highlights: &[],
             wireframe: number % 50 == 49,
             background: [0.68, 0.70, 0.72],
+            ground: None,
+            fog_distance: None,
             overlay: Some(EguiFrame {
                 textures_delta: &output.textures_delta,
                 primitives: &primitives,

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::batch::Plan;
 use crate::features::FeatureKit;
+use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
@@ -18,7 +19,7 @@ use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
-use crate::{Frame, FrameStats, MeshAtCursor, RenderError};
+use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError};
 
 /// Bytes of index buffers, resolved beside the frames, that one frame uploads;
 /// one buffer always, so that each arrives.
@@ -41,6 +42,7 @@ pub(crate) struct Content {
     pub(crate) resolver: Resolver,
     pub(crate) kit: MaterialKit,
     pub(crate) feature_kit: FeatureKit,
+    ground: GroundKit,
     layouts: Layouts,
     pipelines: Pipelines,
     streams: Vec<FrameStream>,
@@ -49,9 +51,9 @@ pub(crate) struct Content {
 }
 
 impl Content {
-    pub(crate) fn new(gpu: &mut Gpu, samples: u32) -> Result<Self, RenderError> {
+    pub(crate) fn new(gpu: &mut Gpu, quality: Quality, samples: u32) -> Result<Self, RenderError> {
         let layouts = Layouts::new(gpu)?;
-        let pipelines = Pipelines::new(gpu, &layouts, gpu.picture_format(), samples)?;
+        let pipelines = Pipelines::new(gpu, &layouts, quality, samples)?;
         let streams = (0..=PICK_STREAM)
             .map(|_| FrameStream::new(gpu, &layouts.frame))
             .collect::<Result<_, _>>()?;
@@ -61,6 +63,7 @@ impl Content {
             resolver: Resolver::new()?,
             kit: MaterialKit::new(gpu, layouts.material.clone())?,
             feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
+            ground: GroundKit::new(gpu)?,
             layouts,
             pipelines,
             plans: (0..=PICK_STREAM).map(|_| Plan::default()).collect(),
@@ -133,13 +136,14 @@ impl Content {
         frame: &Frame<'_>,
         size: [u32; 2],
     ) -> Result<Plan, RenderError> {
+        let _span = tracing::debug_span!("prepare").entered();
         let mut plan = std::mem::take(&mut self.plans[stream]);
         plan.fill(&self.models, frame)?;
         let layout = &self.layouts.frame;
         self.streams[stream].write(
             recorder.gpu(),
             layout,
-            (&frame.camera, size),
+            (frame, size),
             &plan.instances,
             &plan.feature_highlights,
         )?;
@@ -171,11 +175,14 @@ impl Content {
         let stream = recorder.slot();
         self.upload_resolved(recorder)?;
         let plan = self.prepare(recorder, stream, frame, targets.size())?;
+        recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
+        let _span = tracing::debug_span!("scene").entered();
         let drawer = self.drawer(&plan, stream);
         let pipelines = &self.pipelines;
-        let mut pass =
-            recorder.pass(&targets.cleared_to(frame.background), whole(targets.size()))?;
+        let undecoded = pipelines.undecoded && !frame.wireframe;
+        let cleared = targets.cleared_to(frame.background, undecoded);
+        let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
         let mut draw_calls = 0;
         if frame.wireframe {
             draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All)?;
@@ -184,10 +191,16 @@ impl Content {
             }
         } else {
             draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque)?;
+            if let (Some(pipeline), Some(_)) = (&pipelines.ground, frame.ground) {
+                let stream = &self.streams[stream];
+                self.ground.draw(&mut pass, pipeline, &stream.group, &stream.instances)?;
+                draw_calls += 1;
+            }
             draw_calls += drawer.draw_blended(&mut pass, &pipelines.blended, frame.camera.eye)?;
         }
         let triangles = drawer.triangles();
         drop(pass);
+        recorder.end_stage("scene");
         self.plans[stream] = plan;
         Ok(FrameStats {
             triangles,

@@ -1,8 +1,9 @@
 //! What one frame shows, and what came of it.
 
+use busbar_gpu::StageMillis;
 use glam::Mat4;
 
-use crate::{CameraView, ModelHandle};
+use crate::{CameraView, Ground, ModelHandle};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -20,6 +21,11 @@ pub struct Frame<'a> {
     pub wireframe: bool,
     /// Linear rgb.
     pub background: [f32; 3],
+    /// The ground below the equipment; not at low quality, in wireframes or from below.
+    pub ground: Option<Ground>,
+    /// Distance at which half of what is seen is background, metres, so that far things
+    /// fade; not at low quality or in wireframes.
+    pub fog_distance: Option<f32>,
     /// Panels over the picture.
     pub overlay: Option<EguiFrame<'a>>,
 }
@@ -90,6 +96,9 @@ pub struct FrameStats {
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,
+    /// What of that each stage took: `upload`, `scene`, `panels`; the rest is handing the
+    /// picture to the window.
+    pub gpu_stages: StageMillis,
 }
 
 /// A picture read back.

@@ -10,6 +10,10 @@ use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
 use busbar_shaders::MaterialUniform;
 
 use crate::RenderError;
+use crate::targets::srgb_from_linear;
+
+/// What a metal keeps of its colour at low quality, as `METAL` of the shader.
+const LOW_METAL: f32 = 0.45;
 
 /// A material ready to draw with.
 pub(crate) struct GpuMaterial {
@@ -18,6 +22,8 @@ pub(crate) struct GpuMaterial {
     pub(crate) double_sided: bool,
     /// Opaque and without textures.
     pub(crate) plain: bool,
+    /// Shines by itself.
+    pub(crate) emits: bool,
 }
 
 /// What all materials share.
@@ -93,6 +99,7 @@ impl MaterialKit {
             group: BindGroup::new(&self.layout, &bindings)?,
             blends: material.alpha == AlphaMode::Blend,
             double_sided: material.double_sided,
+            emits: material.emissive != [0.0; 3],
             plain: material.alpha == AlphaMode::Opaque
                 && material.base_color_texture.is_none()
                 && material.metallic_roughness_texture.is_none(),
@@ -142,10 +149,14 @@ fn uniform_of(material: &Material) -> MaterialUniform {
         AlphaMode::Blend => (0.0, 1.0),
     };
     let [r, g, b] = material.emissive;
+    let metallic = material.metallic.clamp(0.0, 1.0);
+    let kept = 1.0 + metallic * (LOW_METAL - 1.0);
+    let [red, green, blue, _] = material.base_color.map(|c| srgb_from_linear(c * kept));
     MaterialUniform {
         base_color: material.base_color,
         emissive: [r, g, b, 0.0],
-        metallic: material.metallic.clamp(0.0, 1.0),
+        encoded_color: [red, green, blue, 0.0],
+        metallic,
         roughness: material.roughness.clamp(0.0, 1.0),
         alpha_cutoff,
         alpha_used,

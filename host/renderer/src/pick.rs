@@ -35,6 +35,7 @@ impl PickTargets {
             resolve: None,
             depth: &self.depth,
             clear: ClearColor::Number(BACKGROUND),
+            undecoded: false,
         }
     }
 }

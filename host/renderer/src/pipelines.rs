@@ -6,8 +6,10 @@ use busbar_gpu::{
     AttributeKind, BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline,
     PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-use busbar_shaders::{Attribute, Instance, PICK, SCENE, Vertex, WIREFRAME};
+use busbar_shaders::{Attribute, GROUND, Instance, LOW, PICK, SCENE, Vertex, WIREFRAME};
 
+use crate::Quality;
+use crate::material::GpuMaterial;
 use crate::pick::ID_FORMAT;
 
 /// Layouts of the three groups that `shaders/common/frame.wgsl` names.
@@ -32,6 +34,10 @@ impl Layouts {
 pub(crate) struct Pipelines {
     pub(crate) opaque: Shading,
     pub(crate) blended: Shading,
+    /// Whether the two above give colours as the picture's bytes keep them.
+    pub(crate) undecoded: bool,
+    /// `None` at low quality.
+    pub(crate) ground: Option<Pipeline>,
     pub(crate) wire_fill: Shading,
     /// `None` on a device that cannot draw lines.
     pub(crate) wire_lines: Option<Shading>,
@@ -57,15 +63,19 @@ pub(crate) struct Shading {
     /// Draws, faster still, plain materials (opaque and without textures) where
     /// nothing at all is highlighted.
     plain: Option<Pipeline>,
+    /// Whether that shows only fronts, and only what does not shine by itself.
+    plain_is_narrow: bool,
 }
 
 impl Shading {
     fn of_one(any: Pipeline) -> Self {
-        Self { any, without_features: None, plain: None }
+        Self { any, without_features: None, plain: None, plain_is_narrow: false }
     }
 
     /// The fastest pipeline that will do.
-    pub(crate) fn pipeline(&self, highlights: Highlights, plain: bool) -> &Pipeline {
+    pub(crate) fn pipeline(&self, highlights: Highlights, material: &GpuMaterial) -> &Pipeline {
+        let is_narrow = !material.double_sided && !material.emits;
+        let plain = material.plain && (is_narrow || !self.plain_is_narrow);
         let faster = match (highlights, plain) {
             (Highlights::None, true) => self.plain.as_ref().or(self.without_features.as_ref()),
             (Highlights::OfFeatures, _) => None,
@@ -79,14 +89,16 @@ impl Pipelines {
     pub(crate) fn new(
         gpu: &Gpu,
         layouts: &Layouts,
-        color: Format,
+        quality: Quality,
         samples: u32,
     ) -> Result<Self, GpuError> {
+        let color = gpu.picture_format();
+        let undecoded = color.undecoded().filter(|_| quality == Quality::Low);
         let shaded = [&layouts.frame, &layouts.features, &layouts.material];
         let unlit = [&layouts.frame, &layouts.features];
         let scene = Recipe {
             name: "scene",
-            words: SCENE,
+            words: if undecoded.is_some() { LOW } else { SCENE },
             vertex: c"feature_vertex_main",
             fragment: c"fragment_main",
             groups: &shaded,
@@ -113,9 +125,17 @@ impl Pipelines {
             ..fill
         };
         let pick = Recipe { name: "pick", words: PICK, vertex: c"vertex_main", ..scene };
+        let ground = Recipe {
+            name: "ground",
+            words: GROUND,
+            vertex: c"vertex_main",
+            fragment: c"fragment_main",
+            groups: &unlit[..1],
+        };
+        let shown = undecoded.unwrap_or(color);
         let solid =
-            |recipe: &Recipe<'_>| recipe.compile(gpu, color, samples, Blend::Replace, false);
-        let clear = |recipe: &Recipe<'_>| recipe.compile(gpu, color, samples, Blend::Over, false);
+            |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Replace, false);
+        let clear = |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Over, false);
         let wire_lines = gpu
             .can_draw_lines()
             .then(|| lines.compile(gpu, color, samples, Blend::Replace, true))
@@ -125,13 +145,17 @@ impl Pipelines {
                 any: solid(&scene)?,
                 without_features: Some(solid(&without_features)?),
                 plain: Some(solid(&plain)?),
+                plain_is_narrow: undecoded.is_some(),
             },
+            undecoded: undecoded.is_some(),
+            ground: undecoded.is_none().then(|| clear(&ground)).transpose()?,
             blended: Shading {
                 any: clear(&scene)?,
                 without_features: Some(clear(&without_features)?),
                 plain: None,
+                plain_is_narrow: false,
             },
-            wire_fill: Shading::of_one(solid(&fill)?),
+            wire_fill: Shading::of_one(fill.compile(gpu, color, samples, Blend::Replace, false)?),
             wire_lines: wire_lines.map(Shading::of_one),
             pick: Shading::of_one(pick.compile(gpu, ID_FORMAT, 1, Blend::Replace, false)?),
         })

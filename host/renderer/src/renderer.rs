@@ -18,9 +18,22 @@ use crate::{
 /// Models that one renderer ever takes, removed ones included.
 pub(crate) const MAX_MODELS: usize = 1 << 20;
 
+/// What a picture may cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// Shape under one light and a hemisphere, worked out at vertices: for remote
+    /// desktops and software rasterisers.
+    Low,
+    /// Materials as they reflect light, ground and fog.
+    #[default]
+    Medium,
+}
+
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RendererOptions {
+    /// What a picture may cost.
+    pub quality: Quality,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
     /// Turns the Vulkan validation layer on.
@@ -28,9 +41,9 @@ pub struct RendererOptions {
 }
 
 impl Default for RendererOptions {
-    /// Four samples, no validation.
+    /// Medium quality, four samples, no validation.
     fn default() -> Self {
-        Self { samples: 4, validation: false }
+        Self { quality: Quality::Medium, samples: 4, validation: false }
     }
 }
 
@@ -47,6 +60,7 @@ pub struct DeviceChoice {
 /// All that a renderer is made from, kept to make its device anew.
 struct Origin {
     gpu: GpuOptions,
+    quality: Quality,
     samples: u32,
     window: Option<Arc<dyn WindowHandles>>,
 }
@@ -102,7 +116,8 @@ impl Renderer {
             pipeline_cache: choice.pipeline_cache,
             log: ValidationLog::default(),
         };
-        Self::on(Origin { gpu, samples: options.samples, window }, size)
+        let RendererOptions { quality, samples, .. } = options;
+        Self::on(Origin { gpu, quality, samples, window }, size)
     }
 
     fn on(origin: Origin, size: [u32; 2]) -> Result<Self, RenderError> {
@@ -111,11 +126,11 @@ impl Renderer {
             None => Gpu::headless(&origin.gpu)?,
         };
         gpu.resize_window(size);
-        let samples = origin.samples;
+        let Origin { quality, samples, .. } = origin;
         if !matches!(samples, 1 | 4) || !gpu.can_sample(samples) {
             return Err(RenderError::BadSamples(samples));
         }
-        let content = Content::new(&mut gpu, samples)?;
+        let content = Content::new(&mut gpu, quality, samples)?;
         let one_pixel = PickTargets::new(&gpu, [1, 1])?;
         let panels = Panels::new(&gpu, gpu.picture_format())?;
         if let Err(error) = gpu.save_pipelines() {
@@ -140,6 +155,7 @@ impl Renderer {
         self.content.clear();
         let origin = Origin {
             gpu: self.origin.gpu.clone(),
+            quality: self.origin.quality,
             samples: self.origin.samples,
             window: self.origin.window.clone(),
         };
@@ -273,11 +289,14 @@ impl Renderer {
         let started = Instant::now();
         let mut stats = self.content.record(&mut recorder, targets, frame)?;
         if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
+            let _span = tracing::debug_span!("panels").entered();
             let picture = &targets.picture;
             self.panels.record(&mut recorder, picture, primitives, pixels_per_point)?;
+            recorder.end_stage("panels");
         }
         stats.cpu_millis = millis_since(started);
         stats.gpu_millis = recorder.gpu().frame_millis();
+        stats.gpu_stages = recorder.gpu().stage_millis();
         if self.origin.window.is_some() {
             recorder.present(&targets.picture)?;
         } else {

@@ -104,7 +104,7 @@ impl SceneDrawer<'_> {
             if !is_wanted || range.is_empty() {
                 continue;
             }
-            let pipeline = shading.pipeline(batch.highlights, material.plain);
+            let pipeline = shading.pipeline(batch.highlights, material);
             let groups = [self.frame_group, features, &material.group];
             pass.draw(&Draw {
                 pipeline,

@@ -3,7 +3,7 @@
 use busbar_gpu::{BindGroup, BindGroupLayout, Binding, Buffer, BufferUsage, Gpu};
 use busbar_shaders::{FrameUniform, Instance};
 
-use crate::{CameraView, RenderError};
+use crate::{Frame, RenderError, ground};
 
 /// Instances in one frame.
 pub const MAX_INSTANCES: usize = 1_000_000;
@@ -58,7 +58,7 @@ impl FrameStream {
         &mut self,
         gpu: &Gpu,
         layout: &BindGroupLayout,
-        (camera, size): (&CameraView, [u32; 2]),
+        (frame, size): (&Frame<'_>, [u32; 2]),
         instances: &[Instance],
         highlights: &[[f32; 4]],
     ) -> Result<(), RenderError> {
@@ -75,12 +75,18 @@ impl FrameStream {
             *self = Self::with_capacities(gpu, layout, capacities)?;
         }
         let [ray_corner, ray_right, ray_down] =
-            camera.pixel_rays(size).map(|ray| ray.extend(0.0).to_array());
+            frame.camera.pixel_rays(size).map(|ray| ray.extend(0.0).to_array());
+        let [red, green, blue] = frame.background;
+        let inverse_square = |distance: f32| (distance * distance).max(f32::MIN_POSITIVE).recip();
+        let [ground, ground_phase] = ground::uniforms(frame.ground, frame.camera.eye);
         let uniform = FrameUniform {
-            clip_from_world: camera.clip_from_world().to_cols_array_2d(),
+            clip_from_world: frame.camera.clip_from_world().to_cols_array_2d(),
             ray_corner,
             ray_right,
             ray_down,
+            fog: [red, green, blue, frame.fog_distance.map_or(0.0, inverse_square)],
+            ground,
+            ground_phase,
         };
         self.uniform.write(bytemuck::bytes_of(&uniform))?;
         self.instances.write(bytemuck::cast_slice(instances))?;

@@ -195,6 +195,11 @@ fn two_hundred_frames_with_random_sizes() {
         renderer.resize(SIZE);
         let stats = renderer.draw(&frame(&[])).unwrap();
         assert!(stats.gpu_millis.is_some_and(|millis| millis >= 0.0));
+        let stages: Vec<_> = stats.gpu_stages.iter().collect();
+        let names: Vec<_> = stages.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["upload", "scene"]);
+        let sum: f64 = stages.iter().map(|(_, millis)| millis).sum();
+        assert!(stats.gpu_millis.is_some_and(|whole| sum <= whole + 1e-6), "{stats:?}");
     });
 }
 
@@ -234,7 +239,7 @@ fn the_same_frame_gives_the_same_bits() {
 #[test]
 fn impossible_options_are_refused() {
     for samples in [0, 2, 3, 64] {
-        let options = RendererOptions { samples, validation: true };
+        let options = RendererOptions { samples, validation: true, ..Default::default() };
         let error = Renderer::headless(options, SIZE).err().unwrap();
         assert!(matches!(error, RenderError::BadSamples(s) if s == samples));
     }

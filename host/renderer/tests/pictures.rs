@@ -2,7 +2,7 @@
 
 mod common;
 
-use busbar_renderer::{Frame, ModelUpload, RenderError};
+use busbar_renderer::{CameraView, DrawInstance, Frame, Ground, ModelUpload, Quality, RenderError};
 use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
 use common::*;
 use glam::{Mat4, Quat, Vec3};
@@ -10,7 +10,7 @@ use glam::{Mat4, Quat, Vec3};
 #[test]
 fn a_red_quad_stands_before_the_background() {
     for samples in [1, 4] {
-        with_renderer(samples, |renderer| {
+        with_each_quality(samples, |renderer| {
             let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
             let shown = picture(renderer, &frame(&[instance(red, Mat4::IDENTITY, 1)]));
             assert_near(center(&shown), [srgb_byte(0.5), 0, 0, 255], 12);
@@ -22,7 +22,7 @@ fn a_red_quad_stands_before_the_background() {
 
 #[test]
 fn backgrounds_are_encoded_as_srgb() {
-    with_renderer(4, |renderer| {
+    with_each_quality(4, |renderer| {
         let grey = Frame { background: [0.2, 0.5, 0.7], ..frame(&[]) };
         let shown = picture(renderer, &grey);
         assert_near(center(&shown), [srgb_byte(0.2), srgb_byte(0.5), srgb_byte(0.7), 255], 1);
@@ -86,7 +86,7 @@ fn instances_at_one_cursor_share_a_draw_call() {
 
 #[test]
 fn wireframe_shows_lines_and_gaps() {
-    with_renderer(4, |renderer| {
+    with_each_quality(4, |renderer| {
         assert!(renderer.can_draw_wireframe(), "the software rasteriser draws lines");
         let model = upload(renderer, grid(4, Some(0)), &[Material::default()], &[]);
         let drawn = [instance(model, Mat4::IDENTITY, 1)];
@@ -129,7 +129,7 @@ fn blended_quads_cover_by_alpha_from_back_to_front() {
 
 #[test]
 fn backs_are_culled_unless_double_sided_also_in_mirrors() {
-    with_renderer(4, |renderer| {
+    with_each_quality(4, |renderer| {
         let single = quad(renderer, glowing([0.5, 0.0, 0.0]));
         let double = quad(renderer, Material { double_sided: true, ..glowing([0.5, 0.0, 0.0]) });
         let turned = Mat4::from_quat(Quat::from_rotation_y(std::f32::consts::PI));
@@ -148,7 +148,7 @@ fn backs_are_culled_unless_double_sided_also_in_mirrors() {
 
 #[test]
 fn a_mirrored_face_is_lit_as_the_plain_one() {
-    with_renderer(4, |renderer| {
+    with_each_quality(4, |renderer| {
         let matt = quad(renderer, Material::default());
         let mirrored = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
         let plain = picture(renderer, &frame(&[instance(matt, Mat4::IDENTITY, 1)]));
@@ -159,7 +159,7 @@ fn a_mirrored_face_is_lit_as_the_plain_one() {
 
 #[test]
 fn a_highlight_tints() {
-    with_renderer(4, |renderer| {
+    with_each_quality(4, |renderer| {
         let matt = quad(renderer, Material::default());
         let mut drawn = instance(matt, Mat4::IDENTITY, 1);
         let plain = center(&picture(renderer, &frame(&[drawn])));
@@ -167,6 +167,92 @@ fn a_highlight_tints() {
         let tinted = center(&picture(renderer, &frame(&[drawn])));
         assert!(tinted[0] > tinted[2].saturating_add(60), "{tinted:?}");
         assert!(plain[0].abs_diff(plain[2]) < 30, "{plain:?}");
+    });
+}
+
+#[test]
+fn low_quality_tells_sides_apart_as_medium_does() {
+    for samples in [1, 4] {
+        let shown = [Quality::Low, Quality::Medium].map(|quality| {
+            let mut grey = Vec::new();
+            with_quality(quality, samples, |renderer| {
+                let matt = Material { metallic: 0.0, double_sided: true, ..Material::default() };
+                let plain = quad(renderer, Material { double_sided: false, ..matt.clone() });
+                let double = quad(renderer, matt);
+                // Towards the sun, away from it, up and down.
+                for angle in [0.5, -0.5, -1.2, 1.2_f32] {
+                    for model in [plain, double] {
+                        let axis = if angle.abs() < 1.0 { Vec3::Y } else { Vec3::X };
+                        let turned = Mat4::from_axis_angle(axis, angle);
+                        let drawn = [instance(model, turned, 1)];
+                        grey.push(center(&picture(renderer, &frame(&drawn)))[1]);
+                    }
+                }
+            });
+            grey
+        });
+        let [low, medium] = &shown;
+        for pair in low.chunks(2) {
+            // A root stands in for the curve of sRGB where two sides may be seen.
+            assert!(pair[0].abs_diff(pair[1]) <= 5, "one side or two: {low:?}");
+        }
+        for (low, medium) in low.iter().zip(medium) {
+            assert!(low.abs_diff(*medium) < 30, "{shown:?}");
+        }
+        assert!(low[0] > low[2] + 8 && low[4] > low[6] + 40, "{low:?}");
+    }
+}
+
+/// From `height` metres, down and ahead.
+fn over_ground(height: f32, drawn: &[DrawInstance]) -> Frame<'_> {
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let eye = Vec3::new(0.3, height, 0.4);
+    let target = Vec3::new(0.3, 0.0, -2.0);
+    let camera = CameraView::look_at(eye, target, Vec3::Y, 0.9, aspect, 0.1);
+    let ground = Some(Ground { height: 0.0, reach: 50.0 });
+    Frame { camera, ground, background: [0.6; 3], ..frame(drawn) }
+}
+
+#[test]
+fn the_ground_has_lines_is_hidden_by_what_stands_before_it_and_not_seen_from_below() {
+    with_renderer(4, |renderer| {
+        let green = |p: &busbar_renderer::Picture| -> Vec<u8> {
+            p.rgba8.chunks_exact(4).map(|rgba| rgba[1]).collect()
+        };
+        let bare = srgb_byte(0.6);
+        let shown = green(&picture(renderer, &over_ground(2.0, &[])));
+        let [least, most] = [shown.iter().min(), shown.iter().max()].map(|c| *c.unwrap());
+        assert!(most < bare, "a veil at least: {most}");
+        assert!(most - least > 8, "and lines: {least} to {most}");
+        let below = green(&picture(renderer, &over_ground(-2.0, &[])));
+        assert!(below.iter().all(|&c| c.abs_diff(bare) <= 1));
+        let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
+        let drawn = [instance(red, Mat4::from_translation(Vec3::new(0.3, 1.0, -1.0)), 1)];
+        let hidden = picture(renderer, &over_ground(2.0, &drawn));
+        assert!(center(&hidden)[1] < 40, "{:?}", center(&hidden));
+    });
+    with_quality(Quality::Low, 1, |renderer| {
+        let shown = picture(renderer, &over_ground(2.0, &[]));
+        assert!(center(&shown)[1].abs_diff(srgb_byte(0.6)) <= 1);
+        assert!(shown.rgba8.chunks_exact(4).all(|rgba| rgba == &shown.rgba8[..4]), "none at low");
+    });
+}
+
+#[test]
+fn far_things_fade_into_the_background_but_not_what_is_tinted() {
+    with_renderer(1, |renderer| {
+        let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
+        let mut drawn = instance(red, Mat4::IDENTITY, 1);
+        let mut seen = |drawn, fog_distance| {
+            center(&picture(renderer, &Frame { fog_distance, ..frame(&[drawn]) }))
+        };
+        // The eye is four metres away, the background blue.
+        let [clear, half, far] = [None, Some(4.0), Some(0.4)].map(|fog| seen(drawn, fog));
+        assert_near(clear, [srgb_byte(0.5), 0, 0, 255], 12);
+        assert_near(half, [srgb_byte(0.25), 0, srgb_byte(0.5), 255], 12);
+        assert_near(far, [srgb_byte(0.005), 0, srgb_byte(0.99), 255], 12);
+        drawn.highlight = [0.0, 0.8, 0.0, 1.0];
+        assert_eq!(seen(drawn, Some(0.4)), seen(drawn, None));
     });
 }
 
@@ -178,7 +264,7 @@ fn checker() -> Texture {
 
 #[test]
 fn textures_lie_right_way_up_and_masks_cut_out() {
-    with_renderer(1, |renderer| {
+    with_each_quality(1, |renderer| {
         let texture = TextureRef { texture: 0, wrap: [Wrap::Clamp; 2] };
         let material = Material {
             base_color: [1.0; 4],
@@ -254,7 +340,7 @@ fn nothing_and_degenerate_meshes_draw_nothing() {
 
 #[test]
 fn zero_normals_do_not_blacken() {
-    with_renderer(4, |renderer| {
+    with_each_quality(4, |renderer| {
         let mut mesh = grid(1, None);
         mesh.wedges.normal.fill(Vec3::ZERO);
         let model = upload(renderer, mesh, &[], &[]);

@@ -22,7 +22,16 @@ pub(crate) fn show(ui: &mut Ui, status: &StatusLine, selected: Option<&str>) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.label(&status.device);
             ui.separator();
-            ui.label(format!("{:.1} ms", status.frame_millis));
+            let millis = ui.label(format!("{:.1} ms", status.frame_millis));
+            if !status.gpu_millis.is_empty() {
+                millis.on_hover_text(gpu_text(&status.gpu_millis));
+            }
         });
     });
+}
+
+/// A line for each stage of a frame on the GPU.
+fn gpu_text(stages: &[(&'static str, f64)]) -> String {
+    let line = |(name, millis): &(&'static str, f64)| format!("GPU {name}: {millis:.2} ms");
+    stages.iter().map(line).collect::<Vec<_>>().join("\n")
 }

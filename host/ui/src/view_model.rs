@@ -168,6 +168,9 @@ pub struct StatusLine {
     pub triangles_full: u64,
     /// Time of the last frame, milliseconds.
     pub frame_millis: f64,
+    /// What the GPU took for a frame and its stages, milliseconds; empty where it cannot
+    /// tell.
+    pub gpu_millis: Vec<(&'static str, f64)>,
     /// Graphics device.
     pub device: String,
     /// Tags of good quality.

@@ -46,7 +46,7 @@ fn fly(
     prepare: impl FnOnce(&mut Viewer),
 ) -> Result<(), AnyError> {
     let scene = LoadedScene::load(Path::new(config), &|_, _, _| {})?;
-    let options = RendererOptions { samples: 1, validation: false };
+    let options = RendererOptions { samples: 1, ..Default::default() };
     let mut viewer = Viewer::headless(scene, options, SIZE)?;
     viewer.set_settles(false);
     prepare(&mut viewer);

@@ -23,6 +23,7 @@ mod running;
 mod shown_model;
 mod stacks;
 mod stats;
+mod surroundings;
 mod viewer;
 
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
@@ -31,7 +32,7 @@ pub use busbar_plugin_host::{
 };
 pub use busbar_plugin_process::{Isolation, PluginCatalog, serve as serve_plugin};
 pub use busbar_point_import::{ListFault, PluginInstance};
-pub use busbar_renderer::{Picture, RenderError, RendererOptions, WindowHandles};
+pub use busbar_renderer::{Picture, Quality, RenderError, RendererOptions, WindowHandles};
 pub use error::{LoadError, ViewError};
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,

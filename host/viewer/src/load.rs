@@ -14,10 +14,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_config::{Config, Diagnostic, Severity};
+use busbar_config::{Config, Diagnostic, QualityConfig, Severity};
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog};
+use busbar_renderer::{Quality, RendererOptions};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
 
@@ -249,9 +250,14 @@ impl LoadedScene {
         self.config.view.size
     }
 
-    /// Samples a pixel that the configuration asks for.
-    pub fn samples(&self) -> u32 {
-        self.config.view.samples
+    /// How to draw it, as the configuration asks.
+    pub fn renderer_options(&self) -> RendererOptions {
+        let view = &self.config.view;
+        let quality = match view.quality {
+            QualityConfig::Low => Quality::Low,
+            QualityConfig::Medium => Quality::Medium,
+        };
+        RendererOptions { quality, samples: view.samples, validation: false }
     }
 
     /// The equipment that a tag is bound to first.

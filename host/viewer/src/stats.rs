@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::Plugin;
+use busbar_renderer::FrameStats;
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use serde::Serialize;
 
@@ -26,6 +27,9 @@ pub struct Stats {
     /// Milliseconds from the last frame's beginning until it was handed to the device,
     /// without waiting for that.
     pub cpu_ms: f64,
+    /// GPU milliseconds of the last frame it finished: `frame` in all, and by stage:
+    /// `upload`, `scene`, `panels`. Empty on devices without timestamps.
+    pub gpu_ms: BTreeMap<&'static str, f64>,
     /// CPU milliseconds that the last frame spent on meshes at new cursors.
     pub resolve_ms: f64,
     /// Meshes that came onto the device at new cursors so far.
@@ -121,6 +125,12 @@ impl From<QualityCounts> for QualityStats {
     fn from(counts: QualityCounts) -> Self {
         Self { good: counts.good, uncertain: counts.uncertain, bad: counts.bad }
     }
+}
+
+/// What the GPU took, by stage.
+pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
+    let whole = frame.gpu_millis.map(|millis| ("frame", millis));
+    whole.into_iter().chain(frame.gpu_stages.iter()).collect()
 }
 
 /// One plugin with its link and its last fault.

@@ -26,6 +26,7 @@ use crate::recovery::Recovery;
 use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
+use crate::surroundings::Surroundings;
 use crate::{Stats, ViewError, labels, rows, stats};
 
 /// Frame times kept for statistics.
@@ -51,6 +52,7 @@ pub struct Viewer {
     /// Triangles of all instances at theta 0.
     triangles_full: u64,
     panels: Panels,
+    surroundings: Surroundings,
     camera: OrbitCamera,
     selected: Option<NodeIndex>,
     wireframe: bool,
@@ -161,6 +163,7 @@ impl Viewer {
             settles: !in_window,
             // A picture does not depend on how fast it came.
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
+            surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
             scene,
             renderer,
             recovery,
@@ -418,6 +421,7 @@ impl Viewer {
             theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
             theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
             cpu_ms: self.cpu_millis,
+            gpu_ms: stats::gpu_millis(&self.last),
             resolve_ms: self.last.resolve_millis,
             resolved: self.resolved,
             waiting: self.cursors.waiting().len(),
@@ -495,6 +499,7 @@ impl Viewer {
                 triangles: self.last.triangles,
                 triangles_full: self.triangles_full,
                 frame_millis: self.last_frame_millis(),
+                gpu_millis: stats::gpu_millis(&self.last).into_iter().collect(),
                 device: self.renderer.device_name().to_owned(),
                 good: counts.good,
                 uncertain: counts.uncertain,
@@ -610,6 +615,8 @@ impl Viewer {
             object_highlights,
             wireframe: self.wireframe,
             background: self.scene.config.view.background.map(linear_from_srgb),
+            ground: self.surroundings.ground,
+            fog_distance: self.surroundings.fog_distance,
             overlay,
         }
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use busbar_viewer::{LoadedScene, Quality, RendererOptions, Viewer};
 use serde_json::json;
 
 use crate::camera::{Camera, FOV_DEGREES};
@@ -35,7 +35,8 @@ impl Ours {
         match wanted {
             Wanted::Load { path, size, samples } => {
                 let scene = LoadedScene::load(&configuration_of(&path)?, &|_, _, _| ())?;
-                let options = RendererOptions { samples, validation: false };
+                let options =
+                    RendererOptions { quality: Quality::Low, samples, ..Default::default() };
                 self.viewer = Some(Viewer::headless(scene, options, size)?);
                 Ok(Answer::default())
             }

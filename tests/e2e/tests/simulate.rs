@@ -199,7 +199,7 @@ impl View {
     fn open(scene: &Scene) -> Self {
         let loaded = LoadedScene::load(&scene.path("scene.json"), &|_, _, _| ());
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
-        let options = RendererOptions { samples: 1, validation: false };
+        let options = RendererOptions { samples: 1, ..Default::default() };
         let viewer = Viewer::headless(loaded, options, [64, 64]).expect("there is a device");
         Self { viewer, looked: SystemTime::now() }
     }

@@ -80,7 +80,7 @@ impl Round {
         let scene = LoadedScene::load(&site.config(), &|_, _, _| ())?;
         self.load_millis = start.elapsed().as_secs_f64() * 1e3;
         let remarks = scene.remarks(&site.config());
-        let options = RendererOptions { samples: 1, validation: false };
+        let options = RendererOptions { samples: 1, ..Default::default() };
         let mut viewer = Viewer::headless(scene, options, PICTURE)?;
         viewer.set_settles(false);
         let stats = viewer.stats();

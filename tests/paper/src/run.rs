@@ -95,7 +95,8 @@ fn load(
     samples: u32,
 ) -> Result<(Viewer, std::collections::BTreeMap<String, f64>)> {
     let loaded = LoadedScene::load(&scene.config, &|_, _, _| {})?;
-    let viewer = Viewer::headless(loaded, RendererOptions { samples, validation: false }, LARGE)?;
+    let viewer =
+        Viewer::headless(loaded, RendererOptions { samples, ..Default::default() }, LARGE)?;
     let millis = viewer.stats().load_ms;
     Ok((viewer, millis))
 }

@@ -71,6 +71,8 @@ impl Studio {
             object_highlights: &[],
             wireframe,
             background: BACKGROUND,
+            ground: None,
+            fog_distance: None,
             overlay: None,
         })?;
         let picture = self.renderer.read_picture()?;

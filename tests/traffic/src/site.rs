@@ -80,7 +80,7 @@ impl Site {
         fs::write(&path, configuration(settings, tags, kind, shown.min(BOUND)))?;
         let start = Instant::now();
         let scene = LoadedScene::load(&path, &|_, _, _| ())?;
-        let options = RendererOptions { samples: 1, validation: false };
+        let options = RendererOptions { samples: 1, ..Default::default() };
         let mut viewer = Viewer::headless(scene, options, PICTURE)?;
         viewer.set_settles(false);
         Ok((viewer, start.elapsed().as_secs_f64()))

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use busbar_geometry::{Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld};
 use busbar_renderer::{
-    CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, Picture, Renderer, RendererOptions,
+    CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, Picture, Quality, Renderer,
+    RendererOptions,
 };
 use busbar_scene::{AlphaMode, Material, Texture};
 use glam::{Mat4, Vec2, Vec3};
@@ -21,7 +22,18 @@ pub(crate) const BACKGROUND: [f32; 3] = [0.0, 0.0, 1.0];
 
 /// Runs a test on a renderer and asserts that the layer stayed silent.
 pub(crate) fn with_renderer(samples: u32, test: impl FnOnce(&mut Renderer)) {
-    let options = RendererOptions { samples, validation: true };
+    with_quality(Quality::Medium, samples, test);
+}
+
+/// The same at every quality.
+pub(crate) fn with_each_quality(samples: u32, test: impl Fn(&mut Renderer)) {
+    for quality in [Quality::Low, Quality::Medium] {
+        with_quality(quality, samples, &test);
+    }
+}
+
+pub(crate) fn with_quality(quality: Quality, samples: u32, test: impl FnOnce(&mut Renderer)) {
+    let options = RendererOptions { quality, samples, validation: true };
     let mut renderer = Renderer::headless(options, SIZE).unwrap();
     let log = renderer.validation_log();
     test(&mut renderer);
@@ -111,6 +123,8 @@ pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
         object_highlights: &[],
         wireframe: false,
         background: BACKGROUND,
+        ground: None,
+        fog_distance: None,
         overlay: None,
     }
 }

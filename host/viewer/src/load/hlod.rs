@@ -18,7 +18,7 @@ use crate::color::linear_from_srgb;
 
 /// The most triangles that a proxy has for each mesh instance that it stands for: where
 /// there are more, what an instance costs by itself is little beside them.
-const MAX_TRIANGLES_PER_INSTANCE: u64 = 64;
+const MAX_TRIANGLES_PER_INSTANCE: u64 = 128;
 /// The most that all proxies of a scene have together: some 100 MB.
 const MAX_PROXY_TRIANGLES: u64 = 1 << 20;
 /// The most materials that a proxy may have: each is a draw call.

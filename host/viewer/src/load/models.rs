@@ -67,8 +67,9 @@ pub(super) fn import(
 /// calls cost little beside them, and few enough that pieces differ in distance.
 const MAX_PIECE_TRIANGLES: u32 = 16_384;
 
-/// What tells results in the order of their errors apart in the cache.
-const BY_ERROR: &[u8] = b"by error";
+/// What tells results in the order of their errors apart in the cache; its number grows
+/// with every change of what they are.
+const BY_ERROR: &[u8] = b"by error, 2";
 
 /// Whether the detail of a model, somewhere it is placed, follows the error on the screen.
 fn follows_error(config: &Config, model: &String) -> bool {

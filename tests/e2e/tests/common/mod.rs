@@ -152,7 +152,7 @@ fn pixel_at(point: Vec3, [width, height]: [u32; 2]) -> [u32; 2] {
 pub(crate) fn viewer_of(scene: &Scene, size: [u32; 2]) -> Viewer {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| ());
     let loaded = loaded.unwrap_or_else(|faults| panic!("{faults}"));
-    let options = RendererOptions { samples: 4, validation: true };
+    let options = RendererOptions { validation: true, ..Default::default() };
     Viewer::headless(loaded, options, size).unwrap_or_else(|fault| panic!("{fault}"))
 }
 

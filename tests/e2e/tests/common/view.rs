@@ -30,7 +30,7 @@ impl View {
     pub(crate) fn open(trouble: Trouble) -> Self {
         let loaded = LoadedScene::load(&trouble.write(), &|_, _, _| ());
         let scene = loaded.unwrap_or_else(|error| panic!("{error}"));
-        let options = RendererOptions { samples: 1, validation: false };
+        let options = RendererOptions { samples: 1, ..Default::default() };
         let mut viewer = Viewer::headless(scene, options, [64, 64]).expect("there is a device");
         viewer.set_settles(false);
         Self { viewer, longest: Duration::ZERO, _trouble: trouble }

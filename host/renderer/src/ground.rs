@@ -1,0 +1,82 @@
+//! The ground below the equipment.
+
+use busbar_gpu::{BindGroup, Buffer, BufferUsage, Draw, Gpu, GpuError, Pass, Pipeline};
+use busbar_shaders::Vertex;
+use glam::Vec3;
+
+use crate::RenderError;
+
+/// Corners of the square that the shader stretches around the eye, and its triangles.
+const CORNERS: [[f32; 2]; 4] = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
+const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
+
+/// Cells of the coarsest grid, metres: a place is known up to these.
+const PERIOD_METRES: f32 = 10.0;
+
+/// Where the ground lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Height along y, metres.
+    pub height: f32,
+    /// Distance from below the eye at which nothing is left of it, metres.
+    pub reach: f32,
+}
+
+/// What draws it.
+pub(crate) struct GroundKit {
+    vertices: Buffer,
+    indices: Buffer,
+}
+
+impl GroundKit {
+    pub(crate) fn new(gpu: &mut Gpu) -> Result<Self, RenderError> {
+        let corner = |[x, z]: [f32; 2]| Vertex {
+            position_u: [x, 0.0, z, 0.0],
+            normal_v: [0.0, 1.0, 0.0, 0.0],
+        };
+        let corners = CORNERS.map(corner);
+        let mut recorder = gpu.begin_transfer()?;
+        let vertices = recorder.upload_buffer(
+            "ground",
+            BufferUsage::Vertex,
+            bytemuck::cast_slice(&corners),
+        )?;
+        let indices = recorder.upload_buffer(
+            "ground indices",
+            BufferUsage::Index,
+            bytemuck::cast_slice(&TRIANGLES),
+        )?;
+        recorder.submit_and_wait()?;
+        Ok(Self { vertices, indices })
+    }
+
+    /// Draws it over what is farther. The instances are any: none is read.
+    pub(crate) fn draw(
+        &self,
+        pass: &mut Pass<'_>,
+        pipeline: &Pipeline,
+        frame_group: &BindGroup,
+        instances: &Buffer,
+    ) -> Result<(), GpuError> {
+        pass.draw(&Draw {
+            pipeline,
+            groups: &[frame_group],
+            vertices: &self.vertices,
+            instances,
+            indices: &self.indices,
+            index_range: 0..TRIANGLES.len() as u32,
+            instance_range: 0..1,
+            // Nobody looks at it from below.
+            cull_back: true,
+            mirrored: false,
+        })
+    }
+}
+
+/// For the shader: the point below the eye with the reach, and that point within its
+/// cell. Both 0 where there is no ground.
+pub(crate) fn uniforms(ground: Option<Ground>, eye: Vec3) -> [[f32; 4]; 2] {
+    let Some(Ground { height, reach }) = ground else { return [[0.0; 4]; 2] };
+    let within = |metres: f32| metres.rem_euclid(PERIOD_METRES);
+    [[eye.x, height, eye.z, reach], [within(eye.x), within(eye.z), 0.0, 0.0]]
+}

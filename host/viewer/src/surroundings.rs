@@ -1,0 +1,62 @@
+//! What lies around the equipment: ground and fog, as far as the scene is large.
+
+use busbar_config::ViewConfig;
+use busbar_geometry::Bounds;
+use busbar_renderer::Ground;
+
+/// How far below the scene's lowest point the ground lies, metres: feet stand on it
+/// without flickering.
+const BELOW_METRES: f32 = 0.02;
+/// How far it reaches, as multiples of the scene's radius, and at least in metres.
+const REACH: f32 = 6.0;
+const MIN_REACH_METRES: f32 = 40.0;
+/// Where half of what is seen is background, likewise.
+const FOG: f32 = 9.0;
+const MIN_FOG_METRES: f32 = 300.0;
+
+/// What a view shows around its scene, if it asks for it and there is a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Surroundings {
+    pub(crate) ground: Option<Ground>,
+    /// Distance at which half of what is seen is background, metres.
+    pub(crate) fog_distance: Option<f32>,
+}
+
+impl Surroundings {
+    pub(crate) fn of(view: &ViewConfig, bounds: Option<Bounds>) -> Self {
+        let Some(bounds) = bounds else { return Self::default() };
+        let radius = (bounds.max - bounds.min).length() * 0.5;
+        let ground = Ground {
+            height: bounds.min.y - BELOW_METRES,
+            reach: (radius * REACH).max(MIN_REACH_METRES),
+        };
+        Self {
+            ground: view.ground.then_some(ground),
+            fog_distance: view.fog.then_some((radius * FOG).max(MIN_FOG_METRES)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn what_is_around_fits_the_scene_and_is_there_only_where_asked_for() {
+        let view = |text: &str| {
+            let text = format!(r#"{{"version": 1, "scene": [], "view": {text}}}"#);
+            busbar_config::parse(&text).unwrap().view
+        };
+        let bounds = |size: f32| Bounds { min: Vec3::Y * -3.0, max: Vec3::splat(size) };
+        let both = view(r#"{"ground": true, "fog": true}"#);
+        let [small, large] = [1.0, 1e4].map(|size| Surroundings::of(&both, Some(bounds(size))));
+        let [near, far] = [small, large].map(|around| around.ground.unwrap());
+        assert!(near.height < -3.0 && near.height > -3.1);
+        assert!(near.reach == MIN_REACH_METRES && far.reach > 1e4);
+        assert!(small.fog_distance.unwrap() < large.fog_distance.unwrap());
+        assert_eq!(Surroundings::of(&both, None), Surroundings::default());
+        assert_eq!(Surroundings::of(&view("{}"), Some(bounds(1.0))), Surroundings::default());
+    }
+}

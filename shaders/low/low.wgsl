@@ -1,0 +1,92 @@
+// The cheap picture, for software rasterisers and remote desktops: one sun and a
+// hemisphere, worked out at vertices. Colours are as the picture's bytes keep
+// them, since a rasteriser in software encodes each fragment at a cost.
+
+// Unit vector towards the sun, world space, y up.
+const SUN_DIRECTION = vec3<f32>(0.3596, 0.7392, 0.5694);
+// Linear radiance, with the division by pi taken in.
+const SUN = 0.72;
+const SKY = 0.46;
+const GROUND = 0.21;
+// By how much the sky is brighter towards each axis: tells apart two walls
+// that stand in the same shade.
+const SKY_SLANT = vec3<f32>(-0.20, 0.0, 0.16);
+// What a metal keeps of its colour: it mirrors more ground and shade than sky.
+const METAL = 0.45;
+// Of a tint, what shines by itself: it must be seen in the shade too.
+const TINT_SHINE = 0.35;
+
+// What reaches a surface, encoded. A square root stands in for the sRGB curve: that
+// of a product is the product of its factors', and a power takes ten times as long.
+fn light(normal: vec3<f32>) -> f32 {
+    let lit = SUN * max(dot(normal, SUN_DIRECTION), 0.0);
+    let sky = mix(GROUND, SKY, normal.y * 0.5 + 0.5) * (1.0 + dot(normal, SKY_SLANT));
+    return sqrt(lit + sky);
+}
+
+// A mesh may hold a zero normal; then it looks up.
+fn unit(v: vec3<f32>) -> vec3<f32> {
+    let squared = dot(v, v);
+    return select(vec3<f32>(0.0, 1.0, 0.0), v * inverseSqrt(max(squared, 1e-30)), squared > 1e-30);
+}
+
+// For opaque materials without textures, seen from their front alone, where
+// nothing is highlighted.
+struct PlainVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) color: vec3<f32>,
+}
+
+@vertex
+fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
+    let lit = material.encoded_color.rgb * light(unit(world_normal(vertex)));
+    return PlainVaryings(clip_position(world_position(vertex)), lit);
+}
+
+@fragment
+fn plain_fragment_main(in: PlainVaryings) -> @location(0) vec4<f32> {
+    return vec4<f32>(in.color, 1.0);
+}
+
+struct Varyings {
+    @builtin(position) clip: vec4<f32>,
+    // Light on the front and on the back, encoded.
+    @location(0) light: vec2<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) highlight: vec4<f32>,
+}
+
+fn varyings(vertex: VertexInput, highlight: vec4<f32>) -> Varyings {
+    let clip = clip_position(world_position(vertex));
+    let normal = unit(world_normal(vertex));
+    let both = vec2<f32>(light(normal), light(-normal));
+    return Varyings(clip, both, texture_coordinate(vertex), highlight);
+}
+
+@vertex
+fn vertex_main(vertex: VertexInput) -> Varyings {
+    return varyings(vertex, vertex.highlight);
+}
+
+// For meshes of which some feature is highlighted.
+@vertex
+fn feature_vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
+    return varyings(vertex, feature_highlight(vertex, index));
+}
+
+fn encoded(color: vec3<f32>) -> vec3<f32> {
+    return sqrt(max(color, vec3<f32>(0.0)));
+}
+
+@fragment
+fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    let color = material_color(in.uv);
+    if color.a < material.alpha_cutoff {
+        discard;
+    }
+    let tint = in.highlight;
+    let light = select(in.light.y, in.light.x, front);
+    let body = color.rgb * mix(1.0, METAL, material.metallic);
+    let lit = encoded(mix(body, tint.rgb, tint.a)) * light + encoded(material.emissive.rgb);
+    return vec4<f32>(mix(lit, encoded(tint.rgb), TINT_SHINE * tint.a), color.a);
+}
