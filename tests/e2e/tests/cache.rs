@@ -24,9 +24,12 @@ fn render(scene: &Scene) -> (Output, Stats, Vec<u8>) {
     (output, Stats::read(&scene.path("stats.json")), picture)
 }
 
+/// Kept results; compiled pipelines lie beside them.
 fn files(scene: &Scene) -> Vec<PathBuf> {
     let entries = fs::read_dir(scene.path("cache")).expect("the cache is there");
-    let mut files: Vec<_> = entries.map(|entry| entry.expect("it can be read").path()).collect();
+    let files = entries.map(|entry| entry.expect("it can be read").path());
+    let mut files: Vec<_> =
+        files.filter(|path| path.extension() == Some("stacks".as_ref())).collect();
     files.sort();
     files
 }
