@@ -125,7 +125,8 @@ impl Mesh {
     }
 }
 
-fn root(above: &mut [u32], mut position: u32) -> u32 {
+/// The position at the top of the one that a position is under; the way is halved.
+pub(crate) fn root(above: &mut [u32], mut position: u32) -> u32 {
     while above[position as usize] != position {
         above[position as usize] = above[above[position as usize] as usize];
         position = above[position as usize];

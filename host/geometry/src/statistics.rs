@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use crate::ResolvedMesh;
+use crate::islands::root;
 
 /// Topology of a mesh at one cursor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,13 +86,6 @@ pub struct Components {
 /// Counts connected components (positions joined by triangle edges).
 pub fn components(position_count: u32, triangles: &[[u32; 3]]) -> Components {
     let mut parent: Vec<u32> = (0..position_count).collect();
-    fn root(parent: &mut [u32], mut x: u32) -> u32 {
-        while parent[x as usize] != x {
-            parent[x as usize] = parent[parent[x as usize] as usize];
-            x = parent[x as usize];
-        }
-        x
-    }
     let mut all = position_count;
     let mut referenced = vec![false; position_count as usize];
     for &[a, b, c] in triangles {

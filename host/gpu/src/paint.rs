@@ -79,9 +79,7 @@ impl PaintPass<'_> {
     /// When pipeline, groups or buffers do not fit.
     pub fn draw(&mut self, paint: &Paint<'_>) -> Result<(), GpuError> {
         let Paint { pipeline, groups, vertices, indices, index_range, first_vertex, clip } = paint;
-        let groups_fit = pipeline.groups.len() == groups.len()
-            && pipeline.groups.iter().zip(groups).all(|(l, g)| l.raw() == g.layout());
-        if (pipeline.color, pipeline.samples, groups_fit) != (self.format, 1, true) {
+        if (pipeline.color, pipeline.samples) != (self.format, 1) || !pipeline.takes(groups) {
             return Err(GpuError::Misuse("paint made for another picture"));
         }
         if vertices.usage() != BufferUsage::HostVertex

@@ -203,9 +203,7 @@ impl Pass<'_> {
         if (pipeline.color, pipeline.samples) != (self.format, self.samples) {
             return Err(GpuError::Misuse("a pipeline made for other targets"));
         }
-        let groups_fit = pipeline.groups.len() == draw.groups.len()
-            && pipeline.groups.iter().zip(draw.groups).all(|(l, g)| l.raw() == g.layout());
-        if !groups_fit {
+        if !pipeline.takes(draw.groups) {
             return Err(GpuError::Misuse("bind groups made for another pipeline"));
         }
         if draw.vertices.usage() != BufferUsage::Vertex

@@ -9,7 +9,7 @@ use crate::device::Device;
 use crate::error::at;
 use crate::garbage::Garbage;
 use crate::image::sample_flag;
-use crate::{BindGroupLayout, Format, Gpu, GpuError};
+use crate::{BindGroup, BindGroupLayout, Format, Gpu, GpuError};
 
 /// One shader entry point.
 #[derive(Clone, Copy)]
@@ -111,6 +111,12 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
+    /// Whether bind groups are those of its layout.
+    pub(crate) fn takes(&self, groups: &[&BindGroup]) -> bool {
+        let layouts = self.groups.iter().map(BindGroupLayout::raw);
+        layouts.eq(groups.iter().map(|group| group.layout()))
+    }
+
     /// Compiles a pipeline.
     ///
     /// # Errors

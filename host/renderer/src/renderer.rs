@@ -58,6 +58,7 @@ pub struct DeviceChoice {
 }
 
 /// All that a renderer is made from, kept to make its device anew.
+#[derive(Clone)]
 struct Origin {
     gpu: GpuOptions,
     quality: Quality,
@@ -153,13 +154,7 @@ impl Renderer {
         self.gpu.leave_window();
         self.targets = None;
         self.content.clear();
-        let origin = Origin {
-            gpu: self.origin.gpu.clone(),
-            quality: self.origin.quality,
-            samples: self.origin.samples,
-            window: self.origin.window.clone(),
-        };
-        let mut next = Self::on(origin, self.size)?;
+        let mut next = Self::on(self.origin.clone(), self.size)?;
         next.panels.inherit(&self.panels);
         next.content.cache.set_limit(self.content.cache.limit());
         *self = next;

@@ -39,34 +39,29 @@ pub struct Group {
 pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
     let trees = Trees::of(graph, may);
     let mut groups: Vec<Group> = Vec::new();
-    let mut open: Vec<usize> = Vec::new();
-    for node in 0..graph.nodes().len() {
-        while open.last().is_some_and(|&outer| groups[outer].nodes.end as usize <= node) {
-            close(&mut groups, &mut open);
-        }
-        if let (true, Some(bounds)) = (trees.is_group(node), graph.nodes()[node].bounds) {
-            open.push(groups.len());
+    for (node, scene_node) in graph.nodes().iter().enumerate() {
+        if let (true, Some(bounds)) = (trees.is_group(node), scene_node.bounds) {
             groups.push(Group {
                 nodes: node as u32..trees.ends[node],
                 instances: trees.instances[node].clone(),
                 after: 0,
                 bounds,
-                world_from_group: graph.nodes()[node].world_from_node,
+                world_from_group: scene_node.world_from_node,
                 kind: 0,
             });
         }
     }
-    while !open.is_empty() {
-        close(&mut groups, &mut open);
+    let starts: Vec<u32> = groups.iter().map(|group| group.instances.start).collect();
+    for group in &mut groups {
+        group.after = first_after(&starts, group.instances.end);
     }
     find_kinds(graph, &mut groups);
     groups
 }
 
-fn close(groups: &mut [Group], open: &mut Vec<usize>) {
-    if let Some(inner) = open.pop() {
-        groups[inner].after = groups.len() as u32;
-    }
+/// Index of the first group that begins after some instances, of groups in their order.
+pub fn first_after(starts: &[u32], end: u32) -> u32 {
+    starts.partition_point(|&start| start < end) as u32
 }
 
 /// What hangs under each node.

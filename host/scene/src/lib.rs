@@ -13,7 +13,7 @@ pub use graph::{
     EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, PolicyIndex, SceneError,
     SceneGraph, SceneNode, Transform, greatest_stretch,
 };
-pub use groups::{Group, find_groups};
+pub use groups::{Group, find_groups, first_after};
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
 pub use screen_error::ScreenError;
 pub use theta::{Detail, DistanceLevel, DistanceTable, Sight, ThetaPolicy, distance_to_bounds};

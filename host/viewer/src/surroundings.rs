@@ -25,7 +25,7 @@ pub(crate) struct Surroundings {
 impl Surroundings {
     pub(crate) fn of(view: &ViewConfig, bounds: Option<Bounds>) -> Self {
         let Some(bounds) = bounds else { return Self::default() };
-        let radius = (bounds.max - bounds.min).length() * 0.5;
+        let radius = bounds.radius();
         let ground = Ground {
             height: bounds.min.y - BELOW_METRES,
             reach: (radius * REACH).max(MIN_REACH_METRES),

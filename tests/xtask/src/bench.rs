@@ -54,12 +54,8 @@ struct Others {
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(Purpose::Bench)?;
-    let mut build = process::cargo();
-    build.args(["build", "--profile", Profile::Release.name(), "--package", PACKAGE]);
-    PLUGINS.iter().for_each(|plugin| {
-        build.args(["--package", plugin]);
-    });
-    process::run(build.current_dir(&workspace.root))?;
+    let packages = PLUGINS.into_iter().chain([PACKAGE]);
+    stage::build_packages(workspace, Profile::Release, packages)?;
     let libraries = PLUGINS.map(|plugin| workspace.library(Profile::Release, plugin));
     stage::replace_libraries(&workspace.path(FOLDER).join("plugins"), &libraries)?;
     let others = match arguments.wants(LEVELS) {

@@ -39,12 +39,8 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(Purpose::RenderBench)?;
-    let mut build = process::cargo();
-    build.args(["build", "--profile", Profile::Release.name()]);
-    for package in PLUGINS.into_iter().chain([PACKAGE, HOST]) {
-        build.args(["--package", package]);
-    }
-    process::run(build.current_dir(&workspace.root))?;
+    let packages = PLUGINS.into_iter().chain([PACKAGE, HOST]);
+    stage::build_packages(workspace, Profile::Release, packages)?;
     let plugins = workspace.path(FOLDER).join("plugins");
     let libraries = PLUGINS.map(|plugin| workspace.library(Profile::Release, plugin));
     stage::replace_libraries(&plugins, &libraries)?;

@@ -6,6 +6,7 @@ use anyhow::Result;
 
 use crate::packages::{self, Purpose};
 use crate::process;
+use crate::stage;
 use crate::workspace::{Profile, Workspace};
 
 const PACKAGE: &str = "faults";
@@ -34,10 +35,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(Purpose::Picture)?;
-    let mut build = process::cargo();
-    build.args(["build", "--profile", Profile::Release.name()]);
-    build.args(["--package", PACKAGE, "--package", PLUGIN, "--package", HOST]);
-    process::run(build.current_dir(&workspace.root))?;
+    stage::build_packages(workspace, Profile::Release, [PACKAGE, PLUGIN, HOST])?;
     process::run(&mut command(workspace, arguments))
 }
 

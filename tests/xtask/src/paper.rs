@@ -24,10 +24,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(Purpose::Picture)?;
-    let mut build = process::cargo();
-    build.args(["build", "--profile", Profile::Release.name()]);
-    build.args(["--package", "paper", "--package", PLUGIN]);
-    process::run(build.current_dir(&workspace.root))?;
+    stage::build_packages(workspace, Profile::Release, ["paper", PLUGIN])?;
 
     let folder = workspace.path(FOLDER);
     let plugins = folder.join("plugins");

@@ -38,10 +38,19 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
 
 /// Builds the programs and plugins of the demo.
 pub(crate) fn build(workspace: &Workspace, profile: Profile) -> Result<()> {
+    let plugins = workspace.plugins.iter().map(String::as_str);
+    build_packages(workspace, profile, PROGRAMS.into_iter().chain(plugins))
+}
+
+/// Builds packages of the workspace.
+pub(crate) fn build_packages<'a>(
+    workspace: &Workspace,
+    profile: Profile,
+    packages: impl IntoIterator<Item = &'a str>,
+) -> Result<()> {
     let mut command = process::cargo();
     command.args(["build", "--profile", profile.name()]);
-    let plugins = workspace.plugins.iter().map(String::as_str);
-    for package in PROGRAMS.into_iter().chain(plugins) {
+    for package in packages {
         command.args(["--package", package]);
     }
     process::run(command.current_dir(&workspace.root))
@@ -59,9 +68,7 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
 
 /// Makes the models of the demo.
 pub(crate) fn models(workspace: &Workspace) -> Result<()> {
-    let mut build = process::cargo();
-    build.args(["build", "--profile", Profile::Release.name(), "--package", MODEL_MAKER]);
-    process::run(build.current_dir(&workspace.root))?;
+    build_packages(workspace, Profile::Release, [MODEL_MAKER])?;
     make_models(workspace, Profile::Release)
 }
 

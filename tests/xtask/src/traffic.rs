@@ -31,12 +31,8 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(Purpose::Picture)?;
-    let mut build = process::cargo();
-    build.args(["build", "--profile", Profile::Release.name()]);
-    for package in PLUGINS.into_iter().chain([PACKAGE, HOST]) {
-        build.args(["--package", package]);
-    }
-    process::run(build.current_dir(&workspace.root))?;
+    let packages = PLUGINS.into_iter().chain([PACKAGE, HOST]);
+    stage::build_packages(workspace, Profile::Release, packages)?;
     stage::models(workspace)?;
     let mut command = command(workspace, arguments);
     if let Some(python) = python::ensure_environment(workspace, python::TESTS)? {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use busbar_geometry::{CollapseStacks, MergePart, merge};
 use busbar_scene::{
     AlphaMode, Detail, Group, Material, MeshInstance, SceneGraph, Sight, Texture, ThetaPolicy,
-    find_groups, greatest_stretch,
+    find_groups, first_after, greatest_stretch,
 };
 use glam::Mat4;
 use rayon::prelude::*;
@@ -94,18 +94,16 @@ fn keep(
     proxies: &HashMap<u32, (usize, f64)>,
     policy: &ThetaPolicy,
 ) -> Vec<HlodGroup> {
-    // How many are kept before each, and in all.
-    let mut before = vec![0];
-    for group in &groups {
-        let kept = u32::from(proxies.contains_key(&group.kind));
-        before.push(before.last().copied().unwrap_or(0) + kept);
-    }
     let hlod = |group: Group| {
         let &(model, base_error) = proxies.get(&group.kind)?;
-        let group = Group { after: before[group.after as usize], ..group };
         Some(HlodGroup { group, model, base_error, policy: policy.clone() })
     };
-    groups.into_iter().filter_map(hlod).collect()
+    let mut kept: Vec<HlodGroup> = groups.into_iter().filter_map(hlod).collect();
+    let starts: Vec<u32> = kept.iter().map(|hlod| hlod.group.instances.start).collect();
+    for HlodGroup { group, .. } in &mut kept {
+        group.after = first_after(&starts, group.instances.end);
+    }
+    kept
 }
 
 /// A proxy in the making.
@@ -282,9 +280,11 @@ fn seen_from_afar(material: &Material, textures: &[Texture]) -> Material {
     let texture = |reference: Option<busbar_scene::TextureRef>| {
         reference.and_then(|reference| textures.get(reference.texture as usize))
     };
-    let [r, g, b, a] = texture(material.base_color_texture).map_or([1.0; 4], mean_color);
+    let [r, g, b, a] = texture(material.base_color_texture)
+        .map_or([1.0; 4], |texture| mean(texture, linear_from_srgb));
     let color = material.base_color;
-    let [_, green, blue, _] = texture(material.metallic_roughness_texture).map_or([1.0; 4], mean);
+    let [_, green, blue, _] = texture(material.metallic_roughness_texture)
+        .map_or([1.0; 4], |texture| mean(texture, share));
     let cuts = matches!(material.alpha, AlphaMode::Mask(_));
     Material {
         name: String::new(),
@@ -299,28 +299,21 @@ fn seen_from_afar(material: &Material, textures: &[Texture]) -> Material {
     }
 }
 
-/// The mean of each channel, 0 to 1.
-fn mean(texture: &Texture) -> [f32; 4] {
-    let mut sums = [0_u64; 4];
-    for pixel in texture.rgba8.as_chunks::<4>().0 {
-        for (sum, &byte) in sums.iter_mut().zip(pixel) {
-            *sum += u64::from(byte);
-        }
-    }
-    let most = (texture.rgba8.len() / 4).max(1) as f64 * 255.0;
-    sums.map(|sum| (sum as f64 / most) as f32)
-}
-
-/// The mean as linear light and alpha.
-fn mean_color(texture: &Texture) -> [f32; 4] {
+/// The mean of each channel: of colours as `decode` reads a byte, and of alpha.
+fn mean(texture: &Texture, decode: fn(u8) -> f32) -> [f32; 4] {
+    let values: [f64; 256] = std::array::from_fn(|byte| f64::from(decode(byte as u8)));
     let mut sums = [0.0_f64; 4];
-    let linear: [f64; 256] = std::array::from_fn(|byte| f64::from(linear_from_srgb(byte as u8)));
     for &[r, g, b, a] in texture.rgba8.as_chunks::<4>().0 {
         for (sum, byte) in sums.iter_mut().zip([r, g, b]) {
-            *sum += linear[usize::from(byte)];
+            *sum += values[usize::from(byte)];
         }
-        sums[3] += f64::from(a) / 255.0;
+        sums[3] += f64::from(share(a));
     }
     let pixels = (texture.rgba8.len() / 4).max(1) as f64;
     sums.map(|sum| (sum / pixels) as f32)
+}
+
+/// A byte as 0 to 1.
+fn share(byte: u8) -> f32 {
+    f32::from(byte) / 255.0
 }

@@ -71,12 +71,13 @@ const MAX_PIECE_TRIANGLES: u32 = 16_384;
 /// with every change of what they are.
 const BY_ERROR: &[u8] = b"by error, 2";
 
-/// Whether the detail of a model, somewhere it is placed, follows the error on the screen.
-fn follows_error(config: &Config, model: &String) -> bool {
+/// The models whose detail, somewhere they are placed, follows the error on the screen.
+fn following_error(config: &Config) -> BTreeSet<&String> {
     let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
-    let placed = config.scene.iter().filter(|node| node.model.as_ref() == Some(model));
-    let mut own = placed.filter_map(|node| node.theta.as_ref());
-    config.models.get(model).is_some_and(|model| follows(&model.theta)) || own.any(follows)
+    let placed = config.scene.iter().filter(|node| node.theta.as_ref().is_some_and(follows));
+    let models = config.models.iter().filter(|(_, model)| follows(&model.theta));
+    let models = models.map(|(name, _)| name);
+    models.chain(placed.filter_map(|node| node.model.as_ref())).collect()
 }
 
 /// Takes the meshes apart whose detail follows the error on the screen, so that each
@@ -88,8 +89,9 @@ pub(super) fn take_apart(
     graph: Option<&mut SceneGraph>,
 ) {
     let Some(graph) = graph else { return };
+    let following = following_error(config);
     for (index, name) in config.models.keys().enumerate() {
-        if !follows_error(config, name) {
+        if !following.contains(name) {
             continue;
         }
         let meshes = &mut imported.models[index].meshes;
@@ -129,6 +131,7 @@ impl Optimising<'_> {
         faults: &mut Faults<'_>,
     ) -> Vec<LoadedModel> {
         let makers = self.makers(config);
+        let following = following_error(config);
         let mut loaded = Vec::with_capacity(imported.models.len());
         for ((name, configured), model) in config.models.iter().zip(imported.models) {
             let optimizer = configured.optimizer.as_ref();
@@ -138,7 +141,7 @@ impl Optimising<'_> {
                 .map(Optimizer::of)
                 .transpose()
                 .and_then(|optimizer| {
-                    let by_error = follows_error(config, name);
+                    let by_error = following.contains(name);
                     let maker =
                         maker.map(|maker| if by_error { maker.with(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
