@@ -47,6 +47,13 @@ pub struct Config {
     pub warnings: Vec<Diagnostic>,
 }
 
+impl Config {
+    /// Without what only loading needs, which is most of it: nodes and positions.
+    pub fn loaded(self) -> Self {
+        Self { scene: Vec::new(), positions: Positions::default(), ..self }
+    }
+}
+
 /// A directory that holds plugins.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DirectoryConfig {

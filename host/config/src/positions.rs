@@ -6,7 +6,7 @@ use crate::{Diagnostic, Severity, pointer};
 
 /// Where each value of a text stands. It outlives parsing, so that later
 /// errors (a missing model file, an unknown plugin) can be placed too.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Positions {
     text: String,
     /// Byte offsets at which lines start.

@@ -1,5 +1,6 @@
 //! The scene graph: placed models, flattened to mesh instances.
 
+use std::borrow::Borrow;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -7,6 +8,7 @@ use busbar_geometry::{Bounds, Mesh};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
+use crate::nodes::{NodeName, Nodes, TextIndex};
 use crate::{Model, ModelIndex, ThetaPolicy, features};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
@@ -47,25 +49,41 @@ pub struct Placement {
 }
 
 /// A node of the graph.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SceneNode {
+#[derive(Clone, Copy, Debug)]
+pub struct SceneNode<'a> {
+    nodes: &'a Nodes,
+    index: usize,
+}
+
+impl<'a> SceneNode<'a> {
     /// Equipment id; model nodes are called `placement/node`, features of their
     /// meshes `placement/feature` or, where that would be ambiguous within the
     /// model, `placement/node/feature`.
-    pub id: EquipmentId,
+    pub fn id(&self) -> EquipmentId {
+        self.nodes.id(self.index)
+    }
+
     /// Parent, an earlier node.
-    pub parent: Option<NodeIndex>,
+    pub fn parent(&self) -> Option<NodeIndex> {
+        self.nodes.parent(self.index)
+    }
+
     /// Transform from this node's space to the world.
-    pub world_from_node: Mat4,
+    pub fn world_from_node(&self) -> &'a Mat4 {
+        self.nodes.world_from_node(self.index)
+    }
+
     /// World-space box around all that hangs under this node.
-    pub bounds: Option<Bounds>,
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.nodes.bounds(self.index)
+    }
 }
 
 /// Index of a theta policy in the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PolicyIndex(pub u32);
 
-/// One mesh drawn at one node.
+/// One mesh drawn at one node, whose space is the mesh's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshInstance {
     /// The node, whose id is the equipment's.
@@ -74,8 +92,6 @@ pub struct MeshInstance {
     pub model: ModelIndex,
     /// Index into the model's meshes, or their pieces ([`SceneGraph::take_apart`]).
     pub mesh: u32,
-    /// Transform from mesh space to the world.
-    pub world_from_mesh: Mat4,
     /// World-space box around the mesh; `None` without vertices.
     pub bounds: Option<Bounds>,
     /// The placement's own theta policy; none where the model's holds.
@@ -124,10 +140,9 @@ fn place(parent: &Option<EquipmentId>) -> String {
 /// All nodes, parents before children, and the meshes they show.
 #[derive(Clone, Debug, Default)]
 pub struct SceneGraph {
-    nodes: Vec<SceneNode>,
+    nodes: Nodes,
     instances: Vec<MeshInstance>,
     policies: Vec<ThetaPolicy>,
-    by_id: HashMap<EquipmentId, NodeIndex>,
 }
 
 impl Default for Transform {
@@ -146,34 +161,67 @@ impl Transform {
 }
 
 impl SceneGraph {
-    /// Places models. `placements[i].parent` must be less than `i`.
+    /// Places models. The parent of a placement comes before it.
     ///
     /// # Errors
     /// A duplicate id, or too many nodes.
-    pub fn build(placements: &[Placement], models: &[Model]) -> Result<Self, SceneError> {
-        let mut graph = Self::default();
-        let mut placed: Vec<NodeIndex> = Vec::with_capacity(placements.len());
+    pub fn build<P: Borrow<Placement>>(
+        placements: impl IntoIterator<Item = P, IntoIter: Clone>,
+        models: &[Model],
+    ) -> Result<Self, SceneError> {
+        let placements = placements.into_iter();
+        let parts: Vec<Parts> = models.iter().map(Parts::of).collect();
+        let mut builder = Builder {
+            graph: Self::with_room(placements.clone().map(|p| p.borrow().model), &parts)?,
+            texts: vec![None; models.len()],
+            parts: &parts,
+            models,
+        };
+        let mut placed: Vec<NodeIndex> = Vec::new();
         for placement in placements {
-            let parent = placement.parent.map(|p| placed[p]);
-            let node = graph.add(placement.id.clone(), parent, placement.transform.matrix())?;
-            placed.push(node);
-            if let Some(model) = placement.model {
-                let theta = placement.theta.clone().map(|policy| graph.add_policy(policy));
-                graph.add_model(node, model, theta, &models[model.0 as usize])?;
-            }
+            placed.push(builder.place(placement.borrow(), &placed)?);
         }
+        let mut graph = builder.graph;
         graph.measure(models);
         Ok(graph)
     }
 
+    /// With room for what is placed.
+    fn with_room(
+        placed: impl Iterator<Item = Option<ModelIndex>>,
+        parts: &[Parts],
+    ) -> Result<Self, SceneError> {
+        let (mut nodes, mut instances) = (0, 0);
+        for model in placed {
+            let parts = model.map(|model| &parts[model.0 as usize]);
+            nodes += 1 + parts.map_or(0, |parts| parts.nodes);
+            instances += parts.map_or(0, |parts| parts.instances);
+            if nodes > MAX_NODES {
+                return Err(SceneError::TooManyNodes);
+            }
+        }
+        let nodes = Nodes::with_capacity(nodes);
+        Ok(Self { nodes, instances: Vec::with_capacity(instances), policies: Vec::new() })
+    }
+
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// All nodes.
-    pub fn nodes(&self) -> &[SceneNode] {
-        &self.nodes
+    pub fn nodes(&self) -> impl DoubleEndedIterator<Item = SceneNode<'_>> + ExactSizeIterator {
+        (0..self.nodes.len()).map(|index| SceneNode { nodes: &self.nodes, index })
     }
 
     /// One node.
-    pub fn node(&self, index: NodeIndex) -> &SceneNode {
-        &self.nodes[index.0 as usize]
+    pub fn node(&self, index: NodeIndex) -> SceneNode<'_> {
+        SceneNode { nodes: &self.nodes, index: index.0 as usize }
+    }
+
+    /// Transform from the space of an instance's mesh to the world.
+    pub fn world_from_mesh(&self, instance: &MeshInstance) -> &Mat4 {
+        self.node(instance.node).world_from_node()
     }
 
     /// Meshes to draw.
@@ -188,13 +236,13 @@ impl SceneGraph {
 
     /// The node of an equipment id.
     pub fn find(&self, id: &str) -> Option<NodeIndex> {
-        self.by_id.get(id).copied()
+        self.nodes.find(id)
     }
 
     /// The box around everything.
     pub fn bounds(&self) -> Option<Bounds> {
-        let roots = self.nodes.iter().filter(|n| n.parent.is_none());
-        roots.filter_map(|n| n.bounds).reduce(Bounds::union)
+        let roots = self.nodes().filter(|node| node.parent().is_none());
+        roots.filter_map(|node| node.bounds()).reduce(Bounds::union)
     }
 
     /// Shows the meshes of a model as the pieces that they were taken apart into: for
@@ -206,15 +254,22 @@ impl SceneGraph {
         boxes: &[Option<Bounds>],
     ) {
         let whole = std::mem::take(&mut self.instances);
+        let pieces_of = |i: &MeshInstance| match i.model == model {
+            true => pieces.get(i.mesh as usize).map_or(1, Range::len),
+            false => 1,
+        };
+        self.instances.reserve_exact(whole.iter().map(pieces_of).sum());
         for instance in whole {
             let of_mesh = pieces.get(instance.mesh as usize).filter(|_| instance.model == model);
             let Some(of_mesh) = of_mesh else {
                 self.instances.push(instance);
                 continue;
             };
+            let node = instance.node.0 as usize;
             self.instances.extend(of_mesh.clone().map(|piece| {
                 let bounds = boxes.get(piece as usize).copied().flatten();
-                let bounds = bounds.map(|bounds| bounds.transformed(&instance.world_from_mesh));
+                let bounds =
+                    bounds.map(|bounds| bounds.transformed(self.nodes.world_from_node(node)));
                 MeshInstance { mesh: piece, bounds, ..instance }
             }));
         }
@@ -222,27 +277,18 @@ impl SceneGraph {
 
     fn add(
         &mut self,
-        id: EquipmentId,
+        name: NodeName<'_>,
         parent: Option<NodeIndex>,
-        parent_from_node: Mat4,
+        parent_from_node: &Mat4,
     ) -> Result<NodeIndex, SceneError> {
-        if self.nodes.len() >= MAX_NODES {
-            return Err(SceneError::TooManyNodes);
-        }
-        let index = NodeIndex(self.nodes.len() as u32);
-        if let Some(first) = self.by_id.insert(id.clone(), index) {
-            let id_of = |node: NodeIndex| self.node(node).id.clone();
-            let first_parent = self.node(first).parent.map(id_of);
-            return Err(SceneError::DuplicateId {
-                id,
-                first_parent,
+        self.nodes.add(name, parent, parent_from_node).map_err(|first| {
+            let id_of = |node: NodeIndex| self.node(node).id();
+            SceneError::DuplicateId {
+                id: id_of(first),
+                first_parent: self.node(first).parent().map(id_of),
                 second_parent: parent.map(id_of),
-            });
-        }
-        let world_from_parent = parent.map_or(Mat4::IDENTITY, |p| self.node(p).world_from_node);
-        let world_from_node = world_from_parent * parent_from_node;
-        self.nodes.push(SceneNode { id, parent, world_from_node, bounds: None });
-        Ok(index)
+            }
+        })
     }
 
     fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
@@ -250,82 +296,145 @@ impl SceneGraph {
         PolicyIndex(self.policies.len() as u32 - 1)
     }
 
-    fn add_model(
-        &mut self,
-        placement: NodeIndex,
-        model_index: ModelIndex,
-        theta: Option<PolicyIndex>,
-        model: &Model,
-    ) -> Result<(), SceneError> {
-        let prefix = self.node(placement).id.clone();
-        let short_ids = features::short_ids(model);
-        let mut added: Vec<NodeIndex> = Vec::with_capacity(model.nodes.len());
-        for node in &model.nodes {
-            let parent = node.parent.map_or(placement, |p| added[p as usize]);
-            let id = format!("{prefix}/{}", node.name);
-            let index = self.add(id.clone(), Some(parent), node.parent_from_node)?;
-            added.push(index);
-            if let Some(mesh) = node.mesh {
-                let prefix = if short_ids[mesh as usize] { &prefix } else { &id };
-                let first_feature =
-                    self.add_features(index, prefix, model.feature_names(mesh as usize))?;
-                self.instances.push(MeshInstance {
-                    node: index,
-                    model: model_index,
-                    mesh,
-                    world_from_mesh: self.node(index).world_from_node,
-                    bounds: None,
-                    theta,
-                    first_feature,
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// Adds a node for each feature of the mesh at a node; the first one's index.
-    fn add_features(
-        &mut self,
-        node: NodeIndex,
-        prefix: &str,
-        names: &[String],
-    ) -> Result<Option<NodeIndex>, SceneError> {
-        let first = NodeIndex(self.nodes.len() as u32);
-        for name in names {
-            self.add(format!("{prefix}/{name}"), Some(node), Mat4::IDENTITY)?;
-        }
-        Ok((!names.is_empty()).then_some(first))
-    }
-
     /// Fills in bounds, from the meshes up to the roots.
     fn measure(&mut self, models: &[Model]) {
         let meshes = models.iter().map(|m| m.meshes.iter().map(Mesh::bounds).collect());
         let meshes: Vec<Vec<Option<Bounds>>> = meshes.collect();
         let mut boxes = HashMap::new();
-        for instance in &mut self.instances {
+        let Self { nodes, instances, .. } = self;
+        for instance in instances {
             let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
-            let to_world = |bounds: Option<Bounds>| {
-                bounds.map(|bounds| bounds.transformed(&instance.world_from_mesh))
-            };
+            let node = instance.node.0 as usize;
+            let world_from_mesh = *nodes.world_from_node(node);
+            let to_world =
+                |bounds: Option<Bounds>| bounds.map(|bounds| bounds.transformed(&world_from_mesh));
             let bounds = to_world(meshes[model][mesh]);
             if let Some(NodeIndex(first)) = instance.first_feature {
                 let boxes = boxes.entry((model, mesh)).or_insert_with(|| {
                     let count = models[model].feature_names(mesh).len();
                     features::boxes(&models[model].meshes[mesh], count)
                 });
-                for (node, &feature) in (first..).zip(boxes.iter()) {
-                    grow(&mut self.nodes[node as usize].bounds, to_world(feature));
+                for (node, &feature) in (first as usize..).zip(boxes.iter()) {
+                    grow(nodes.bounds_mut(node), to_world(feature));
                 }
             }
-            grow(&mut self.nodes[instance.node.0 as usize].bounds, bounds);
+            grow(nodes.bounds_mut(node), bounds);
             instance.bounds = bounds;
         }
-        for index in (0..self.nodes.len()).rev() {
-            if let Some(parent) = self.nodes[index].parent {
-                let bounds = self.nodes[index].bounds;
-                grow(&mut self.nodes[parent.0 as usize].bounds, bounds);
+        for node in (0..nodes.len()).rev() {
+            if let Some(NodeIndex(parent)) = nodes.parent(node) {
+                let bounds = nodes.bounds(node);
+                grow(nodes.bounds_mut(parent as usize), bounds);
             }
         }
+    }
+}
+
+/// What a placement of a model adds.
+struct Parts {
+    nodes: usize,
+    instances: usize,
+    /// For each mesh, whether its features go without their node's name.
+    short_ids: Vec<bool>,
+}
+
+impl Parts {
+    fn of(model: &Model) -> Self {
+        let meshes = || model.nodes.iter().filter_map(|node| node.mesh);
+        let features = |mesh: u32| model.feature_names(mesh as usize).len();
+        Self {
+            nodes: model.nodes.len() + meshes().map(features).sum::<usize>(),
+            instances: meshes().count(),
+            short_ids: features::short_ids(model),
+        }
+    }
+}
+
+/// The texts that the ids of a model's parts have in common, wherever it is placed.
+#[derive(Clone)]
+struct PartTexts {
+    /// One a node.
+    nodes: Vec<TextIndex>,
+    /// Of each node, one a feature of its mesh.
+    features: Vec<Vec<TextIndex>>,
+}
+
+impl PartTexts {
+    fn add(model: &Model, parts: &Parts, nodes: &mut Nodes) -> Self {
+        let names = model.nodes.iter().map(|node| nodes.add_text(&node.name)).collect();
+        let mut features = Vec::with_capacity(model.nodes.len());
+        for node in &model.nodes {
+            let Some(mesh) = node.mesh.map(|mesh| mesh as usize) else {
+                features.push(Vec::new());
+                continue;
+            };
+            let texts = model.feature_names(mesh).iter().map(|name| match parts.short_ids[mesh] {
+                true => nodes.add_text(name),
+                false => nodes.add_text(&format!("{}/{name}", node.name)),
+            });
+            features.push(texts.collect());
+        }
+        Self { nodes: names, features }
+    }
+}
+
+/// A graph in the making.
+struct Builder<'a> {
+    graph: SceneGraph,
+    models: &'a [Model],
+    parts: &'a [Parts],
+    /// Of models that are placed already.
+    texts: Vec<Option<PartTexts>>,
+}
+
+impl Builder<'_> {
+    fn place(
+        &mut self,
+        placement: &Placement,
+        placed: &[NodeIndex],
+    ) -> Result<NodeIndex, SceneError> {
+        let parent = placement.parent.map(|parent| placed[parent]);
+        let name = NodeName::Placement(&placement.id);
+        let node = self.graph.add(name, parent, &placement.transform.matrix())?;
+        if let Some(model) = placement.model {
+            let theta = placement.theta.clone().map(|policy| self.graph.add_policy(policy));
+            self.add_model(node, model, theta)?;
+        }
+        Ok(node)
+    }
+
+    fn add_model(
+        &mut self,
+        placement: NodeIndex,
+        model_index: ModelIndex,
+        theta: Option<PolicyIndex>,
+    ) -> Result<(), SceneError> {
+        let Self { graph, models, parts, texts } = self;
+        let index = model_index.0 as usize;
+        let model = &models[index];
+        let texts = texts[index]
+            .get_or_insert_with(|| PartTexts::add(model, &parts[index], &mut graph.nodes));
+        let mut added: Vec<NodeIndex> = Vec::with_capacity(model.nodes.len());
+        for ((node, &text), features) in model.nodes.iter().zip(&texts.nodes).zip(&texts.features) {
+            let parent = node.parent.map_or(placement, |p| added[p as usize]);
+            let name = NodeName::Part(placement, text);
+            let index = graph.add(name, Some(parent), &node.parent_from_node)?;
+            added.push(index);
+            let Some(mesh) = node.mesh else { continue };
+            let first_feature = NodeIndex(graph.nodes.len() as u32);
+            for &text in features {
+                graph.add(NodeName::Part(placement, text), Some(index), &Mat4::IDENTITY)?;
+            }
+            graph.instances.push(MeshInstance {
+                node: index,
+                model: model_index,
+                mesh,
+                bounds: None,
+                theta,
+                first_feature: (!features.is_empty()).then_some(first_feature),
+            });
+        }
+        Ok(())
     }
 }
 

@@ -39,14 +39,14 @@ pub struct Group {
 pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Vec<Group> {
     let trees = Trees::of(graph, may);
     let mut groups: Vec<Group> = Vec::new();
-    for (node, scene_node) in graph.nodes().iter().enumerate() {
-        if let (true, Some(bounds)) = (trees.is_group(node), scene_node.bounds) {
+    for (node, scene_node) in graph.nodes().enumerate() {
+        if let (true, Some(bounds)) = (trees.is_group(node), scene_node.bounds()) {
             groups.push(Group {
                 nodes: node as u32..trees.ends[node],
                 instances: trees.instances[node].clone(),
                 after: 0,
                 bounds,
-                world_from_group: scene_node.world_from_node,
+                world_from_group: *scene_node.world_from_node(),
                 kind: 0,
             });
         }
@@ -76,25 +76,25 @@ struct Trees {
 
 impl Trees {
     fn of(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> Self {
-        let nodes = graph.nodes();
+        let count = graph.node_count();
         let mut trees = Self {
-            ends: (1..=nodes.len() as u32).collect(),
-            instances: vec![0..0; nodes.len()],
-            usable: vec![true; nodes.len()],
-            greatest: vec![0; nodes.len()],
+            ends: (1..=count as u32).collect(),
+            instances: vec![0..0; count],
+            usable: vec![true; count],
+            greatest: vec![0; count],
         };
-        let mut below = vec![1_u32; nodes.len()];
+        let mut below = vec![1_u32; count];
         for (index, instance) in (0..).zip(graph.instances()) {
             let node = instance.node.0 as usize;
             trees.usable[node] &= may(instance);
             trees.include(node, &(index..index + 1));
         }
-        for node in (0..nodes.len()).rev() {
+        for (node, scene_node) in graph.nodes().enumerate().rev() {
             // Nodes of another tree stand between, or its instances.
             trees.usable[node] &= trees.ends[node] - node as u32 == below[node];
             let own = trees.is_group(node).then(|| trees.instances[node].len() as u32);
             let greatest = own.unwrap_or(trees.greatest[node]);
-            if let Some(NodeIndex(parent)) = nodes[node].parent {
+            if let Some(NodeIndex(parent)) = scene_node.parent() {
                 let parent = parent as usize;
                 below[parent] += below[node];
                 trees.ends[parent] = trees.ends[parent].max(trees.ends[node]);
@@ -169,7 +169,8 @@ fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     let size = a.bounds.radius().max(1.0);
     let mut pairs = instances_of(graph, a).iter().zip(instances_of(graph, b));
     pairs.all(|(first, second)| {
-        let (first, second) = (in_a * first.world_from_mesh, in_b * second.world_from_mesh);
+        let (first, second) =
+            (in_a * *graph.world_from_mesh(first), in_b * *graph.world_from_mesh(second));
         let shift: Vec3 = (first.w_axis - second.w_axis).truncate();
         let axes = [
             first.x_axis - second.x_axis,

@@ -6,6 +6,7 @@ mod features;
 mod graph;
 mod groups;
 mod model;
+mod nodes;
 mod screen_error;
 mod theta;
 

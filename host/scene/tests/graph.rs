@@ -39,7 +39,7 @@ fn model_nodes_hang_under_their_placement() {
     let graph = SceneGraph::build(&placements, &[model()]).unwrap();
     assert_eq!(graph.instances().len(), 2);
     let bushing = graph.find("T2/bushing").unwrap();
-    let world = graph.node(bushing).world_from_node.transform_point3(Vec3::ZERO);
+    let world = graph.node(bushing).world_from_node().transform_point3(Vec3::ZERO);
     assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
     let all = graph.bounds().unwrap();
     assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
@@ -92,8 +92,8 @@ fn model_with_features(names: [&str; 2], nodes: &[&str]) -> Model {
     }
 }
 
-fn ids(graph: &SceneGraph) -> Vec<&str> {
-    graph.nodes().iter().map(|node| node.id.as_str()).collect()
+fn ids(graph: &SceneGraph) -> Vec<String> {
+    graph.nodes().map(|node| node.id()).collect()
 }
 
 #[test]
@@ -105,11 +105,11 @@ fn features_are_nodes_under_their_mesh_with_boxes_of_their_own() {
     assert_eq!(first, graph.find("S/QA1"));
     for (id, from) in [("S/QA1", 10.0), ("S/QB9", 14.0), ("S/body", 10.0)] {
         let node = graph.node(graph.find(id).unwrap());
-        let bounds = node.bounds.unwrap();
+        let bounds = node.bounds().unwrap();
         let to = if id == "S/body" { 15.0 } else { from + 1.0 };
         assert_eq!([bounds.min.x, bounds.max.x, bounds.min.y], [from, to, 1.0], "{id}");
     }
-    let parent = graph.node(graph.find("S/QB9").unwrap()).parent;
+    let parent = graph.node(graph.find("S/QB9").unwrap()).parent();
     assert_eq!(parent, graph.find("S/body"));
 }
 
@@ -120,7 +120,7 @@ fn features_that_would_share_an_id_are_called_after_their_node_too() {
         assert_eq!(ids(&graph), expected);
         for instance in graph.instances() {
             let first = graph.node(instance.first_feature.unwrap());
-            assert_eq!(first.parent, Some(instance.node));
+            assert_eq!(first.parent(), Some(instance.node));
         }
     };
     check(

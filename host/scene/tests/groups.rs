@@ -2,7 +2,8 @@
 
 use busbar_geometry::{Mesh, RawPrimitive, weld};
 use busbar_scene::{
-    Group, Model, ModelIndex, ModelNode, Placement, SceneGraph, ThetaPolicy, Transform, find_groups,
+    Group, Model, ModelIndex, ModelNode, NodeIndex, Placement, SceneGraph, ThetaPolicy, Transform,
+    find_groups,
 };
 use glam::{Mat4, Vec3};
 
@@ -76,7 +77,7 @@ fn stations_are_groups_and_alike_wherever_they_stand() {
     for (group, number) in groups.iter().zip(0..) {
         let count = 2 * PIECES as u32;
         assert_eq!(group.instances, number * count..(number + 1) * count);
-        assert_eq!(graph.nodes()[group.nodes.start as usize].parent, None);
+        assert_eq!(graph.node(NodeIndex(group.nodes.start)).parent(), None);
         assert_eq!(group.after, number + 1);
         assert!(
             group

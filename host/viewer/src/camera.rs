@@ -182,7 +182,7 @@ impl OrbitCamera {
                 Command::FitAll => self.frame(scene.graph.bounds()),
                 Command::Focus(id) => {
                     let node = scene.graph.find(id);
-                    self.frame(node.and_then(|node| scene.graph.node(node).bounds));
+                    self.frame(node.and_then(|node| scene.graph.node(node).bounds()));
                 }
                 Command::UseCamera(name) => {
                     if let Some(config) = scene.config.cameras.get(name) {

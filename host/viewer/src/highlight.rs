@@ -50,14 +50,14 @@ impl Highlights {
     ) {
         let conditions = conditions_of(tints, snapshot);
         // Most frames change none.
-        let is_known = self.of_nodes.len() == graph.nodes().len();
+        let is_known = self.of_nodes.len() == graph.node_count();
         if is_known && (&conditions, selected) == (&self.conditions, self.selected) {
             return;
         }
         (self.conditions, self.selected) = (conditions, selected);
-        let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.nodes().len());
-        for (node, index) in graph.nodes().iter().zip(0..) {
-            let above = node.parent.map_or_else(Default::default, |p| inherited[p.0 as usize]);
+        let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.node_count());
+        for (node, index) in graph.nodes().zip(0..) {
+            let above = node.parent().map_or_else(Default::default, |p| inherited[p.0 as usize]);
             let own = self.conditions.get(&index).copied().unwrap_or_default();
             inherited.push((own.max(above.0), above.1 || selected == Some(NodeIndex(index))));
         }

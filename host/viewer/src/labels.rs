@@ -26,7 +26,7 @@ pub(crate) fn build(
             let node = graph.node(NodeIndex(index));
             let top = top_of(node);
             Some(Label {
-                title: node.id.clone(),
+                title: node.id(),
                 anchor: projection.to_screen(top)?,
                 distance: eye.distance(top),
                 lines: Vec::new(),
@@ -65,9 +65,9 @@ pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
 }
 
 /// The middle of the top of what hangs under a node; its origin if nothing does.
-fn top_of(node: &SceneNode) -> Vec3 {
-    node.bounds.map_or_else(
-        || node.world_from_node.w_axis.truncate(),
+fn top_of(node: SceneNode<'_>) -> Vec3 {
+    node.bounds().map_or_else(
+        || node.world_from_node().w_axis.truncate(),
         |bounds| vec3(bounds.center().x, bounds.max.y, bounds.center().z),
     )
 }

@@ -41,6 +41,8 @@ pub struct LoadedScene {
     pub(crate) instances: BTreeMap<String, Plugin>,
     /// Those of the configuration, then the proxies of groups.
     pub(crate) models: Vec<LoadedModel>,
+    /// How often each model of the configuration is placed.
+    pub(crate) instances_of_models: Vec<usize>,
     pub(crate) graph: SceneGraph,
     pub(crate) groups: Vec<HlodGroup>,
     pub(crate) tags: Arc<TagSet>,
@@ -183,12 +185,14 @@ impl LoadedScene {
                 for binding in &bindings {
                     nodes_of_tags.entry(binding.tag).or_insert(binding.node);
                 }
-                let mut config = config;
+                let instances_of_models = count_placed(&config);
+                let mut config = config.loaded();
                 config.warnings = diagnostics;
                 Ok(Self {
                     config,
                     instances,
                     models,
+                    instances_of_models,
                     graph,
                     groups,
                     tags,
@@ -261,8 +265,8 @@ impl LoadedScene {
     }
 
     /// The equipment that a tag is bound to first.
-    pub(crate) fn node_of(&self, tag: TagHandle) -> Option<&str> {
-        self.nodes_of_tags.get(&tag).map(|&node| self.graph.node(node).id.as_str())
+    pub(crate) fn node_of(&self, tag: TagHandle) -> Option<String> {
+        self.nodes_of_tags.get(&tag).map(|&node| self.graph.node(node).id())
     }
 
     /// The tags that a telemetry plugin serves.
@@ -274,6 +278,14 @@ impl LoadedScene {
     pub(crate) fn overlay_bindings(&self) -> Vec<OverlayBinding> {
         bindings::for_overlays(self)
     }
+}
+
+fn count_placed(config: &Config) -> Vec<usize> {
+    let mut placed: HashMap<&str, usize> = HashMap::new();
+    for name in config.scene.iter().filter_map(|node| node.model.as_deref()) {
+        *placed.entry(name).or_default() += 1;
+    }
+    config.models.keys().map(|name| placed.get(name.as_str()).copied().unwrap_or(0)).collect()
 }
 
 fn policies_of(config: &Config) -> Vec<ThetaPolicy> {

@@ -7,7 +7,7 @@ use busbar_point_import::{
     Catalogue, FOV_DEGREES, ListFault, MAX_LIST_BYTES, NodeName, PluginInstance, PointList,
     SceneParts, TooManyNodes, assign_plugins, place, report, scene,
 };
-use busbar_scene::{Model, ModelIndex, Placement, SceneError, SceneGraph, Transform};
+use busbar_scene::{Model, ModelIndex, NodeIndex, Placement, SceneError, SceneGraph, Transform};
 use glam::Vec3;
 use thiserror::Error;
 
@@ -205,19 +205,19 @@ fn place_model(id: &str, model: Model) -> Result<SceneGraph, SceneError> {
 }
 
 fn catalogue(graph: &SceneGraph) -> Result<Catalogue, TooManyNodes> {
-    let own_name = |id: &'_ str, is_root| {
-        if is_root { id.len() } else { id.rfind('/').map_or(0, |i| id.len() - i - 1) }
-    };
-    let names: Vec<_> = graph
-        .nodes()
-        .iter()
-        .map(|node| {
-            let length = own_name(&node.id, node.parent.is_none());
-            let name = &node.id[node.id.len() - length..];
-            NodeName { id: &node.id, name, parent: node.parent.map(|parent| parent.0 as usize) }
-        })
-        .collect();
+    let ids: Vec<String> = graph.nodes().map(|node| node.id()).collect();
+    let named = ids.iter().zip(graph.nodes());
+    let names: Vec<_> = named.map(|(id, node)| name_of(id, node.parent())).collect();
     Catalogue::new(&names)
+}
+
+/// What stands behind the last slash, but that of a root, whose name may have some.
+fn name_of(id: &str, parent: Option<NodeIndex>) -> NodeName<'_> {
+    let name = match parent {
+        Some(_) => id.rsplit('/').next().unwrap_or(id),
+        None => id,
+    };
+    NodeName { id, name, parent: parent.map(|parent| parent.0 as usize) }
 }
 
 fn stem_of(path: &Path) -> String {

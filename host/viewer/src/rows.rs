@@ -56,7 +56,7 @@ impl TagRows for Rows<'_> {
             unit: spec.unit.clone(),
             mark: mark(state.quality, severity),
             age: state.age,
-            node: self.scene.node_of(tag).map(str::to_owned),
+            node: self.scene.node_of(tag),
         }
     }
 }

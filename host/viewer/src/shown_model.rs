@@ -1,7 +1,5 @@
 //! Models on the device, and what the panels say of them.
 
-use std::collections::HashMap;
-
 use busbar_renderer::{MeshAtCursor, ModelHandle, ModelUpload, RenderError, Renderer};
 use busbar_ui::ModelRow;
 
@@ -48,16 +46,13 @@ pub(crate) fn upload(
 
 /// The models of a scene, with nothing said of them yet.
 pub(crate) fn shown(scene: &LoadedScene, handles: Vec<ModelHandle>) -> Vec<ShownModel> {
-    let mut placed: HashMap<&str, usize> = HashMap::new();
-    for name in scene.config.scene.iter().filter_map(|node| node.model.as_deref()) {
-        *placed.entry(name).or_default() += 1;
-    }
-    let shown = |(model, handle): (&LoadedModel, ModelHandle)| {
-        let instances = placed.get(model.name.as_str()).copied().unwrap_or(0);
+    // Proxies are placed by no configuration.
+    let counts = scene.instances_of_models.iter().copied().chain(std::iter::repeat(0));
+    let shown = |((model, handle), instances): ((&LoadedModel, ModelHandle), usize)| {
         let row = ModelRow { name: model.name.clone(), instances, ..ModelRow::default() };
         ShownModel { handle, row }
     };
-    scene.models.iter().zip(handles).map(shown).collect()
+    scene.models.iter().zip(handles).zip(counts).map(shown).collect()
 }
 
 /// A place as the renderer names it.

@@ -399,7 +399,7 @@ impl Viewer {
                 return Err(RenderError::OutsidePicture { pixel, size }.into());
             }
             let index = pixel[1] as usize * size[0] as usize + pixel[0] as usize;
-            Ok(node_of(objects[index]).map(|node| self.scene.graph.node(node).id.clone()))
+            Ok(node_of(objects[index]).map(|node| self.scene.graph.node(node).id()))
         };
         pixels.iter().map(id_at).collect()
     }
@@ -573,7 +573,7 @@ impl Viewer {
     }
 
     fn no_highlights(&self) -> Vec<Highlight> {
-        vec![[0.0; 4]; self.scene.graph.nodes().len()]
+        vec![[0.0; 4]; self.scene.graph.node_count()]
     }
 
     fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
@@ -583,7 +583,7 @@ impl Viewer {
             let (node, world_from_mesh, first_feature) = match drawn {
                 Drawn::Instance(index) => {
                     let instance = &graph.instances()[index];
-                    (instance.node, instance.world_from_mesh, instance.first_feature)
+                    (instance.node, *graph.world_from_mesh(instance), instance.first_feature)
                 }
                 Drawn::Group(index) => {
                     let group = &self.scene.groups[index].group;
@@ -634,7 +634,7 @@ impl Viewer {
     }
 
     fn selected_id(&self) -> Option<String> {
-        self.selected.map(|node| self.scene.graph.node(node).id.clone())
+        self.selected.map(|node| self.scene.graph.node(node).id())
     }
 
     fn surviving_vertices(&self) -> u64 {

@@ -24,22 +24,18 @@ pub(super) fn place(
     let model_index = |name: &String| {
         config.models.keys().position(|key| key == name).map(|i| ModelIndex(i as u32))
     };
-    let placements: Vec<_> = config
-        .scene
-        .iter()
-        .map(|node| Placement {
-            id: node.id.clone(),
-            parent: node.parent,
-            transform: Transform {
-                translation: node.transform.translation.into(),
-                rotation_degrees: node.transform.rotation_degrees.into(),
-                scale: node.transform.scale.into(),
-            },
-            model: node.model.as_ref().and_then(model_index),
-            theta: node.theta.as_ref().map(cursors::policy_of),
-        })
-        .collect();
-    SceneGraph::build(&placements, &imported.models)
+    let placements = config.scene.iter().map(|node| Placement {
+        id: node.id.clone(),
+        parent: node.parent,
+        transform: Transform {
+            translation: node.transform.translation.into(),
+            rotation_degrees: node.transform.rotation_degrees.into(),
+            scale: node.transform.scale.into(),
+        },
+        model: node.model.as_ref().and_then(model_index),
+        theta: node.theta.as_ref().map(cursors::policy_of),
+    });
+    SceneGraph::build(placements, &imported.models)
         .map_err(|error| {
             faults.add("/scene", error.to_string(), error.remedy());
         })
@@ -131,7 +127,8 @@ fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool 
 fn suggest(graph: &SceneGraph, node: &str) -> String {
     let placement = node.split('/').next().unwrap_or(node);
     let prefix = format!("{placement}/");
-    let parts: Vec<_> = graph.nodes().iter().filter_map(|n| n.id.strip_prefix(&prefix)).collect();
+    let part = |id: String| Some(id.strip_prefix(&prefix)?.to_owned());
+    let parts: Vec<_> = graph.nodes().filter_map(|node| part(node.id())).collect();
     if parts.is_empty() {
         return "name a node of the scene, or `node/part` for a part of its model".into();
     }
@@ -161,7 +158,7 @@ pub(super) fn for_overlays(scene: &LoadedScene) -> Vec<OverlayBinding> {
                 tag_id: spec.id.clone(),
                 tag_name: spec.name.clone(),
                 unit: spec.unit.clone(),
-                node_id: scene.graph.node(binding.node).id.clone(),
+                node_id: scene.graph.node(binding.node).id(),
                 role: binding.role.clone(),
             }
         })

@@ -129,7 +129,15 @@ impl Proxy {
         let members: Vec<Member<'_>> = instances
             .iter()
             .map(|instance| {
-                Member::of(instance, policies.of(instance), group, group_from_world, models)
+                let group_from_mesh = group_from_world * *graph.world_from_mesh(instance);
+                let stretch = greatest_stretch(graph.world_from_mesh(instance));
+                Member::of(
+                    instance,
+                    policies.of(instance),
+                    group,
+                    (group_from_mesh, stretch),
+                    models,
+                )
             })
             .collect();
         let base_error = base_error(&members, policy)?;
@@ -178,7 +186,7 @@ impl<'a> Member<'a> {
         instance: &MeshInstance,
         policy: &ThetaPolicy,
         group: &Group,
-        group_from_world: Mat4,
+        (transform, stretch): (Mat4, f32),
         models: &'a [LoadedModel],
     ) -> Self {
         let model = &models[instance.model.0 as usize];
@@ -190,8 +198,8 @@ impl<'a> Member<'a> {
                 ThetaPolicy::Fixed(theta) => Some(stacks.cursor_at(*theta)),
                 _ => None,
             },
-            transform: group_from_world * instance.world_from_mesh,
-            stretch: greatest_stretch(&instance.world_from_mesh),
+            transform,
+            stretch,
             feature: instance.node.0 - group.nodes.start,
             first_feature: instance.first_feature.map(|first| first.0 - group.nodes.start),
         }
