@@ -12,6 +12,7 @@ mod config;
 mod diagnostic;
 mod index;
 mod limits;
+mod placing_rules;
 mod plugins;
 mod pointer;
 mod positions;

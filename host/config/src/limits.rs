@@ -28,6 +28,10 @@ pub const MAX_DEADLINE_MILLIS: u64 = 3_600_000;
 pub const MAX_MODELS: usize = 10_000;
 /// The most scene nodes, instances included.
 pub const MAX_NODES: usize = 1_000_000;
+/// The most templates.
+pub const MAX_TEMPLATES: usize = 1_000;
+/// The most templates that are placed within one another.
+pub const MAX_TEMPLATE_DEPTH: usize = 16;
 /// The most tags.
 pub const MAX_TAGS: usize = 1_000_000;
 /// The longest expression of a derived tag, in bytes.

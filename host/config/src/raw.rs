@@ -51,6 +51,10 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_MODELS))]
     pub(crate) models: BTreeMap<String, RawModel>,
+    /// Lists of nodes that many places of the scene have in common, by name.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_TEMPLATES))]
+    pub(crate) templates: BTreeMap<String, Vec<RawNode>>,
     /// The equipment shown.
     #[schemars(extend("examples" = [[]]))]
     pub(crate) scene: Vec<RawNode>,
@@ -102,7 +106,8 @@ pub(crate) struct RawModel {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Node")]
 pub(crate) struct RawNode {
-    /// Equipment id (IEC 81346), used once in the scene.
+    /// Equipment id (IEC 81346), used once in the scene; in a template, what follows
+    /// the id of the node that the template hangs under.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["=S12D1T1-TA1"]))]
     pub(crate) id: String,
@@ -117,6 +122,11 @@ pub(crate) struct RawNode {
     /// From this node to its parent.
     #[serde(default)]
     pub(crate) transform: RawTransform,
+    /// Name of a template: its nodes hang under this one, and under each copy. Each
+    /// is called by the id of the node it hangs under here, followed by its own.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["bay"]))]
+    pub(crate) template: Option<String>,
     /// Nodes that hang under this one.
     #[serde(default)]
     pub(crate) children: Vec<RawNode>,

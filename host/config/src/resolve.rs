@@ -8,7 +8,7 @@ use serde_path_to_error::Segment;
 use crate::config::*;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
-use crate::theta::RawTheta;
+use crate::rules::item_pointer;
 use crate::{Diagnostic, Positions, join_pointer};
 
 /// A value that the schema accepts and the raw types refuse, such as `720.0`
@@ -34,8 +34,9 @@ pub(crate) fn deserialize(value: Value) -> Result<RawConfig, Refused> {
 
 /// Turns a checked raw configuration into the one that is used.
 pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagnostic>) -> Config {
-    let mut scene = Vec::new();
-    flatten(raw.scene, None, "/scene", &mut scene);
+    let mut flat = Flat { templates: &raw.templates, nodes: Vec::new() };
+    flat.add_all(&raw.scene, None, "/scene", "");
+    let scene = flat.nodes;
     Config {
         plugin_directories: indexed(
             raw.plugin_directories,
@@ -85,35 +86,61 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
     }
 }
 
-/// Appends nodes, their instances, then all that hangs under them: parents
-/// come before children.
-fn flatten(nodes: Vec<RawNode>, parent: Option<usize>, pointer: &str, flat: &mut Vec<NodeConfig>) {
-    for (index, node) in nodes.into_iter().enumerate() {
-        let pointer = join_pointer(pointer, index);
-        let own_index = flat.len();
-        let model = node.model;
-        let theta = node.theta.map(RawTheta::resolve);
-        flat.push(NodeConfig {
-            id: node.id,
-            parent,
-            transform: transform(&node.transform),
-            model: model.clone(),
-            theta: theta.clone(),
-            pointer: pointer.clone(),
-        });
-        let instances_pointer = join_pointer(&pointer, "instances");
-        for (index, copy) in node.instances.into_iter().enumerate() {
-            flat.push(NodeConfig {
-                id: copy.id,
+/// All nodes, parents before children, those of templates wherever they are placed.
+struct Flat<'a> {
+    templates: &'a BTreeMap<String, Vec<RawNode>>,
+    nodes: Vec<NodeConfig>,
+}
+
+impl<'a> Flat<'a> {
+    /// Adds nodes, their instances, then all that hangs under them. `prefix` goes
+    /// before their ids. The recursion is as deep as the rules let templates and the
+    /// text nest.
+    fn add_all(
+        &mut self,
+        nodes: &'a [RawNode],
+        parent: Option<usize>,
+        pointer: &str,
+        prefix: &str,
+    ) {
+        for (index, node) in nodes.iter().enumerate() {
+            let pointer = join_pointer(pointer, index);
+            let own_index = self.nodes.len();
+            let theta = node.theta.as_ref().map(|theta| theta.clone().resolve());
+            let config = |id: &str, transform_of: &RawTransform| NodeConfig {
+                id: format!("{prefix}{id}"),
                 parent,
-                transform: transform(&copy.transform),
-                model: model.clone(),
-                theta: copy.theta.map(RawTheta::resolve).or_else(|| theta.clone()),
-                pointer: join_pointer(&instances_pointer, index),
-            });
+                transform: transform(transform_of),
+                model: node.model.clone(),
+                theta: theta.clone(),
+                pointer: pointer.clone(),
+            };
+            self.nodes.push(config(&node.id, &node.transform));
+            let instances_pointer = join_pointer(&pointer, "instances");
+            for (index, copy) in node.instances.iter().enumerate() {
+                let own_theta = copy.theta.as_ref().map(|theta| theta.clone().resolve());
+                let same = config(&copy.id, &copy.transform);
+                self.nodes.push(NodeConfig {
+                    theta: own_theta.or(same.theta),
+                    pointer: join_pointer(&instances_pointer, index),
+                    ..same
+                });
+            }
+            if let Some(name) = &node.template {
+                for copy in own_index..=own_index + node.instances.len() {
+                    self.place_template(name, copy);
+                }
+            }
+            let children_pointer = join_pointer(&pointer, "children");
+            self.add_all(&node.children, Some(own_index), &children_pointer, prefix);
         }
-        let children_pointer = join_pointer(&pointer, "children");
-        flatten(node.children, Some(own_index), &children_pointer, flat);
+    }
+
+    /// Hangs a template's nodes under a node.
+    fn place_template(&mut self, name: &str, under: usize) {
+        let Some(nodes) = self.templates.get(name) else { return };
+        let prefix = self.nodes[under].id.clone();
+        self.add_all(nodes, Some(under), &item_pointer("templates", name), &prefix);
     }
 }
 

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 
 use serde_json::{Map, Value};
 
+use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, simulate, suggest, theta};
 
@@ -19,7 +20,8 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_overlays();
     rules.check_plugins();
     rules.check_cameras();
-    let equipment = scene_rules::check(document, rules.report);
+    scene_rules::check(document, rules.report);
+    let equipment = placing_rules::check(document, rules.report);
     rules.check_bindings(&equipment);
 }
 
@@ -183,7 +185,7 @@ impl<'d> Rules<'d, '_, '_> {
         );
     }
 
-    fn check_bindings(&mut self, equipment: &scene_rules::Equipment<'d>) {
+    fn check_bindings(&mut self, equipment: &Equipment<'d>) {
         let bindings = self.document["bindings"].as_array().into_iter().flatten();
         for (index, binding) in bindings.enumerate() {
             let pointer = join_pointer("/bindings", index);
@@ -197,7 +199,7 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.error_with(&join_pointer(&pointer, "node"), || {
                     let cause = format!("no scene node has the id '{}'", suggest::shown(id));
                     let add = || "add a node with that id to the scene".to_owned();
-                    (cause, suggest::remedy(id, equipment.keys().copied(), add))
+                    (cause, suggest::remedy(id, equipment.keys().map(AsRef::as_ref), add))
                 });
             }
         }
@@ -268,7 +270,7 @@ fn report_name_fault(fault: Option<(String, String)>, pointer: &str, report: &mu
 }
 
 /// A name that is a key: the schema says nothing about it.
-fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>) {
+pub(crate) fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>) {
     let fault = if name.is_empty() {
         Some((format!("the {what} has an empty name"), "give it a name".to_owned()))
     } else if name.len() > MAX_NAME_BYTES {
@@ -283,11 +285,14 @@ fn check_name_key(name: &str, pointer: &str, what: &str, report: &mut Report<'_>
 }
 
 /// The members of the object `key` of the document.
-fn named<'d>(document: &'d Value, key: &str) -> impl Iterator<Item = (&'d String, &'d Value)> {
+pub(crate) fn named<'d>(
+    document: &'d Value,
+    key: &str,
+) -> impl Iterator<Item = (&'d String, &'d Value)> {
     document[key].as_object().into_iter().flatten()
 }
 
-fn item_pointer(key: &str, name: &str) -> String {
+pub(crate) fn item_pointer(key: &str, name: &str) -> String {
     join_pointer(&join_pointer("", key), name)
 }
 

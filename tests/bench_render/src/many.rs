@@ -8,7 +8,7 @@ use busbar_geometry::Bounds;
 use document::Series;
 use glam::Vec3;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use substation::Station;
 
 use crate::camera::{Camera, orbit, walk};
@@ -107,13 +107,13 @@ fn configuration(stations: usize, bounds: Bounds, folder: &Path) -> Result<PathB
     let place = |number: usize| {
         let Vec3 { x, z, .. } = step(bounds);
         let [x, z] = [x * (number % ROW) as f32, z * (number / ROW) as f32];
-        let prefix = format!("S{number} ");
         json!({
-            "id": prefix.trim_end(),
+            "id": format!("S{number} "),
             "transform": { "translation": [x, 0, z] },
-            "children": renamed(&bays, &prefix),
+            "template": "station",
         })
     };
+    scene["templates"] = json!({ "station": bays });
     scene["scene"] = (0..stations).map(place).collect();
     scene["overlays"] = json!([]);
     scene["plugins"].as_object_mut().context("no plugins")?.remove("values");
@@ -126,37 +126,4 @@ fn configuration(stations: usize, bounds: Bounds, folder: &Path) -> Result<PathB
     let path = folder.join(format!("stations_{stations}.json"));
     fs::write(&path, scene.to_string())?;
     Ok(path)
-}
-
-/// The same nodes under other ids.
-fn renamed(nodes: &Value, prefix: &str) -> Value {
-    match nodes {
-        Value::Array(nodes) => nodes.iter().map(|node| renamed(node, prefix)).collect(),
-        Value::Object(node) => node
-            .iter()
-            .map(|(key, value)| {
-                let value = match (key.as_str(), value) {
-                    ("id", Value::String(id)) => format!("{prefix}{id}").into(),
-                    ("children" | "instances", value) => renamed(value, prefix),
-                    _ => value.clone(),
-                };
-                (key.clone(), value)
-            })
-            .collect(),
-        other => other.clone(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_ids_are_renamed() {
-        let bay = json!([{ "id": "a", "model": "id", "children": [{ "id": "b" }],
-            "instances": [{ "id": "c", "transform": { "scale": 2 } }] }]);
-        let expected = json!([{ "id": "S1 a", "model": "id", "children": [{ "id": "S1 b" }],
-            "instances": [{ "id": "S1 c", "transform": { "scale": 2 } }] }]);
-        assert_eq!(renamed(&bay, "S1 "), expected);
-    }
 }

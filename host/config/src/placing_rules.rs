@@ -1,0 +1,164 @@
+//! What the nodes of the scene come to where they are placed, those of templates at each
+//! place: ids used once, places within bounds, not too many, no template within itself.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use serde_json::Value;
+
+use crate::report::Report;
+use crate::rules::item_pointer;
+use crate::world::World;
+use crate::{MAX_NAME_BYTES, MAX_NODES, MAX_TEMPLATE_DEPTH, join_pointer, suggest};
+
+/// Equipment ids, and the pointer of the node that has each.
+pub(crate) type Equipment<'d> = BTreeMap<Cow<'d, str>, String>;
+
+/// Reports the faults of the scene as a whole and gives the ids in it.
+pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipment<'d> {
+    let mut walk =
+        Walk { document, equipment: BTreeMap::new(), nodes: 0, open: Vec::new(), report };
+    walk.place_nodes(&document["scene"], "/scene", Some(World::ROOT), "");
+    if walk.nodes > MAX_NODES {
+        // What is beyond in templates is not even counted: they may multiply.
+        let more = if walk.is_cut() { "more than " } else { "" };
+        let count = if walk.is_cut() { MAX_NODES } else { walk.nodes };
+        walk.report.error(
+            "/scene",
+            format!("the scene has {more}{count} nodes; at most {MAX_NODES}"),
+            "split the plant over several scenes",
+        );
+    }
+    walk.equipment
+}
+
+struct Walk<'d, 'r, 'p> {
+    document: &'d Value,
+    equipment: Equipment<'d>,
+    nodes: usize,
+    /// Templates that are being placed, one within another.
+    open: Vec<&'d str>,
+    report: &'r mut Report<'p>,
+}
+
+impl<'d> Walk<'d, '_, '_> {
+    /// Places nodes and all under them. `parent` is `None` where nobody knows, for a
+    /// fault above; `prefix` goes before the ids.
+    fn place_nodes(
+        &mut self,
+        nodes: &'d Value,
+        pointer: &str,
+        parent: Option<World>,
+        prefix: &str,
+    ) {
+        for (index, node) in nodes.as_array().into_iter().flatten().enumerate() {
+            if self.is_full() {
+                return;
+            }
+            let pointer = join_pointer(pointer, index);
+            let world = self.place(node, &pointer, parent, prefix);
+            self.place_template(node, node, &pointer, world, prefix);
+            let copies = node["instances"].as_array().into_iter().flatten();
+            for (index, copy) in copies.enumerate() {
+                let copy_pointer = join_pointer(&join_pointer(&pointer, "instances"), index);
+                let world = self.place(copy, &copy_pointer, parent, prefix);
+                self.place_template(node, copy, &pointer, world, prefix);
+            }
+            let children = join_pointer(&pointer, "children");
+            self.place_nodes(&node["children"], &children, world, prefix);
+        }
+    }
+
+    /// Whether a template has so many nodes that it is not looked at any further.
+    fn is_full(&self) -> bool {
+        self.nodes > MAX_NODES && !self.open.is_empty()
+    }
+
+    /// Whether some nodes were not counted.
+    fn is_cut(&self) -> bool {
+        self.document["templates"].as_object().is_some_and(|templates| !templates.is_empty())
+    }
+
+    /// Places the nodes of a node's template, if it has one, under it or a copy of it.
+    fn place_template(
+        &mut self,
+        node: &'d Value,
+        under: &'d Value,
+        pointer: &str,
+        world: Option<World>,
+        prefix: &str,
+    ) {
+        let (Some(name), Some(id)) = (node["template"].as_str(), under["id"].as_str()) else {
+            return;
+        };
+        let Some(nodes) = self.document["templates"].get(name) else { return };
+        let fault = if self.open.contains(&name) {
+            Some(format!("the template '{}' is placed within itself", suggest::shown(name)))
+        } else if self.open.len() >= MAX_TEMPLATE_DEPTH {
+            Some(format!("templates are placed more than {MAX_TEMPLATE_DEPTH} within one another"))
+        } else {
+            None
+        };
+        if let Some(cause) = fault {
+            self.report.error(&join_pointer(pointer, "template"), cause, "name another, or none");
+            return;
+        }
+        self.open.push(name);
+        self.place_nodes(nodes, &item_pointer("templates", name), world, &format!("{prefix}{id}"));
+        self.open.pop();
+    }
+
+    /// Places a node or instance. Gives where it stands, unless that is at fault.
+    fn place(
+        &mut self,
+        placement: &'d Value,
+        pointer: &str,
+        parent: Option<World>,
+        prefix: &str,
+    ) -> Option<World> {
+        self.nodes += 1;
+        if let Some(id) = placement["id"].as_str() {
+            self.note_id(id, pointer, prefix);
+        }
+        let world = parent?.place(&placement["transform"])?;
+        let Some(fault) = world.fault() else {
+            return Some(world);
+        };
+        // The first on its branch: all below it would be at fault with it.
+        self.report.error_with(&join_pointer(pointer, "transform"), || fault.texts());
+        None
+    }
+
+    fn note_id(&mut self, id: &'d str, placement_pointer: &str, prefix: &str) {
+        let pointer = join_pointer(placement_pointer, "id");
+        let id = match prefix {
+            "" => Cow::Borrowed(id),
+            prefix => Cow::Owned(format!("{prefix}{id}")),
+        };
+        if !prefix.is_empty() && id.len() > MAX_NAME_BYTES {
+            self.report.error_with(&pointer, || {
+                let length = id.len();
+                let shown = suggest::shown(&id);
+                let cause = format!("placed, the equipment id '{shown}' has {length} bytes");
+                (cause, format!("shorten what it is made of: at most {MAX_NAME_BYTES} in all"))
+            });
+        }
+        match self.equipment.entry(id) {
+            Entry::Vacant(entry) => {
+                entry.insert(pointer);
+            }
+            Entry::Occupied(first) => {
+                let positions = self.report.positions();
+                self.report.error_with(&pointer, || {
+                    let (line, column) = positions.locate(first.get());
+                    let cause = format!(
+                        "the equipment id '{}' is used twice, first at line {line}, column {column}",
+                        suggest::shown(first.key())
+                    );
+                    (cause, "give one of the two another id".to_owned())
+                });
+            }
+        }
+    }
+}
