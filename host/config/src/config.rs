@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
+use crate::scene::SceneConfig;
 use crate::simulate::SimulateConfig;
 use crate::{Diagnostic, Positions};
 
@@ -27,8 +28,8 @@ pub struct Config {
     pub plugins: BTreeMap<String, PluginConfig>,
     /// Models by name.
     pub models: BTreeMap<String, ModelConfig>,
-    /// Scene nodes, parents before children, instances as nodes of their own.
-    pub scene: Vec<NodeConfig>,
+    /// Scene nodes.
+    pub scene: SceneConfig,
     /// Tags by id.
     pub tags: BTreeMap<String, TagConfig>,
     /// Which tag shows at which node, in the order of the text.
@@ -50,7 +51,7 @@ pub struct Config {
 impl Config {
     /// Without what only loading needs, which is most of it: nodes and positions.
     pub fn loaded(self) -> Self {
-        Self { scene: Vec::new(), positions: Positions::default(), ..self }
+        Self { scene: SceneConfig::default(), positions: Positions::default(), ..self }
     }
 }
 

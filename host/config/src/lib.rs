@@ -20,6 +20,7 @@ mod raw;
 mod report;
 mod resolve;
 mod rules;
+mod scene;
 mod scene_rules;
 mod schema;
 mod simulate;
@@ -39,6 +40,7 @@ pub use limits::*;
 pub use plugins::{Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
+pub use scene::{SceneConfig, SceneNodes};
 pub use schema::schema;
 pub use simulate::{SimulateConfig, SimulatedShape};
 

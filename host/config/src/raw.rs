@@ -102,7 +102,7 @@ pub(crate) struct RawModel {
 }
 
 /// A piece of equipment: placed, with what hangs under it.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Node")]
 pub(crate) struct RawNode {
@@ -137,7 +137,7 @@ pub(crate) struct RawNode {
 }
 
 /// A further copy of a node.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Instance")]
 pub(crate) struct RawInstance {
@@ -155,7 +155,7 @@ pub(crate) struct RawInstance {
 }
 
 /// Scale, then rotate about x, y and z in turn, then translate.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Transform")]
 pub(crate) struct RawTransform {

@@ -8,7 +8,7 @@ use serde_path_to_error::Segment;
 use crate::config::*;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
-use crate::rules::item_pointer;
+use crate::scene::SceneConfig;
 use crate::{Diagnostic, Positions, join_pointer};
 
 /// A value that the schema accepts and the raw types refuse, such as `720.0`
@@ -34,9 +34,6 @@ pub(crate) fn deserialize(value: Value) -> Result<RawConfig, Refused> {
 
 /// Turns a checked raw configuration into the one that is used.
 pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagnostic>) -> Config {
-    let mut flat = Flat { templates: &raw.templates, nodes: Vec::new() };
-    flat.add_all(&raw.scene, None, "/scene", "");
-    let scene = flat.nodes;
     Config {
         plugin_directories: indexed(
             raw.plugin_directories,
@@ -57,7 +54,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             theta: raw.theta.resolve(),
             pointer,
         }),
-        scene,
+        scene: SceneConfig::new(raw.scene, raw.templates),
         tags: named(raw.tags, "/tags", tag),
         bindings: indexed(raw.bindings, "/bindings", |raw, pointer| BindingConfig {
             tag: raw.tag,
@@ -83,75 +80,6 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
         },
         positions,
         warnings,
-    }
-}
-
-/// All nodes, parents before children, those of templates wherever they are placed.
-struct Flat<'a> {
-    templates: &'a BTreeMap<String, Vec<RawNode>>,
-    nodes: Vec<NodeConfig>,
-}
-
-impl<'a> Flat<'a> {
-    /// Adds nodes, their instances, then all that hangs under them. `prefix` goes
-    /// before their ids. The recursion is as deep as the rules let templates and the
-    /// text nest.
-    fn add_all(
-        &mut self,
-        nodes: &'a [RawNode],
-        parent: Option<usize>,
-        pointer: &str,
-        prefix: &str,
-    ) {
-        for (index, node) in nodes.iter().enumerate() {
-            let pointer = join_pointer(pointer, index);
-            let own_index = self.nodes.len();
-            let theta = node.theta.as_ref().map(|theta| theta.clone().resolve());
-            let config = |id: &str, transform_of: &RawTransform| NodeConfig {
-                id: format!("{prefix}{id}"),
-                parent,
-                transform: transform(transform_of),
-                model: node.model.clone(),
-                theta: theta.clone(),
-                pointer: pointer.clone(),
-            };
-            self.nodes.push(config(&node.id, &node.transform));
-            let instances_pointer = join_pointer(&pointer, "instances");
-            for (index, copy) in node.instances.iter().enumerate() {
-                let own_theta = copy.theta.as_ref().map(|theta| theta.clone().resolve());
-                let same = config(&copy.id, &copy.transform);
-                self.nodes.push(NodeConfig {
-                    theta: own_theta.or(same.theta),
-                    pointer: join_pointer(&instances_pointer, index),
-                    ..same
-                });
-            }
-            if let Some(name) = &node.template {
-                for copy in own_index..=own_index + node.instances.len() {
-                    self.place_template(name, copy);
-                }
-            }
-            let children_pointer = join_pointer(&pointer, "children");
-            self.add_all(&node.children, Some(own_index), &children_pointer, prefix);
-        }
-    }
-
-    /// Hangs a template's nodes under a node.
-    fn place_template(&mut self, name: &str, under: usize) {
-        let Some(nodes) = self.templates.get(name) else { return };
-        let prefix = self.nodes[under].id.clone();
-        self.add_all(nodes, Some(under), &item_pointer("templates", name), &prefix);
-    }
-}
-
-fn transform(raw: &RawTransform) -> TransformConfig {
-    TransformConfig {
-        translation: raw.translation,
-        rotation_degrees: raw.rotation_degrees,
-        scale: match raw.scale {
-            RawScale::Uniform(factor) => [factor; 3],
-            RawScale::PerAxis(factors) => factors,
-        },
     }
 }
 

@@ -44,11 +44,12 @@ fn a_template_hangs_under_each_place_with_ids_that_continue_its_own() {
     expected.push("=S3".into());
     expected.extend(bay.map(|part| format!("=S3{part}")));
     expected.push("office".into());
-    let ids: Vec<&str> = config.scene.iter().map(|node| node.id.as_str()).collect();
+    let scene: Vec<_> = config.scene.iter().collect();
+    let ids: Vec<&str> = scene.iter().map(|node| node.id.as_str()).collect();
     assert_eq!(ids, expected);
 
-    let node = |id: &str| config.scene.iter().find(|node| node.id == id).expect("a node");
-    let parent = |id: &str| node(id).parent.map(|parent| config.scene[parent].id.as_str());
+    let node = |id: &str| scene.iter().find(|node| node.id == id).expect("a node");
+    let parent = |id: &str| node(id).parent.map(|parent| scene[parent].id.as_str());
     assert_eq!(parent("=S2E1"), Some("=S2"));
     assert_eq!(parent("=S2E2-QB2"), Some("=S2E2"));
     assert_eq!(parent("=S1E1-QA1-F1"), Some("=S1E1-QA1"));

@@ -57,7 +57,7 @@ fn theta_follows_the_error_on_the_screen_where_pixels_are_given() {
 #[test]
 fn a_copy_has_the_theta_of_its_node_unless_it_has_its_own() {
     let thetas = |text: &str| {
-        let scene = parse(text).unwrap().scene;
+        let scene: Vec<_> = parse(text).unwrap().scene.iter().collect();
         [1, 2, 3].map(|node: usize| scene[node].theta.clone())
     };
     let fixed = |theta| Some(ThetaConfig::Fixed(theta));
@@ -73,7 +73,7 @@ fn a_copy_has_the_theta_of_its_node_unless_it_has_its_own() {
 
 #[test]
 fn the_scene_comes_out_flat_with_parents_first_and_instances_expanded() {
-    let scene = example().scene;
+    let scene: Vec<_> = example().scene.iter().collect();
     let nodes: Vec<_> = scene
         .iter()
         .map(|n| (n.id.as_str(), n.parent, n.model.as_deref(), n.pointer.as_str()))
@@ -151,7 +151,9 @@ fn the_least_configuration_has_defaults() {
     assert_eq!(config.view.quality, QualityConfig::Medium);
     assert_eq!((config.view.samples, config.view.size), (4, [1280, 720]));
     assert_eq!(config.view.theta_scale, 1.0);
-    assert!(config.scene.is_empty() && config.plugins.is_empty() && config.tags.is_empty());
+    assert!(
+        config.scene.iter().next().is_none() && config.plugins.is_empty() && config.tags.is_empty()
+    );
 }
 
 #[test]

@@ -160,6 +160,10 @@ impl Plan {
         let Some(features) = &mesh.features else {
             return Ok(());
         };
+        instance.first_feature_object = first_object;
+        if highlights.is_empty() {
+            return Ok(());
+        }
         let of_objects = first_object.checked_sub(1).and_then(|first| {
             highlights.get(first as usize..first as usize + features.count as usize)
         });
@@ -167,7 +171,6 @@ impl Plan {
             let object = first_object.saturating_add(features.count - 1);
             return Err(RenderError::NoHighlight { object, count: highlights.len() });
         };
-        instance.first_feature_object = first_object;
         if of_objects.iter().any(|&[.., strength]| strength > 0.0) {
             instance.first_feature_highlight = self.feature_highlights.len() as u32;
             self.feature_highlights.extend(of_objects.iter().copied().map(clamped));

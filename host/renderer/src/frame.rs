@@ -13,7 +13,7 @@ pub struct Frame<'a> {
     /// What is drawn; may be empty.
     pub instances: &'a [DrawInstance],
     /// Tints of the objects 1, 2 and so on, as [`DrawInstance::highlight`]; read
-    /// for features only, so that it may be empty where nothing drawn has any.
+    /// for features only. Empty where none of them is tinted.
     pub object_highlights: &'a [[f32; 4]],
     /// Triangles' edges over a light fill. On a device that cannot draw lines
     /// ([`Renderer::can_draw_wireframe`](crate::Renderer::can_draw_wireframe))

@@ -191,16 +191,17 @@ impl SceneGraph {
         placed: impl Iterator<Item = Option<ModelIndex>>,
         parts: &[Parts],
     ) -> Result<Self, SceneError> {
-        let (mut nodes, mut instances) = (0, 0);
+        let (mut nodes, mut moved, mut instances) = (0, 0, 0);
         for model in placed {
             let parts = model.map(|model| &parts[model.0 as usize]);
             nodes += 1 + parts.map_or(0, |parts| parts.nodes);
+            moved += 1 + parts.map_or(0, |parts| parts.moved);
             instances += parts.map_or(0, |parts| parts.instances);
             if nodes > MAX_NODES {
                 return Err(SceneError::TooManyNodes);
             }
         }
-        let nodes = Nodes::with_capacity(nodes);
+        let nodes = Nodes::with_capacity(nodes, moved);
         Ok(Self { nodes, instances: Vec::with_capacity(instances), policies: Vec::new() })
     }
 
@@ -333,6 +334,8 @@ impl SceneGraph {
 /// What a placement of a model adds.
 struct Parts {
     nodes: usize,
+    /// How many of them stand elsewhere than their parents.
+    moved: usize,
     instances: usize,
     /// For each mesh, whether its features go without their node's name.
     short_ids: Vec<bool>,
@@ -344,6 +347,7 @@ impl Parts {
         let features = |mesh: u32| model.feature_names(mesh as usize).len();
         Self {
             nodes: model.nodes.len() + meshes().map(features).sum::<usize>(),
+            moved: model.nodes.iter().filter(|n| n.parent_from_node != Mat4::IDENTITY).count(),
             instances: meshes().count(),
             short_ids: features::short_ids(model),
         }

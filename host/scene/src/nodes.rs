@@ -17,20 +17,20 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 struct Texts {
     all: String,
-    ends: Vec<usize>,
+    ends: Vec<u32>,
 }
 
 impl Texts {
     fn add(&mut self, text: &str) -> TextIndex {
         self.all.push_str(text);
-        self.ends.push(self.all.len());
+        self.ends.push(self.all.len() as u32);
         TextIndex(self.ends.len() as u32 - 1)
     }
 
     fn get(&self, TextIndex(index): TextIndex) -> &str {
         let index = index as usize;
         let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.all[start..self.ends[index]]
+        &self.all[start as usize..self.ends[index] as usize]
     }
 }
 
@@ -70,9 +70,11 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    /// With room for so many, so that none is moved while they are added.
-    pub(crate) fn with_capacity(count: usize) -> Self {
+    /// With room for so many, of which some stand elsewhere than their parents, so that
+    /// none is moved while they are added.
+    pub(crate) fn with_capacity(count: usize, moved: usize) -> Self {
         Self {
+            world_from_nodes: Vec::with_capacity(moved),
             records: Vec::with_capacity(count),
             bounds: Vec::with_capacity(count),
             by_id: HashTable::with_capacity(count),

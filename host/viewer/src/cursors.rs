@@ -139,7 +139,8 @@ impl Cursors {
                 triangles: stacks.mesh().triangles.len() as u32,
             }
         };
-        let mut instances: Vec<InstanceCursor> = graph.instances().iter().map(instance).collect();
+        let mut instances = Vec::with_capacity(graph.instances().len() + groups.len());
+        instances.extend(graph.instances().iter().map(instance));
         let own = instances.len();
         // All go down by one policy.
         policies.extend(groups.first().map(|group| group.policy.clone()));

@@ -9,7 +9,7 @@ use busbar_tags::Snapshot;
 /// Linear rgb and strength.
 pub(crate) type Highlight = [f32; 4];
 
-const NONE: Highlight = [0.0; 4];
+pub(crate) const NONE: Highlight = [0.0; 4];
 const SELECTION: Highlight = [0.02, 0.16, 0.55, 0.45];
 const WARNING: Highlight = [0.96, 0.46, 0.02, 0.6];
 const ALARM: Highlight = [0.6, 0.005, 0.008, 0.7];
@@ -29,6 +29,7 @@ enum Condition {
 /// The highlight of every node, as it was last worked out.
 #[derive(Default)]
 pub(crate) struct Highlights {
+    /// Empty where none has any.
     of_nodes: Vec<Highlight>,
     /// What they come of.
     conditions: HashMap<u32, Condition>,
@@ -50,11 +51,15 @@ impl Highlights {
     ) {
         let conditions = conditions_of(tints, snapshot);
         // Most frames change none.
-        let is_known = self.of_nodes.len() == graph.node_count();
-        if is_known && (&conditions, selected) == (&self.conditions, self.selected) {
+        if (&conditions, selected) == (&self.conditions, self.selected) {
             return;
         }
         (self.conditions, self.selected) = (conditions, selected);
+        let is_normal = |condition: &Condition| *condition == Condition::Normal;
+        if selected.is_none() && self.conditions.values().all(is_normal) {
+            self.of_nodes = Vec::new();
+            return;
+        }
         let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.node_count());
         for (node, index) in graph.nodes().zip(0..) {
             let above = node.parent().map_or_else(Default::default, |p| inherited[p.0 as usize]);
@@ -65,6 +70,7 @@ impl Highlights {
         self.of_nodes = colors.collect();
     }
 
+    /// Those of all nodes in their order; none where no node has any.
     pub(crate) fn of_nodes(&self) -> &[Highlight] {
         &self.of_nodes
     }
@@ -158,7 +164,14 @@ mod tests {
     fn shown(tints: &[OverlayTint], table: &TagTable, selected: Option<u32>) -> Vec<Highlight> {
         let mut highlights = Highlights::default();
         highlights.update(&graph(), tints, table.snapshot(), selected.map(NodeIndex));
-        highlights.of_nodes().to_vec()
+        of_both(&highlights)
+    }
+
+    fn of_both(highlights: &Highlights) -> Vec<Highlight> {
+        match highlights.of_nodes() {
+            [] => vec![NONE; 2],
+            of_nodes => of_nodes.to_vec(),
+        }
     }
 
     #[test]
@@ -184,7 +197,7 @@ mod tests {
         let tints = [tint(1, Severity::Alarm)];
         let mut shown = |tints: &[OverlayTint], table: &TagTable, selected| {
             highlights.update(&graph, tints, table.snapshot(), selected);
-            highlights.of_nodes().to_vec()
+            of_both(&highlights)
         };
         assert_eq!(shown(&[], &fresh, None), [NONE, NONE]);
         assert_eq!(shown(&tints, &fresh, None), [NONE, ALARM]);

@@ -281,11 +281,11 @@ impl LoadedScene {
 }
 
 fn count_placed(config: &Config) -> Vec<usize> {
-    let mut placed: HashMap<&str, usize> = HashMap::new();
-    for name in config.scene.iter().filter_map(|node| node.model.as_deref()) {
+    let mut placed: HashMap<String, usize> = HashMap::new();
+    for name in config.scene.iter().filter_map(|node| node.model) {
         *placed.entry(name).or_default() += 1;
     }
-    config.models.keys().map(|name| placed.get(name.as_str()).copied().unwrap_or(0)).collect()
+    config.models.keys().map(|name| placed.get(name).copied().unwrap_or(0)).collect()
 }
 
 fn policies_of(config: &Config) -> Vec<ThetaPolicy> {

@@ -19,7 +19,7 @@ use egui::{Pos2, RawInput, Rect, vec2};
 use crate::camera::{OrbitCamera, Projection};
 use crate::color::linear_from_srgb;
 use crate::cursors::{Cursors, Drawn, Eye};
-use crate::highlight::{Highlight, Highlights};
+use crate::highlight::{self, Highlight, Highlights};
 use crate::load::LoadedScene;
 use crate::pace::Pace;
 use crate::recovery::Recovery;
@@ -374,10 +374,9 @@ impl Viewer {
     /// # Errors
     /// The device's.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
-        let highlights = self.no_highlights();
         let mut instances = Vec::new();
-        self.list_instances(&highlights, &mut instances);
-        self.selected = self.pick_node(&instances, &highlights, pixel)?.unwrap_or(self.selected);
+        self.list_instances(&[], &mut instances);
+        self.selected = self.pick_node(&instances, &[], pixel)?.unwrap_or(self.selected);
         Ok(self.selected_id())
     }
 
@@ -388,10 +387,9 @@ impl Viewer {
     /// The device's, or a pixel outside the picture.
     pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
         let size = self.renderer.picked_size();
-        let highlights = self.no_highlights();
         let mut instances = Vec::new();
-        self.list_instances(&highlights, &mut instances);
-        let frame = self.picture_of(&instances, &highlights, None);
+        self.list_instances(&[], &mut instances);
+        let frame = self.picture_of(&instances, &[], None);
         let objects = self.recovery.run(&mut self.renderer, &self.scene, |r| r.pick_all(&frame))?;
         let objects = objects.ok_or(ViewError::Render(RenderError::NoPicture))?;
         let id_at = |&pixel: &[u32; 2]| {
@@ -572,10 +570,6 @@ impl Viewer {
         }
     }
 
-    fn no_highlights(&self) -> Vec<Highlight> {
-        vec![[0.0; 4]; self.scene.graph.node_count()]
-    }
-
     fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
         let graph = &self.scene.graph;
         into.clear();
@@ -597,7 +591,7 @@ impl Viewer {
                 cursor: place.cursor,
                 world_from_mesh,
                 object: object_of(node),
-                highlight: highlights[node.0 as usize],
+                highlight: highlights.get(node.0 as usize).copied().unwrap_or(highlight::NONE),
                 first_feature: first_feature.map(object_of),
             });
         });

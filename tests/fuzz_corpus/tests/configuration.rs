@@ -45,7 +45,8 @@ fn check_diagnostics(diagnostics: &[Diagnostic], text: &str) {
 /// Every name leads somewhere.
 fn check_references(config: &Config) {
     let mut ids = BTreeSet::new();
-    for (index, node) in config.scene.iter().enumerate() {
+    let nodes: Vec<_> = config.scene.iter().collect();
+    for (index, node) in nodes.iter().enumerate() {
         let NodeConfig { id, parent, model, .. } = node;
         assert!(!id.is_empty() && ids.insert(id), "'{id}' is there twice");
         assert!(parent.is_none_or(|parent| parent < index));
@@ -74,7 +75,7 @@ fn check_references(config: &Config) {
 /// Numbers are such as the rest of the program can bear.
 fn check_numbers(config: &Config) {
     let is_near = |metres: &f32| metres.is_finite() && metres.abs() <= MAX_COORDINATE_METRES;
-    for node in &config.scene {
+    for node in config.scene.iter() {
         let transform = &node.transform;
         assert!(transform.translation.iter().all(is_near), "{transform:?}");
         assert!(transform.rotation_degrees.iter().all(|degrees| degrees.is_finite()));

@@ -25,7 +25,7 @@ pub(super) fn place(
         config.models.keys().position(|key| key == name).map(|i| ModelIndex(i as u32))
     };
     let placements = config.scene.iter().map(|node| Placement {
-        id: node.id.clone(),
+        id: node.id,
         parent: node.parent,
         transform: Transform {
             translation: node.transform.translation.into(),
@@ -119,8 +119,8 @@ pub(super) fn resolve(
 /// is told already.
 fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool {
     let placement = node.split('/').next().unwrap_or(node);
-    let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model.as_ref());
-    let index = model.and_then(|name| config.models.keys().position(|key| key == name));
+    let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model);
+    let index = model.and_then(|name| config.models.keys().position(|key| *key == name));
     index.is_some_and(|index| !imported.usable[index])
 }
 

@@ -75,9 +75,10 @@ const BY_ERROR: &[u8] = b"by error, 2";
 fn following_error(config: &Config) -> BTreeSet<&String> {
     let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
     let placed = config.scene.iter().filter(|node| node.theta.as_ref().is_some_and(follows));
+    let placed: BTreeSet<String> = placed.filter_map(|node| node.model).collect();
     let models = config.models.iter().filter(|(_, model)| follows(&model.theta));
-    let models = models.map(|(name, _)| name);
-    models.chain(placed.filter_map(|node| node.model.as_ref())).collect()
+    let placed = config.models.keys().filter(|name| placed.contains(*name));
+    models.map(|(name, _)| name).chain(placed).collect()
 }
 
 /// Takes the meshes apart whose detail follows the error on the screen, so that each

@@ -1,0 +1,198 @@
+//! The nodes of the scene, one after the other, those of templates at each place.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use crate::config::{NodeConfig, TransformConfig};
+use crate::join_pointer;
+use crate::raw::{RawNode, RawScale, RawTransform};
+use crate::rules::item_pointer;
+
+/// The equipment shown. Its nodes are made as they are asked for: templates may stand
+/// for very many.
+#[derive(Clone, Debug, Default)]
+pub struct SceneConfig {
+    nodes: Vec<RawNode>,
+    templates: BTreeMap<String, Vec<RawNode>>,
+}
+
+impl SceneConfig {
+    /// The rules have been checked.
+    pub(crate) fn new(nodes: Vec<RawNode>, templates: BTreeMap<String, Vec<RawNode>>) -> Self {
+        Self { nodes, templates }
+    }
+
+    /// All nodes, parents before children, instances as nodes of their own.
+    pub fn iter(&self) -> SceneNodes<'_> {
+        let list = List { nodes: &self.nodes, next: 0, parent: None, pointer: "/scene".into() };
+        let empty = Rc::from("");
+        SceneNodes { templates: &self.templates, count: 0, open: vec![(Step::List(list), empty)] }
+    }
+}
+
+impl<'a> IntoIterator for &'a SceneConfig {
+    type Item = NodeConfig;
+    type IntoIter = SceneNodes<'a>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+/// Gives the nodes of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneNodes<'a> {
+    templates: &'a BTreeMap<String, Vec<RawNode>>,
+    /// Nodes given so far.
+    count: usize,
+    /// What is to be given still, the next last, each with what goes before its ids. As
+    /// deep as the rules let templates and the text nest.
+    open: Vec<(Step<'a>, Rc<str>)>,
+}
+
+#[derive(Clone, Debug)]
+enum Step<'a> {
+    /// The rest of a list of nodes.
+    List(List<'a>),
+    /// The rest of a node's copies.
+    Copies(Copies<'a>),
+    /// The template of a node, under it and its copies, from a copy on.
+    Templates(Copies<'a>),
+}
+
+#[derive(Clone, Debug)]
+struct List<'a> {
+    nodes: &'a [RawNode],
+    next: usize,
+    parent: Option<usize>,
+    pointer: Rc<str>,
+}
+
+/// A node with its instances; copy 0 is itself.
+#[derive(Clone, Debug)]
+struct Copies<'a> {
+    node: &'a RawNode,
+    next: usize,
+    /// Index of the node in the scene.
+    index: usize,
+    parent: Option<usize>,
+    pointer: Rc<str>,
+}
+
+impl<'a> Copies<'a> {
+    fn take(&mut self) -> Option<usize> {
+        (self.next <= self.node.instances.len()).then(|| {
+            self.next += 1;
+            self.next - 1
+        })
+    }
+
+    fn config(&self, copy: usize, prefix: &str) -> NodeConfig {
+        let RawNode { id, model, theta, transform: own, .. } = self.node;
+        let instance = copy.checked_sub(1).map(|index| (index, &self.node.instances[index]));
+        let (id, transform_of, pointer, own_theta) = match instance {
+            None => (id, own, self.pointer.to_string(), None),
+            Some((index, instance)) => {
+                let instances = join_pointer(&self.pointer, "instances");
+                let pointer = join_pointer(&instances, index);
+                (&instance.id, &instance.transform, pointer, instance.theta.as_ref())
+            }
+        };
+        NodeConfig {
+            id: format!("{prefix}{id}"),
+            parent: self.parent,
+            transform: transform(transform_of),
+            model: model.clone(),
+            theta: own_theta.or(theta.as_ref()).map(|theta| theta.clone().resolve()),
+            pointer,
+        }
+    }
+
+    fn id(&self, copy: usize) -> &'a str {
+        match copy.checked_sub(1) {
+            None => &self.node.id,
+            Some(index) => &self.node.instances[index].id,
+        }
+    }
+}
+
+impl Iterator for SceneNodes<'_> {
+    type Item = NodeConfig;
+
+    fn next(&mut self) -> Option<NodeConfig> {
+        loop {
+            let (step, prefix) = self.open.last_mut()?;
+            let prefix = Rc::clone(prefix);
+            match step {
+                Step::List(list) => match list.nodes.get(list.next) {
+                    Some(node) => {
+                        let pointer = Rc::from(join_pointer(&list.pointer, list.next));
+                        list.next += 1;
+                        let parent = list.parent;
+                        self.begin(node, parent, pointer, prefix);
+                    }
+                    None => drop(self.open.pop()),
+                },
+                Step::Copies(copies) => match copies.take() {
+                    Some(copy) => {
+                        self.count += 1;
+                        return Some(copies.config(copy, &prefix));
+                    }
+                    None => drop(self.open.pop()),
+                },
+                Step::Templates(copies) => match copies.take() {
+                    Some(copy) => {
+                        let prefix = Rc::from(format!("{prefix}{}", copies.id(copy)));
+                        let (node, under) = (copies.node, copies.index + copy);
+                        self.begin_template(node, under, prefix);
+                    }
+                    None => drop(self.open.pop()),
+                },
+            }
+        }
+    }
+}
+
+impl<'a> SceneNodes<'a> {
+    /// A node, its instances, its template under each, then its children.
+    fn begin(
+        &mut self,
+        node: &'a RawNode,
+        parent: Option<usize>,
+        pointer: Rc<str>,
+        prefix: Rc<str>,
+    ) {
+        let index = self.count;
+        let children = List {
+            nodes: &node.children,
+            next: 0,
+            parent: Some(index),
+            pointer: join_pointer(&pointer, "children").into(),
+        };
+        let copies = Copies { node, next: 0, index, parent, pointer };
+        self.open.push((Step::List(children), Rc::clone(&prefix)));
+        if node.template.is_some() {
+            self.open.push((Step::Templates(copies.clone()), Rc::clone(&prefix)));
+        }
+        self.open.push((Step::Copies(copies), prefix));
+    }
+
+    fn begin_template(&mut self, node: &'a RawNode, under: usize, prefix: Rc<str>) {
+        let name = node.template.as_deref().unwrap_or_default();
+        let Some(nodes) = self.templates.get(name) else { return };
+        let pointer = item_pointer("templates", name).into();
+        let list = List { nodes, next: 0, parent: Some(under), pointer };
+        self.open.push((Step::List(list), prefix));
+    }
+}
+
+fn transform(raw: &RawTransform) -> TransformConfig {
+    TransformConfig {
+        translation: raw.translation,
+        rotation_degrees: raw.rotation_degrees,
+        scale: match raw.scale {
+            RawScale::Uniform(factor) => [factor; 3],
+            RawScale::PerAxis(factors) => factors,
+        },
+    }
+}
