@@ -1,15 +1,15 @@
 //! The scene graph: placed models, flattened to mesh instances.
 
 use std::borrow::Borrow;
-use std::collections::HashMap;
 use std::ops::Range;
 
-use busbar_geometry::{Bounds, Mesh};
+use busbar_geometry::Bounds;
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
-use crate::nodes::{NodeName, Nodes, TextIndex};
-use crate::{Model, ModelIndex, ThetaPolicy, features};
+use crate::nodes::{Nodes, Place};
+use crate::parts::{Parts, united};
+use crate::{Model, ModelIndex, ThetaPolicy};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
 pub type EquipmentId = String;
@@ -36,7 +36,7 @@ pub struct Transform {
 /// One piece of equipment to place, as the configuration words it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
-    /// Equipment id.
+    /// Equipment id, without `/`.
     pub id: EquipmentId,
     /// The placement it hangs under: an earlier one.
     pub parent: Option<usize>,
@@ -52,30 +52,30 @@ pub struct Placement {
 #[derive(Clone, Copy, Debug)]
 pub struct SceneNode<'a> {
     nodes: &'a Nodes,
-    index: usize,
+    place: Place,
 }
 
-impl<'a> SceneNode<'a> {
+impl SceneNode<'_> {
     /// Equipment id; model nodes are called `placement/node`, features of their
     /// meshes `placement/feature` or, where that would be ambiguous within the
     /// model, `placement/node/feature`.
     pub fn id(&self) -> EquipmentId {
-        self.nodes.id(self.index)
+        self.nodes.id(self.place)
     }
 
     /// Parent, an earlier node.
     pub fn parent(&self) -> Option<NodeIndex> {
-        self.nodes.parent(self.index)
+        self.nodes.parent(self.place)
     }
 
     /// Transform from this node's space to the world.
-    pub fn world_from_node(&self) -> &'a Mat4 {
-        self.nodes.world_from_node(self.index)
+    pub fn world_from_node(&self) -> Mat4 {
+        self.nodes.world_from(self.place)
     }
 
     /// World-space box around all that hangs under this node.
     pub fn bounds(&self) -> Option<Bounds> {
-        self.nodes.bounds(self.index)
+        self.nodes.bounds(self.place)
     }
 }
 
@@ -99,6 +99,8 @@ pub struct MeshInstance {
     /// Node of the mesh's feature 0, those of the others after it; `None` for a
     /// mesh without named features.
     pub first_feature: Option<NodeIndex>,
+    /// What `node` is a part of.
+    place: Place,
 }
 
 /// Why placements make no scene.
@@ -118,6 +120,12 @@ pub enum SceneError {
         /// Parent of the node that was to have it too.
         second_parent: Option<EquipmentId>,
     },
+    /// An id that looks like a part's.
+    #[error("equipment id '{id}' has a '/'")]
+    SlashInId {
+        /// The id.
+        id: EquipmentId,
+    },
     /// More nodes than [`MAX_NODES`].
     #[error("the scene has more than {MAX_NODES} nodes")]
     TooManyNodes,
@@ -128,6 +136,7 @@ impl SceneError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::DuplicateId { .. } => "give one of them another id, or its model other names",
+            Self::SlashInId { .. } => "write it without: '/' leads to the nodes of a model",
             Self::TooManyNodes => "place fewer or smaller models",
         }
     }
@@ -171,38 +180,26 @@ impl SceneGraph {
     ) -> Result<Self, SceneError> {
         let placements = placements.into_iter();
         let parts: Vec<Parts> = models.iter().map(Parts::of).collect();
-        let mut builder = Builder {
-            graph: Self::with_room(placements.clone().map(|p| p.borrow().model), &parts)?,
-            texts: vec![None; models.len()],
-            parts: &parts,
-            models,
-        };
-        let mut placed: Vec<NodeIndex> = Vec::new();
-        for placement in placements {
-            placed.push(builder.place(placement.borrow(), &placed)?);
-        }
-        let mut graph = builder.graph;
-        graph.measure(models);
-        Ok(graph)
-    }
-
-    /// With room for what is placed.
-    fn with_room(
-        placed: impl Iterator<Item = Option<ModelIndex>>,
-        parts: &[Parts],
-    ) -> Result<Self, SceneError> {
-        let (mut nodes, mut moved, mut instances) = (0, 0, 0);
-        for model in placed {
+        let (mut count, mut nodes, mut instances) = (0, 0, 0);
+        for model in placements.clone().map(|placement| placement.borrow().model) {
             let parts = model.map(|model| &parts[model.0 as usize]);
-            nodes += 1 + parts.map_or(0, |parts| parts.nodes);
-            moved += 1 + parts.map_or(0, |parts| parts.moved);
-            instances += parts.map_or(0, |parts| parts.instances);
+            count += 1;
+            nodes += 1 + parts.map_or(0, |parts| parts.all.len());
+            instances += parts.map_or(0, |parts| parts.meshes.len());
             if nodes > MAX_NODES {
                 return Err(SceneError::TooManyNodes);
             }
         }
-        let nodes = Nodes::with_capacity(nodes, moved);
-        Ok(Self { nodes, instances: Vec::with_capacity(instances), policies: Vec::new() })
+        let mut graph = Self {
+            nodes: Nodes::new(parts, count),
+            instances: Vec::with_capacity(instances),
+            policies: Vec::new(),
+        };
+        for placement in placements {
+            graph.place(placement.borrow())?;
+        }
+        graph.nodes.grow_upwards();
+        Ok(graph)
     }
 
     /// Number of nodes.
@@ -211,18 +208,18 @@ impl SceneGraph {
     }
 
     /// All nodes.
-    pub fn nodes(&self) -> impl DoubleEndedIterator<Item = SceneNode<'_>> + ExactSizeIterator {
-        (0..self.nodes.len()).map(|index| SceneNode { nodes: &self.nodes, index })
+    pub fn nodes(&self) -> impl Iterator<Item = SceneNode<'_>> {
+        self.nodes.places().map(|place| SceneNode { nodes: &self.nodes, place })
     }
 
     /// One node.
     pub fn node(&self, index: NodeIndex) -> SceneNode<'_> {
-        SceneNode { nodes: &self.nodes, index: index.0 as usize }
+        SceneNode { nodes: &self.nodes, place: self.nodes.place_of(index) }
     }
 
     /// Transform from the space of an instance's mesh to the world.
-    pub fn world_from_mesh(&self, instance: &MeshInstance) -> &Mat4 {
-        self.node(instance.node).world_from_node()
+    pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
+        self.nodes.world_from(instance.place)
     }
 
     /// Meshes to draw.
@@ -266,179 +263,83 @@ impl SceneGraph {
                 self.instances.push(instance);
                 continue;
             };
-            let node = instance.node.0 as usize;
+            let world_from_mesh = self.nodes.world_from(instance.place);
             self.instances.extend(of_mesh.clone().map(|piece| {
                 let bounds = boxes.get(piece as usize).copied().flatten();
-                let bounds =
-                    bounds.map(|bounds| bounds.transformed(self.nodes.world_from_node(node)));
+                let bounds = bounds.map(|bounds| bounds.transformed(&world_from_mesh));
                 MeshInstance { mesh: piece, bounds, ..instance }
             }));
         }
     }
 
-    fn add(
-        &mut self,
-        name: NodeName<'_>,
-        parent: Option<NodeIndex>,
-        parent_from_node: &Mat4,
-    ) -> Result<NodeIndex, SceneError> {
-        self.nodes.add(name, parent, parent_from_node).map_err(|first| {
-            let id_of = |node: NodeIndex| self.node(node).id();
+    fn place(&mut self, placement: &Placement) -> Result<(), SceneError> {
+        let Placement { id, parent, transform, model, theta } = placement;
+        if id.contains('/') {
+            return Err(SceneError::SlashInId { id: id.clone() });
+        }
+        let parent = parent.map(|parent| parent as u32);
+        let id_of = |nodes: &Nodes, placement: u32| nodes.id(Place { placement, part: None });
+        let placed = self.nodes.place(id, parent, &transform.matrix(), *model);
+        let placement = placed.map_err(|first| {
+            let first =
+                SceneNode { nodes: &self.nodes, place: Place { placement: first, part: None } };
             SceneError::DuplicateId {
-                id: id_of(first),
-                first_parent: self.node(first).parent().map(id_of),
-                second_parent: parent.map(id_of),
+                id: id.clone(),
+                first_parent: first.parent().map(|parent| self.node(parent).id()),
+                second_parent: parent.map(|parent| id_of(&self.nodes, parent)),
             }
-        })
+        })?;
+        if let Some(model) = *model {
+            let theta = theta.clone().map(|policy| self.add_policy(policy));
+            self.show(placement, model, theta)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the instances of a model that is placed.
+    fn show(
+        &mut self,
+        placement: u32,
+        model: ModelIndex,
+        theta: Option<PolicyIndex>,
+    ) -> Result<(), SceneError> {
+        let place = |part: u32| Place { placement, part: Some(part) };
+        let parts = self.nodes.parts_of_model(model);
+        if let Some((first, second)) = parts.twins {
+            let [first, second] =
+                [first, second].map(|part| SceneNode { nodes: &self.nodes, place: place(part) });
+            let parent = |node: SceneNode<'_>| Some(self.node(node.parent()?).id());
+            return Err(SceneError::DuplicateId {
+                id: first.id(),
+                first_parent: parent(first),
+                second_parent: parent(second),
+            });
+        }
+        let mut all = None;
+        for shown in &parts.meshes {
+            let place = place(shown.part);
+            let world_from_mesh = self.nodes.world_from(place);
+            let bounds = shown.bounds.map(|bounds| bounds.transformed(&world_from_mesh));
+            all = united(all, bounds);
+            self.instances.push(MeshInstance {
+                node: self.nodes.node(place),
+                model,
+                mesh: shown.mesh,
+                bounds,
+                theta,
+                first_feature: shown
+                    .first_feature
+                    .map(|part| self.nodes.node(Place { placement, part: Some(part) })),
+                place,
+            });
+        }
+        self.nodes.grow(placement, all);
+        Ok(())
     }
 
     fn add_policy(&mut self, policy: ThetaPolicy) -> PolicyIndex {
         self.policies.push(policy);
         PolicyIndex(self.policies.len() as u32 - 1)
-    }
-
-    /// Fills in bounds, from the meshes up to the roots.
-    fn measure(&mut self, models: &[Model]) {
-        let meshes = models.iter().map(|m| m.meshes.iter().map(Mesh::bounds).collect());
-        let meshes: Vec<Vec<Option<Bounds>>> = meshes.collect();
-        let mut boxes = HashMap::new();
-        let Self { nodes, instances, .. } = self;
-        for instance in instances {
-            let (model, mesh) = (instance.model.0 as usize, instance.mesh as usize);
-            let node = instance.node.0 as usize;
-            let world_from_mesh = *nodes.world_from_node(node);
-            let to_world =
-                |bounds: Option<Bounds>| bounds.map(|bounds| bounds.transformed(&world_from_mesh));
-            let bounds = to_world(meshes[model][mesh]);
-            if let Some(NodeIndex(first)) = instance.first_feature {
-                let boxes = boxes.entry((model, mesh)).or_insert_with(|| {
-                    let count = models[model].feature_names(mesh).len();
-                    features::boxes(&models[model].meshes[mesh], count)
-                });
-                for (node, &feature) in (first as usize..).zip(boxes.iter()) {
-                    grow(nodes.bounds_mut(node), to_world(feature));
-                }
-            }
-            grow(nodes.bounds_mut(node), bounds);
-            instance.bounds = bounds;
-        }
-        for node in (0..nodes.len()).rev() {
-            if let Some(NodeIndex(parent)) = nodes.parent(node) {
-                let bounds = nodes.bounds(node);
-                grow(nodes.bounds_mut(parent as usize), bounds);
-            }
-        }
-    }
-}
-
-/// What a placement of a model adds.
-struct Parts {
-    nodes: usize,
-    /// How many of them stand elsewhere than their parents.
-    moved: usize,
-    instances: usize,
-    /// For each mesh, whether its features go without their node's name.
-    short_ids: Vec<bool>,
-}
-
-impl Parts {
-    fn of(model: &Model) -> Self {
-        let meshes = || model.nodes.iter().filter_map(|node| node.mesh);
-        let features = |mesh: u32| model.feature_names(mesh as usize).len();
-        Self {
-            nodes: model.nodes.len() + meshes().map(features).sum::<usize>(),
-            moved: model.nodes.iter().filter(|n| n.parent_from_node != Mat4::IDENTITY).count(),
-            instances: meshes().count(),
-            short_ids: features::short_ids(model),
-        }
-    }
-}
-
-/// The texts that the ids of a model's parts have in common, wherever it is placed.
-#[derive(Clone)]
-struct PartTexts {
-    /// One a node.
-    nodes: Vec<TextIndex>,
-    /// Of each node, one a feature of its mesh.
-    features: Vec<Vec<TextIndex>>,
-}
-
-impl PartTexts {
-    fn add(model: &Model, parts: &Parts, nodes: &mut Nodes) -> Self {
-        let names = model.nodes.iter().map(|node| nodes.add_text(&node.name)).collect();
-        let mut features = Vec::with_capacity(model.nodes.len());
-        for node in &model.nodes {
-            let Some(mesh) = node.mesh.map(|mesh| mesh as usize) else {
-                features.push(Vec::new());
-                continue;
-            };
-            let texts = model.feature_names(mesh).iter().map(|name| match parts.short_ids[mesh] {
-                true => nodes.add_text(name),
-                false => nodes.add_text(&format!("{}/{name}", node.name)),
-            });
-            features.push(texts.collect());
-        }
-        Self { nodes: names, features }
-    }
-}
-
-/// A graph in the making.
-struct Builder<'a> {
-    graph: SceneGraph,
-    models: &'a [Model],
-    parts: &'a [Parts],
-    /// Of models that are placed already.
-    texts: Vec<Option<PartTexts>>,
-}
-
-impl Builder<'_> {
-    fn place(
-        &mut self,
-        placement: &Placement,
-        placed: &[NodeIndex],
-    ) -> Result<NodeIndex, SceneError> {
-        let parent = placement.parent.map(|parent| placed[parent]);
-        let name = NodeName::Placement(&placement.id);
-        let node = self.graph.add(name, parent, &placement.transform.matrix())?;
-        if let Some(model) = placement.model {
-            let theta = placement.theta.clone().map(|policy| self.graph.add_policy(policy));
-            self.add_model(node, model, theta)?;
-        }
-        Ok(node)
-    }
-
-    fn add_model(
-        &mut self,
-        placement: NodeIndex,
-        model_index: ModelIndex,
-        theta: Option<PolicyIndex>,
-    ) -> Result<(), SceneError> {
-        let Self { graph, models, parts, texts } = self;
-        let index = model_index.0 as usize;
-        let model = &models[index];
-        let texts = texts[index]
-            .get_or_insert_with(|| PartTexts::add(model, &parts[index], &mut graph.nodes));
-        let mut added: Vec<NodeIndex> = Vec::with_capacity(model.nodes.len());
-        for ((node, &text), features) in model.nodes.iter().zip(&texts.nodes).zip(&texts.features) {
-            let parent = node.parent.map_or(placement, |p| added[p as usize]);
-            let name = NodeName::Part(placement, text);
-            let index = graph.add(name, Some(parent), &node.parent_from_node)?;
-            added.push(index);
-            let Some(mesh) = node.mesh else { continue };
-            let first_feature = NodeIndex(graph.nodes.len() as u32);
-            for &text in features {
-                graph.add(NodeName::Part(placement, text), Some(index), &Mat4::IDENTITY)?;
-            }
-            graph.instances.push(MeshInstance {
-                node: index,
-                model: model_index,
-                mesh,
-                bounds: None,
-                theta,
-                first_feature: (!features.is_empty()).then_some(first_feature),
-            });
-        }
-        Ok(())
     }
 }
 
@@ -447,11 +348,4 @@ pub fn greatest_stretch(transform: &Mat4) -> f32 {
     let [x, y, z] =
         [transform.x_axis, transform.y_axis, transform.z_axis].map(|axis| axis.truncate().length());
     x.max(y).max(z).max(f32::MIN_POSITIVE)
-}
-
-fn grow(into: &mut Option<Bounds>, by: Option<Bounds>) {
-    *into = match (*into, by) {
-        (Some(a), Some(b)) => Some(a.union(b)),
-        (a, b) => a.or(b),
-    };
 }

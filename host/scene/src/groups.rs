@@ -46,7 +46,7 @@ pub fn find_groups(graph: &SceneGraph, may: impl Fn(&MeshInstance) -> bool) -> V
                 instances: trees.instances[node].clone(),
                 after: 0,
                 bounds,
-                world_from_group: *scene_node.world_from_node(),
+                world_from_group: scene_node.world_from_node(),
                 kind: 0,
             });
         }
@@ -89,12 +89,12 @@ impl Trees {
             trees.usable[node] &= may(instance);
             trees.include(node, &(index..index + 1));
         }
-        for (node, scene_node) in graph.nodes().enumerate().rev() {
+        for node in (0..count).rev() {
             // Nodes of another tree stand between, or its instances.
             trees.usable[node] &= trees.ends[node] - node as u32 == below[node];
             let own = trees.is_group(node).then(|| trees.instances[node].len() as u32);
             let greatest = own.unwrap_or(trees.greatest[node]);
-            if let Some(NodeIndex(parent)) = scene_node.parent() {
+            if let Some(NodeIndex(parent)) = graph.node(NodeIndex(node as u32)).parent() {
                 let parent = parent as usize;
                 below[parent] += below[node];
                 trees.ends[parent] = trees.ends[parent].max(trees.ends[node]);
@@ -170,7 +170,7 @@ fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     let mut pairs = instances_of(graph, a).iter().zip(instances_of(graph, b));
     pairs.all(|(first, second)| {
         let (first, second) =
-            (in_a * *graph.world_from_mesh(first), in_b * *graph.world_from_mesh(second));
+            (in_a * graph.world_from_mesh(first), in_b * graph.world_from_mesh(second));
         let shift: Vec3 = (first.w_axis - second.w_axis).truncate();
         let axes = [
             first.x_axis - second.x_axis,

@@ -7,6 +7,7 @@ mod graph;
 mod groups;
 mod model;
 mod nodes;
+mod parts;
 mod screen_error;
 mod theta;
 

@@ -1,190 +1,211 @@
-//! The nodes of a scene, packed: a site of a hundred stations has half a million.
+//! The nodes of a scene, packed: a site of a hundred stations has some 300,000. What is
+//! placed has a record each; its parts follow from its model.
 
-use std::borrow::Cow;
 use std::hash::{BuildHasher, RandomState};
 
 use busbar_geometry::Bounds;
 use glam::Mat4;
 use hashbrown::HashTable;
 
-use crate::EquipmentId;
 use crate::graph::NodeIndex;
+use crate::parts::{Part, Parts, united};
+use crate::{EquipmentId, ModelIndex};
 
 /// In place of an index: there is none.
 const NONE: u32 = u32::MAX;
 
-/// Texts one behind the other, by their number.
-#[derive(Clone, Debug, Default)]
-struct Texts {
-    all: String,
-    ends: Vec<u32>,
-}
-
-impl Texts {
-    fn add(&mut self, text: &str) -> TextIndex {
-        self.all.push_str(text);
-        self.ends.push(self.all.len() as u32);
-        TextIndex(self.ends.len() as u32 - 1)
-    }
-
-    fn get(&self, TextIndex(index): TextIndex) -> &str {
-        let index = index as usize;
-        let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.all[start as usize..self.ends[index] as usize]
-    }
-}
-
-/// Index of a text that ids have in common.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TextIndex(u32);
-
-/// What a node is called.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum NodeName<'a> {
-    /// By its own id.
-    Placement(&'a str),
-    /// By that of its placement, a slash, and the text.
-    Part(NodeIndex, TextIndex),
-}
-
+/// A placement.
 #[derive(Clone, Copy, Debug)]
 struct Record {
+    /// Its node; those of its parts follow.
+    node: u32,
+    /// The placement it hangs under.
     parent: u32,
-    /// The placement whose id goes before the text; none of a placement.
-    placement: u32,
-    text: TextIndex,
-    transform: u32,
+    model: u32,
+    /// Where its id ends in the texts; it begins where the one before ends.
+    id_end: u32,
+}
+
+/// A node: a placement or a part of one, by their indices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) placement: u32,
+    pub(crate) part: Option<u32>,
 }
 
 /// All nodes, parents before children.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nodes {
+    /// One a model.
+    parts: Vec<Parts>,
     records: Vec<Record>,
+    world_from_placements: Vec<Mat4>,
     bounds: Vec<Option<Bounds>>,
-    /// Many nodes of a model stand where their parent does, and share its own.
-    world_from_nodes: Vec<Mat4>,
-    texts: Texts,
-    /// Indices by the hash of their ids.
+    /// All placements' ids, one behind the other.
+    ids: String,
+    /// Placements by the hash of their ids.
     by_id: HashTable<u32>,
     hasher: RandomState,
+    count: usize,
 }
 
 impl Nodes {
-    /// With room for so many, of which some stand elsewhere than their parents, so that
-    /// none is moved while they are added.
-    pub(crate) fn with_capacity(count: usize, moved: usize) -> Self {
+    pub(crate) fn new(parts: Vec<Parts>, placements: usize) -> Self {
         Self {
-            world_from_nodes: Vec::with_capacity(moved),
-            records: Vec::with_capacity(count),
-            bounds: Vec::with_capacity(count),
-            by_id: HashTable::with_capacity(count),
+            parts,
+            records: Vec::with_capacity(placements),
+            world_from_placements: Vec::with_capacity(placements),
+            bounds: Vec::with_capacity(placements),
+            by_id: HashTable::with_capacity(placements),
             ..Self::default()
         }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.records.len()
+        self.count
     }
 
-    /// A text for the names of parts.
-    pub(crate) fn add_text(&mut self, text: &str) -> TextIndex {
-        self.texts.add(text)
+    pub(crate) fn parts_of_model(&self, model: ModelIndex) -> &Parts {
+        &self.parts[model.0 as usize]
     }
 
-    /// Adds a node.
+    /// Adds a placement and its parts; its index.
     ///
     /// # Errors
-    /// The first node that has its id.
-    pub(crate) fn add(
+    /// The placement that has its id.
+    pub(crate) fn place(
         &mut self,
-        name: NodeName<'_>,
-        parent: Option<NodeIndex>,
-        parent_from_node: &Mat4,
-    ) -> Result<NodeIndex, NodeIndex> {
-        let hash = self.hasher.hash_one(&*self.text_of(name));
-        if let Some(&first) = self.by_id.find(hash, |&other| self.is_called(other, name)) {
-            return Err(NodeIndex(first));
+        id: &str,
+        parent: Option<u32>,
+        parent_from_placement: &Mat4,
+        model: Option<ModelIndex>,
+    ) -> Result<u32, u32> {
+        if let Some(first) = self.placement(id) {
+            return Err(first);
         }
-        let index = self.records.len() as u32;
-        let (placement, text) = match name {
-            NodeName::Placement(id) => (NONE, self.texts.add(id)),
-            NodeName::Part(NodeIndex(placement), text) => (placement, text),
-        };
-        let transform = self.transform_under(parent, parent_from_node);
-        let parent = parent.map_or(NONE, |NodeIndex(parent)| parent);
-        self.records.push(Record { parent, placement, text, transform });
-        self.bounds.push(None);
-        let Self { by_id, records, texts, hasher, .. } = self;
-        by_id.insert_unique(hash, index, |&other| {
-            hasher.hash_one(&*id_of(records, texts, other as usize))
+        let placement = self.records.len() as u32;
+        self.ids.push_str(id);
+        self.records.push(Record {
+            node: self.count as u32,
+            parent: parent.unwrap_or(NONE),
+            model: model.map_or(NONE, |model| model.0),
+            id_end: self.ids.len() as u32,
         });
-        Ok(NodeIndex(index))
-    }
-
-    fn transform_under(&mut self, parent: Option<NodeIndex>, parent_from_node: &Mat4) -> u32 {
-        let of_parent = parent.map(|parent| self.records[parent.0 as usize].transform);
-        if let (Some(shared), true) = (of_parent, *parent_from_node == Mat4::IDENTITY) {
-            return shared;
-        }
+        self.count += 1 + model.map_or(0, |model| self.parts_of_model(model).all.len());
         let world_from_parent =
-            of_parent.map_or(Mat4::IDENTITY, |transform| self.world_from_nodes[transform as usize]);
-        self.world_from_nodes.push(world_from_parent * *parent_from_node);
-        self.world_from_nodes.len() as u32 - 1
-    }
-
-    pub(crate) fn parent(&self, node: usize) -> Option<NodeIndex> {
-        let parent = self.records[node].parent;
-        (parent != NONE).then_some(NodeIndex(parent))
-    }
-
-    pub(crate) fn world_from_node(&self, node: usize) -> &Mat4 {
-        &self.world_from_nodes[self.records[node].transform as usize]
-    }
-
-    pub(crate) fn bounds(&self, node: usize) -> Option<Bounds> {
-        self.bounds[node]
-    }
-
-    pub(crate) fn bounds_mut(&mut self, node: usize) -> &mut Option<Bounds> {
-        &mut self.bounds[node]
-    }
-
-    pub(crate) fn id(&self, node: usize) -> EquipmentId {
-        id_of(&self.records, &self.texts, node).into_owned()
-    }
-
-    pub(crate) fn find(&self, id: &str) -> Option<NodeIndex> {
+            parent.map_or(Mat4::IDENTITY, |parent| self.world_from_placements[parent as usize]);
+        self.world_from_placements.push(world_from_parent * *parent_from_placement);
+        self.bounds.push(None);
         let hash = self.hasher.hash_one(id);
-        let name = NodeName::Placement(id);
-        self.by_id.find(hash, |&node| self.is_called(node, name)).copied().map(NodeIndex)
+        let Self { by_id, records, ids, hasher, .. } = self;
+        by_id.insert_unique(hash, placement, |&other| hasher.hash_one(id_of(records, ids, other)));
+        Ok(placement)
     }
 
-    /// The id that a name comes to.
-    fn text_of<'a>(&'a self, name: NodeName<'a>) -> Cow<'a, str> {
-        match name {
-            NodeName::Placement(id) => Cow::Borrowed(id),
-            NodeName::Part(NodeIndex(placement), text) => {
-                let placement = self.texts.get(self.records[placement as usize].text);
-                Cow::Owned(part_id(placement, self.texts.get(text)))
+    /// The placement that has an id.
+    fn placement(&self, id: &str) -> Option<u32> {
+        let has_id = |&placement: &u32| id_of(&self.records, &self.ids, placement) == id;
+        self.by_id.find(self.hasher.hash_one(id), has_id).copied()
+    }
+
+    /// Widens the box of a placement.
+    pub(crate) fn grow(&mut self, placement: u32, by: Option<Bounds>) {
+        let bounds = &mut self.bounds[placement as usize];
+        *bounds = united(*bounds, by);
+    }
+
+    /// Widens the boxes of placements by those of what hangs under them.
+    pub(crate) fn grow_upwards(&mut self) {
+        for placement in (0..self.records.len()).rev() {
+            let parent = self.records[placement].parent;
+            if parent != NONE {
+                self.grow(parent, self.bounds[placement]);
             }
         }
     }
 
-    fn is_called(&self, node: u32, name: NodeName<'_>) -> bool {
-        id_of(&self.records, &self.texts, node as usize) == self.text_of(name)
+    /// The nodes of all placements and parts.
+    pub(crate) fn places(&self) -> impl Iterator<Item = Place> {
+        let of_placement = |(record, placement): (&Record, u32)| {
+            let parts = self.parts.get(record.model as usize).map_or(0, |parts| parts.all.len());
+            let parts = (0..parts as u32).map(Some);
+            std::iter::once(None).chain(parts).map(move |part| Place { placement, part })
+        };
+        self.records.iter().zip(0..).flat_map(of_placement)
+    }
+
+    pub(crate) fn place_of(&self, NodeIndex(node): NodeIndex) -> Place {
+        let placement = self.records.partition_point(|record| record.node <= node) as u32 - 1;
+        let part = (node - self.records[placement as usize].node).checked_sub(1);
+        Place { placement, part }
+    }
+
+    pub(crate) fn node(&self, place: Place) -> NodeIndex {
+        let node = self.records[place.placement as usize].node;
+        NodeIndex(node + place.part.map_or(0, |part| part + 1))
+    }
+
+    fn part(&self, place: Place) -> Option<&Part> {
+        let Record { model, .. } = self.records[place.placement as usize];
+        place.part.map(|part| &self.parts[model as usize].all[part as usize])
+    }
+
+    pub(crate) fn parent(&self, place: Place) -> Option<NodeIndex> {
+        let Place { placement, .. } = place;
+        let above = match self.part(place) {
+            Some(part) => Place { placement, part: part.parent },
+            None => {
+                let parent = self.records[placement as usize].parent;
+                Place { placement: (parent != NONE).then_some(parent)?, part: None }
+            }
+        };
+        Some(self.node(above))
+    }
+
+    pub(crate) fn world_from(&self, place: Place) -> Mat4 {
+        let world_from_placement = self.world_from_placements[place.placement as usize];
+        match self.part(place) {
+            // Most parts stand where their placement does, and this is asked each frame.
+            Some(part) if part.placement_from_part != Mat4::IDENTITY => {
+                world_from_placement * part.placement_from_part
+            }
+            _ => world_from_placement,
+        }
+    }
+
+    pub(crate) fn bounds(&self, place: Place) -> Option<Bounds> {
+        match self.part(place) {
+            Some(part) => part.bounds.map(|bounds| bounds.transformed(&self.world_from(place))),
+            None => self.bounds[place.placement as usize],
+        }
+    }
+
+    pub(crate) fn id(&self, place: Place) -> EquipmentId {
+        let id = id_of(&self.records, &self.ids, place.placement);
+        match self.part(place) {
+            Some(part) => format!("{id}/{}", part.name),
+            None => id.to_owned(),
+        }
+    }
+
+    pub(crate) fn find(&self, id: &str) -> Option<NodeIndex> {
+        let (id, part) = match id.split_once('/') {
+            Some((id, part)) => (id, Some(part)),
+            None => (id, None),
+        };
+        let placement = self.placement(id)?;
+        let Record { model, .. } = self.records[placement as usize];
+        let part = match part {
+            Some(name) => Some(self.parts.get(model as usize)?.find(name)?),
+            None => None,
+        };
+        Some(self.node(Place { placement, part }))
     }
 }
 
-/// The id of a node.
-fn id_of<'a>(records: &[Record], texts: &'a Texts, node: usize) -> Cow<'a, str> {
-    let Record { placement, text, .. } = records[node];
-    let text = texts.get(text);
-    if placement == NONE {
-        return Cow::Borrowed(text);
-    }
-    Cow::Owned(part_id(texts.get(records[placement as usize].text), text))
-}
-
-fn part_id(placement: &str, part: &str) -> EquipmentId {
-    format!("{placement}/{part}")
+/// The id of a placement.
+fn id_of<'a>(records: &[Record], ids: &'a str, placement: u32) -> &'a str {
+    let placement = placement as usize;
+    let start = placement.checked_sub(1).map_or(0, |before| records[before].id_end);
+    &ids[start as usize..records[placement].id_end as usize]
 }

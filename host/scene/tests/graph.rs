@@ -140,12 +140,19 @@ fn features_that_would_share_an_id_are_called_after_their_node_too() {
 }
 
 #[test]
-fn a_feature_and_a_placement_of_one_id_are_both_named() {
-    let placements = [placement("S/QA1", None, 0.0), placement("S", None, 0.0)];
-    let bare = Placement { model: None, ..placements[0].clone() };
+fn a_placement_that_is_called_like_a_feature_is_refused() {
+    let placements = [placement("S", None, 0.0), placement("S/QA1", None, 0.0)];
     let model = model_with_features(["QA1", "QB9"], &["body"]);
-    let error = SceneGraph::build(&[bare, placements[1].clone()], &[model]).unwrap_err();
-    let expected = "equipment id 'S/QA1' is used twice: at the top and under 'S/body'";
+    let error = SceneGraph::build(&placements, &[model]).unwrap_err();
+    assert_eq!(error, SceneError::SlashInId { id: "S/QA1".into() });
+}
+
+#[test]
+fn parts_of_one_name_are_both_named() {
+    let mut model = model();
+    model.nodes[1].name = "tank".into();
+    let error = SceneGraph::build(&[placement("T", None, 0.0)], &[model]).unwrap_err();
+    let expected = "equipment id 'T/tank' is used twice: under 'T' and under 'T/tank'";
     assert_eq!(error.to_string(), expected);
 }
 

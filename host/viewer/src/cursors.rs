@@ -131,7 +131,7 @@ impl Cursors {
                 mesh,
                 policy: instance.theta.map_or(model, |theta| own_policies + theta.0),
                 bounds: instance.bounds,
-                metres: greatest_stretch(graph.world_from_mesh(instance)),
+                metres: greatest_stretch(&graph.world_from_mesh(instance)),
                 level: None,
                 theta: 0.0,
                 wanted: 0,

@@ -577,7 +577,7 @@ impl Viewer {
             let (node, world_from_mesh, first_feature) = match drawn {
                 Drawn::Instance(index) => {
                     let instance = &graph.instances()[index];
-                    (instance.node, *graph.world_from_mesh(instance), instance.first_feature)
+                    (instance.node, graph.world_from_mesh(instance), instance.first_feature)
                 }
                 Drawn::Group(index) => {
                     let group = &self.scene.groups[index].group;

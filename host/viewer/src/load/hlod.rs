@@ -129,8 +129,8 @@ impl Proxy {
         let members: Vec<Member<'_>> = instances
             .iter()
             .map(|instance| {
-                let group_from_mesh = group_from_world * *graph.world_from_mesh(instance);
-                let stretch = greatest_stretch(graph.world_from_mesh(instance));
+                let group_from_mesh = group_from_world * graph.world_from_mesh(instance);
+                let stretch = greatest_stretch(&graph.world_from_mesh(instance));
                 Member::of(
                     instance,
                     policies.of(instance),
