@@ -12,8 +12,8 @@ use crate::rules::item_pointer;
 use crate::world::World;
 use crate::{MAX_NAME_BYTES, MAX_NODES, MAX_TEMPLATE_DEPTH, join_pointer, suggest};
 
-/// Equipment ids, and the pointer of the node that has each.
-pub(crate) type Equipment<'d> = BTreeMap<Cow<'d, str>, String>;
+/// Equipment ids, and of each the value that says it, or its last part.
+pub(crate) type Equipment<'d> = BTreeMap<Cow<'d, str>, &'d Value>;
 
 /// Reports the faults of the scene as a whole and gives the ids in it.
 pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipment<'d> {
@@ -118,9 +118,7 @@ impl<'d> Walk<'d, '_, '_> {
         prefix: &str,
     ) -> Option<World> {
         self.nodes += 1;
-        if let Some(id) = placement["id"].as_str() {
-            self.note_id(id, pointer, prefix);
-        }
+        self.note_id(&placement["id"], pointer, prefix);
         let world = parent?.place(&placement["transform"])?;
         let Some(fault) = world.fault() else {
             return Some(world);
@@ -130,14 +128,15 @@ impl<'d> Walk<'d, '_, '_> {
         None
     }
 
-    fn note_id(&mut self, id: &'d str, placement_pointer: &str, prefix: &str) {
-        let pointer = join_pointer(placement_pointer, "id");
+    fn note_id(&mut self, value: &'d Value, placement_pointer: &str, prefix: &str) {
+        let Some(id) = value.as_str() else { return };
+        let pointer = || join_pointer(placement_pointer, "id");
         let id = match prefix {
             "" => Cow::Borrowed(id),
             prefix => Cow::Owned(format!("{prefix}{id}")),
         };
         if !prefix.is_empty() && id.len() > MAX_NAME_BYTES {
-            self.report.error_with(&pointer, || {
+            self.report.error_with(&pointer(), || {
                 let length = id.len();
                 let shown = suggest::shown(&id);
                 let cause = format!("placed, the equipment id '{shown}' has {length} bytes");
@@ -146,12 +145,13 @@ impl<'d> Walk<'d, '_, '_> {
         }
         match self.equipment.entry(id) {
             Entry::Vacant(entry) => {
-                entry.insert(pointer);
+                entry.insert(value);
             }
             Entry::Occupied(first) => {
-                let positions = self.report.positions();
-                self.report.error_with(&pointer, || {
-                    let (line, column) = positions.locate(first.get());
+                let (positions, document) = (self.report.positions(), self.document);
+                self.report.error_with(&pointer(), || {
+                    let first_pointer = pointer_of(document, first.get());
+                    let (line, column) = positions.locate(&first_pointer.unwrap_or_default());
                     let cause = format!(
                         "the equipment id '{}' is used twice, first at line {line}, column {column}",
                         suggest::shown(first.key())
@@ -160,5 +160,26 @@ impl<'d> Walk<'d, '_, '_> {
                 });
             }
         }
+    }
+}
+
+/// Where a value is in a document, by its address: only faults ask for it.
+fn pointer_of(document: &Value, wanted: &Value) -> Option<String> {
+    if std::ptr::eq(document, wanted) {
+        return Some(String::new());
+    }
+    let below = |(key, value): (String, &Value)| {
+        pointer_of(value, wanted).map(|rest| join_pointer("", key) + &rest)
+    };
+    match document {
+        Value::Array(elements) => {
+            let mut elements = elements.iter().enumerate();
+            elements.find_map(|(index, value)| below((index.to_string(), value)))
+        }
+        Value::Object(members) => {
+            let mut members = members.iter();
+            members.find_map(|(key, value)| below((key.clone(), value)))
+        }
+        _ => None,
     }
 }

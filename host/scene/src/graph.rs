@@ -99,8 +99,8 @@ pub struct MeshInstance {
     /// Node of the mesh's feature 0, those of the others after it; `None` for a
     /// mesh without named features.
     pub first_feature: Option<NodeIndex>,
-    /// What `node` is a part of.
-    place: Place,
+    /// The placement that `node` is a part of.
+    placement: u32,
 }
 
 /// Why placements make no scene.
@@ -219,7 +219,7 @@ impl SceneGraph {
 
     /// Transform from the space of an instance's mesh to the world.
     pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
-        self.nodes.world_from(instance.place)
+        self.nodes.world_from(self.nodes.place_in(instance.placement, instance.node))
     }
 
     /// Meshes to draw.
@@ -263,7 +263,8 @@ impl SceneGraph {
                 self.instances.push(instance);
                 continue;
             };
-            let world_from_mesh = self.nodes.world_from(instance.place);
+            let world_from_mesh =
+                self.nodes.world_from(self.nodes.place_in(instance.placement, instance.node));
             self.instances.extend(of_mesh.clone().map(|piece| {
                 let bounds = boxes.get(piece as usize).copied().flatten();
                 let bounds = bounds.map(|bounds| bounds.transformed(&world_from_mesh));
@@ -330,7 +331,7 @@ impl SceneGraph {
                 first_feature: shown
                     .first_feature
                     .map(|part| self.nodes.node(Place { placement, part: Some(part) })),
-                place,
+                placement,
             });
         }
         self.nodes.grow(placement, all);

@@ -26,6 +26,22 @@ struct Record {
     id_end: u32,
 }
 
+/// A transform by its rows; the last one would be (0, 0, 0, 1).
+#[derive(Clone, Copy, Debug)]
+struct Affine([[f32; 4]; 3]);
+
+impl Affine {
+    fn of(matrix: &Mat4) -> Self {
+        let [x, y, z, _] = matrix.transpose().to_cols_array_2d();
+        Self([x, y, z])
+    }
+
+    fn matrix(self) -> Mat4 {
+        let Self([x, y, z]) = self;
+        Mat4::from_cols_array_2d(&[x, y, z, [0.0, 0.0, 0.0, 1.0]]).transpose()
+    }
+}
+
 /// A node: a placement or a part of one, by their indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
@@ -39,7 +55,7 @@ pub(crate) struct Nodes {
     /// One a model.
     parts: Vec<Parts>,
     records: Vec<Record>,
-    world_from_placements: Vec<Mat4>,
+    world_from_placements: Vec<Affine>,
     bounds: Vec<Option<Bounds>>,
     /// All placements' ids, one behind the other.
     ids: String,
@@ -92,9 +108,9 @@ impl Nodes {
             id_end: self.ids.len() as u32,
         });
         self.count += 1 + model.map_or(0, |model| self.parts_of_model(model).all.len());
-        let world_from_parent =
-            parent.map_or(Mat4::IDENTITY, |parent| self.world_from_placements[parent as usize]);
-        self.world_from_placements.push(world_from_parent * *parent_from_placement);
+        let world_from_parent = parent
+            .map_or(Mat4::IDENTITY, |parent| self.world_from_placements[parent as usize].matrix());
+        self.world_from_placements.push(Affine::of(&(world_from_parent * *parent_from_placement)));
         self.bounds.push(None);
         let hash = self.hasher.hash_one(id);
         let Self { by_id, records, ids, hasher, .. } = self;
@@ -136,6 +152,11 @@ impl Nodes {
 
     pub(crate) fn place_of(&self, NodeIndex(node): NodeIndex) -> Place {
         let placement = self.records.partition_point(|record| record.node <= node) as u32 - 1;
+        self.place_in(placement, NodeIndex(node))
+    }
+
+    /// The place of a node that belongs to a placement.
+    pub(crate) fn place_in(&self, placement: u32, NodeIndex(node): NodeIndex) -> Place {
         let part = (node - self.records[placement as usize].node).checked_sub(1);
         Place { placement, part }
     }
@@ -163,7 +184,7 @@ impl Nodes {
     }
 
     pub(crate) fn world_from(&self, place: Place) -> Mat4 {
-        let world_from_placement = self.world_from_placements[place.placement as usize];
+        let world_from_placement = self.world_from_placements[place.placement as usize].matrix();
         match self.part(place) {
             // Most parts stand where their placement does, and this is asked each frame.
             Some(part) if part.placement_from_part != Mat4::IDENTITY => {
