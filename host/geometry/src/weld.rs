@@ -98,6 +98,7 @@ pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError
     }
     let with_features = primitives.iter().any(|primitive| !primitive.features.is_empty());
     let mut welder = Welder { with_features, ..Welder::default() };
+    welder.reserve(primitives);
     for (index, primitive) in primitives.iter().enumerate() {
         check(index, primitive)?;
         welder.add(primitive);
@@ -143,22 +144,29 @@ fn check(index: usize, primitive: &RawPrimitive) -> Result<(), WeldError> {
 /// Not yet in the mesh.
 const NEW: u32 = u32::MAX;
 
+/// Wedges of a position that are looked through one by one, which few positions have
+/// more of; those beyond are found by hash.
+const MAX_CHAIN: usize = 16;
+
 #[derive(Default)]
 struct Welder {
     mesh: Mesh,
     report: WeldReport,
     with_features: bool,
     hasher: DefaultHashBuilder,
-    /// Indices into the mesh's positions and wedges, found by what they name.
+    /// Indices into the mesh's positions, found by what they name.
     positions: HashTable<u32>,
-    wedges: HashTable<u32>,
+    /// Of each position the last of its first wedges, of each wedge the one before it.
+    last_wedges: Vec<u32>,
+    wedges_before: Vec<u32>,
+    /// Wedges beyond a position's first ones.
+    more_wedges: HashTable<u32>,
 }
 
 impl Welder {
     fn add(&mut self, primitive: &RawPrimitive) {
         let section = self.mesh.sections.len() as u32;
         let first_triangle = self.mesh.triangles.len() as u32;
-        self.reserve(primitive.positions.len());
         let mut referenced = vec![false; primitive.positions.len()];
         // Most vertices are met six times; their wedge is looked up once.
         let mut wedge_of_vertex = vec![NEW; primitive.positions.len()];
@@ -201,16 +209,25 @@ impl Welder {
         });
     }
 
-    /// Room for as many positions and wedges as there are vertices: growing a
-    /// table costs more than filling it.
-    fn reserve(&mut self, vertices: usize) {
-        let Self { mesh, positions, wedges, hasher, .. } = self;
+    /// Room for as many positions and wedges as there are vertices: growing costs more
+    /// than filling. What stays empty is given back in the end.
+    fn reserve(&mut self, primitives: &[RawPrimitive]) {
+        let vertices = primitives.iter().map(|primitive| primitive.positions.len()).sum();
+        let triangles = primitives.iter().map(|primitive| primitive.triangles.len()).sum();
+        let Self { mesh, positions, hasher, .. } = self;
         positions.reserve(vertices, |&i| hasher.hash_one(position_key_at(mesh, i)));
-        wedges.reserve(vertices, |&i| hasher.hash_one(wedge_key_at(mesh, i)));
+        mesh.triangles.reserve_exact(triangles);
+        mesh.positions.reserve_exact(vertices);
+        mesh.wedges.position.reserve_exact(vertices);
+        mesh.wedges.normal.reserve_exact(vertices);
+        mesh.wedges.uv.reserve_exact(vertices);
+        mesh.wedges.section.reserve_exact(vertices);
+        self.last_wedges.reserve_exact(vertices);
+        self.wedges_before.reserve_exact(vertices);
     }
 
     fn position(&mut self, point: Vec3, feature: u32) -> u32 {
-        let Self { mesh, positions, hasher, .. } = self;
+        let Self { mesh, positions, last_wedges, hasher, .. } = self;
         let wanted = position_key(point, feature);
         let entry = positions.entry(
             hasher.hash_one(wanted),
@@ -220,6 +237,7 @@ impl Welder {
         *entry
             .or_insert_with(|| {
                 mesh.positions.push(point);
+                last_wedges.push(NEW);
                 if self.with_features {
                     mesh.features.push(feature);
                 }
@@ -229,22 +247,39 @@ impl Welder {
     }
 
     fn wedge(&mut self, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
-        let Self { mesh, wedges, hasher, .. } = self;
         let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
         let wanted = wedge_key(position, normal, uv, section);
-        let entry = wedges.entry(
+        let last = self.last_wedges[position as usize];
+        let (mut wedge, mut passed) = (last, 0);
+        while wedge != NEW {
+            if wedge_key_at(&self.mesh, wedge) == wanted {
+                return wedge;
+            }
+            wedge = self.wedges_before[wedge as usize];
+            passed += 1;
+        }
+        if passed == MAX_CHAIN {
+            return self.further_wedge(position, normal, uv, section);
+        }
+        let wedge = add_wedge(&mut self.mesh, position, normal, uv, section);
+        self.wedges_before.push(last);
+        self.last_wedges[position as usize] = wedge;
+        wedge
+    }
+
+    /// A wedge of a position that has many.
+    fn further_wedge(&mut self, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
+        let Self { mesh, more_wedges, wedges_before, hasher, .. } = self;
+        let wanted = wedge_key(position, normal, uv, section);
+        let entry = more_wedges.entry(
             hasher.hash_one(wanted),
             |&i| wedge_key_at(mesh, i) == wanted,
             |&i| hasher.hash_one(wedge_key_at(mesh, i)),
         );
         *entry
             .or_insert_with(|| {
-                let wedges = &mut mesh.wedges;
-                wedges.position.push(position);
-                wedges.normal.push(normal);
-                wedges.uv.push(uv);
-                wedges.section.push(section);
-                wedges.position.len() as u32 - 1
+                wedges_before.push(NEW);
+                add_wedge(mesh, position, normal, uv, section)
             })
             .get()
     }
@@ -252,9 +287,25 @@ impl Welder {
     fn finish(mut self) -> (Mesh, WeldReport) {
         self.report.positions = self.mesh.positions.len();
         self.report.wedges = self.mesh.wedges.len();
+        let Mesh { positions, wedges, triangles, .. } = &mut self.mesh;
+        triangles.shrink_to_fit();
+        positions.shrink_to_fit();
+        wedges.position.shrink_to_fit();
+        wedges.normal.shrink_to_fit();
+        wedges.uv.shrink_to_fit();
+        wedges.section.shrink_to_fit();
         self.mesh.group_wedges();
         (self.mesh, self.report)
     }
+}
+
+fn add_wedge(mesh: &mut Mesh, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
+    let wedges = &mut mesh.wedges;
+    wedges.position.push(position);
+    wedges.normal.push(normal);
+    wedges.uv.push(uv);
+    wedges.section.push(section);
+    wedges.position.len() as u32 - 1
 }
 
 /// What makes two points one position.
@@ -318,6 +369,28 @@ mod tests {
         assert_eq!(mesh.wedges.len(), 6);
         assert_eq!(report.vertices_in, 6);
         assert_eq!(mesh.topology().triangles, vec![[0, 1, 2], [0, 2, 3]]);
+    }
+
+    /// A fan around one point, whose corner there has another normal in each triangle.
+    #[test]
+    fn a_position_may_have_many_wedges_and_each_is_found_again() {
+        let count = 4 * MAX_CHAIN;
+        let ring = |i: usize| Vec3::new(1.0, i as f32, 0.0);
+        let normal = |i: usize| Vec3::new(0.0, i as f32, 1.0);
+        let twice = || (0..count).chain(0..count);
+        let primitive = RawPrimitive {
+            positions: twice().flat_map(|i| [Vec3::ZERO, ring(i), ring(i + 1)]).collect(),
+            normals: twice().flat_map(|i| [normal(i), Vec3::Z, Vec3::Z]).collect(),
+            triangles: (0..2 * count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..Default::default()
+        };
+        let (mesh, _) = weld(&[primitive]).unwrap();
+        assert_eq!(mesh.positions.len(), 1 + count + 1);
+        assert_eq!(mesh.wedges.len(), count + count + 1);
+        let of_middle =
+            mesh.triangles.iter().map(|&[middle, ..]| mesh.wedges.normal[middle as usize]);
+        assert!(of_middle.eq(twice().map(normal)));
+        assert_eq!(mesh.triangles[..count], mesh.triangles[count..]);
     }
 
     #[test]
