@@ -79,9 +79,15 @@ impl<'a> FeatureNamer<'a> {
             numbers.insert(*key, number);
         }
         for (primitive, &table) in primitives.iter_mut().zip(tables) {
+            // Vertices of one feature mostly follow each other.
+            let (mut last, mut its_number) = (NO_FEATURE, NO_FEATURE);
             for feature in &mut primitive.features {
-                // Those that no triangle has are none.
-                *feature = numbers.get(&(table, *feature)).copied().unwrap_or(NO_FEATURE);
+                if *feature != last {
+                    last = *feature;
+                    // Those that no triangle has are none.
+                    its_number = numbers.get(&(table, last)).copied().unwrap_or(NO_FEATURE);
+                }
+                *feature = its_number;
             }
         }
         let mut names = Names::default();
