@@ -1,5 +1,7 @@
 //! Outlines of what is hovered over and selected.
 
+use std::ops::Range;
+
 use busbar_gpu::{
     BindGroup, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
     ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Targets,
@@ -8,6 +10,7 @@ use busbar_shaders::{FrameUniform, OUTLINE};
 
 use crate::batch::Plan;
 use crate::layer::{Layer, ready};
+use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
 use crate::pipelines::{Layouts, MaskShading, screen_pipeline};
 use crate::scene_pass::{SceneDrawer, Sections};
@@ -68,7 +71,7 @@ impl Outlines {
         drawn_with: Drawn<'_>,
         (frame, uniform): (&Frame<'_>, &FrameUniform),
     ) -> Result<(), RenderError> {
-        self.choose(frame)?;
+        self.choose(drawn_with.models, frame)?;
         let outlined = Frame {
             instances: &self.instances,
             object_highlights: &self.kinds,
@@ -124,9 +127,14 @@ impl Outlines {
     }
 
     /// Lists the instances of which anything is outlined, and the kinds of objects.
-    fn choose(&mut self, frame: &Frame<'_>) -> Result<(), RenderError> {
+    fn choose(
+        &mut self,
+        models: &[Option<GpuModel>],
+        frame: &Frame<'_>,
+    ) -> Result<(), RenderError> {
         let last = frame.outlined.iter().map(|outlined| outlined.object as usize).max();
-        let count = last.unwrap_or(0).max(frame.object_highlights.len());
+        let features = frame.instances.iter().filter_map(|drawn| features_of(models, drawn));
+        let count = features.map(|range| range.end).chain(last).max().unwrap_or(0);
         if count > MAX_FEATURE_HIGHLIGHTS {
             let (asked, limit) = (count as u64, MAX_FEATURE_HIGHLIGHTS as u64);
             return Err(RenderError::TooMany { what: "objects with outlines", asked, limit });
@@ -139,20 +147,27 @@ impl Outlines {
                 *slot = [kind as u32 as f32, 0.0, 0.0, 1.0];
             }
         }
-        let kind_of = |object: u32| {
-            let index = (object as usize).checked_sub(1);
-            index.and_then(|index| self.kinds.get(index)).copied().unwrap_or_default()
-        };
+        let is_kind = |&[.., strength]: &[f32; 4]| strength > 0.0;
         let with_kinds = frame.instances.iter().filter_map(|drawn| {
-            let highlight = kind_of(drawn.object);
-            // Features are chosen by the shader.
-            let may_show = drawn.first_feature.is_some() || highlight[3] > 0.0;
-            may_show.then_some(DrawInstance { highlight, ..*drawn })
+            let index = (drawn.object as usize).checked_sub(1);
+            let highlight = index.and_then(|index| self.kinds.get(index)).copied();
+            let highlight = highlight.unwrap_or_default();
+            let range = features_of(models, drawn);
+            let of_features = range.and_then(|range| self.kinds.get(range));
+            let shows = is_kind(&highlight) || of_features.is_some_and(|of| of.iter().any(is_kind));
+            shows.then_some(DrawInstance { highlight, ..*drawn })
         });
         self.instances.clear();
         self.instances.extend(with_kinds);
         Ok(())
     }
+}
+
+/// The objects that are features of an instance, counted from 0.
+fn features_of(models: &[Option<GpuModel>], drawn: &DrawInstance) -> Option<Range<usize>> {
+    let first = (drawn.first_feature? as usize).checked_sub(1)?;
+    let mesh = models.get(drawn.model.0 as usize)?.as_ref()?.meshes.get(drawn.mesh as usize)?;
+    Some(first..first.checked_add(mesh.features.as_ref()?.count as usize)?)
 }
 
 fn new_mask(

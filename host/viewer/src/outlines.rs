@@ -1,12 +1,14 @@
 //! Which objects have an outline: what is selected or hovered over, with all below it.
 
+use std::collections::BTreeSet;
+
 use busbar_renderer::{OutlineKind, Outlined};
 use busbar_scene::{NodeIndex, SceneGraph};
 
 /// The list, as it was last worked out.
 #[derive(Default)]
 pub(crate) struct Outlines {
-    selected: Option<NodeIndex>,
+    selection: BTreeSet<NodeIndex>,
     hovered: Option<NodeIndex>,
     list: Vec<Outlined>,
 }
@@ -16,25 +18,25 @@ impl Outlines {
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
-        selected: Option<NodeIndex>,
+        selection: &BTreeSet<NodeIndex>,
         hovered: Option<NodeIndex>,
     ) {
-        if (self.selected, self.hovered) == (selected, hovered) {
+        if (&self.selection, self.hovered) == (selection, hovered) {
             return;
         }
-        (self.selected, self.hovered) = (selected, hovered);
+        (self.selection, self.hovered) = (selection.clone(), hovered);
         self.list.clear();
-        if selected.is_none() && hovered.is_none() {
+        if selection.is_empty() && hovered.is_none() {
             return;
         }
         let mut inherited: Vec<Option<OutlineKind>> = Vec::with_capacity(graph.nodes().len());
         for (node, index) in graph.nodes().iter().zip(0..) {
-            let here = Some(NodeIndex(index));
+            let here = NodeIndex(index);
             let above = node.parent.and_then(|parent| inherited[parent.0 as usize]);
             let kind = match above {
                 Some(OutlineKind::Selected) => above,
-                _ if here == selected => Some(OutlineKind::Selected),
-                _ if here == hovered => Some(OutlineKind::Hovered),
+                _ if selection.contains(&here) => Some(OutlineKind::Selected),
+                _ if Some(here) == hovered => Some(OutlineKind::Hovered),
                 _ => above,
             };
             inherited.push(kind);
@@ -68,7 +70,8 @@ mod tests {
         let graph = SceneGraph::build(&placements, &[]).unwrap();
         let mut outlines = Outlines::default();
         let mut kinds = |selected: Option<u32>, hovered: Option<u32>| {
-            outlines.update(&graph, selected.map(NodeIndex), hovered.map(NodeIndex));
+            let selection = selected.into_iter().map(NodeIndex).collect();
+            outlines.update(&graph, &selection, hovered.map(NodeIndex));
             let list = outlines.list().iter().map(|one| (one.object, one.kind));
             list.collect::<Vec<_>>()
         };

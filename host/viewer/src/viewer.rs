@@ -291,7 +291,8 @@ impl Viewer {
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let mut highlights = std::mem::take(&mut self.highlights);
         highlights.update(&self.scene.graph, &overlaid.tints, self.tags(), self.selected);
-        self.outlines.update(&self.scene.graph, self.selected, None);
+        let selection = self.selected.into_iter().collect();
+        self.outlines.update(&self.scene.graph, &selection, None);
         self.move_cursors();
         let mut instances = std::mem::take(&mut self.drawn);
         self.list_instances(highlights.of_nodes(), &mut instances);
