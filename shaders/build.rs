@@ -8,17 +8,41 @@ use std::path::Path;
 use naga::back::spv;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// Prepended to every pass: WGSL has no include.
+/// Prepended to every pass, before its own parts: WGSL has no include.
 const COMMON: &str = "common/frame.wgsl";
 
-/// Pass source, name of its words.
-const PASSES: [(&str, &str); 6] = [
-    ("scene/scene.wgsl", "SCENE"),
-    ("low/low.wgsl", "LOW"),
-    ("ground/ground.wgsl", "GROUND"),
-    ("wireframe/wireframe.wgsl", "WIREFRAME"),
-    ("pick/pick.wgsl", "PICK"),
-    ("panels/panels.wgsl", "PANELS"),
+/// Unit vector towards the sun, world space, y up.
+const SUN_DIRECTION: [f32; 3] = [0.3596, 0.7392, 0.5694];
+
+/// With shadows or without, and with a section plane or without: what a pass does not
+/// use costs it nothing.
+const UNSHADOWED: &str = "common/unshadowed.wgsl";
+const SHADOWED: &str = "common/shadowed.wgsl";
+const WHOLE: &str = "common/whole.wgsl";
+const SECTION: &str = "common/section.wgsl";
+const SCREEN: &str = "common/screen.wgsl";
+
+/// Pass source, name of its words, what it is put together with.
+const PASSES: [(&str, &str, &[&str]); 19] = [
+    ("scene/scene.wgsl", "SCENE", &[UNSHADOWED, WHOLE]),
+    ("scene/scene.wgsl", "SCENE_SECTION", &[UNSHADOWED, SECTION]),
+    ("scene/scene.wgsl", "SCENE_SHADOWED", &[SHADOWED, WHOLE]),
+    ("scene/scene.wgsl", "SCENE_SHADOWED_SECTION", &[SHADOWED, SECTION]),
+    ("low/low.wgsl", "LOW", &[WHOLE]),
+    ("low/low.wgsl", "LOW_SECTION", &[SECTION]),
+    ("ground/ground.wgsl", "GROUND", &[UNSHADOWED]),
+    ("ground/ground.wgsl", "GROUND_SHADOWED", &[SHADOWED]),
+    ("wireframe/wireframe.wgsl", "WIREFRAME", &[WHOLE]),
+    ("wireframe/wireframe.wgsl", "WIREFRAME_SECTION", &[SECTION]),
+    ("pick/pick.wgsl", "PICK", &[WHOLE]),
+    ("pick/pick.wgsl", "PICK_SECTION", &[SECTION]),
+    ("shadow/shadow.wgsl", "SHADOW", &[WHOLE]),
+    ("shadow/shadow.wgsl", "SHADOW_SECTION", &[SECTION]),
+    ("outline/mask.wgsl", "MASK", &[WHOLE]),
+    ("outline/mask.wgsl", "MASK_SECTION", &[SECTION]),
+    ("outline/outline.wgsl", "OUTLINE", &[SCREEN]),
+    ("occlusion/occlusion.wgsl", "OCCLUSION", &[SCREEN]),
+    ("panels/panels.wgsl", "PANELS", &[]),
 ];
 
 /// Structs shared with Rust under the same name.
@@ -36,18 +60,24 @@ fn main() {
 
 fn build() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed={COMMON}");
-    let common = std::fs::read_to_string(COMMON)?;
-    let mut words = String::new();
+    let [x, y, z] = SUN_DIRECTION;
+    let sun = format!("const SUN_DIRECTION = vec3<f32>({x}, {y}, {z});\n");
+    let mut words = format!(
+        "/// Unit vector towards the sun, world space, y up.\n\
+         pub const SUN_DIRECTION: [f32; 3] = {SUN_DIRECTION:?};\n"
+    );
     let mut layouts = String::new();
-    for (path, name) in PASSES {
-        println!("cargo::rerun-if-changed={path}");
-        let source = format!("{common}\n{}", std::fs::read_to_string(path)?);
+    for (path, name, parts) in PASSES {
+        let mut source = sun.clone();
+        for part in [COMMON].iter().chain(parts).chain([&path]) {
+            println!("cargo::rerun-if-changed={part}");
+            source.push_str(&std::fs::read_to_string(part)?);
+        }
         let module = naga::front::wgsl::parse_str(&source)
             .map_err(|error| error.emit_to_string_with_path(&source, path))?;
         writeln!(
             words,
-            "/// SPIR-V of `{path}`.\npub static {name}: &[u32] = &{:?};",
+            "/// SPIR-V of `{path}` with {parts:?}.\npub static {name}: &[u32] = &{:?};",
             compile(&module)?
         )?;
         if layouts.is_empty() {

@@ -16,12 +16,24 @@ struct FrameUniform {
     ground: vec4<f32>,
     // That point's place within its cell of ten metres; z and w unused.
     ground_phase: vec4<f32>,
+    // Planes by what a pixel shows, (x, y, depth, 1): the ground, and the section, before
+    // which the product is positive. Zero where there is none.
+    ground_plane: vec4<f32>,
+    section_plane: vec4<f32>,
+    // From what a pixel shows to camera space, y up; divide by w.
+    camera_from_pixel: mat4x4<f32>,
+    // Likewise to the shadow map: 0 to 1 right and down, and its depth, reverse-Z.
+    shadow_from_pixel: mat4x4<f32>,
+    // A direction in the world, in texels of the map, likewise.
+    shadow_from_texels: mat4x4<f32>,
+    // Texels along a side of the shadow map; physical pixels a point; unused.
+    sizes: vec4<f32>,
 }
 
 struct MaterialUniform {
     // Linear rgb and alpha.
     base_color: vec4<f32>,
-    // Linear rgb; w unused.
+    // Linear rgb; w is 1 where both sides are shown.
     emissive: vec4<f32>,
     // sRGB rgb of base_color, less what a metal loses at low quality; w unused.
     encoded_color: vec4<f32>,

@@ -17,6 +17,8 @@ const FADE_FROM = 0.25;
 const BRIGHT = 0.18;
 const DARK_INK = vec3<f32>(0.03, 0.032, 0.036);
 const LIGHT_INK = vec3<f32>(0.75, 0.77, 0.8);
+// How much of what is there a shadow covers.
+const SHADOW_COVER = 0.3;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -57,6 +59,11 @@ fn fragment_main(in: Varyings) -> @location(0) vec4<f32> {
     let cover = max(VEIL, max(VEIL + FINE_LINE * fine, VEIL + COARSE_LINE * coarse));
     let away = length(in.offset) / frame.ground.w;
     let fade = 1.0 - smoothstep(FADE_FROM, 1.0, away);
+    // The shadow lies over the veil.
+    let shadow = (1.0 - sunlight(in.clip, vec3<f32>(0.0, 1.0, 0.0))) * SHADOW_COVER * fade;
+    let veil = cover * fade * (1.0 - shadow);
+    let covered = veil + shadow;
     let luminance = dot(frame.fog.rgb, vec3<f32>(0.2126, 0.7152, 0.0722));
-    return vec4<f32>(select(LIGHT_INK, DARK_INK, luminance > BRIGHT), cover * fade);
+    let ink = select(LIGHT_INK, DARK_INK, luminance > BRIGHT);
+    return vec4<f32>(ink * (veil / max(covered, 1e-6)), covered);
 }

@@ -2,8 +2,6 @@
 // hemisphere, worked out at vertices. Colours are as the picture's bytes keep
 // them, since a rasteriser in software encodes each fragment at a cost.
 
-// Unit vector towards the sun, world space, y up.
-const SUN_DIRECTION = vec3<f32>(0.3596, 0.7392, 0.5694);
 // Linear radiance, with the division by pi taken in.
 const SUN = 0.72;
 const SKY = 0.46;
@@ -44,7 +42,14 @@ fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
 }
 
 @fragment
-fn plain_fragment_main(in: PlainVaryings) -> @location(0) vec4<f32> {
+fn plain_fragment_main(
+    in: PlainVaryings,
+    @builtin(front_facing) front: bool,
+) -> @location(0) vec4<f32> {
+    cut_away(in.clip);
+    if is_cut_face(front) {
+        return vec4<f32>(encoded(hatching(in.clip)), 1.0);
+    }
     return vec4<f32>(in.color, 1.0);
 }
 
@@ -83,6 +88,10 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     let color = material_color(in.uv);
     if color.a < material.alpha_cutoff {
         discard;
+    }
+    cut_away(in.clip);
+    if is_cut_face(front) {
+        return vec4<f32>(encoded(hatching(in.clip)), 1.0);
     }
     let tint = in.highlight;
     let light = select(in.light.y, in.light.x, front);

@@ -21,5 +21,6 @@ fn fragment_main(in: Varyings) -> @location(0) u32 {
     if material_color(in.uv).a < material.alpha_cutoff {
         discard;
     }
+    cut_away(in.clip);
     return in.object;
 }

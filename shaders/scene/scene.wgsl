@@ -2,8 +2,6 @@
 // one sun, a hemisphere of sky and ground, and a weak fill from the viewer, so
 // that shape stays readable from every side.
 
-// Unit vector towards the sun, world space, y up.
-const SUN_DIRECTION = vec3<f32>(0.3596, 0.7392, 0.5694);
 // Linear radiance, with the division by pi taken in.
 const SUN_COLOR = vec3<f32>(0.80, 0.785, 0.755);
 const SKY_COLOR = vec3<f32>(0.40, 0.42, 0.45);
@@ -112,6 +110,8 @@ struct Surface {
     roughness: f32,
     // Linear rgb and strength.
     tint: vec4<f32>,
+    // The fragment's position.
+    pixel: vec4<f32>,
 }
 
 fn shade(surface: Surface) -> vec3<f32> {
@@ -135,7 +135,7 @@ fn shade(surface: Surface) -> vec3<f32> {
     let grazing = max(vec3<f32>(1.0 - roughness), reflectance) - reflectance;
     let fresnel_view = reflectance + grazing * pow5(1.0 - nv);
 
-    let sun = SUN_COLOR * nl * (diffuse + fresnel_sun * sun_lobe(roughness, nl, nv, nh));
+    let sun = SUN_COLOR * (nl * sunlight(surface.pixel, normal)) * (diffuse + fresnel_sun * sun_lobe(roughness, nl, nv, nh));
     let ambient = diffuse * surroundings(normal, 1.0) * (1.0 + dot(normal, SKY_SLANT))
         + fresnel_view * surroundings(reflect(-view, normal), roughness);
     let fill = (diffuse + 0.5 * reflectance) * FILL_STRENGTH * nv;
@@ -152,10 +152,16 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     if color.a < material.alpha_cutoff {
         discard;
     }
+    cut_away(in.clip);
+    if is_cut_face(front) {
+        return vec4<f32>(fogged(hatching(in.clip), in.clip.w, 0.0), 1.0);
+    }
     let metallic = material.metallic * metallic_roughness.b;
     let roughness = material.roughness * metallic_roughness.g;
     let view = towards_eye(in.clip.xy);
-    let surface = Surface(view, in.normal, front, color.rgb, metallic, roughness, in.highlight);
+    let tint = in.highlight;
+    let surface =
+        Surface(view, in.normal, front, color.rgb, metallic, roughness, tint, in.clip);
     return vec4<f32>(fogged(shade(surface), in.clip.w, in.highlight.a), color.a);
 }
 
@@ -166,6 +172,10 @@ fn plain_fragment_main(
     in: PlainVaryings,
     @builtin(front_facing) front: bool,
 ) -> @location(0) vec4<f32> {
+    cut_away(in.clip);
+    if is_cut_face(front) {
+        return vec4<f32>(fogged(hatching(in.clip), in.clip.w, 0.0), 1.0);
+    }
     let surface = Surface(
         towards_eye(in.clip.xy),
         in.normal,
@@ -174,6 +184,7 @@ fn plain_fragment_main(
         material.metallic,
         material.roughness,
         vec4<f32>(0.0),
+        in.clip,
     );
     return vec4<f32>(fogged(shade(surface), in.clip.w, 0.0), 1.0);
 }

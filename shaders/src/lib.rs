@@ -39,6 +39,20 @@ pub struct FrameUniform {
     pub ground: [f32; 4],
     /// That point within its cell of ten metres along x and z; the others are unused.
     pub ground_phase: [f32; 4],
+    /// The ground as a plane: zero times what its pixels show, (x, y, depth, 1); all zero
+    /// where there is none.
+    pub ground_plane: [f32; 4],
+    /// Likewise the section; positive before it.
+    pub section_plane: [f32; 4],
+    /// From what a pixel shows to camera space; divide by the fourth.
+    pub camera_from_pixel: [[f32; 4]; 4],
+    /// Likewise to the shadow map: 0 to 1 right and down, and its depth, reverse-Z.
+    pub shadow_from_pixel: [[f32; 4]; 4],
+    /// A direction in the world, in texels of the map, likewise.
+    pub shadow_from_texels: [[f32; 4]; 4],
+    /// Texels along a side of the shadow map; physical pixels a point; the others are
+    /// unused.
+    pub sizes: [f32; 4],
 }
 
 /// One drawn instance, as the passes take it at locations 2 to 6.
@@ -104,7 +118,7 @@ impl Instance {
 pub struct MaterialUniform {
     /// Linear rgb and alpha.
     pub base_color: [f32; 4],
-    /// Linear rgb; the fourth is unused.
+    /// Linear rgb; then 1 where both sides are shown.
     pub emissive: [f32; 4],
     /// The base colour's rgb as sRGB keeps it, less what a metal loses at low quality;
     /// the fourth is unused.
@@ -156,6 +170,13 @@ mod tests {
         check(super::LOW, &["plain_vertex_main", "plain_fragment_main", "fragment_main"]);
         check(super::WIREFRAME, &["fill_vertex", "line_vertex", "fill_fragment", "line_fragment"]);
         check(super::PICK, &["vertex_main", "fragment_main"]);
+        for words in [super::SCENE_SHADOWED, super::SCENE_SECTION, super::SCENE_SHADOWED_SECTION] {
+            check(words, &["plain_vertex_main", "plain_fragment_main", "feature_vertex_main"]);
+        }
+        check(super::SHADOW, &["vertex_main", "fragment_main", "plain_vertex_main"]);
+        check(super::OCCLUSION, &["screen_main", "occlusion_main", "apply_main"]);
+        check(super::MASK, &["vertex_main", "fragment_main"]);
+        check(super::OUTLINE, &["screen_main", "tile_main", "outline_main"]);
         check(super::PANELS, &["vertex_main", "fragment_main"]);
     }
 }

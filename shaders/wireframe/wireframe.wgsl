@@ -35,6 +35,7 @@ fn line_vertex(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyin
 
 @fragment
 fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
+    cut_away(in.clip);
     let view = towards_eye(in.clip.xy);
     let normal = in.normal * inverseSqrt(max(dot(in.normal, in.normal), 1e-30));
     let shade = mix(0.72, 1.0, abs(dot(normal, view)));
@@ -43,5 +44,6 @@ fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
 
 @fragment
 fn line_fragment(in: Varyings) -> @location(0) vec4<f32> {
+    cut_away(in.clip);
     return vec4<f32>(mix(LINE_COLOR, in.highlight.rgb * 0.35, in.highlight.a), 1.0);
 }

@@ -277,6 +277,8 @@ pub struct ViewConfig {
     pub ground: bool,
     /// Lets what is far fade into the background.
     pub fog: bool,
+    /// Cuts open what lies before a plane.
+    pub section: Option<SectionConfig>,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Factor on the thetas of models and nodes.
@@ -298,6 +300,17 @@ pub enum QualityConfig {
     Low,
     /// Materials as they reflect light.
     Medium,
+    /// The same with shadows and contact shades.
+    High,
+}
+
+/// A plane that cuts equipment open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionConfig {
+    /// Towards what is cut away, a unit vector; y is up.
+    pub normal: [f32; 3],
+    /// From the origin along the normal, metres.
+    pub distance: f32,
 }
 
 /// Where results of optimisers are kept.

@@ -324,7 +324,8 @@ pub(crate) struct RawView {
     /// Background as `#rrggbb`, sRGB.
     #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
     pub(crate) background: String,
-    /// What a picture may cost: `low` for remote desktops and software rasterisers.
+    /// What a picture may cost: `low` for remote desktops and software rasterisers,
+    /// `high` for graphics cards.
     #[schemars(extend("examples" = ["medium"]))]
     pub(crate) quality: RawQuality,
     /// Samples a pixel: 1, or 4 for smooth edges; where missing, 1 at quality `low`,
@@ -335,6 +336,9 @@ pub(crate) struct RawView {
     /// quality `low`.
     #[schemars(extend("examples" = [true]))]
     pub(crate) ground: bool,
+    /// Cuts open what lies before a plane.
+    #[schemars(extend("examples" = [{ "normal": [0, 1, 0], "distance": 2 }]))]
+    pub(crate) section: Option<RawSection>,
     /// Lets what is far fade into the background; not at quality `low`.
     #[schemars(extend("examples" = [true]))]
     pub(crate) fog: bool,
@@ -366,6 +370,22 @@ pub(crate) enum RawQuality {
     /// Materials as they reflect light.
     #[default]
     Medium,
+    /// The same with shadows and contact shades.
+    High,
+}
+
+/// A plane that cuts equipment open.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Section")]
+pub(crate) struct RawSection {
+    /// Towards what is cut away: x, y (up) and z, not all zero.
+    #[schemars(inner(range(min = -1.0, max = 1.0)), extend("examples" = [[0, 1, 0]]))]
+    pub(crate) normal: [f32; 3],
+    /// From the origin along the normal, metres.
+    #[schemars(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES))]
+    #[schemars(extend("examples" = [2]))]
+    pub(crate) distance: f32,
 }
 
 /// Results of optimisers on disk.
@@ -403,6 +423,7 @@ impl Default for RawView {
             samples: None,
             ground: false,
             fog: false,
+            section: None,
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,

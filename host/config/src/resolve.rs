@@ -116,6 +116,7 @@ fn view(raw: RawView) -> ViewConfig {
     let (quality, samples) = match raw.quality {
         RawQuality::Low => (QualityConfig::Low, 1),
         RawQuality::Medium => (QualityConfig::Medium, 4),
+        RawQuality::High => (QualityConfig::High, 4),
     };
     ViewConfig {
         camera: raw.camera,
@@ -124,12 +125,19 @@ fn view(raw: RawView) -> ViewConfig {
         samples: raw.samples.unwrap_or(samples),
         ground: raw.ground,
         fog: raw.fog,
+        section: raw.section.map(section),
         size: raw.size,
         theta_scale: raw.theta_scale,
         target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),
         device: raw.device,
         pointer: "/view".to_owned(),
     }
+}
+
+/// The rules ensure that the normal has a length.
+fn section(RawSection { normal, distance }: RawSection) -> SectionConfig {
+    let length = normal.iter().map(|part| part * part).sum::<f32>().sqrt();
+    SectionConfig { normal: normal.map(|part| part / length.max(f32::MIN_POSITIVE)), distance }
 }
 
 /// The bytes of `#rrggbb`, a form that the schema ensures.

@@ -12,6 +12,9 @@ use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{MAX_NAME_BYTES, join_pointer, scene_rules, simulate, suggest, theta};
 
+/// One of the parts of a direction is at least so long.
+const MIN_NORMAL_PART: f32 = 1e-3;
+
 /// Reports every fault of meaning.
 pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     let mut rules = Rules { document, used_plugins: HashSet::new(), report };
@@ -20,6 +23,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_overlays();
     rules.check_plugins();
     rules.check_cameras();
+    rules.check_section();
     scene_rules::check(document, rules.report);
     let equipment = placing_rules::check(document, rules.report);
     rules.check_bindings(&equipment);
@@ -158,6 +162,17 @@ impl<'d> Rules<'d, '_, '_> {
                 "/plugins",
                 "plugins are named, but no directory to look for them in",
                 "add \"plugin_directories\": [\"plugins\"]",
+            );
+        }
+    }
+
+    fn check_section(&mut self) {
+        let normal = coordinates(&self.document["view"]["section"]["normal"]);
+        if normal.is_some_and(|normal| normal.iter().all(|part| part.abs() < MIN_NORMAL_PART)) {
+            self.report.error(
+                "/view/section/normal",
+                "the section plane looks nowhere",
+                "give it a direction, such as [0, 1, 0] to cut away what is above it",
             );
         }
     }

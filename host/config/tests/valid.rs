@@ -167,6 +167,18 @@ fn samples_follow_the_quality_unless_somebody_says_otherwise() {
     let medium = view(r#"{ "quality": "medium", "ground": true }"#);
     assert_eq!((medium.quality, medium.samples), (QualityConfig::Medium, 4));
     assert!(medium.ground && !medium.fog);
+    let high = view(r#"{ "quality": "high" }"#);
+    assert_eq!((high.quality, high.samples, high.section), (QualityConfig::High, 4, None));
+}
+
+#[test]
+fn a_section_plane_has_a_normal_of_length_one() {
+    let text = r#"{ "version": 1, "scene": [],
+        "view": { "section": { "normal": [1, 0, -1], "distance": 2.5 } } }"#;
+    let section = parse(text).unwrap().view.section.unwrap();
+    let half = 0.5_f32.sqrt();
+    assert!(section.normal.iter().zip([half, 0.0, -half]).all(|(a, b)| (a - b).abs() < 1e-6));
+    assert_eq!(section.distance, 2.5);
 }
 
 #[test]

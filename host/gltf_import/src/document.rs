@@ -5,14 +5,14 @@ use serde_path_to_error::Segment;
 
 use crate::ImportLimits;
 use crate::error::{Fault, ImportError};
-use crate::extensions::{MESH_FEATURES, STRUCTURAL_METADATA};
+use crate::extensions::{MESH_FEATURES, STRUCTURAL_METADATA, TEXTURE_BASISU};
 use crate::limits::MAX_JSON_BYTES;
 use crate::report::Notes;
 use crate::scan::{json_fault, pointer_step, scan};
 
 /// Extensions that change how data is read, and are understood here.
 const SUPPORTED_EXTENSIONS: &[&str] =
-    &[MESH_FEATURES, STRUCTURAL_METADATA, "KHR_mesh_quantization"];
+    &[MESH_FEATURES, STRUCTURAL_METADATA, TEXTURE_BASISU, "KHR_mesh_quantization"];
 
 /// Parses the JSON of a file and checks version and extensions.
 pub(crate) fn parse(

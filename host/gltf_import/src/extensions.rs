@@ -1,5 +1,6 @@
 //! The two extensions that say whose a triangle is: EXT_mesh_features gives
-//! each vertex a feature, EXT_structural_metadata gives features their names.
+//! each vertex a feature, EXT_structural_metadata gives features their names. And
+//! KHR_texture_basisu, which names KTX2 images of textures.
 //!
 //! The types of `gltf::json` leave extensions out, so they are parsed here, in
 //! a pass of their own, which builds no more than a few words a primitive and
@@ -15,6 +16,7 @@ use crate::scan::json_fault;
 
 pub(crate) const MESH_FEATURES: &str = "EXT_mesh_features";
 pub(crate) const STRUCTURAL_METADATA: &str = "EXT_structural_metadata";
+pub(crate) const TEXTURE_BASISU: &str = "KHR_texture_basisu";
 
 /// Before the number of the set, in names of vertex attributes.
 const ATTRIBUTE_PREFIX: &str = "_FEATURE_ID_";
@@ -25,7 +27,26 @@ pub(crate) struct Extensions {
     #[serde(default)]
     meshes: Vec<Mesh>,
     #[serde(default)]
+    textures: Vec<TextureEntry>,
+    #[serde(default)]
     extensions: Option<RootExtensions>,
+}
+
+#[derive(Deserialize)]
+struct TextureEntry {
+    #[serde(default)]
+    extensions: Option<TextureExtensions>,
+}
+
+#[derive(Deserialize)]
+struct TextureExtensions {
+    #[serde(rename = "KHR_texture_basisu")]
+    basisu: Option<BasisSource>,
+}
+
+#[derive(Deserialize)]
+struct BasisSource {
+    source: Option<u64>,
 }
 
 #[derive(Deserialize)]
@@ -144,7 +165,8 @@ pub(crate) struct PrimitiveFeatures<'a> {
 
 /// Parses what a file says by these extensions, if it uses them.
 pub(crate) fn parse(json: &[u8], root: &Root) -> Result<Extensions, ImportError> {
-    if !root.extensions_used.iter().any(|name| name == MESH_FEATURES) {
+    let is_known = |name: &String| [MESH_FEATURES, TEXTURE_BASISU].contains(&name.as_str());
+    if !root.extensions_used.iter().any(is_known) {
         return Ok(Extensions::default());
     }
     let parser = &mut serde_json::Deserializer::from_slice(json);
@@ -171,6 +193,12 @@ impl Extensions {
             accessor: known.map(|&(_, accessor)| accessor),
             attribute: format!("{ATTRIBUTE_PREFIX}{number}"),
         })
+    }
+
+    /// The image that KHR_texture_basisu names for a texture.
+    pub(crate) fn basis_source(&self, texture: usize) -> Option<usize> {
+        let source = self.textures.get(texture)?.extensions.as_ref()?.basisu.as_ref()?.source?;
+        usize::try_from(source).ok()
     }
 
     /// How many sets of feature ids a primitive has besides.

@@ -1,4 +1,4 @@
-//! Images: PNG and JPEG, measured before they are decoded.
+//! Images: PNG, JPEG and KTX2, measured before they are decoded.
 
 use std::io::Cursor;
 
@@ -10,7 +10,9 @@ use crate::ImportLimits;
 use crate::buffers::Buffers;
 use crate::error::{Fault, ImportError};
 use crate::files::Files;
+use crate::ktx2_image;
 use crate::limits::MAX_TEXTURE_SIDE;
+use crate::report::Notes;
 
 /// Deflate packs 258 bytes into two bits at best (zlib's "maximum compression
 /// factor"), and JPEG stays below that for its one bit a block: more pixels
@@ -20,75 +22,132 @@ const MAX_COMPRESSION: u64 = 1032;
 /// What a decoder may take beside the pixels.
 const DECODER_BYTES: u64 = 4 << 20;
 
-/// Pixels that are decoded on trust. Of more, every PNG is first read through
+/// Pixels that are decoded on trust. Of more, every PNG and KTX2 is first read through
 /// without keeping its pixels, so that a damaged one costs no memory.
 const MAX_UNVERIFIED_PIXELS: u64 = 8 << 20;
 
-/// The files of those images that are not in a buffer.
+/// Pixels along a side of what stands in for an image, and of one of its cells.
+const CHECKER_SIDE: u32 = 16;
+const CHECKER_CELL: u32 = 4;
+/// Of its cells in turn; nothing in a station looks like this.
+const CHECKER: [[u8; 4]; 2] = [[255, 0, 255, 255], [128, 128, 128, 255]];
+
+/// Where an image's bytes are.
+pub(crate) enum Source {
+    InBuffer,
+    File(usize),
+    /// Nowhere, for this reason.
+    Missing(ImportError),
+}
+
+/// Textures, and which of them only stand in for an image that is missing or broken.
+pub(crate) struct Decoded {
+    pub(crate) textures: Vec<Texture>,
+    pub(crate) stands_in: Vec<bool>,
+}
+
+/// Finds the bytes of images. One that cannot be read is missing; what would harm, such
+/// as a path out of the model's folder, is an error.
 pub(crate) fn load(
     root: &Root,
     images: &[usize],
     files: &mut Files<'_>,
-) -> Result<Vec<Option<usize>>, ImportError> {
+) -> Result<Vec<Source>, ImportError> {
     let load = |&index: &usize| match (&root.images[index].uri, root.images[index].buffer_view) {
-        (_, Some(_)) => Ok(None),
-        (Some(uri), None) => files.load(uri, &format!("/images/{index}/uri")).map(Some),
+        (_, Some(_)) => Ok(Source::InBuffer),
+        (Some(uri), None) => match files.load(uri, &format!("/images/{index}/uri")) {
+            Ok(file) => Ok(Source::File(file)),
+            Err(error @ ImportError { fault: Fault::Read { .. } | Fault::NotAFile(_), .. }) => {
+                Ok(Source::Missing(error))
+            }
+            Err(error) => Err(error),
+        },
         (None, None) => {
             let fault = Fault::Image("it names neither a URI nor a buffer view".into());
-            Err(fault.at(format!("/images/{index}")))
+            Ok(Source::Missing(fault.at(format!("/images/{index}"))))
         }
     };
     images.iter().map(load).collect()
 }
 
-/// Decodes images. Their pixels together stay within the limit.
+/// Decodes images; what is missing or broken is shown as a checker, with a remark. Their
+/// pixels together stay within the limit.
 pub(crate) fn decode(
     root: &Root,
-    images: &[usize],
-    loaded: &[Option<usize>],
+    (images, sources): (&[usize], Vec<Source>),
     buffers: &Buffers<'_>,
     files: &Files<'_>,
     limits: &ImportLimits,
-) -> Result<Vec<Texture>, ImportError> {
-    let mut sources = Vec::with_capacity(images.len());
+    notes: &mut Notes,
+) -> Result<Decoded, ImportError> {
+    let mut measured = Vec::with_capacity(images.len());
     let mut pixels = 0;
-    for (&index, file) in images.iter().zip(loaded) {
+    for (&index, source) in images.iter().zip(sources) {
         let place = || format!("/images/{index}");
-        let bytes = match (root.images[index].buffer_view, file) {
-            (_, Some(file)) => files.get(*file),
-            (Some(view), None) => buffers.view(view.value(), || place() + "/bufferView")?.bytes,
-            (None, None) => &[],
+        let bytes = match (root.images[index].buffer_view, source) {
+            (_, Source::File(file)) => Ok(files.get(file)),
+            (_, Source::Missing(error)) => Err(error),
+            (Some(view), Source::InBuffer) => {
+                Ok(buffers.view(view.value(), || place() + "/bufferView")?.bytes)
+            }
+            (None, Source::InBuffer) => Ok(&[][..]),
         };
-        pixels += measure(bytes).map_err(|fault| fault.at(place()))?;
+        let sound = bytes.and_then(|bytes| match measure(bytes) {
+            Ok(count) => Ok((bytes, count)),
+            Err(fault) => Err(fault.at(place())),
+        });
+        let sound = match sound {
+            Err(error) if matches!(error.fault, Fault::TooMany { .. }) => return Err(error),
+            sound => sound,
+        };
+        let checker = u64::from(CHECKER_SIDE * CHECKER_SIDE);
+        pixels += sound.as_ref().map_or(checker, |&(_, count)| count);
         let limit = limits.max_texture_pixels;
         if pixels > limit {
             let fault = Fault::TooMany { what: "texture pixels", count: pixels, limit };
             return Err(fault.at(place()));
         }
-        sources.push((index, bytes));
+        measured.push((index, sound.map(|(bytes, _)| bytes)));
     }
-    if pixels > MAX_UNVERIFIED_PIXELS {
-        for &(index, bytes) in &sources {
-            verify(bytes).map_err(|fault| fault.at(format!("/images/{index}")))?;
-        }
+    let verifies = pixels > MAX_UNVERIFIED_PIXELS;
+    let mut decoded = Decoded { textures: Vec::new(), stands_in: Vec::new() };
+    for (index, sound) in measured {
+        let texture = sound.and_then(|bytes| {
+            let verified = if verifies { verify(bytes) } else { Ok(()) };
+            let texture = verified.and_then(|()| decode_one(bytes));
+            texture.map_err(|fault| fault.at(format!("/images/{index}")))
+        });
+        decoded.stands_in.push(texture.is_err());
+        decoded.textures.push(texture.unwrap_or_else(|ImportError { fault, place, .. }| {
+            let remedy = fault.remedy();
+            notes.add(format!("texture shown as a checker: {fault}, at {place}: {remedy}"));
+            checker()
+        }));
     }
-    let texture = |(index, bytes)| {
-        decode_one(bytes).map_err(|reason| image_fault(reason).at(format!("/images/{index}")))
+    Ok(decoded)
+}
+
+/// What stands in for an image.
+fn checker() -> Texture {
+    let cell = |i: u32| {
+        let (x, y) = (i % CHECKER_SIDE / CHECKER_CELL, i / CHECKER_SIDE / CHECKER_CELL);
+        CHECKER[((x + y) % 2) as usize]
     };
-    sources.into_iter().map(texture).collect()
+    let rgba8 = (0..CHECKER_SIDE * CHECKER_SIDE).flat_map(cell).collect();
+    Texture { width: CHECKER_SIDE, height: CHECKER_SIDE, rgba8 }
 }
 
 /// The pixels of an image, from its header alone.
 fn measure(bytes: &[u8]) -> Result<u64, Fault> {
+    if ktx2_image::is_ktx2(bytes) {
+        let [width, height] = ktx2_image::dimensions(bytes)?;
+        check_sides(width, height)?;
+        ktx2_image::first_level(bytes)?;
+        return Ok(u64::from(width) * u64::from(height));
+    }
     let decoder = decoder(bytes).map_err(image_fault)?;
     let (width, height) = decoder.dimensions();
-    if width == 0 || height == 0 {
-        return Err(Fault::Image("it has no pixels".into()));
-    }
-    if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
-        let (count, limit) = (width.max(height).into(), MAX_TEXTURE_SIDE.into());
-        return Err(Fault::TooMany { what: "pixels along a side", count, limit });
-    }
+    check_sides(width, height)?;
     let pixels = u64::from(width) * u64::from(height);
     let bits = pixels * u64::from(decoder.original_color_type().bits_per_pixel());
     let (needed, available) = (bits.div_ceil(8 * MAX_COMPRESSION), bytes.len() as u64);
@@ -98,8 +157,22 @@ fn measure(bytes: &[u8]) -> Result<u64, Fault> {
     Ok(pixels)
 }
 
-/// Reads a PNG row by row. The JPEG decoder has no such way.
+fn check_sides(width: u32, height: u32) -> Result<(), Fault> {
+    if width == 0 || height == 0 {
+        return Err(Fault::Image("it has no pixels".into()));
+    }
+    if width > MAX_TEXTURE_SIDE || height > MAX_TEXTURE_SIDE {
+        let (count, limit) = (width.max(height).into(), MAX_TEXTURE_SIDE.into());
+        return Err(Fault::TooMany { what: "pixels along a side", count, limit });
+    }
+    Ok(())
+}
+
+/// Reads a PNG row by row, a KTX2 block by block. The JPEG decoder has no such way.
 fn verify(bytes: &[u8]) -> Result<(), Fault> {
+    if ktx2_image::is_ktx2(bytes) {
+        return ktx2_image::first_level(bytes)?.verify();
+    }
     if image::guess_format(bytes).ok() != Some(ImageFormat::Png) {
         return Ok(());
     }
@@ -112,8 +185,12 @@ fn verify(bytes: &[u8]) -> Result<(), Fault> {
     verified.map_err(|reason| Fault::Image(reason.to_string()))
 }
 
-fn decode_one(bytes: &[u8]) -> Result<Texture, image::ImageError> {
-    let image = DynamicImage::from_decoder(decoder(bytes)?)?.into_rgba8();
+fn decode_one(bytes: &[u8]) -> Result<Texture, Fault> {
+    if ktx2_image::is_ktx2(bytes) {
+        return ktx2_image::first_level(bytes)?.decode();
+    }
+    let decoder = decoder(bytes).map_err(image_fault)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(image_fault)?.into_rgba8();
     Ok(Texture { width: image.width(), height: image.height(), rgba8: image.into_raw() })
 }
 

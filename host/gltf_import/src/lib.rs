@@ -18,6 +18,7 @@ mod extensions;
 mod features;
 mod files;
 mod images;
+mod ktx2_image;
 mod limits;
 mod materials;
 mod meshes;
@@ -63,8 +64,9 @@ pub struct Imported {
 /// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
 /// the first texture coordinates in any component type (KHR_mesh_quantization
 /// included); sparse accessors; features of vertices with their names
-/// (EXT_mesh_features by attribute, EXT_structural_metadata); metallic-roughness materials with PNG and JPEG
-/// textures. All else is skipped and reported, or refused if the file requires
+/// (EXT_mesh_features by attribute, EXT_structural_metadata); metallic-roughness materials with PNG, JPEG
+/// and KTX2 textures (RGBA8, BC1 to BC5 and BC7; plain or Zstandard; also by
+/// KHR_texture_basisu). A texture that is missing or broken is shown as a checker. All else is skipped and reported, or refused if the file requires
 /// it. Node names become unique within the model, feature names within their
 /// mesh, and both lose their '/'.
 ///
@@ -114,7 +116,7 @@ fn import(
     let root = document::parse(container.json, limits, &mut notes)?;
     let extensions = extensions::parse(container.json, &root)?;
     let mut nodes = nodes::build(&root, limits, &mut notes)?;
-    let materials = materials::convert(&root, &mut notes)?;
+    let mut materials = materials::convert(&root, &extensions, &mut notes)?;
 
     let mut files = Files::new(base, limit - count);
     let loaded_buffers = buffers::load(&root, container.bin, &mut files)?;
@@ -123,8 +125,9 @@ fn import(
 
     let mut checker = Checker::new(&root, &buffers, &extensions, limits);
     let shown = check_meshes(&root, &mut checker, &nodes, &mut notes)?;
-    let textures =
-        images::decode(&root, &materials.images, &loaded_images, &buffers, &files, limits)?;
+    let sources = (&*materials.images, loaded_images);
+    let decoded = images::decode(&root, sources, &buffers, &files, limits, &mut notes)?;
+    materials.forget_roughness_of(&decoded.stands_in);
     let mut report = ImportReport::default();
     let mut builder = Builder::new(checker);
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
@@ -141,7 +144,7 @@ fn import(
     }
     report.notes = notes.into_sentences();
     let materials = materials.materials;
-    let model = Model { meshes, features, materials, textures, nodes };
+    let model = Model { meshes, features, materials, textures: decoded.textures, nodes };
     Ok(Imported { model, report })
 }
 

@@ -6,6 +6,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Root};
 
 use crate::error::{Fault, ImportError, item};
+use crate::extensions::Extensions;
 use crate::names::clean_name;
 use crate::report::Notes;
 
@@ -15,9 +16,25 @@ pub(crate) struct Materials {
     pub(crate) images: Vec<usize>,
 }
 
-pub(crate) fn convert(root: &Root, notes: &mut Notes) -> Result<Materials, ImportError> {
+impl Materials {
+    /// A texture that stands in for a lost one says nothing of roughness and metal.
+    pub(crate) fn forget_roughness_of(&mut self, stands_in: &[bool]) {
+        for material in &mut self.materials {
+            let is_lost = |of: &TextureRef| stands_in.get(of.texture as usize) == Some(&true);
+            material.metallic_roughness_texture =
+                material.metallic_roughness_texture.filter(|of| !is_lost(of));
+        }
+    }
+}
+
+pub(crate) fn convert(
+    root: &Root,
+    extensions: &Extensions,
+    notes: &mut Notes,
+) -> Result<Materials, ImportError> {
     let mut converter = Converter {
         root,
+        extensions,
         notes,
         texture_of_image: vec![None; root.images.len()],
         images: Vec::new(),
@@ -29,6 +46,7 @@ pub(crate) fn convert(root: &Root, notes: &mut Notes) -> Result<Materials, Impor
 
 struct Converter<'a> {
     root: &'a Root,
+    extensions: &'a Extensions,
     notes: &'a mut Notes,
     texture_of_image: Vec<Option<u32>>,
     images: Vec<usize>,
@@ -90,11 +108,11 @@ impl Converter<'_> {
             return Ok(None);
         }
         // `gltf::json` says "no source" so.
-        if texture.source.value() == u32::MAX as usize {
+        let own = Some(texture.source.value()).filter(|&source| source != u32::MAX as usize);
+        let Some(image) = own.or_else(|| self.extensions.basis_source(index)) else {
             self.notes.add("texture ignored: its image is of an unsupported extension");
             return Ok(None);
-        }
-        let image = texture.source.value();
+        };
         item(&self.root.images, image, "image", || format!("/textures/{index}/source"))?;
         let wrap = match texture.sampler {
             None => [Wrap::Repeat; 2],

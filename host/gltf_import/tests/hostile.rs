@@ -26,6 +26,18 @@ fn each_hostile_file_is_refused_with_what_where_and_remedy() {
     }
 }
 
+#[test]
+fn each_broken_image_is_remarked_on_with_what_where_and_remedy() {
+    for case in common::hostile::broken_images() {
+        let notes = common::import(&case.bytes).unwrap().report.notes;
+        let [note] = notes.as_slice() else { panic!("{}: {notes:?}", case.name) };
+        for expected in case.expected {
+            assert!(note.contains(expected), "{}: '{expected}' not in: {note}", case.name);
+        }
+        assert!(note.starts_with("1 x texture shown as a checker: ") && note.len() < 600, "{note}");
+    }
+}
+
 /// Imports a square whose buffer is at `uri`, from a file in `folder`.
 fn import_with_uri(folder: &std::path::Path, uri: &str) -> Result<(), String> {
     let mut document = Builder::square().document();

@@ -24,10 +24,10 @@ fn processor_time() -> Duration {
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
-/// Imports a file of `size` bytes, of which `before` are in memory already.
-/// Gives what it took.
+/// Imports a file of `size` bytes, of which `before` are in memory already, and which
+/// is refused or not. Gives what it took.
 fn assert_cheap(
-    name: &str,
+    (name, is_refused): (&str, bool),
     size: usize,
     before: usize,
     import: impl FnOnce() -> Result<Imported, ImportError>,
@@ -38,7 +38,7 @@ fn assert_cheap(
     let refused = import().is_err();
     let time = processor_time() - start;
     let taken = ALLOCATOR.peak_usage() - usage;
-    assert!(refused, "{name} was accepted");
+    assert_eq!(refused, is_refused, "{name}");
     let allowed = MEMORY + 4 * size - before;
     assert!(taken <= allowed, "{name}: {taken} bytes taken, {allowed} allowed");
     assert!(time <= TIME, "{name}: {time:?}");
@@ -50,13 +50,17 @@ fn hostile_files_take_little_time_and_memory() {
     let mut costs = Vec::new();
     for case in common::hostile::cases() {
         let size = case.bytes.len();
-        costs.push(assert_cheap(case.name, size, size, || common::import(&case.bytes)));
+        costs.push(assert_cheap((case.name, true), size, size, || common::import(&case.bytes)));
+    }
+    for case in common::hostile::broken_images() {
+        let size = case.bytes.len();
+        costs.push(assert_cheap((case.name, false), size, size, || common::import(&case.bytes)));
     }
     let folder = tempfile::tempdir().unwrap();
     let path = common::hostile::write_one_file_named_often(folder.path());
     let files = std::fs::read_dir(folder.path()).unwrap();
     let size: u64 = files.map(|file| file.unwrap().metadata().unwrap().len()).sum();
-    costs.push(assert_cheap("one file named often", size as usize, 0, || {
+    costs.push(assert_cheap(("one file named often", true), size as usize, 0, || {
         import_file(&path, &ImportLimits::default())
     }));
     let (taken, times): (Vec<_>, Vec<_>) = costs.into_iter().unzip();

@@ -4,10 +4,10 @@ use std::ffi::CStr;
 
 use ash::{khr, vk};
 
-use crate::GpuError;
 use crate::error::at;
 use crate::instance::Instance;
 use crate::surface::Surface;
+use crate::{Format, GpuError};
 
 /// Names the device to use, before the configuration does.
 const OVERRIDE_VARIABLE: &str = "BUSBAR_DEVICE";
@@ -24,6 +24,7 @@ pub(crate) struct Adapter {
     pub(crate) can_draw_lines: bool,
     /// Whether the queue writes timestamps.
     pub(crate) has_timestamps: bool,
+    pub(crate) filters_depth: bool,
     /// The processor draws.
     pub(crate) is_software: bool,
     rank: u32,
@@ -89,10 +90,19 @@ impl Adapter {
             properties,
             can_draw_lines: features.fill_mode_non_solid == vk::TRUE,
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
+            filters_depth: filters_depth(instance, device),
             is_software: properties.device_type == vk::PhysicalDeviceType::CPU,
             rank: rank(properties.device_type),
         }))
     }
+}
+
+/// Whether samplers interpolate what comparing depth gives.
+fn filters_depth(instance: &Instance, device: vk::PhysicalDevice) -> bool {
+    let format = Format::Depth32.vk();
+    // SAFETY: `device` comes from this live instance.
+    let found = unsafe { instance.raw.get_physical_device_format_properties(device, format) };
+    found.optimal_tiling_features.contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
 }
 
 fn rank(kind: vk::PhysicalDeviceType) -> u32 {

@@ -45,10 +45,11 @@ impl BindingKind {
 }
 
 /// One resource to bind.
+#[derive(Clone, Copy)]
 pub enum Binding<'a> {
     /// A whole uniform or storage buffer.
     Buffer(&'a Buffer),
-    /// A texture that has been uploaded.
+    /// A texture that has been uploaded, or a target that is sampled after its pass.
     Texture(&'a Image),
     /// A sampler.
     Sampler(&'a Sampler),
@@ -192,7 +193,7 @@ impl Binding<'_> {
                 matches!(buffer.usage(), BufferUsage::Storage | BufferUsage::HostStorage)
             }
             (Self::Texture(image), BindingKind::Texture) => {
-                matches!(image.kind(), ImageKind::Texture | ImageKind::FlatTexture)
+                !matches!(image.kind(), ImageKind::Target { .. })
             }
             (Self::Sampler(_), BindingKind::Sampler) => true,
             _ => false,

@@ -15,6 +15,8 @@ pub enum Format {
     Bgra8Linear,
     /// One 32-bit number.
     R32Uint,
+    /// Two 16-bit floats.
+    Rg16Float,
     /// 32-bit depth.
     Depth32,
 }
@@ -27,6 +29,7 @@ impl Format {
             Self::Rgba8Linear => vk::Format::R8G8B8A8_UNORM,
             Self::Bgra8Linear => vk::Format::B8G8R8A8_UNORM,
             Self::R32Uint => vk::Format::R32_UINT,
+            Self::Rg16Float => vk::Format::R16G16_SFLOAT,
             Self::Depth32 => vk::Format::D32_SFLOAT,
         }
     }

@@ -23,6 +23,8 @@ pub enum ImageKind {
         /// 1 or 4.
         samples: u32,
     },
+    /// Drawn into, one sample a pixel, and then sampled by shaders.
+    SampledTarget,
 }
 
 /// An image to make.
@@ -59,6 +61,8 @@ pub(crate) enum ImageUse {
     Undefined,
     ColorTarget,
     DepthTarget,
+    /// Gets the depth of a pass with several samples a pixel.
+    DepthResolve,
     CopySource,
     CopyTarget,
     Sampled,
@@ -69,7 +73,7 @@ impl ImageUse {
         match self {
             Self::Undefined => vk::ImageLayout::UNDEFINED,
             Self::ColorTarget => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-            Self::DepthTarget => vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
+            Self::DepthTarget | Self::DepthResolve => vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
             Self::CopySource => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
             Self::CopyTarget => vk::ImageLayout::TRANSFER_DST_OPTIMAL,
             Self::Sampled => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
@@ -80,7 +84,11 @@ impl ImageUse {
         match self {
             // What ran before on an image whose content is given up is unknown.
             Self::Undefined => vk::PipelineStageFlags2::ALL_COMMANDS,
-            Self::ColorTarget => vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+            // Depth, too, is resolved at the colours' stage (Vulkan specification, "Render Pass
+            // Multisample Resolve Operations").
+            Self::ColorTarget | Self::DepthResolve => {
+                vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT
+            }
             Self::DepthTarget => {
                 vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS
                     | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS
@@ -93,7 +101,7 @@ impl ImageUse {
     pub(crate) fn access(self) -> vk::AccessFlags2 {
         match self {
             Self::Undefined => vk::AccessFlags2::MEMORY_WRITE,
-            Self::ColorTarget => {
+            Self::ColorTarget | Self::DepthResolve => {
                 vk::AccessFlags2::COLOR_ATTACHMENT_WRITE | vk::AccessFlags2::COLOR_ATTACHMENT_READ
             }
             Self::DepthTarget => {
@@ -122,13 +130,21 @@ impl ImageKind {
             Self::Target { samples: 1 } => {
                 vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC
             }
+            Self::SampledTarget => vk::ImageUsageFlags::SAMPLED | Self::attachment(format),
             Self::Target { .. } => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+        }
+    }
+
+    fn attachment(format: Format) -> vk::ImageUsageFlags {
+        match format {
+            Format::Depth32 => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            _ => vk::ImageUsageFlags::COLOR_ATTACHMENT,
         }
     }
 
     fn samples(self) -> u32 {
         match self {
-            Self::Texture | Self::FlatTexture => 1,
+            Self::Texture | Self::FlatTexture | Self::SampledTarget => 1,
             Self::Target { samples } => samples,
         }
     }
@@ -172,7 +188,7 @@ impl Image {
         }
         let levels = match kind {
             ImageKind::Texture => level_count(description.size),
-            ImageKind::FlatTexture | ImageKind::Target { .. } => 1,
+            _ => 1,
         };
         // A picture gets a second view, for drawing without decoding.
         let undecoded = format.undecoded().filter(|_| kind != ImageKind::Texture);

@@ -25,6 +25,7 @@ mod pipeline_cache;
 mod presenter;
 mod recorder;
 mod sampler;
+mod screen;
 mod slot;
 mod surface;
 mod swapchain;
@@ -38,7 +39,7 @@ pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
 pub use image::{Image, ImageDescription, ImageKind};
 pub use paint::{Paint, PaintPass};
-pub use pass::{ClearColor, Draw, Pass, Targets, Viewport};
+pub use pass::{ClearColor, DepthAfter, Draw, Pass, Targets, Viewport};
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };

@@ -79,7 +79,7 @@ impl PaintPass<'_> {
     /// When pipeline, groups or buffers do not fit.
     pub fn draw(&mut self, paint: &Paint<'_>) -> Result<(), GpuError> {
         let Paint { pipeline, groups, vertices, indices, index_range, first_vertex, clip } = paint;
-        if (pipeline.color, pipeline.samples) != (self.format, 1) || !pipeline.takes(groups) {
+        if (pipeline.color, pipeline.samples) != (Some(self.format), 1) || !pipeline.takes(groups) {
             return Err(GpuError::Misuse("paint made for another picture"));
         }
         if vertices.usage() != BufferUsage::HostVertex

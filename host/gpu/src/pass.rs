@@ -22,11 +22,24 @@ pub struct Targets<'a> {
     pub resolve: Option<&'a Image>,
     /// Depth, with as many samples as the colour.
     pub depth: &'a Image,
+    /// What becomes of it.
+    pub depth_after: DepthAfter<'a>,
     /// What the colour starts with.
     pub clear: ClearColor,
     /// Takes sRGB colours as bytes: shaders encode, and blending and resolving do not
     /// decode.
     pub undecoded: bool,
+}
+
+/// What becomes of a pass's depth.
+#[derive(Clone, Copy)]
+pub enum DepthAfter<'a> {
+    /// Nobody reads it.
+    Forgotten,
+    /// It is there for passes after this one.
+    Kept,
+    /// This image gets the first of its samples.
+    First(&'a Image),
 }
 
 /// Where clip space lies on the targets, in pixels; it may be larger than they
@@ -66,7 +79,7 @@ pub struct Pass<'r> {
     recorder: &'r Recorder<'r>,
     device: &'r ash::Device,
     commands: vk::CommandBuffer,
-    format: Format,
+    format: Option<Format>,
     samples: u32,
     bound: Bound,
 }
@@ -91,18 +104,18 @@ impl Recorder<'_> {
         targets: &Targets<'_>,
         viewport: Viewport,
     ) -> Result<Pass<'_>, GpuError> {
-        let Targets { color, resolve, depth, clear, undecoded } = targets;
+        let Targets { color, resolve, depth, depth_after, clear, undecoded } = targets;
         let fits = color.size() == depth.size()
             && color.samples() == depth.samples()
             && depth.format() == Format::Depth32
             && resolve.is_none_or(|r| {
                 r.size() == color.size() && r.format() == color.format() && color.samples() > 1
-            });
+            })
+            && depth_after.fits(depth);
         if !fits {
             return Err(GpuError::Misuse("targets that do not fit together"));
         }
         self.use_image(color, ImageUse::ColorTarget);
-        self.use_image(depth, ImageUse::DepthTarget);
         let viewed = |image: &Image| {
             if !undecoded {
                 return Ok((image.view(), image.format()));
@@ -122,19 +135,64 @@ impl Recorder<'_> {
                 .resolve_image_view(viewed(resolve)?.0)
                 .resolve_image_layout(ImageUse::ColorTarget.layout());
         }
+        let depth_info = self.depth_attachment(depth, *depth_after);
+        Ok(self.begin_pass(color, Some((color_info, format)), depth_info, viewport))
+    }
+
+    /// Begins a pass that draws depth alone, anew and to be sampled afterwards.
+    ///
+    /// # Errors
+    /// When the image holds no depth.
+    pub fn depth_pass(&mut self, depth: &Image) -> Result<Pass<'_>, GpuError> {
+        if depth.format() != Format::Depth32 {
+            return Err(GpuError::Misuse("a depth pass without depth"));
+        }
+        let viewport =
+            Viewport { origin: [0.0; 2], size: depth.size().map(|pixels| pixels as f32) };
+        let info = self.depth_attachment(depth, DepthAfter::Kept);
+        Ok(self.begin_pass(depth, None, info, viewport))
+    }
+
+    fn depth_attachment(
+        &mut self,
+        depth: &Image,
+        after: DepthAfter<'_>,
+    ) -> vk::RenderingAttachmentInfo<'static> {
+        self.use_image(depth, ImageUse::DepthTarget);
         // Reverse-Z: zero is infinitely far.
-        let depth_info = attachment(depth.view(), ImageUse::DepthTarget)
-            .store_op(vk::AttachmentStoreOp::DONT_CARE);
-        let [width, height] = color.size();
+        let info = attachment(depth.view(), ImageUse::DepthTarget);
+        match after {
+            DepthAfter::Forgotten => info.store_op(vk::AttachmentStoreOp::DONT_CARE),
+            DepthAfter::Kept => info.store_op(vk::AttachmentStoreOp::STORE),
+            DepthAfter::First(image) => {
+                self.use_image(image, ImageUse::DepthResolve);
+                info.store_op(vk::AttachmentStoreOp::DONT_CARE)
+                    .resolve_mode(vk::ResolveModeFlags::SAMPLE_ZERO)
+                    .resolve_image_view(image.view())
+                    .resolve_image_layout(ImageUse::DepthResolve.layout())
+            }
+        }
+    }
+
+    /// `target`: any image of the pass; images are ready for their use.
+    fn begin_pass(
+        &mut self,
+        target: &Image,
+        color: Option<(vk::RenderingAttachmentInfo<'_>, Format)>,
+        depth: vk::RenderingAttachmentInfo<'_>,
+        viewport: Viewport,
+    ) -> Pass<'_> {
+        let [width, height] = target.size();
         let area = vk::Rect2D::from(vk::Extent2D { width, height });
-        let colors = [color_info];
+        let format = color.map(|(_, format)| format);
+        let colors: Vec<_> = color.into_iter().map(|(info, _)| info).collect();
         let info = vk::RenderingInfo::default()
             .render_area(area)
             .layer_count(1)
             .color_attachments(&colors)
-            .depth_attachment(&depth_info);
-        let samples = color.samples();
-        self.begin_label(color.name());
+            .depth_attachment(&depth);
+        let samples = target.samples();
+        self.begin_label(target.name());
         let commands = self.commands();
         let device = &self.device().raw;
         let viewports = [vk::Viewport {
@@ -153,7 +211,19 @@ impl Recorder<'_> {
             device.cmd_set_scissor(commands, 0, &[area]);
         }
         let recorder: &Recorder<'_> = self;
-        Ok(Pass { recorder, device, commands, format, samples, bound: Bound::default() })
+        Pass { recorder, device, commands, format, samples, bound: Bound::default() }
+    }
+}
+
+impl DepthAfter<'_> {
+    fn fits(self, depth: &Image) -> bool {
+        match self {
+            Self::Forgotten | Self::Kept => true,
+            Self::First(image) => {
+                let is_alike = (image.size(), image.format()) == (depth.size(), depth.format());
+                is_alike && image.samples() == 1 && depth.samples() > 1
+            }
+        }
     }
 }
 
@@ -200,7 +270,8 @@ impl Pass<'_> {
 
     fn check(&self, draw: &Draw<'_>) -> Result<(), GpuError> {
         let pipeline = draw.pipeline;
-        if (pipeline.color, pipeline.samples) != (self.format, self.samples) {
+        let made_for = (pipeline.color, pipeline.samples, pipeline.screen);
+        if made_for != (self.format, self.samples, false) {
             return Err(GpuError::Misuse("a pipeline made for other targets"));
         }
         if !pipeline.takes(draw.groups) {

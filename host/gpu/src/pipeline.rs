@@ -30,6 +30,8 @@ pub enum Blend {
     Replace,
     /// Covers it by its alpha, and leaves depth alone.
     Over,
+    /// Multiplies it.
+    Multiply,
 }
 
 /// A pipeline to make. Triangles; counter-clockwise is the front; reverse-Z.
@@ -38,20 +40,22 @@ pub struct PipelineDescription<'a> {
     pub name: &'a str,
     /// Vertex shader.
     pub vertex: ShaderStage<'a>,
-    /// Fragment shader.
-    pub fragment: ShaderStage<'a>,
+    /// Fragment shader; none where depth alone is drawn and nothing is left out.
+    pub fragment: Option<ShaderStage<'a>>,
     /// What the vertex buffers hold, in the order in which they are bound.
     pub vertex_buffers: &'a [VertexBuffer<'a>],
     /// Layouts of the groups, numbered from 0.
     pub groups: &'a [&'a BindGroupLayout],
-    /// Format of the colour target.
-    pub color: Format,
+    /// Format of the colour target; none where depth alone is drawn.
+    pub color: Option<Format>,
     /// Samples a pixel.
     pub samples: u32,
     /// How fragments meet what is there.
     pub blend: Blend,
     /// Draws edges instead of faces; needs [`Gpu::can_draw_lines`].
     pub lines: bool,
+    /// For [`Recorder::screen_pass`](crate::Recorder::screen_pass): there is no depth.
+    pub screen: bool,
 }
 
 /// What one vertex buffer holds.
@@ -105,8 +109,9 @@ pub struct Pipeline {
     device: Arc<Device>,
     pub(crate) raw: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
-    pub(crate) color: Format,
+    pub(crate) color: Option<Format>,
     pub(crate) samples: u32,
+    pub(crate) screen: bool,
     pub(crate) groups: Vec<BindGroupLayout>,
 }
 
@@ -138,6 +143,7 @@ impl Pipeline {
             layout,
             color: description.color,
             samples: description.samples,
+            screen: description.screen,
             groups: description.groups.iter().map(|&group| group.clone()).collect(),
         };
         pipeline.raw = pipeline.compile(description)?;
@@ -153,11 +159,14 @@ impl Pipeline {
 
     fn compile(&self, description: &PipelineDescription<'_>) -> Result<vk::Pipeline, GpuError> {
         let vertex = Module::new(&self.device, description.vertex.words)?;
-        let fragment = Module::new(&self.device, description.fragment.words)?;
-        let stages = [
-            vertex.stage(vk::ShaderStageFlags::VERTEX, description.vertex.entry),
-            fragment.stage(vk::ShaderStageFlags::FRAGMENT, description.fragment.entry),
-        ];
+        let fragment = description
+            .fragment
+            .map(|stage| Ok::<_, GpuError>((Module::new(&self.device, stage.words)?, stage.entry)))
+            .transpose()?;
+        let mut stages = vec![vertex.stage(vk::ShaderStageFlags::VERTEX, description.vertex.entry)];
+        stages.extend(
+            fragment.iter().map(|(of, entry)| of.stage(vk::ShaderStageFlags::FRAGMENT, entry)),
+        );
         let (bindings, attributes) = vertex_input(description.vertex_buffers);
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&bindings)
@@ -174,11 +183,14 @@ impl Pipeline {
         let multisample = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(sample_flag(description.samples));
         let paints = description.blend == Blend::Paint;
+        let has_depth = !paints && !description.screen;
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(!paints)
-            .depth_write_enable(description.blend == Blend::Replace)
+            .depth_test_enable(has_depth)
+            .depth_write_enable(has_depth && description.blend == Blend::Replace)
             .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
-        let attachments = [blend_state(description.blend)];
+        let colors: Vec<_> =
+            description.color.map(|format| shown_as(format, paints)).into_iter().collect();
+        let attachments = vec![blend_state(description.blend); colors.len()];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic_states = [
             vk::DynamicState::VIEWPORT,
@@ -187,9 +199,7 @@ impl Pipeline {
             vk::DynamicState::FRONT_FACE,
         ];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
-        let undecoded = description.color.undecoded().filter(|_| paints);
-        let colors = [undecoded.unwrap_or(description.color).vk()];
-        let depth_format = if paints { vk::Format::UNDEFINED } else { Format::Depth32.vk() };
+        let depth_format = if has_depth { Format::Depth32.vk() } else { vk::Format::UNDEFINED };
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(&colors)
             .depth_attachment_format(depth_format);
@@ -218,6 +228,11 @@ impl Drop for Pipeline {
     fn drop(&mut self) {
         self.device.discard(Garbage::Pipeline(self.raw, self.layout));
     }
+}
+
+/// What a target of this format is drawn as.
+fn shown_as(format: Format, paints: bool) -> vk::Format {
+    format.undecoded().filter(|_| paints).unwrap_or(format).vk()
 }
 
 fn vertex_input(
@@ -252,6 +267,7 @@ fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
             [Factor::SRC_ALPHA, Factor::ONE_MINUS_SRC_ALPHA],
             [Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA],
         ),
+        Blend::Multiply => ([Factor::ZERO, Factor::SRC_COLOR], [Factor::ZERO, Factor::ONE]),
         Blend::Paint => {
             ([Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA], [Factor::ONE_MINUS_DST_ALPHA, Factor::ONE])
         }

@@ -34,15 +34,35 @@ impl Sampler {
     ///
     /// # Errors
     /// When memory runs out.
-    pub fn new(gpu: &Gpu, [u, v]: [AddressMode; 2]) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, modes: [AddressMode; 2]) -> Result<Self, GpuError> {
+        Self::of(gpu, modes, None)
+    }
+
+    /// A sampler of depth that gives the share of the nearest texels that a reference
+    /// reaches: with reverse-Z, those that are not before it.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn comparing(gpu: &Gpu) -> Result<Self, GpuError> {
+        Self::of(gpu, [AddressMode::Clamp; 2], Some(gpu.device().adapter.filters_depth))
+    }
+
+    /// `compares`: whether a comparison is filtered.
+    fn of(gpu: &Gpu, [u, v]: [AddressMode; 2], compares: Option<bool>) -> Result<Self, GpuError> {
+        let filter = match compares {
+            Some(false) => vk::Filter::NEAREST,
+            _ => vk::Filter::LINEAR,
+        };
         let mode = |mode| match mode {
             AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,
             AddressMode::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
             AddressMode::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
         };
         let info = vk::SamplerCreateInfo::default()
-            .mag_filter(vk::Filter::LINEAR)
-            .min_filter(vk::Filter::LINEAR)
+            .mag_filter(filter)
+            .min_filter(filter)
+            .compare_enable(compares.is_some())
+            .compare_op(vk::CompareOp::GREATER_OR_EQUAL)
             .mipmap_mode(vk::SamplerMipmapMode::LINEAR)
             .address_mode_u(mode(u))
             .address_mode_v(mode(v))

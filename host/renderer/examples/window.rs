@@ -71,19 +71,16 @@ impl View {
             ui.heading(format!("frame {number} at {width} x {height}"));
         });
         let primitives = self.context.tessellate(output.shapes, 1.0);
+        let camera = CameraView::look_at(eye, target, Vec3::Y, 0.7, aspect, 0.05);
         let drawn = self.renderer.draw(&Frame {
-            camera: CameraView::look_at(eye, target, Vec3::Y, 0.7, aspect, 0.05),
-            instances: &self.instances,
-            object_highlights: &[],
             wireframe: number % 50 == 49,
             background: [0.68, 0.70, 0.72],
-            ground: None,
-            fog_distance: None,
             overlay: Some(EguiFrame {
                 textures_delta: &output.textures_delta,
                 primitives: &primitives,
                 pixels_per_point: 1.0,
             }),
+            ..Frame::of(camera, &self.instances)
         });
         output.textures_delta.clear();
         Ok(drawn?.triangles > 0)

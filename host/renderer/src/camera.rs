@@ -47,7 +47,7 @@ impl CameraView {
     /// From the eye through the upper left corner of a picture of `size` pixels,
     /// and by what that changes a pixel to the right and a pixel down: world
     /// space, of any length.
-    pub(crate) fn pixel_rays(&self, size: [u32; 2]) -> [Vec3; 3] {
+    pub(crate) fn pixel_rays(&self, [width, height]: [f32; 2]) -> [Vec3; 3] {
         let camera_from_clip = self.projection.inverse();
         // By its rotation alone: far from the origin positions are coarse.
         let world_from_camera = Mat3::from_mat4(self.camera_from_world).transpose();
@@ -55,7 +55,6 @@ impl CameraView {
             world_from_camera * camera_from_clip.project_point3(Vec3::new(x, y, 1.0))
         };
         let corner = through(-1.0, -1.0);
-        let [width, height] = size.map(|pixels| pixels.max(1) as f32);
         let right = (through(1.0, -1.0) - corner) / width;
         [corner, right, (through(-1.0, 1.0) - corner) / height]
     }
@@ -88,7 +87,7 @@ mod tests {
 
     #[test]
     fn rays_lead_to_what_their_pixels_show() {
-        let size = [640, 360];
+        let size = [640.0, 360.0];
         let eye = Vec3::new(40.0, -7.0, 12.0);
         let camera = CameraView::look_at(eye, Vec3::ONE, Vec3::Y, 0.9, 16.0 / 9.0, 0.3);
         let [corner, right, down] = camera.pixel_rays(size);

@@ -4,21 +4,26 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_geometry::CollapseStacks;
-use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
+use busbar_gpu::{Binding, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
 use rayon::prelude::*;
 
 use crate::batch::Plan;
 use crate::features::FeatureKit;
 use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
+use crate::layer::ready;
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
+use crate::occlusion::Occlusion;
+use crate::outline::Outlines;
 use crate::pick::PickTargets;
 use crate::pipelines::{Layouts, Pipelines};
 use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
+use crate::shadows::{Drawn, Shadows, Sun};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
+use crate::uniform::frame_uniform;
 use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError};
 
 /// Bytes of index buffers, resolved beside the frames, that one frame uploads;
@@ -45,18 +50,43 @@ pub(crate) struct Content {
     ground: GroundKit,
     layouts: Layouts,
     pipelines: Pipelines,
+    /// At high quality.
+    high: Option<High>,
+    /// Once something was outlined.
+    outlines: Option<Outlines>,
     streams: Vec<FrameStream>,
     /// One a stream, kept for its room.
     plans: Vec<Plan>,
 }
 
+/// What high quality adds.
+struct High {
+    shadows: Shadows,
+    occlusion: Occlusion,
+}
+
+impl High {
+    fn new(gpu: &Gpu, layouts: &Layouts) -> Result<Self, RenderError> {
+        let occlusion = Occlusion::new(gpu, &layouts.frame, &layouts.texture)?;
+        Ok(Self { shadows: Shadows::new(gpu)?, occlusion })
+    }
+}
+
+/// What frames bind after their own.
+fn bindings_of(high: Option<&High>) -> Vec<Binding<'_>> {
+    high.map_or_else(Vec::new, |high| high.shadows.bindings().to_vec())
+}
+
 impl Content {
     pub(crate) fn new(gpu: &mut Gpu, quality: Quality, samples: u32) -> Result<Self, RenderError> {
-        let layouts = Layouts::new(gpu)?;
+        let layouts = Layouts::new(gpu, quality)?;
         let pipelines = Pipelines::new(gpu, &layouts, quality, samples)?;
+        let high = (quality == Quality::High).then(|| High::new(gpu, &layouts)).transpose()?;
+        let more = bindings_of(high.as_ref());
         let streams = (0..=PICK_STREAM)
-            .map(|_| FrameStream::new(gpu, &layouts.frame))
+            .map(|_| FrameStream::new(gpu, &layouts.frame, &more))
             .collect::<Result<_, _>>()?;
+        drop(more);
         Ok(Self {
             models: Vec::new(),
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
@@ -66,6 +96,8 @@ impl Content {
             ground: GroundKit::new(gpu)?,
             layouts,
             pipelines,
+            high,
+            outlines: None,
             plans: (0..=PICK_STREAM).map(|_| Plan::default()).collect(),
             streams,
         })
@@ -76,6 +108,19 @@ impl Content {
         self.models.clear();
         self.cache.drop_all();
         self.resolver.drop_where(|_| true);
+        self.forget_layers();
+    }
+
+    /// What was recorded last never ran: images hold nothing.
+    pub(crate) fn abandon_frame(&mut self) {
+        self.cache.abandon_frame();
+        self.forget_layers();
+    }
+
+    fn forget_layers(&mut self) {
+        if let Some(high) = &mut self.high {
+            high.shadows.forget();
+        }
     }
 
     /// Asks for meshes at cursors, to be resolved beside the frames.
@@ -134,19 +179,15 @@ impl Content {
         recorder: &mut Recorder<'_>,
         stream: usize,
         frame: &Frame<'_>,
-        size: [u32; 2],
+        viewport: Viewport,
     ) -> Result<Plan, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
         let mut plan = std::mem::take(&mut self.plans[stream]);
         plan.fill(&self.models, frame)?;
-        let layout = &self.layouts.frame;
-        self.streams[stream].write(
-            recorder.gpu(),
-            layout,
-            (frame, size),
-            &plan.instances,
-            &plan.feature_highlights,
-        )?;
+        self.pipelines.ready(recorder.gpu(), &self.layouts, frame.section.is_some())?;
+        let layout = (&self.layouts.frame, &*bindings_of(self.high.as_ref()));
+        let uniform = frame_uniform(frame, viewport, self.sun_of(frame).as_ref());
+        self.streams[stream].write(recorder.gpu(), layout, &uniform, &plan)?;
         self.resolve_missing(recorder, &plan)?;
         for batch in &plan.batches {
             self.cache.touch(batch.key)?;
@@ -154,7 +195,13 @@ impl Content {
         Ok(plan)
     }
 
-    fn drawer<'a>(&'a self, plan: &'a Plan, stream: usize) -> SceneDrawer<'a> {
+    /// The sun, where it casts shadows.
+    fn sun_of(&self, frame: &Frame<'_>) -> Option<Sun> {
+        self.high.as_ref()?;
+        frame.shadow_bounds.filter(|_| !frame.wireframe).map(Sun::over)
+    }
+
+    fn drawer<'a>(&'a self, plan: &'a Plan, stream: usize, frame: &Frame<'_>) -> SceneDrawer<'a> {
         SceneDrawer {
             models: &self.models,
             cache: &self.cache,
@@ -162,54 +209,120 @@ impl Content {
             frame_group: &self.streams[stream].group,
             instances: &self.streams[stream].instances,
             feature_kit: &self.feature_kit,
+            more: None,
+            // Insides come to be seen.
+            shows_backs: frame.section.is_some(),
         }
     }
 
     pub(crate) fn record(
         &mut self,
         recorder: &mut Recorder<'_>,
-        targets: &SceneTargets,
+        targets: &mut SceneTargets,
         frame: &Frame<'_>,
     ) -> Result<FrameStats, RenderError> {
         let resolving = Instant::now();
         let stream = recorder.slot();
         self.upload_resolved(recorder)?;
-        let plan = self.prepare(recorder, stream, frame, targets.size())?;
+        let plan = self.prepare(recorder, stream, frame, whole(targets.size()))?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
         let _span = tracing::debug_span!("scene").entered();
-        let drawer = self.drawer(&plan, stream);
-        let pipelines = &self.pipelines;
-        let undecoded = pipelines.undecoded && !frame.wireframe;
-        let cleared = targets.cleared_to(frame.background, undecoded);
-        let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
-        let mut draw_calls = 0;
-        if frame.wireframe {
-            draw_calls += drawer.draw(&mut pass, &pipelines.wire_fill, Sections::All)?;
-            if let Some(lines) = &pipelines.wire_lines {
-                draw_calls += drawer.draw(&mut pass, lines, Sections::All)?;
-            }
-        } else {
-            draw_calls += drawer.draw(&mut pass, &pipelines.opaque, Sections::Opaque)?;
-            if let (Some(pipeline), Some(_)) = (&pipelines.ground, frame.ground) {
-                let stream = &self.streams[stream];
-                self.ground.draw(&mut pass, pipeline, &stream.group, &stream.instances)?;
-                draw_calls += 1;
-            }
-            draw_calls += drawer.draw_blended(&mut pass, &pipelines.blended, frame.camera.eye)?;
+        let shadows_drawn = self.record_shadows(recorder, frame)?;
+        let occludes = self.high.is_some() && !frame.wireframe;
+        let keeps_depth = occludes || !frame.outlined.is_empty();
+        if keeps_depth {
+            targets.ready_depth(recorder.gpu(), &self.layouts.texture)?;
         }
+        let drawer = self.drawer(&plan, stream, frame);
+        let draw_calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         let triangles = drawer.triangles();
-        drop(pass);
         recorder.end_stage("scene");
+        if let (true, Some(high)) = (occludes, &self.high) {
+            let group = &self.streams[stream].group;
+            high.occlusion.record(recorder, targets, &self.layouts.texture, group)?;
+            recorder.end_stage("occlusion");
+        }
+        self.record_outlines(recorder, targets, frame)?;
         self.plans[stream] = plan;
         Ok(FrameStats {
             triangles,
             draw_calls,
             resolve_millis,
             resolved: self.cache.made(),
+            shadows_drawn,
             waiting: self.resolver.waiting() as u32,
             ..FrameStats::default()
         })
+    }
+
+    fn record_scene(
+        &self,
+        recorder: &mut Recorder<'_>,
+        targets: &SceneTargets,
+        frame: &Frame<'_>,
+        drawer: &SceneDrawer<'_>,
+        keeps_depth: bool,
+    ) -> Result<u32, RenderError> {
+        let undecoded = self.pipelines.undecoded && !frame.wireframe;
+        let cleared = targets.cleared_to(frame.background, undecoded, keeps_depth);
+        let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
+        let looks = self.pipelines.looks(frame.section.is_some());
+        if frame.wireframe {
+            let mut calls = drawer.draw(&mut pass, &looks.wire_fill, Sections::All)?;
+            if let Some(lines) = &looks.wire_lines {
+                calls += drawer.draw(&mut pass, lines, Sections::All)?;
+            }
+            return Ok(calls);
+        }
+        let mut calls = drawer.draw(&mut pass, &looks.opaque, Sections::Opaque)?;
+        if let (Some(pipeline), Some(_)) = (&self.pipelines.ground, frame.ground) {
+            self.ground.draw(&mut pass, pipeline, drawer.frame_group, drawer.instances)?;
+            calls += 1;
+        }
+        calls += drawer.draw_blended(&mut pass, &looks.blended, frame.camera.eye)?;
+        Ok(calls)
+    }
+
+    fn record_shadows(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        frame: &Frame<'_>,
+    ) -> Result<bool, RenderError> {
+        let sun = self.sun_of(frame);
+        let looks = self.pipelines.looks(frame.section.is_some());
+        let (Some(high), Some(shading)) = (&mut self.high, &looks.shadow) else {
+            return Ok(false);
+        };
+        if frame.wireframe {
+            return Ok(false);
+        }
+        let (models, cache) = (&*self.models, &self.cache);
+        let drawn_with = Drawn { models, cache, feature_kit: &self.feature_kit };
+        let layout = &self.layouts.frame;
+        let drawn = high.shadows.record(recorder, layout, shading, drawn_with, frame, sun)?;
+        recorder.end_stage("shadows");
+        Ok(drawn)
+    }
+
+    fn record_outlines(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        targets: &mut SceneTargets,
+        frame: &Frame<'_>,
+    ) -> Result<(), RenderError> {
+        if frame.outlined.is_empty() {
+            return Ok(());
+        }
+        let more = bindings_of(self.high.as_ref());
+        let layouts = &self.layouts;
+        let outlines = ready(&mut self.outlines, || Outlines::new(recorder.gpu(), layouts, &more))?;
+        let (models, cache) = (&*self.models, &self.cache);
+        let drawn_with = Drawn { models, cache, feature_kit: &self.feature_kit };
+        let uniform = frame_uniform(frame, whole(targets.size()), None);
+        outlines.record(recorder, targets, (layouts, &more), drawn_with, (frame, &uniform))?;
+        recorder.end_stage("outline");
+        Ok(())
     }
 
     pub(crate) fn record_pick(
@@ -219,10 +332,11 @@ impl Content {
         viewport: Viewport,
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
-        let plan = self.prepare(recorder, PICK_STREAM, frame, targets.id.size())?;
-        let drawer = self.drawer(&plan, PICK_STREAM);
+        let plan = self.prepare(recorder, PICK_STREAM, frame, viewport)?;
+        let drawer = self.drawer(&plan, PICK_STREAM, frame);
         let mut pass = recorder.pass(&targets.cleared(), viewport)?;
-        drawer.draw(&mut pass, &self.pipelines.pick, Sections::All)?;
+        let pick = &self.pipelines.looks(frame.section.is_some()).pick;
+        drawer.draw(&mut pass, pick, Sections::All)?;
         drop(pass);
         self.plans[PICK_STREAM] = plan;
         Ok(())

@@ -1,9 +1,10 @@
 //! What one frame shows, and what came of it.
 
+use busbar_geometry::Bounds;
 use busbar_gpu::StageMillis;
 use glam::Mat4;
 
-use crate::{CameraView, Ground, ModelHandle};
+use crate::{CameraView, Ground, ModelHandle, SectionPlane};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -26,8 +27,53 @@ pub struct Frame<'a> {
     /// Distance at which half of what is seen is background, metres, so that far things
     /// fade; not at low quality or in wireframes.
     pub fog_distance: Option<f32>,
+    /// Around all that casts a shadow, world space in metres; `None` for no shadows. At
+    /// high quality alone, and not in wireframes.
+    pub shadow_bounds: Option<Bounds>,
+    /// What gets an outline; what is named twice, by its last mention.
+    pub outlined: &'a [Outlined],
+    /// Cuts away what lies before it.
+    pub section: Option<SectionPlane>,
     /// Panels over the picture.
     pub overlay: Option<EguiFrame<'a>>,
+}
+
+impl<'a> Frame<'a> {
+    /// Instances alone, before black.
+    pub fn of(camera: CameraView, instances: &'a [DrawInstance]) -> Self {
+        Self {
+            camera,
+            instances,
+            object_highlights: &[],
+            wireframe: false,
+            background: [0.0; 3],
+            ground: None,
+            fog_distance: None,
+            shadow_bounds: None,
+            outlined: &[],
+            section: None,
+            overlay: None,
+        }
+    }
+}
+
+/// An object with an outline: a light line with a dark one around it, at least two pixels
+/// wide in all, dashed where something lies before the object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outlined {
+    /// As [`DrawInstance::object`], or of a feature.
+    pub object: u32,
+    /// Why.
+    pub kind: OutlineKind,
+}
+
+/// Why an object has an outline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutlineKind {
+    /// The pointer is over it: the thinner line.
+    Hovered = 1,
+    /// It is selected.
+    Selected = 2,
 }
 
 /// One mesh drawn once.
@@ -90,14 +136,16 @@ pub struct FrameStats {
     pub resolve_millis: f64,
     /// Meshes at new cursors that came onto the device.
     pub resolved: u32,
+    /// Whether the shadow map was drawn anew.
+    pub shadows_drawn: bool,
     /// Requests ([`Renderer::request`](crate::Renderer::request)) that are not
     /// done.
     pub waiting: u32,
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,
-    /// What of that each stage took: `upload`, `scene`, `panels`; the rest is handing the
-    /// picture to the window.
+    /// What of that each stage took: `upload`, `shadows`, `scene`, `occlusion`, `outline`,
+    /// `panels`, as far as there are any; the rest is handing the picture to the window.
     pub gpu_stages: StageMillis,
 }
 

@@ -18,26 +18,36 @@ mod frame;
 mod frustum;
 mod ground;
 mod index_cache;
+mod layer;
 mod material;
 mod model;
+mod occlusion;
+mod outline;
 mod panels;
 mod pick;
 mod pipelines;
 mod renderer;
 mod resolver;
 mod scene_pass;
+mod section;
+mod shadows;
 mod stream;
 mod targets;
+mod uniform;
+mod words;
 
 pub use busbar_gpu::{Cure, GpuError, MAX_STAGES, StageMillis, ValidationLog, WindowHandles};
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
 pub use error::RenderError;
-pub use frame::{DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Picture};
+pub use frame::{
+    DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, OutlineKind, Outlined, Picture,
+};
 pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
 pub use model::{ModelHandle, ModelUpload};
 pub use panels::MAX_PANEL_VERTICES;
 pub use renderer::{DeviceChoice, Quality, Renderer, RendererOptions};
 pub use resolver::{MAX_PENDING_RESOLVE_BYTES, MAX_PENDING_RESOLVES};
+pub use section::SectionPlane;
 pub use stream::{MAX_FEATURE_HIGHLIGHTS, MAX_INSTANCES};

@@ -154,7 +154,7 @@ fn uniform_of(material: &Material) -> MaterialUniform {
     let [red, green, blue, _] = material.base_color.map(|c| srgb_from_linear(c * kept));
     MaterialUniform {
         base_color: material.base_color,
-        emissive: [r, g, b, 0.0],
+        emissive: [r, g, b, f32::from(u8::from(material.double_sided))],
         encoded_color: [red, green, blue, 0.0],
         metallic,
         roughness: material.roughness.clamp(0.0, 1.0),

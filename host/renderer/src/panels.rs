@@ -275,17 +275,18 @@ fn pipeline(gpu: &Gpu, color: Format, groups: [&BindGroupLayout; 2]) -> Result<P
         &PipelineDescription {
             name: "panels",
             vertex: ShaderStage { words: PANELS, entry: c"vertex_main" },
-            fragment: ShaderStage { words: PANELS, entry: c"fragment_main" },
+            fragment: Some(ShaderStage { words: PANELS, entry: c"fragment_main" }),
             vertex_buffers: &[VertexBuffer {
                 stride,
                 per_instance: false,
                 attributes: &attributes,
             }],
             groups: &groups,
-            color,
+            color: Some(color),
             samples: 1,
             blend: Blend::Paint,
             lines: false,
+            screen: false,
         },
     )
 }

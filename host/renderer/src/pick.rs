@@ -1,7 +1,8 @@
 //! Which object is at a pixel.
 
 use busbar_gpu::{
-    ClearColor, Format, Gpu, GpuError, Image, ImageDescription, ImageKind, Targets, Viewport,
+    ClearColor, DepthAfter, Format, Gpu, GpuError, Image, ImageDescription, ImageKind, Targets,
+    Viewport,
 };
 
 /// Object ids are 32-bit numbers.
@@ -34,6 +35,7 @@ impl PickTargets {
             color: &self.id,
             resolve: None,
             depth: &self.depth,
+            depth_after: DepthAfter::Forgotten,
             clear: ClearColor::Number(BACKGROUND),
             undecoded: false,
         }

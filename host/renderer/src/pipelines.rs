@@ -6,42 +6,65 @@ use busbar_gpu::{
     AttributeKind, BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline,
     PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-use busbar_shaders::{Attribute, GROUND, Instance, LOW, PICK, SCENE, Vertex, WIREFRAME};
+use busbar_shaders::{Attribute, GROUND, GROUND_SHADOWED, Instance, MASK, MASK_SECTION, Vertex};
 
 use crate::Quality;
+use crate::layer::ready;
 use crate::material::GpuMaterial;
 use crate::pick::ID_FORMAT;
+use crate::words::Words;
 
-/// Layouts of the three groups that `shaders/common/frame.wgsl` names.
+/// Layouts of the groups that the shaders name: those of `shaders/common/frame.wgsl`, and
+/// of a single texture.
 pub(crate) struct Layouts {
     pub(crate) frame: BindGroupLayout,
     pub(crate) features: BindGroupLayout,
     pub(crate) material: BindGroupLayout,
+    pub(crate) texture: BindGroupLayout,
 }
 
 impl Layouts {
-    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, quality: Quality) -> Result<Self, GpuError> {
         use BindingKind::{Sampler, Storage, Texture, Uniform};
+        let frame = [Uniform, Storage, Texture, Sampler];
+        let of_frame = if quality == Quality::High { &frame[..] } else { &frame[..2] };
         Ok(Self {
-            frame: BindGroupLayout::new(gpu, &[Uniform, Storage])?,
+            frame: BindGroupLayout::new(gpu, of_frame)?,
             features: BindGroupLayout::new(gpu, &[Storage])?,
             material: BindGroupLayout::new(gpu, &[Uniform, Texture, Sampler, Texture, Sampler])?,
+            texture: BindGroupLayout::new(gpu, &[Texture])?,
         })
     }
 }
 
-/// Compiled once, at start.
+/// What quality and samples ask of pipelines.
+#[derive(Clone, Copy)]
+struct Asked {
+    quality: Quality,
+    samples: u32,
+}
+
+/// Compiled once: what frames need at start, what cuts them when a plane first does.
 pub(crate) struct Pipelines {
-    pub(crate) opaque: Shading,
-    pub(crate) blended: Shading,
-    /// Whether the two above give colours as the picture's bytes keep them.
+    asked: Asked,
+    whole: Looks,
+    section: Option<Looks>,
+    /// Whether shaded pictures come as their bytes keep them.
     pub(crate) undecoded: bool,
     /// `None` at low quality.
     pub(crate) ground: Option<Pipeline>,
+}
+
+/// Pipelines of all that draws meshes, with a section plane or without.
+pub(crate) struct Looks {
+    pub(crate) opaque: Shading,
+    pub(crate) blended: Shading,
     pub(crate) wire_fill: Shading,
     /// `None` on a device that cannot draw lines.
     pub(crate) wire_lines: Option<Shading>,
     pub(crate) pick: Shading,
+    /// `None` unless at high quality.
+    pub(crate) shadow: Option<Shading>,
 }
 
 /// What is highlighted of the instances that are drawn together.
@@ -93,14 +116,67 @@ impl Pipelines {
         samples: u32,
     ) -> Result<Self, GpuError> {
         let color = gpu.picture_format();
-        let undecoded = color.undecoded().filter(|_| quality == Quality::Low);
+        let ground = Recipe {
+            name: "ground",
+            words: if quality == Quality::High { GROUND_SHADOWED } else { GROUND },
+            vertex: c"vertex_main",
+            fragment: Some(c"fragment_main"),
+            groups: &[&layouts.frame],
+        };
+        let ground = match quality {
+            Quality::Low => None,
+            _ => Some(ground.compile(gpu, Some(color), samples, Blend::Over, false)?),
+        };
+        let asked = Asked { quality, samples };
+        Ok(Self {
+            asked,
+            whole: Looks::new(gpu, layouts, asked, false)?,
+            section: None,
+            undecoded: shown_undecoded(gpu, quality).is_some(),
+            ground,
+        })
+    }
+
+    /// Compiles what a section needs, the first time.
+    pub(crate) fn ready(
+        &mut self,
+        gpu: &Gpu,
+        layouts: &Layouts,
+        is_section: bool,
+    ) -> Result<(), GpuError> {
+        if is_section {
+            ready(&mut self.section, || Looks::new(gpu, layouts, self.asked, true))?;
+        }
+        Ok(())
+    }
+
+    /// Those that are ready.
+    pub(crate) fn looks(&self, is_section: bool) -> &Looks {
+        self.section.as_ref().filter(|_| is_section).unwrap_or(&self.whole)
+    }
+}
+
+/// The format that low quality draws in, where the picture's has one.
+fn shown_undecoded(gpu: &Gpu, quality: Quality) -> Option<Format> {
+    gpu.picture_format().undecoded().filter(|_| quality == Quality::Low)
+}
+
+impl Looks {
+    fn new(
+        gpu: &Gpu,
+        layouts: &Layouts,
+        Asked { quality, samples }: Asked,
+        is_section: bool,
+    ) -> Result<Self, GpuError> {
+        let color = gpu.picture_format();
+        let undecoded = shown_undecoded(gpu, quality);
+        let words = Words::of(quality, undecoded.is_some(), is_section);
         let shaded = [&layouts.frame, &layouts.features, &layouts.material];
-        let unlit = [&layouts.frame, &layouts.features];
         let scene = Recipe {
             name: "scene",
-            words: if undecoded.is_some() { LOW } else { SCENE },
+            words: words.scene,
             vertex: c"feature_vertex_main",
-            fragment: c"fragment_main",
+            fragment: Some(c"fragment_main"),
             groups: &shaded,
         };
         let without_features =
@@ -108,38 +184,32 @@ impl Pipelines {
         let plain = Recipe {
             name: "plain scene",
             vertex: c"plain_vertex_main",
-            fragment: c"plain_fragment_main",
+            fragment: Some(c"plain_fragment_main"),
             ..scene
         };
         let fill = Recipe {
             name: "wireframe fill",
-            words: WIREFRAME,
+            words: words.wireframe,
             vertex: c"fill_vertex",
-            fragment: c"fill_fragment",
-            groups: &unlit,
+            fragment: Some(c"fill_fragment"),
+            groups: &shaded[..2],
         };
         let lines = Recipe {
             name: "wireframe lines",
             vertex: c"line_vertex",
-            fragment: c"line_fragment",
+            fragment: Some(c"line_fragment"),
             ..fill
         };
-        let pick = Recipe { name: "pick", words: PICK, vertex: c"vertex_main", ..scene };
-        let ground = Recipe {
-            name: "ground",
-            words: GROUND,
-            vertex: c"vertex_main",
-            fragment: c"fragment_main",
-            groups: &unlit[..1],
-        };
-        let shown = undecoded.unwrap_or(color);
+        let pick = Recipe { name: "pick", words: words.pick, vertex: c"vertex_main", ..scene };
+        let shown = Some(undecoded.unwrap_or(color));
         let solid =
             |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Replace, false);
         let clear = |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Over, false);
-        let wire_lines = gpu
-            .can_draw_lines()
-            .then(|| lines.compile(gpu, color, samples, Blend::Replace, true))
-            .transpose()?;
+        let wired = |recipe: &Recipe<'_>, lines| {
+            recipe.compile(gpu, Some(color), samples, Blend::Replace, lines)
+        };
+        let wire_lines = gpu.can_draw_lines().then(|| wired(&lines, true)).transpose()?;
+        let shadow = words.shadow.map(|words| shadow_shading(gpu, layouts, words, is_section));
         Ok(Self {
             opaque: Shading {
                 any: solid(&scene)?,
@@ -147,19 +217,94 @@ impl Pipelines {
                 plain: Some(solid(&plain)?),
                 plain_is_narrow: undecoded.is_some(),
             },
-            undecoded: undecoded.is_some(),
-            ground: undecoded.is_none().then(|| clear(&ground)).transpose()?,
             blended: Shading {
                 any: clear(&scene)?,
                 without_features: Some(clear(&without_features)?),
                 plain: None,
                 plain_is_narrow: false,
             },
-            wire_fill: Shading::of_one(fill.compile(gpu, color, samples, Blend::Replace, false)?),
+            wire_fill: Shading::of_one(wired(&fill, false)?),
             wire_lines: wire_lines.map(Shading::of_one),
-            pick: Shading::of_one(pick.compile(gpu, ID_FORMAT, 1, Blend::Replace, false)?),
+            pick: Shading::of_one(pick.compile(gpu, Some(ID_FORMAT), 1, Blend::Replace, false)?),
+            shadow: shadow.transpose()?,
         })
     }
+}
+
+/// What the sun sees: depth, with holes where materials have them.
+fn shadow_shading(
+    gpu: &Gpu,
+    layouts: &Layouts,
+    words: &[u32],
+    is_section: bool,
+) -> Result<Shading, GpuError> {
+    let with_holes = Recipe {
+        name: "shadow",
+        words,
+        vertex: c"vertex_main",
+        fragment: Some(c"fragment_main"),
+        groups: &[&layouts.frame, &layouts.features, &layouts.material],
+    };
+    let plain = Recipe {
+        name: "plain shadow",
+        vertex: c"plain_vertex_main",
+        fragment: is_section.then_some(c"plain_fragment_main"),
+        ..with_holes
+    };
+    let depth = |recipe: &Recipe<'_>| recipe.compile(gpu, None, 1, Blend::Replace, false);
+    Ok(Shading {
+        any: depth(&with_holes)?,
+        without_features: None,
+        plain: Some(depth(&plain)?),
+        plain_is_narrow: false,
+    })
+}
+
+/// What draws the mask of outlines.
+pub(crate) struct MaskShading {
+    pub(crate) faces: Shading,
+    /// `None` on a device that cannot draw lines.
+    pub(crate) edges: Option<Shading>,
+}
+
+impl MaskShading {
+    pub(crate) fn new(gpu: &Gpu, layouts: &Layouts, is_section: bool) -> Result<Self, GpuError> {
+        let Layouts { frame, features, material, texture } = layouts;
+        let recipe = Recipe {
+            name: "outline mask",
+            words: if is_section { MASK_SECTION } else { MASK },
+            vertex: c"vertex_main",
+            fragment: Some(c"fragment_main"),
+            groups: &[frame, features, material, texture],
+        };
+        let compile = |lines| recipe.compile(gpu, Some(ID_FORMAT), 1, Blend::Replace, lines);
+        let edges = gpu.can_draw_lines().then(|| compile(true)).transpose()?;
+        Ok(Self { faces: Shading::of_one(compile(false)?), edges: edges.map(Shading::of_one) })
+    }
+}
+
+/// A pass over a whole image.
+pub(crate) fn screen_pipeline(
+    gpu: &Gpu,
+    (name, words, fragment): (&str, &[u32], &CStr),
+    groups: &[&BindGroupLayout],
+    (color, blend): (Format, Blend),
+) -> Result<Pipeline, GpuError> {
+    Pipeline::new(
+        gpu,
+        &PipelineDescription {
+            name,
+            vertex: ShaderStage { words, entry: c"screen_main" },
+            fragment: Some(ShaderStage { words, entry: fragment }),
+            vertex_buffers: &[],
+            groups,
+            color: Some(color),
+            samples: 1,
+            blend,
+            lines: false,
+            screen: true,
+        },
+    )
 }
 
 /// The shaders of a pipeline and what they read.
@@ -168,7 +313,7 @@ struct Recipe<'a> {
     name: &'a str,
     words: &'a [u32],
     vertex: &'a CStr,
-    fragment: &'a CStr,
+    fragment: Option<&'a CStr>,
     groups: &'a [&'a BindGroupLayout],
 }
 
@@ -176,7 +321,7 @@ impl Recipe<'_> {
     fn compile(
         &self,
         gpu: &Gpu,
-        color: Format,
+        color: Option<Format>,
         samples: u32,
         blend: Blend,
         lines: bool,
@@ -193,7 +338,7 @@ impl Recipe<'_> {
             &PipelineDescription {
                 name: self.name,
                 vertex: ShaderStage { words: self.words, entry: self.vertex },
-                fragment: ShaderStage { words: self.words, entry: self.fragment },
+                fragment: self.fragment.map(|entry| ShaderStage { words: self.words, entry }),
                 vertex_buffers: &[
                     buffer(size_of::<Vertex>(), false, &vertex),
                     buffer(size_of::<Instance>(), true, &instance),
@@ -203,6 +348,7 @@ impl Recipe<'_> {
                 samples,
                 blend,
                 lines,
+                screen: false,
             },
         )
     }

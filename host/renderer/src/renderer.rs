@@ -27,6 +27,8 @@ pub enum Quality {
     /// Materials as they reflect light, ground and fog.
     #[default]
     Medium,
+    /// The same with one shadowed sun and contact shades.
+    High,
 }
 
 /// How to draw.
@@ -257,7 +259,7 @@ impl Renderer {
         match drawn {
             Ok(_) => self.panels.end_frame(),
             Err(_) => {
-                self.content.cache.abandon_frame();
+                self.content.abandon_frame();
                 self.panels.abandon_frame();
             }
         }

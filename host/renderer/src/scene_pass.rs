@@ -26,6 +26,10 @@ pub(crate) struct SceneDrawer<'a> {
     /// The plan's instances on the device.
     pub(crate) instances: &'a Buffer,
     pub(crate) feature_kit: &'a FeatureKit,
+    /// Bound after the material's group, where a pipeline takes more.
+    pub(crate) more: Option<&'a BindGroup>,
+    /// Faces are shown from behind, too.
+    pub(crate) shows_backs: bool,
 }
 
 impl SceneDrawer<'_> {
@@ -105,7 +109,8 @@ impl SceneDrawer<'_> {
                 continue;
             }
             let pipeline = shading.pipeline(batch.highlights, material);
-            let groups = [self.frame_group, features, &material.group];
+            let last = self.more.unwrap_or(self.frame_group);
+            let groups = [self.frame_group, features, &material.group, last];
             pass.draw(&Draw {
                 pipeline,
                 groups: &groups[..pipeline.group_count()],
@@ -114,7 +119,7 @@ impl SceneDrawer<'_> {
                 indices,
                 index_range: range.clone(),
                 instance_range: batch.instances.clone(),
-                cull_back: !material.double_sided,
+                cull_back: !material.double_sided && !self.shows_backs,
                 mirrored: batch.mirrored,
             })?;
             calls += 1;

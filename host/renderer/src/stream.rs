@@ -3,7 +3,8 @@
 use busbar_gpu::{BindGroup, BindGroupLayout, Binding, Buffer, BufferUsage, Gpu};
 use busbar_shaders::{FrameUniform, Instance};
 
-use crate::{Frame, RenderError, ground};
+use crate::RenderError;
+use crate::batch::Plan;
 
 /// Instances in one frame.
 pub const MAX_INSTANCES: usize = 1_000_000;
@@ -32,13 +33,18 @@ pub(crate) struct FrameStream {
 }
 
 impl FrameStream {
-    pub(crate) fn new(gpu: &Gpu, layout: &BindGroupLayout) -> Result<Self, RenderError> {
-        Self::with_capacities(gpu, layout, FIRST_CAPACITIES)
+    /// `more` is bound after the stream's own.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        layout: &BindGroupLayout,
+        more: &[Binding<'_>],
+    ) -> Result<Self, RenderError> {
+        Self::with_capacities(gpu, (layout, more), FIRST_CAPACITIES)
     }
 
     fn with_capacities(
         gpu: &Gpu,
-        layout: &BindGroupLayout,
+        (layout, more): (&BindGroupLayout, &[Binding<'_>]),
         capacities: Capacities,
     ) -> Result<Self, RenderError> {
         let uniform_bytes = size_of::<FrameUniform>() as u64;
@@ -48,7 +54,8 @@ impl FrameStream {
         let instances = Buffer::new(gpu, "instances", BufferUsage::HostVertex, instance_bytes)?;
         let highlights =
             Buffer::new(gpu, "feature highlights", BufferUsage::HostStorage, highlight_bytes)?;
-        let bindings = [&uniform, &highlights].map(Binding::Buffer);
+        let own = [&uniform, &highlights].map(Binding::Buffer);
+        let bindings: Vec<_> = own.into_iter().chain(more.iter().copied()).collect();
         let group = BindGroup::new(layout, &bindings)?;
         Ok(Self { uniform, instances, highlights, group, capacities })
     }
@@ -57,11 +64,11 @@ impl FrameStream {
     pub(crate) fn write(
         &mut self,
         gpu: &Gpu,
-        layout: &BindGroupLayout,
-        (frame, size): (&Frame<'_>, [u32; 2]),
-        instances: &[Instance],
-        highlights: &[[f32; 4]],
+        layout: (&BindGroupLayout, &[Binding<'_>]),
+        uniform: &FrameUniform,
+        plan: &Plan,
     ) -> Result<(), RenderError> {
+        let Plan { instances, feature_highlights: highlights, .. } = plan;
         bound("instances in one frame", instances.len(), MAX_INSTANCES)?;
         bound("features in one frame", highlights.len(), MAX_FEATURE_HIGHLIGHTS)?;
         let Capacities { instances: instance_capacity, highlights: highlight_capacity } =
@@ -74,21 +81,7 @@ impl FrameStream {
             };
             *self = Self::with_capacities(gpu, layout, capacities)?;
         }
-        let [ray_corner, ray_right, ray_down] =
-            frame.camera.pixel_rays(size).map(|ray| ray.extend(0.0).to_array());
-        let [red, green, blue] = frame.background;
-        let inverse_square = |distance: f32| (distance * distance).max(f32::MIN_POSITIVE).recip();
-        let [ground, ground_phase] = ground::uniforms(frame.ground, frame.camera.eye);
-        let uniform = FrameUniform {
-            clip_from_world: frame.camera.clip_from_world().to_cols_array_2d(),
-            ray_corner,
-            ray_right,
-            ray_down,
-            fog: [red, green, blue, frame.fog_distance.map_or(0.0, inverse_square)],
-            ground,
-            ground_phase,
-        };
-        self.uniform.write(bytemuck::bytes_of(&uniform))?;
+        self.uniform.write(bytemuck::bytes_of(uniform))?;
         self.instances.write(bytemuck::cast_slice(instances))?;
         self.highlights.write(bytemuck::cast_slice(highlights))?;
         Ok(())

@@ -1,8 +1,11 @@
 //! The images a frame is drawn into.
 
 use busbar_gpu::{
-    ClearColor, Format, Gpu, GpuError, Image, ImageDescription, ImageKind, Targets, Viewport,
+    BindGroupLayout, ClearColor, DepthAfter, Format, Gpu, GpuError, Image, ImageDescription,
+    ImageKind, Targets, Viewport,
 };
+
+use crate::layer::{Layer, ready};
 
 /// Colour, depth and the finished picture, all of one size.
 pub(crate) struct SceneTargets {
@@ -11,6 +14,18 @@ pub(crate) struct SceneTargets {
     color: Option<Image>,
     depth: Image,
     pub(crate) picture: Image,
+    /// Depth with one sample a pixel, where a pass asked for it.
+    one_depth: Option<Layer>,
+    /// What passes over the picture left for each other.
+    pub(crate) seen_sky: Option<Layer>,
+    pub(crate) mask: Option<Mask>,
+}
+
+/// What is outlined, where there is any of it, and its depth.
+pub(crate) struct Mask {
+    pub(crate) layer: Layer,
+    pub(crate) tiles: Layer,
+    pub(crate) depth: Image,
 }
 
 impl SceneTargets {
@@ -21,7 +36,10 @@ impl SceneTargets {
         size: [u32; 2],
     ) -> Result<Self, GpuError> {
         let image = |name, format, samples| {
-            let kind = ImageKind::Target { samples };
+            let kind = match (format, samples) {
+                (Format::Depth32, 1) => ImageKind::SampledTarget,
+                _ => ImageKind::Target { samples },
+            };
             Image::new(gpu, ImageDescription { name, kind, format, size })
         };
         let color = match samples {
@@ -32,7 +50,29 @@ impl SceneTargets {
             color,
             depth: image("depth", Format::Depth32, samples)?,
             picture: image("picture", format, 1)?,
+            one_depth: None,
+            seen_sky: None,
+            mask: None,
         })
+    }
+
+    /// Sees to it that [`SceneTargets::depth`] is there; `layout` is of a single texture.
+    pub(crate) fn ready_depth(
+        &mut self,
+        gpu: &Gpu,
+        layout: &BindGroupLayout,
+    ) -> Result<(), GpuError> {
+        let (size, depth, has_one) = (self.size(), &self.depth, self.color.is_none());
+        ready(&mut self.one_depth, || match has_one {
+            true => Layer::of(layout, depth.clone()),
+            false => Layer::new(gpu, layout, ("depth of one sample", Format::Depth32), size),
+        })?;
+        Ok(())
+    }
+
+    /// Depth with one sample a pixel, once it is ready and drawn.
+    pub(crate) fn depth(&self) -> Option<&Layer> {
+        self.one_depth.as_ref()
     }
 
     pub(crate) fn size(&self) -> [u32; 2] {
@@ -40,13 +80,25 @@ impl SceneTargets {
     }
 
     /// `background` in linear light, whatever the colours drawn are in.
-    pub(crate) fn cleared_to(&self, background: [f32; 3], undecoded: bool) -> Targets<'_> {
+    /// With `keeps_depth`, [`SceneTargets::depth`] is drawn as well.
+    pub(crate) fn cleared_to(
+        &self,
+        background: [f32; 3],
+        undecoded: bool,
+        keeps_depth: bool,
+    ) -> Targets<'_> {
+        let depth_after = match &self.one_depth {
+            Some(one) if keeps_depth && self.color.is_some() => DepthAfter::First(&one.image),
+            Some(_) if keeps_depth => DepthAfter::Kept,
+            _ => DepthAfter::Forgotten,
+        };
         let [r, g, b] = if undecoded { background.map(srgb_from_linear) } else { background };
         let resolve = self.color.as_ref().map(|_| &self.picture);
         Targets {
             color: self.color.as_ref().unwrap_or(&self.picture),
             resolve,
             depth: &self.depth,
+            depth_after,
             clear: ClearColor::Linear([r, g, b, 1.0]),
             undecoded,
         }

@@ -5,7 +5,9 @@
 mod common;
 
 use busbar_geometry::{Mesh, NO_FEATURE, RawPrimitive, weld};
-use busbar_renderer::{DrawInstance, Frame, ModelHandle, RenderError, Renderer};
+use busbar_renderer::{
+    DrawInstance, Frame, ModelHandle, OutlineKind, Outlined, RenderError, Renderer,
+};
 use busbar_scene::Material;
 use common::*;
 use glam::{Mat4, Vec3};
@@ -117,5 +119,26 @@ fn features_without_highlights_are_refused() {
         // A mesh of one piece has none to name.
         let plain = quad(renderer, Material::default());
         renderer.draw(&frame(&[with_features(plain, 9)])).unwrap();
+    });
+}
+
+#[test]
+fn an_outline_goes_around_its_feature_alone() {
+    with_each_quality(4, |renderer| {
+        let model = upload_row(renderer, &[0, 1, 2, 0], Material::default());
+        let drawn = [with_features(model, 1)];
+        let plain = Frame { object_highlights: &[[0.0; 4]; 3], ..frame(&drawn) };
+        let before = picture(renderer, &plain);
+        let outlined = [Outlined { object: 2, kind: OutlineKind::Selected }];
+        let after = picture(renderer, &Frame { outlined: &outlined, ..plain });
+        let ids = renderer.pick_all(&plain).unwrap();
+        let changed = |object: u32| {
+            let pixels = before.rgba8.chunks_exact(4).zip(after.rgba8.chunks_exact(4));
+            let of_object = pixels.zip(&ids).filter(|(_, id)| **id == Some(object));
+            of_object.filter(|((before, after), _)| before != after).count()
+        };
+        // Its own pixels stay but for smooth edges; those beside it show the line.
+        assert!(changed(1) > 20 && changed(3) > 20, "{} {}", changed(1), changed(3));
+        assert!(changed(2) < 8, "{}", changed(2));
     });
 }

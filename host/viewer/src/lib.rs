@@ -15,6 +15,7 @@ mod highlight;
 mod labels;
 mod load;
 pub mod optimize;
+mod outlines;
 mod pace;
 mod point_import;
 mod recovery;
@@ -32,7 +33,9 @@ pub use busbar_plugin_host::{
 };
 pub use busbar_plugin_process::{Isolation, PluginCatalog, serve as serve_plugin};
 pub use busbar_point_import::{ListFault, PluginInstance};
-pub use busbar_renderer::{Picture, Quality, RenderError, RendererOptions, WindowHandles};
+pub use busbar_renderer::{
+    Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
+};
 pub use error::{LoadError, ViewError};
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,

@@ -260,6 +260,7 @@ impl LoadedScene {
         let quality = match view.quality {
             QualityConfig::Low => Quality::Low,
             QualityConfig::Medium => Quality::Medium,
+            QualityConfig::High => Quality::High,
         };
         RendererOptions { quality, samples: view.samples, validation: false }
     }

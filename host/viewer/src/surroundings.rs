@@ -1,8 +1,8 @@
 //! What lies around the equipment: ground and fog, as far as the scene is large.
 
-use busbar_config::ViewConfig;
+use busbar_config::{SectionConfig, ViewConfig};
 use busbar_geometry::Bounds;
-use busbar_renderer::Ground;
+use busbar_renderer::{Ground, SectionPlane};
 
 /// How far below the scene's lowest point the ground lies, metres: feet stand on it
 /// without flickering.
@@ -20,6 +20,13 @@ pub(crate) struct Surroundings {
     pub(crate) ground: Option<Ground>,
     /// Distance at which half of what is seen is background, metres.
     pub(crate) fog_distance: Option<f32>,
+    /// Around what casts shadows; only high quality asks.
+    pub(crate) shadow_bounds: Option<Bounds>,
+}
+
+/// A plane as the renderer has it.
+pub(crate) fn section_of(section: SectionConfig) -> SectionPlane {
+    SectionPlane { normal: section.normal.into(), distance: section.distance }
 }
 
 impl Surroundings {
@@ -33,6 +40,7 @@ impl Surroundings {
         Self {
             ground: view.ground.then_some(ground),
             fog_distance: view.fog.then_some((radius * FOG).max(MIN_FOG_METRES)),
+            shadow_bounds: Some(bounds),
         }
     }
 }
@@ -57,6 +65,7 @@ mod tests {
         assert!(near.reach == MIN_REACH_METRES && far.reach > 1e4);
         assert!(small.fog_distance.unwrap() < large.fog_distance.unwrap());
         assert_eq!(Surroundings::of(&both, None), Surroundings::default());
-        assert_eq!(Surroundings::of(&view("{}"), Some(bounds(1.0))), Surroundings::default());
+        let alone = Surroundings::of(&view("{}"), Some(bounds(1.0)));
+        assert_eq!((alone.ground, alone.fog_distance), (None, None));
     }
 }

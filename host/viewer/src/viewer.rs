@@ -9,7 +9,7 @@ use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
     DeviceChoice, DrawInstance, EguiFrame, Frame, FrameStats, Picture, RenderError, Renderer,
-    RendererOptions, WindowHandles,
+    RendererOptions, SectionPlane, WindowHandles,
 };
 use busbar_scene::NodeIndex;
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
@@ -21,12 +21,13 @@ use crate::color::linear_from_srgb;
 use crate::cursors::{Cursors, Drawn, Eye};
 use crate::highlight::{self, Highlight, Highlights};
 use crate::load::LoadedScene;
+use crate::outlines::Outlines;
 use crate::pace::Pace;
 use crate::recovery::Recovery;
 use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
-use crate::surroundings::Surroundings;
+use crate::surroundings::{self, Surroundings};
 use crate::{Stats, ViewError, labels, rows, stats};
 
 /// Frame times kept for statistics.
@@ -61,6 +62,8 @@ pub struct Viewer {
     in_window: bool,
     pixels_per_point: f32,
     highlights: Highlights,
+    outlines: Outlines,
+    section: Option<SectionPlane>,
     /// What the last frame drew, kept for its room.
     drawn: Vec<DrawInstance>,
     /// The panels of the last frame, to draw it again.
@@ -163,6 +166,7 @@ impl Viewer {
             settles: !in_window,
             // A picture does not depend on how fast it came.
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
+            section: scene.config.view.section.map(surroundings::section_of),
             surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
             scene,
             renderer,
@@ -177,6 +181,7 @@ impl Viewer {
             in_window,
             pixels_per_point: 1.0,
             highlights: Highlights::default(),
+            outlines: Outlines::default(),
             drawn: Vec::new(),
             painted: Vec::new(),
             last: FrameStats::default(),
@@ -244,6 +249,11 @@ impl Viewer {
         self.settles = settles;
     }
 
+    /// Cuts away what lies before a plane, or shows all again.
+    pub fn set_section(&mut self, section: Option<SectionPlane>) {
+        self.section = section;
+    }
+
     /// Draws edges instead of surfaces.
     pub fn set_wireframe(&mut self, wireframe: bool) {
         self.wireframe = wireframe;
@@ -281,6 +291,8 @@ impl Viewer {
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let mut highlights = std::mem::take(&mut self.highlights);
         highlights.update(&self.scene.graph, &overlaid.tints, self.tags(), self.selected);
+        let selection = self.selected.into_iter().collect();
+        self.outlines.update(&self.scene.graph, &selection, None);
         self.move_cursors();
         let mut instances = std::mem::take(&mut self.drawn);
         self.list_instances(highlights.of_nodes(), &mut instances);
@@ -290,7 +302,8 @@ impl Viewer {
             pixels_per_point: egui.pixels_per_point,
         };
         let prepared_millis = millis_since(started);
-        let frame = self.picture_of(&instances, highlights.of_nodes(), Some(overlay));
+        let shown = self.picture_of(&instances, highlights.of_nodes(), Some(overlay));
+        let frame = Frame { outlined: self.outlines.list(), ..shown };
         let in_window = self.in_window;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
             let drawn = renderer.draw(&frame)?;
@@ -354,7 +367,8 @@ impl Viewer {
             primitives: &self.painted,
             pixels_per_point: self.pixels_per_point,
         };
-        let frame = self.picture_of(&self.drawn, self.highlights.of_nodes(), Some(overlay));
+        let shown = self.picture_of(&self.drawn, self.highlights.of_nodes(), Some(overlay));
+        let frame = Frame { outlined: self.outlines.list(), ..shown };
         let has_drawn = self.frames > 0;
         let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
             match renderer.read_picture() {
@@ -611,6 +625,9 @@ impl Viewer {
             background: self.scene.config.view.background.map(linear_from_srgb),
             ground: self.surroundings.ground,
             fog_distance: self.surroundings.fog_distance,
+            shadow_bounds: self.surroundings.shadow_bounds,
+            outlined: &[],
+            section: self.section,
             overlay,
         }
     }

@@ -3,6 +3,7 @@
 
 use e2e::picture::{self, assert_golden};
 use e2e::{Output, Scene, Stats, busbar, finish};
+use serde_json::json;
 
 /// Renders and checks that all went well; writes `picture.png` and `stats.json`.
 #[track_caller]
@@ -93,4 +94,22 @@ fn pictures_are_the_golden_ones() {
         render(&scene, &[&["--size", "640x360"], more].concat());
         assert_golden(name, &scene.path("picture.png"));
     }
+}
+
+#[test]
+fn pictures_at_high_quality_are_the_golden_ones() {
+    let mut scene = Scene::without_tags();
+    let view = &mut scene.config["view"];
+    view["quality"] = "high".into();
+    view["ground"] = true.into();
+    render(&scene, &["--size", "640x360", "--validation"]);
+    assert_golden("bay_high", &scene.path("picture.png"));
+    scene.config["view"]["section"] = json!({ "normal": [0, 0, 1], "distance": 0 });
+    let cut = ["--camera", "transformer", "--pick", "336,110"];
+    let (_, stats) = render(&scene, &[&["--size", "640x360", "--validation"], &cut[..]].concat());
+    assert_eq!(stats.0["validation_messages"], json!([]));
+    for stage in ["shadows", "scene", "occlusion", "outline"] {
+        assert!(stats.0["gpu_ms"][stage].is_f64(), "{stage}: {}", stats.0["gpu_ms"]);
+    }
+    assert_golden("bay_section", &scene.path("picture.png"));
 }

@@ -66,14 +66,9 @@ impl Studio {
             highlight: [0.0; 4],
         };
         self.renderer.draw(&Frame {
-            camera: self.camera,
-            instances: &[instance],
-            object_highlights: &[],
             wireframe,
             background: BACKGROUND,
-            ground: None,
-            fog_distance: None,
-            overlay: None,
+            ..Frame::of(self.camera, &[instance])
         })?;
         let picture = self.renderer.read_picture()?;
         self.renderer.remove_model(model);

@@ -8,6 +8,7 @@ use std::fs;
 
 use common::{Subject, faults_of, is_final, sample};
 use e2e::{Output, finish};
+use serde_json::json;
 use vulkan_faults::{Fault, name_of};
 
 const SIZE: [u32; 2] = [160, 120];
@@ -15,6 +16,8 @@ const SIZE: [u32; 2] = [160, 120];
 const PICKED: &str = "80,60";
 /// Faults of a run that is not told to let all strike.
 const SAMPLE: usize = 48;
+/// The same at high quality.
+const HIGH_SAMPLE: usize = 24;
 
 /// Renders the scene and picks in it; with a fault if there is one.
 fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
@@ -54,19 +57,30 @@ fn fault_found(subject: &Subject, fault: &Fault, expected: &(Vec<u8>, String)) -
 
 #[test]
 fn every_failing_call_leaves_the_same_picture() {
-    let subject = Subject::new(SIZE);
-    let output = render(&subject, None).expect_code(0);
+    strike_all(&Subject::new(SIZE), SAMPLE);
+}
+
+#[test]
+fn at_high_quality_too_with_an_outline_and_a_section() {
+    let section = json!({ "normal": [1, 0, 0], "distance": 0.6 });
+    let view = json!({ "size": SIZE, "quality": "high", "ground": true, "section": section });
+    strike_all(&Subject::with_view(view), HIGH_SAMPLE);
+}
+
+/// Lets calls of a run fail, `count` of them if nobody asks for more.
+fn strike_all(subject: &Subject, count: usize) {
+    let output = render(subject, None).expect_code(0);
     assert!(output.stdout.contains("=Q1"), "{}", output.stdout);
     let picture = fs::read(subject.path("picture.png")).expect("it was rendered");
     let expected = (picture, output.stdout);
     let calls = subject.calls();
     let faults = faults_of(&calls);
-    let chosen = sample(faults.clone(), SAMPLE);
+    let chosen = sample(faults.clone(), count);
     eprintln!("{} calls, {} faults, {} of them now", calls.len(), faults.len(), chosen.len());
     assert!(calls.len() > 100, "{} calls", calls.len());
     let mut wrong = Vec::new();
     for fault in &chosen {
-        if let Some(what) = fault_found(&subject, fault, &expected) {
+        if let Some(what) = fault_found(subject, fault, &expected) {
             let name = format!("{} call {}: {}", fault.command, fault.call, name_of(fault.code));
             eprintln!("WRONG {name}: {what}");
             wrong.push(name);

@@ -6,6 +6,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
+use serde_json::{Map, Value};
 
 use crate::demo::{PICTURE_OPTIONS, SCENE, busbar};
 use crate::packages::{self, Purpose};
@@ -23,6 +24,19 @@ const RENDERED: &[(&str, &[&str])] = &[
     ("theta70", &["--theta", "0.7"]),
     ("wireframe", &["--camera", "transformer", "--theta", "0.3", "--wireframe"]),
 ];
+
+/// The same without labels and with more in their `view`: name, that, and what is added to
+/// the options.
+const VIEWS: &[(&str, &str, &[&str])] = &[
+    ("high", r#"{ "quality": "high", "ground": true, "fog": true }"#, &[]),
+    (
+        "section",
+        r#"{ "quality": "high", "ground": true, "section": { "normal": [0, 0, 1], "distance": 0 } }"#,
+        &["--camera", "transformer", "--pick", "672,220"],
+    ),
+];
+/// The demo's scene with such a view, beside its own, since its paths start there.
+const VIEW_SCENE: &str = "config/picture.json";
 
 /// The same without a device: every value is marked.
 const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
@@ -63,6 +77,9 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     for (name, options) in RENDERED {
         render(workspace, options, &picture(&folder, name))?;
     }
+    for (name, view, options) in VIEWS {
+        render_view(workspace, view, options, &picture(&folder, name))?;
+    }
     for (name, drag) in WINDOWS {
         photograph(workspace, drag, &picture(&folder, name))?;
     }
@@ -77,6 +94,24 @@ fn render(workspace: &Workspace, options: &[&str], out: &Path) -> Result<()> {
     let mut command = busbar(workspace);
     command.args(["render", SCENE]).args(PICTURE_OPTIONS);
     process::run(command.args(options).arg("--out").arg(out))
+}
+
+/// Renders the demo without labels, with these members of its `view` replaced.
+fn render_view(workspace: &Workspace, view: &str, options: &[&str], out: &Path) -> Result<()> {
+    let text = fs::read_to_string(workspace.path(SCENE))?;
+    let mut scene: Value = serde_json::from_str(&text)?;
+    scene["overlays"] = Value::Array(Vec::new());
+    let members: Map<String, Value> = serde_json::from_str(view)?;
+    for (name, member) in members {
+        scene["view"][name] = member;
+    }
+    let variant = workspace.path(VIEW_SCENE);
+    fs::write(&variant, scene.to_string())?;
+    let mut command = busbar(workspace);
+    command.args(["render", VIEW_SCENE]).args(PICTURE_OPTIONS).args(options);
+    let rendered = process::run(command.arg("--out").arg(out));
+    fs::remove_file(&variant)?;
+    rendered
 }
 
 /// Generates the substation, lends it the staged plugins, and renders it.

@@ -34,6 +34,13 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
+/// Every file here is imported, with a checker and a remark.
+pub fn broken_images() -> Vec<Case> {
+    let mut cases = Vec::new();
+    floods::broken_images(&mut cases);
+    cases
+}
+
 type Cases = Vec<Case>;
 
 fn add(cases: &mut Cases, name: &'static str, bytes: Vec<u8>, expected: &'static [&'static str]) {

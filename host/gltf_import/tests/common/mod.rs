@@ -3,6 +3,7 @@
 #![allow(dead_code, unreachable_pub)] // Each test binary uses a part.
 
 pub mod hostile;
+pub mod ktx2;
 
 use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_bytes};
 use serde_json::{Value, json};

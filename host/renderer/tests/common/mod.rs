@@ -27,7 +27,7 @@ pub(crate) fn with_renderer(samples: u32, test: impl FnOnce(&mut Renderer)) {
 
 /// The same at every quality.
 pub(crate) fn with_each_quality(samples: u32, test: impl Fn(&mut Renderer)) {
-    for quality in [Quality::Low, Quality::Medium] {
+    for quality in [Quality::Low, Quality::Medium, Quality::High] {
         with_quality(quality, samples, &test);
     }
 }
@@ -125,6 +125,9 @@ pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
         background: BACKGROUND,
         ground: None,
         fog_distance: None,
+        shadow_bounds: None,
+        outlined: &[],
+        section: None,
         overlay: None,
     }
 }

@@ -11,7 +11,7 @@ use busbar_gltf_export::write_glb;
 use busbar_scene::{AlphaMode, Material, Model, ModelNode, Texture, TextureRef, Wrap};
 use e2e::{built, built_folder, busbar};
 use glam::{Mat4, Vec2, Vec3};
-use serde_json::json;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 use vulkan_faults::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install};
 
@@ -28,6 +28,12 @@ pub(crate) struct Subject {
 
 impl Subject {
     pub(crate) fn new(size: [u32; 2]) -> Self {
+        Self::with_view(json!({ "size": size, "samples": 4 }))
+    }
+
+    /// `view` as in a configuration, without a camera.
+    pub(crate) fn with_view(mut view: Value) -> Self {
+        view["camera"] = "front".into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let file = write_glb(&model()).expect("it can be written");
         let write = |name: &str, bytes: &[u8]| {
@@ -40,7 +46,7 @@ impl Subject {
             "scene": [{ "id": "=Q1", "model": "quads" }],
             "cameras": { "front": { "eye": [0.4, 0.7, 4.0], "target": [0.0, 0.0, 0.0],
                 "fov_degrees": 40.0 } },
-            "view": { "camera": "front", "size": size, "samples": 4 },
+            "view": view,
             "cache": { "directory": "cache" },
         });
         write("scene.json", config.to_string().as_bytes());

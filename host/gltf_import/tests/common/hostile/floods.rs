@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use super::super::ktx2::{RGBA8_UNORM, zstandard};
 use super::super::{Builder, data_uri, png_claiming, shorts, square_with_image};
 use super::{Cases, add};
 
@@ -12,6 +13,10 @@ pub fn images(c: &mut Cases) {
         square_with_image(&png_claiming(60_000, 60_000)).bytes(),
         &["/images/0", "60000 pixels along a side, and the limit is 8192"],
     );
+}
+
+/// Images that cannot be shown: checkers stand in for them.
+pub fn broken_images(c: &mut Cases) {
     add(
         c,
         "pixels from nothing",
@@ -40,6 +45,13 @@ pub fn images(c: &mut Cases) {
     pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
     png.truncate(png.len() - 64);
     add(c, "67 million pixels less a few", square_with_image(&png).bytes(), &["/images/0", "PNG"]);
+    let size = [8192, 2048];
+    let mut ktx2 = zstandard(RGBA8_UNORM, size, &vec![0; 4 * 8192 * 2048 - 4]);
+    add(c, "64 MB less a pixel", square_with_image(&ktx2).bytes(), &["/images/0", "Zstandard"]);
+    // Its level index says how long it is; the rest is noise.
+    let noise = ktx2.len() / 2;
+    ktx2[noise..].fill(0xA5);
+    add(c, "64 MB of noise", square_with_image(&ktx2).bytes(), &["/images/0", "Zstandard"]);
 }
 
 pub fn floods(c: &mut Cases) {

@@ -1,0 +1,229 @@
+//! KTX 2.0 images (Khronos KTX file format specification 2.0): the first level, as it is
+//! or compressed with Zstandard, in formats that every device can be given as RGBA8.
+
+use std::io::{self, Read};
+
+use busbar_scene::Texture;
+use ktx2::{Format, Reader, SupercompressionScheme};
+use ruzstd::decoding::StreamingDecoder;
+
+use crate::error::Fault;
+
+/// "File identifier" (section 3.1).
+const IDENTIFIER: [u8; 12] = *b"\xABKTX 20\xBB\r\n\x1A\n";
+
+/// A block of Zstandard holds 128 KiB at most, and takes 4 bytes at least (RFC 8878,
+/// section 3.1.1.2): more than this cannot come from the bytes.
+const MAX_COMPRESSION: u64 = 128 << 8;
+
+/// Bytes of a window, as decoders are recommended to support (RFC 8878, section 3.1.1.1.2).
+const MAX_WINDOW: u64 = 8 << 20;
+
+/// Pixels along a side of a block.
+const BLOCK: usize = 4;
+
+/// Whether bytes say that they are of this kind.
+pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
+    bytes.starts_with(&IDENTIFIER)
+}
+
+/// How pixels are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Coding {
+    Rgba8,
+    /// Blocks of 4 x 4 pixels: bytes of each.
+    Blocks(Block, usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Block {
+    Bc1,
+    Bc2,
+    Bc3,
+    Bc4,
+    Bc5,
+    Bc7,
+}
+
+/// The first level of an image that was measured.
+pub(crate) struct Level<'a> {
+    size: [u32; 2],
+    coding: Coding,
+    reader: Reader<&'a [u8]>,
+    is_compressed: bool,
+    /// Bytes once decompressed.
+    bytes: u64,
+}
+
+/// Width and height in pixels, at least 1, from the header alone.
+pub(crate) fn dimensions(bytes: &[u8]) -> Result<[u32; 2], Fault> {
+    let header = read(bytes)?.header();
+    let is_flat = header.pixel_height > 0
+        && header.pixel_depth <= 1
+        && header.layer_count <= 1
+        && header.face_count == 1;
+    match is_flat {
+        true => Ok([header.pixel_width, header.pixel_height]),
+        false => Err(fault("it is no single picture in two dimensions")),
+    }
+}
+
+/// The first level, checked against the bytes that are there; nothing is decompressed.
+pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, Fault> {
+    let size = dimensions(bytes)?;
+    let reader = read(bytes)?;
+    let header = reader.header();
+    let coding = coding_of(header.format).ok_or_else(|| fault(&unreadable(header.format)))?;
+    let is_compressed = match header.supercompression_scheme {
+        None => false,
+        Some(SupercompressionScheme::Zstandard) => true,
+        Some(scheme) => return Err(fault(&format!("{scheme:?} is not supported"))),
+    };
+    let needed = coding.bytes(size);
+    let level = Level { size, coding, reader, is_compressed, bytes: needed };
+    let available = level.data().len() as u64;
+    let least = if is_compressed { needed.div_ceil(MAX_COMPRESSION) } else { needed };
+    if available < least {
+        let what = "an image of its size";
+        return Err(Fault::Beyond { what, needed: least, available });
+    }
+    Ok(level)
+}
+
+impl Level<'_> {
+    /// As the file has it.
+    fn data(&self) -> &[u8] {
+        self.reader.levels().next().map_or(&[], |level| level.data)
+    }
+
+    /// Its pixels.
+    pub(crate) fn decode(&self) -> Result<Texture, Fault> {
+        let [width, height] = self.size;
+        let rgba8 = match (self.is_compressed, self.coding) {
+            (false, coding) => coding.decode(self.size, &self.data()[..self.bytes as usize]),
+            (true, Coding::Rgba8) => self.decompressed()?,
+            (true, coding) => coding.decode(self.size, &self.decompressed()?),
+        };
+        Ok(Texture { width, height, rgba8 })
+    }
+
+    /// Reads the level through without keeping its pixels, so that a broken one costs no
+    /// memory.
+    pub(crate) fn verify(&self) -> Result<(), Fault> {
+        match self.is_compressed {
+            true => self.decompress(&mut io::sink()),
+            false => Ok(()),
+        }
+    }
+
+    fn decompressed(&self) -> Result<Vec<u8>, Fault> {
+        let mut bytes = Vec::with_capacity(self.bytes as usize);
+        self.decompress(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn decompress(&self, into: &mut impl io::Write) -> Result<(), Fault> {
+        let broken = |reason: String| fault(&format!("Zstandard: {reason}"));
+        let stream = StreamingDecoder::new_with_max_window_size(self.data(), MAX_WINDOW)
+            .map_err(|reason| broken(reason.to_string()))?;
+        let copied = io::copy(&mut stream.take(self.bytes + 1), into);
+        let count = copied.map_err(|reason| broken(reason.to_string()))?;
+        match count == self.bytes {
+            true => Ok(()),
+            false => Err(broken(format!("{count} bytes or more for {}", self.bytes))),
+        }
+    }
+}
+
+impl Coding {
+    fn bytes(self, [width, height]: [u32; 2]) -> u64 {
+        match self {
+            Self::Rgba8 => u64::from(width) * u64::from(height) * 4,
+            Self::Blocks(_, bytes) => {
+                let blocks = [width, height].map(|side| u64::from(side).div_ceil(BLOCK as u64));
+                blocks[0] * blocks[1] * bytes as u64
+            }
+        }
+    }
+
+    /// `bytes` are as many as the size takes.
+    fn decode(self, size: [u32; 2], bytes: &[u8]) -> Vec<u8> {
+        let Self::Blocks(block, block_bytes) = self else { return bytes.to_vec() };
+        let [width, height] = size.map(|side| side as usize);
+        let mut rgba8 = vec![0; width * height * 4];
+        let blocks_a_row = width.div_ceil(BLOCK);
+        for (index, data) in bytes.chunks_exact(block_bytes).enumerate() {
+            let pixels = block.decode(data);
+            let (left, top) = (index % blocks_a_row * BLOCK, index / blocks_a_row * BLOCK);
+            // Blocks at the edges may reach beyond it.
+            let columns = BLOCK.min(width - left);
+            for (y, row) in pixels.chunks_exact(BLOCK * 4).enumerate().take(height - top) {
+                let start = ((top + y) * width + left) * 4;
+                rgba8[start..start + columns * 4].copy_from_slice(&row[..columns * 4]);
+            }
+        }
+        rgba8
+    }
+}
+
+impl Block {
+    /// 4 x 4 pixels, four bytes each.
+    fn decode(self, data: &[u8]) -> [u8; BLOCK * BLOCK * 4] {
+        const PITCH: usize = BLOCK * 4;
+        let mut pixels = [255; BLOCK * BLOCK * 4];
+        match self {
+            Self::Bc1 => bcdec_rs::bc1(data, &mut pixels, PITCH),
+            Self::Bc2 => bcdec_rs::bc2(data, &mut pixels, PITCH),
+            Self::Bc3 => bcdec_rs::bc3(data, &mut pixels, PITCH),
+            Self::Bc7 => bcdec_rs::bc7(data, &mut pixels, PITCH),
+            Self::Bc4 => {
+                let mut reds = [0; BLOCK * BLOCK];
+                bcdec_rs::bc4(data, &mut reds, BLOCK, false);
+                for (pixel, red) in pixels.chunks_exact_mut(4).zip(reds) {
+                    pixel[..3].copy_from_slice(&[red, 0, 0]);
+                }
+            }
+            Self::Bc5 => {
+                let mut pairs = [0; BLOCK * BLOCK * 2];
+                bcdec_rs::bc5(data, &mut pairs, BLOCK * 2, false);
+                for (pixel, pair) in pixels.chunks_exact_mut(4).zip(pairs.chunks_exact(2)) {
+                    pixel[..3].copy_from_slice(&[pair[0], pair[1], 0]);
+                }
+            }
+        }
+        pixels
+    }
+}
+
+/// Of the formats whose bytes are read as those of a PNG: what a material means by them
+/// says whether they are sRGB.
+fn coding_of(format: Option<Format>) -> Option<Coding> {
+    Some(match format? {
+        Format::R8G8B8A8_UNORM | Format::R8G8B8A8_SRGB => Coding::Rgba8,
+        Format::BC1_RGB_UNORM_BLOCK
+        | Format::BC1_RGB_SRGB_BLOCK
+        | Format::BC1_RGBA_UNORM_BLOCK
+        | Format::BC1_RGBA_SRGB_BLOCK => Coding::Blocks(Block::Bc1, 8),
+        Format::BC2_UNORM_BLOCK | Format::BC2_SRGB_BLOCK => Coding::Blocks(Block::Bc2, 16),
+        Format::BC3_UNORM_BLOCK | Format::BC3_SRGB_BLOCK => Coding::Blocks(Block::Bc3, 16),
+        Format::BC4_UNORM_BLOCK => Coding::Blocks(Block::Bc4, 8),
+        Format::BC5_UNORM_BLOCK => Coding::Blocks(Block::Bc5, 16),
+        Format::BC7_UNORM_BLOCK | Format::BC7_SRGB_BLOCK => Coding::Blocks(Block::Bc7, 16),
+        _ => return None,
+    })
+}
+
+fn unreadable(format: Option<Format>) -> String {
+    match format {
+        None => "Basis Universal is not supported".to_owned(),
+        Some(format) => format!("KTX format {format:?} is not supported"),
+    }
+}
+
+fn read(bytes: &[u8]) -> Result<Reader<&[u8]>, Fault> {
+    Reader::new(bytes).map_err(|reason| fault(&format!("KTX: {reason}")))
+}
+
+fn fault(reason: &str) -> Fault {
+    Fault::Image(reason.to_owned())
+}

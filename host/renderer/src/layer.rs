@@ -1,0 +1,43 @@
+//! Images that one pass draws and another reads.
+
+use busbar_gpu::{
+    BindGroup, BindGroupLayout, Binding, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
+};
+
+/// An image with the group that binds it alone.
+pub(crate) struct Layer {
+    pub(crate) image: Image,
+    pub(crate) group: BindGroup,
+}
+
+impl Layer {
+    /// `layout` is of a single texture.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        layout: &BindGroupLayout,
+        (name, format): (&'static str, Format),
+        size: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        let kind = ImageKind::SampledTarget;
+        let image = Image::new(gpu, ImageDescription { name, kind, format, size })?;
+        Self::of(layout, image)
+    }
+
+    /// Binds an image that is there.
+    pub(crate) fn of(layout: &BindGroupLayout, image: Image) -> Result<Self, GpuError> {
+        let group = BindGroup::new(layout, &[Binding::Texture(&image)])?;
+        Ok(Self { image, group })
+    }
+}
+
+/// What is there, or is made now.
+pub(crate) fn ready<T, E>(
+    slot: &mut Option<T>,
+    make: impl FnOnce() -> Result<T, E>,
+) -> Result<&mut T, E> {
+    let made = match slot.take() {
+        Some(there) => there,
+        None => make()?,
+    };
+    Ok(slot.insert(made))
+}

@@ -1,0 +1,20 @@
+//! A plane that cuts equipment open.
+
+use glam::{DVec4, Vec3};
+
+/// What lies before it is neither drawn nor picked, nor casts it a shadow; what was
+/// inside and comes to be seen is hatched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionPlane {
+    /// Towards what is cut away, world space; a unit vector.
+    pub normal: Vec3,
+    /// From the world's origin along the normal, metres.
+    pub distance: f32,
+}
+
+impl SectionPlane {
+    /// Factors of (x, y, z, 1); their sum is positive before the plane.
+    pub(crate) fn equation(&self) -> DVec4 {
+        self.normal.as_dvec3().extend(-f64::from(self.distance))
+    }
+}

@@ -1,0 +1,270 @@
+//! One shadowed sun: a map of what it sees, drawn again only when that changed.
+
+use busbar_geometry::Bounds;
+use busbar_gpu::{
+    BindGroupLayout, Binding, Format, Gpu, Image, ImageDescription, ImageKind,
+    MAX_FRAMES_IN_FLIGHT, Recorder, Sampler, Viewport,
+};
+use busbar_shaders::SUN_DIRECTION;
+use glam::camera::rh::view;
+use glam::{DMat4, DVec3, Mat4, Vec3};
+
+use crate::batch::Plan;
+use crate::model::GpuModel;
+use crate::pipelines::Shading;
+use crate::scene_pass::{SceneDrawer, Sections};
+use crate::stream::FrameStream;
+use crate::{CameraView, Frame, ModelHandle, RenderError, SectionPlane};
+
+/// Texels along a side of the map: 16 MiB of depth.
+pub(crate) const MAP_TEXELS: u32 = 2048;
+
+/// Texels at each edge that nothing is drawn into, so that what lies beyond is lit.
+const MARGIN: f64 = 3.0;
+
+/// Sides that bounds have at least, metres: flat things have shadows, too.
+const MIN_SIDE_METRES: f64 = 0.01;
+
+/// How the sun sees the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sun {
+    camera: CameraView,
+    /// The longer side of a texel, metres.
+    texel: f64,
+}
+
+impl Sun {
+    /// Fits the map to bounds. Its texels lie on a grid that the world keeps, so that
+    /// shadows stand still where bounds move.
+    pub(crate) fn over(bounds: Bounds) -> Self {
+        let toward_sun = Vec3::from(SUN_DIRECTION);
+        let sun_from_world = view::look_to_mat4(Vec3::ZERO, -toward_sun, Vec3::Y);
+        let turn = sun_from_world.as_dmat4();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for corner in corners(bounds) {
+            let seen = turn.transform_point3(corner);
+            (low, high) = (low.min(seen), high.max(seen));
+        }
+        let sides = (high - low).max(DVec3::splat(MIN_SIDE_METRES));
+        let texels = f64::from(MAP_TEXELS);
+        // One more: what is snapped moves by up to a texel.
+        let texel = sides / (texels - 2.0 * MARGIN - 1.0);
+        let start = (low / texel).floor() * texel - MARGIN * texel;
+        let whole = texel * texels;
+        // Clip space: y down, the nearest to the sun at depth 1.
+        let scale = DVec3::new(2.0 / whole.x, -2.0 / whole.y, 1.0 / sides.z);
+        let shift = DVec3::new(-1.0, 1.0, 0.0) - scale * DVec3::new(start.x, start.y, low.z);
+        let projection = DMat4::from_translation(shift) * DMat4::from_scale(scale);
+        let camera = CameraView {
+            camera_from_world: sun_from_world,
+            projection: projection.as_mat4(),
+            eye: bounds.center() + toward_sun * bounds.radius(),
+        };
+        Self { camera, texel: texel.x.max(texel.y) }
+    }
+
+    /// World space to the map: 0 to 1 right and down, and its depth.
+    pub(crate) fn shadow_from_world(&self) -> DMat4 {
+        let shadow_from_clip = DMat4::from_translation(DVec3::new(0.5, 0.5, 0.0))
+            * DMat4::from_scale(DVec3::new(0.5, 0.5, 1.0));
+        let CameraView { projection, camera_from_world, .. } = self.camera;
+        shadow_from_clip * projection.as_dmat4() * camera_from_world.as_dmat4()
+    }
+
+    /// World directions in texels to distances on the map.
+    pub(crate) fn shadow_from_texels(&self) -> Mat4 {
+        let mut linear = self.shadow_from_world() * DMat4::from_scale(DVec3::splat(self.texel));
+        linear.w_axis = glam::DVec4::ZERO;
+        linear.as_mat4()
+    }
+}
+
+fn corners(bounds: Bounds) -> impl Iterator<Item = DVec3> {
+    let [low, high] = [bounds.min, bounds.max].map(|corner| corner.as_dvec3());
+    (0..8).map(move |i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low))
+}
+
+/// What decides the shadow of an instance.
+#[derive(Clone, Copy, PartialEq)]
+struct Caster {
+    model: ModelHandle,
+    mesh: u32,
+    cursor: u32,
+    world_from_mesh: Mat4,
+}
+
+/// What the map shows.
+#[derive(Default)]
+struct Shown {
+    sun: Option<Sun>,
+    section: Option<SectionPlane>,
+    casters: Vec<Caster>,
+}
+
+/// The map, and what draws it.
+pub(crate) struct Shadows {
+    map: Image,
+    sampler: Sampler,
+    streams: Vec<FrameStream>,
+    plan: Plan,
+    shown: Option<Shown>,
+}
+
+impl Shadows {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, RenderError> {
+        let map = Image::new(
+            gpu,
+            ImageDescription {
+                name: "shadow map",
+                kind: ImageKind::SampledTarget,
+                format: Format::Depth32,
+                size: [MAP_TEXELS; 2],
+            },
+        )?;
+        let sampler = Sampler::comparing(gpu)?;
+        Ok(Self { map, sampler, streams: Vec::new(), plan: Plan::default(), shown: None })
+    }
+
+    /// What frames bind after their own.
+    pub(crate) fn bindings(&self) -> [Binding<'_>; 2] {
+        [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)]
+    }
+
+    /// The map holds nothing any more.
+    pub(crate) fn forget(&mut self) {
+        self.shown = None;
+    }
+
+    /// Whether the map is to be drawn for this frame; notes what it will show then.
+    fn is_outdated(&mut self, frame: &Frame<'_>, sun: Option<Sun>) -> bool {
+        let casters = || {
+            frame.instances.iter().map(|drawn| Caster {
+                model: drawn.model,
+                mesh: drawn.mesh,
+                cursor: drawn.cursor,
+                world_from_mesh: drawn.world_from_mesh,
+            })
+        };
+        if let Some(shown) = &self.shown
+            && (shown.sun, shown.section) == (sun, frame.section)
+            && casters().eq(shown.casters.iter().copied())
+        {
+            return false;
+        }
+        let mut shown = self.shown.take().unwrap_or_default();
+        (shown.sun, shown.section) = (sun, frame.section);
+        shown.casters.clear();
+        shown.casters.extend(casters());
+        self.shown = Some(shown);
+        true
+    }
+
+    /// Draws the map where it shows anything else than this frame's shadows, and makes it
+    /// ready to be read; tells whether it was drawn. The frame's meshes are resolved.
+    pub(crate) fn record(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        layout: &BindGroupLayout,
+        shading: &Shading,
+        drawn_with: Drawn<'_>,
+        frame: &Frame<'_>,
+        sun: Option<Sun>,
+    ) -> Result<bool, RenderError> {
+        let is_outdated = self.is_outdated(frame, sun);
+        if is_outdated {
+            self.draw(recorder, layout, shading, drawn_with, frame)?;
+        }
+        recorder.sample(&[&self.map]);
+        Ok(is_outdated)
+    }
+
+    fn draw(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        layout: &BindGroupLayout,
+        shading: &Shading,
+        drawn_with: Drawn<'_>,
+        frame: &Frame<'_>,
+    ) -> Result<(), RenderError> {
+        let Some(sun) = self.shown.as_ref().and_then(|shown| shown.sun) else {
+            // Nothing shades anything.
+            drop(recorder.depth_pass(&self.map)?);
+            return Ok(());
+        };
+        while self.streams.len() < MAX_FRAMES_IN_FLIGHT {
+            self.streams.push(FrameStream::new(recorder.gpu(), layout, &self.bindings())?);
+        }
+        let seen = Frame { camera: sun.camera, ..*frame };
+        self.plan.fill(drawn_with.models, &seen)?;
+        let slot = recorder.slot();
+        let size = [MAP_TEXELS as f32; 2];
+        let bindings = [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)];
+        let stream = &mut self.streams[slot];
+        let viewport = Viewport { origin: [0.0; 2], size };
+        let uniform = crate::uniform::frame_uniform(&seen, viewport, None);
+        stream.write(recorder.gpu(), (layout, &bindings), &uniform, &self.plan)?;
+        let drawer = SceneDrawer {
+            models: drawn_with.models,
+            cache: drawn_with.cache,
+            plan: &self.plan,
+            frame_group: &stream.group,
+            instances: &stream.instances,
+            feature_kit: drawn_with.feature_kit,
+            more: None,
+            shows_backs: true,
+        };
+        let mut pass = recorder.depth_pass(&self.map)?;
+        drawer.draw(&mut pass, shading, Sections::Opaque)?;
+        Ok(())
+    }
+}
+
+/// What a pass of its own over the meshes takes from the scene.
+#[derive(Clone, Copy)]
+pub(crate) struct Drawn<'a> {
+    pub(crate) models: &'a [Option<GpuModel>],
+    pub(crate) cache: &'a crate::index_cache::IndexCache,
+    pub(crate) feature_kit: &'a crate::features::FeatureKit,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_lie_on_the_map_within_its_margin() {
+        let bounds = Bounds { min: Vec3::new(-40.0, -1.0, 3.0), max: Vec3::new(95.0, 18.0, 60.0) };
+        let shadow_from_world = Sun::over(bounds).shadow_from_world();
+        let margin = 2.0 / f64::from(MAP_TEXELS);
+        let mut depths = Vec::new();
+        for corner in corners(bounds) {
+            let at = shadow_from_world.project_point3(corner);
+            for side in [at.x, at.y] {
+                assert!((margin..=1.0 - margin).contains(&side), "{at}");
+            }
+            depths.push(at.z);
+        }
+        let [far, near] = [f64::min, f64::max].map(|of| depths.iter().copied().reduce(of).unwrap());
+        assert!(far.abs() < 1e-4 && (near - 1.0).abs() < 1e-4, "{far} to {near}");
+        // What is nearer to the sun is deeper by reverse-Z.
+        let depth = |at: Vec3| shadow_from_world.project_point3(at.as_dvec3()).z;
+        let center = bounds.center();
+        assert!(depth(center + Vec3::from(SUN_DIRECTION)) > depth(center));
+    }
+
+    #[test]
+    fn texels_stand_still_where_bounds_move() {
+        let place = |by: f32| {
+            let min = Vec3::new(by, 0.0, 0.0);
+            let sun = Sun::over(Bounds { min, max: min + Vec3::new(50.0, 10.0, 30.0) });
+            let at = sun.shadow_from_world().project_point3(DVec3::new(20.0, 3.0, 9.0));
+            (at.truncate() * f64::from(MAP_TEXELS)).fract_gl()
+        };
+        let still = place(0.0);
+        for by in [0.013, 1.7, 4.0] {
+            let apart = (place(by) - still).abs();
+            let apart = apart.min(1.0 - apart);
+            assert!(apart.max_element() < 0.01, "{by}: {apart}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+// Outlines around what is hovered over or selected: a light line with a dark one around
+// it, so that they show over any colour, dashed where something lies before it. Where
+// they may be at all is found tile by tile first.
+
+const HOVERED = 1u;
+const KIND = 3u;
+const HIDDEN = 4u;
+// Widths in points: of the light line, and of the dark one.
+const SELECTED_LIGHT = 2.25;
+const HOVERED_LIGHT = 1.25;
+const DARK = 1.5;
+// Pixels along a side of a tile; outlines reach no farther than the next one.
+const TILE = 8;
+// Points of a dash and the gap after it; how much of a hidden outline shows.
+const DASH = 8.0;
+const HIDDEN_COVER = 0.55;
+const LIGHT_COLOR = vec3<f32>(1.0, 1.0, 1.0);
+const DARK_COLOR = vec3<f32>(0.008, 0.009, 0.012);
+
+@group(1) @binding(0) var mask: texture_2d<u32>;
+@group(2) @binding(0) var tiles: texture_2d<u32>;
+
+fn mask_at(pixel: vec2<i32>) -> u32 {
+    let size = vec2<i32>(textureDimensions(mask));
+    return textureLoad(mask, clamp(pixel, vec2<i32>(0), size - 1), 0).r;
+}
+
+// How much of a pixel lies nearer than `to` when its centre lies at `at`.
+fn within(at: f32, to: f32) -> f32 {
+    return clamp(to - at + 0.5, 0.0, 1.0);
+}
+
+// Whether anything in a tile is outlined.
+@fragment
+fn tile_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
+    let corner = vec2<i32>(at.xy) * TILE;
+    var any = 0u;
+    for (var i = 0; i < TILE * TILE; i += 1) {
+        any |= mask_at(corner + vec2<i32>(i % TILE, i / TILE));
+    }
+    return any;
+}
+
+fn is_near(pixel: vec2<i32>) -> bool {
+    let last = vec2<i32>(textureDimensions(tiles)) - 1;
+    let tile = pixel / TILE;
+    var any = 0u;
+    for (var i = 0; i < 9; i += 1) {
+        let beside = tile + vec2<i32>(i % 3 - 1, i / 3 - 1);
+        any |= textureLoad(tiles, clamp(beside, vec2<i32>(0), last), 0).r;
+    }
+    return any != 0u;
+}
+
+@fragment
+fn outline_main(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let pixel = vec2<i32>(at.xy);
+    let here = mask_at(pixel);
+    let scale = max(frame.sizes.y, 1.0);
+    let wanted = min(i32(ceil((SELECTED_LIGHT + DARK) * scale)), TILE);
+    // Far from all there is nothing to look for.
+    let reach = select(-1, wanted, here == 0u && is_near(pixel));
+    // The nearest pixel of what is outlined.
+    var nearest = 1e9;
+    var found = 0u;
+    for (var y = -reach; y <= reach; y += 1) {
+        for (var x = -reach; x <= reach; x += 1) {
+            let there = mask_at(pixel + vec2<i32>(x, y));
+            let squared = f32(x * x + y * y);
+            if there != 0u && squared < nearest {
+                nearest = squared;
+                found = there;
+            }
+        }
+    }
+    if found == 0u {
+        discard;
+    }
+    // From its edge.
+    let distance = sqrt(nearest) - 0.5;
+    let light_width = select(SELECTED_LIGHT, HOVERED_LIGHT, (found & KIND) == HOVERED) * scale;
+    let light = within(distance, light_width);
+    var cover = within(distance, light_width + DARK * scale);
+    if (found & HIDDEN) != 0u {
+        let gap = fract((at.x + at.y) / (2.0 * DASH * scale)) > 0.5;
+        cover *= select(HIDDEN_COVER, 0.0, gap);
+    }
+    return vec4<f32>(mix(DARK_COLOR, LIGHT_COLOR, light), cover);
+}
