@@ -26,6 +26,7 @@ mod outline;
 mod panels;
 mod pick;
 mod pipelines;
+mod recipe;
 mod renderer;
 mod resolver;
 mod scene_pass;

@@ -4,7 +4,7 @@ use busbar_gpu::{BindGroup, BindGroupLayout, Blend, Format, Gpu, GpuError, Pipel
 use busbar_shaders::OCCLUSION;
 
 use crate::layer::{Layer, ready};
-use crate::pipelines::screen_pipeline;
+use crate::recipe::screen_pipeline;
 use crate::targets::SceneTargets;
 
 /// Share of the sky that is seen, and distance to the eye's plane.

@@ -1,17 +1,13 @@
 //! The pipelines of all passes.
 
-use std::ffi::CStr;
-
-use busbar_gpu::{
-    AttributeKind, BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline,
-    PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
-};
-use busbar_shaders::{Attribute, GROUND, GROUND_SHADOWED, Instance, MASK, MASK_SECTION, Vertex};
+use busbar_gpu::{BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pipeline};
+use busbar_shaders::{GROUND, GROUND_SHADOWED, MASK, MASK_SECTION};
 
 use crate::Quality;
 use crate::layer::ready;
 use crate::material::GpuMaterial;
 use crate::pick::ID_FORMAT;
+use crate::recipe::Recipe;
 use crate::words::Words;
 
 /// Layouts of the groups that the shaders name: those of `shaders/common/frame.wgsl`, and
@@ -281,80 +277,4 @@ impl MaskShading {
         let edges = gpu.can_draw_lines().then(|| compile(true)).transpose()?;
         Ok(Self { faces: Shading::of_one(compile(false)?), edges: edges.map(Shading::of_one) })
     }
-}
-
-/// A pass over a whole image.
-pub(crate) fn screen_pipeline(
-    gpu: &Gpu,
-    (name, words, fragment): (&str, &[u32], &CStr),
-    groups: &[&BindGroupLayout],
-    (color, blend): (Format, Blend),
-) -> Result<Pipeline, GpuError> {
-    Pipeline::new(
-        gpu,
-        &PipelineDescription {
-            name,
-            vertex: ShaderStage { words, entry: c"screen_main" },
-            fragment: Some(ShaderStage { words, entry: fragment }),
-            vertex_buffers: &[],
-            groups,
-            color: Some(color),
-            samples: 1,
-            blend,
-            lines: false,
-            screen: true,
-        },
-    )
-}
-
-/// The shaders of a pipeline and what they read.
-#[derive(Clone, Copy)]
-struct Recipe<'a> {
-    name: &'a str,
-    words: &'a [u32],
-    vertex: &'a CStr,
-    fragment: Option<&'a CStr>,
-    groups: &'a [&'a BindGroupLayout],
-}
-
-impl Recipe<'_> {
-    fn compile(
-        &self,
-        gpu: &Gpu,
-        color: Option<Format>,
-        samples: u32,
-        blend: Blend,
-        lines: bool,
-    ) -> Result<Pipeline, GpuError> {
-        let vertex = Vertex::ATTRIBUTES.map(attribute);
-        let instance = Instance::ATTRIBUTES.map(attribute);
-        let buffer = |stride: usize, per_instance, attributes| VertexBuffer {
-            stride: stride as u32,
-            per_instance,
-            attributes,
-        };
-        Pipeline::new(
-            gpu,
-            &PipelineDescription {
-                name: self.name,
-                vertex: ShaderStage { words: self.words, entry: self.vertex },
-                fragment: self.fragment.map(|entry| ShaderStage { words: self.words, entry }),
-                vertex_buffers: &[
-                    buffer(size_of::<Vertex>(), false, &vertex),
-                    buffer(size_of::<Instance>(), true, &instance),
-                ],
-                groups: self.groups,
-                color,
-                samples,
-                blend,
-                lines,
-                screen: false,
-            },
-        )
-    }
-}
-
-fn attribute(attribute: Attribute) -> VertexAttribute {
-    let kind = if attribute.whole { AttributeKind::Uint4 } else { AttributeKind::Float4 };
-    VertexAttribute { location: attribute.location, kind, offset: attribute.offset }
 }
