@@ -30,8 +30,8 @@ mod world;
 
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
-    NodeConfig, OriginConfig, OverlayConfig, QualityConfig, SourceConfig, TagConfig, TagType,
-    ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
+    NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig, SourceConfig,
+    TagConfig, TagType, ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use limits::*;

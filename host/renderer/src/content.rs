@@ -4,16 +4,17 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_geometry::CollapseStacks;
-use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
+use busbar_gpu::{Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
 use rayon::prelude::*;
 
 use crate::batch::Plan;
 use crate::features::FeatureKit;
+use crate::frustum::Frustum;
 use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
-use crate::pick::PickTargets;
+use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
 use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
@@ -134,16 +135,17 @@ impl Content {
         recorder: &mut Recorder<'_>,
         stream: usize,
         frame: &Frame<'_>,
-        size: [u32; 2],
+        area: &PixelArea,
     ) -> Result<Plan, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
         let mut plan = std::mem::take(&mut self.plans[stream]);
-        plan.fill(&self.models, frame)?;
+        let seen = area.clip_from_picture() * frame.camera.clip_from_world();
+        plan.fill(&self.models, frame, &Frustum::of(&seen))?;
         let layout = &self.layouts.frame;
         self.streams[stream].write(
             recorder.gpu(),
             layout,
-            (frame, size),
+            (frame, area.picture),
             &plan.instances,
             &plan.feature_highlights,
         )?;
@@ -174,7 +176,7 @@ impl Content {
         let resolving = Instant::now();
         let stream = recorder.slot();
         self.upload_resolved(recorder)?;
-        let plan = self.prepare(recorder, stream, frame, targets.size())?;
+        let plan = self.prepare(recorder, stream, frame, &PixelArea::whole(targets.size()))?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
         let _span = tracing::debug_span!("scene").entered();
@@ -216,12 +218,12 @@ impl Content {
         &mut self,
         recorder: &mut Recorder<'_>,
         targets: &PickTargets,
-        viewport: Viewport,
+        area: &PixelArea,
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
-        let plan = self.prepare(recorder, PICK_STREAM, frame, targets.id.size())?;
+        let plan = self.prepare(recorder, PICK_STREAM, frame, area)?;
         let drawer = self.drawer(&plan, PICK_STREAM);
-        let mut pass = recorder.pass(&targets.cleared(), viewport)?;
+        let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
         drawer.draw(&mut pass, &self.pipelines.pick, Sections::All)?;
         drop(pass);
         self.plans[PICK_STREAM] = plan;

@@ -1,5 +1,7 @@
 //! Lines of overlays to labels on the screen.
 
+use std::collections::BTreeSet;
+
 use busbar_plugin_host::{OverlayLine, Severity};
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
 use busbar_tags::{Quality, Reason, Snapshot};
@@ -8,14 +10,21 @@ use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
 
+/// From where labels are seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    pub(crate) projection: Projection,
+    /// World space, metres.
+    pub(crate) eye: Vec3,
+}
+
 /// Labels of all nodes that lines name and that are before the camera.
 pub(crate) fn build(
     lines: &[OverlayLine],
     snapshot: Snapshot<'_>,
     graph: &SceneGraph,
-    projection: Projection,
-    eye: Vec3,
-    selected: Option<NodeIndex>,
+    sight: Sight,
+    selection: &BTreeSet<NodeIndex>,
 ) -> Vec<Label> {
     let mut nodes: Vec<u32> = lines.iter().map(|line| line.node).collect();
     nodes.sort_unstable();
@@ -27,10 +36,10 @@ pub(crate) fn build(
             let top = top_of(node);
             Some(Label {
                 title: node.id.clone(),
-                anchor: projection.to_screen(top)?,
-                distance: eye.distance(top),
+                anchor: sight.projection.to_screen(top)?,
+                distance: sight.eye.distance(top),
                 lines: Vec::new(),
-                selected: selected == Some(NodeIndex(index)),
+                selected: selection.contains(&NodeIndex(index)),
             })
         })
         .collect();

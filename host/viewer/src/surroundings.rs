@@ -3,6 +3,7 @@
 use busbar_config::ViewConfig;
 use busbar_geometry::Bounds;
 use busbar_renderer::Ground;
+use glam::Vec3;
 
 /// How far below the scene's lowest point the ground lies, metres: feet stand on it
 /// without flickering.
@@ -23,6 +24,13 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
+    /// A box around what the ground reaches to, in a scene with these bounds.
+    pub(crate) fn with_ground(&self, scene: Option<Bounds>) -> Option<Bounds> {
+        let (Some(ground), Some(bounds)) = (self.ground, scene) else { return scene };
+        let aside = Vec3::new(ground.reach, 0.0, ground.reach);
+        Some(Bounds { min: bounds.min - aside, max: bounds.max + aside })
+    }
+
     pub(crate) fn of(view: &ViewConfig, bounds: Option<Bounds>) -> Self {
         let Some(bounds) = bounds else { return Self::default() };
         let radius = bounds.radius();
@@ -39,8 +47,6 @@ impl Surroundings {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     #[test]

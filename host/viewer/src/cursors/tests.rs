@@ -62,7 +62,7 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
 }
 
 pub(super) fn eye_at(x: f32) -> Eye {
-    Eye { position: Vec3::X * x, pixel: 1e-3 }
+    Eye { position: Vec3::X * x, pixel: PixelSize::PerMetre(1e-3) }
 }
 
 /// Chooses for an eye at this x, shows what is ready, and gives the cursors.

@@ -1,0 +1,177 @@
+//! What is selected, hovered and measured.
+
+use super::drawing::node_of;
+use super::*;
+
+impl Viewer {
+    /// Selects and names what is at a pixel: its equipment id. Waits for the device.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
+        let highlights = self.no_highlights();
+        let mut instances = Vec::new();
+        self.list_instances(&highlights, &mut instances);
+        let frame = self.picture_of(self.view(), &instances, &highlights, None);
+        let pick = |renderer: &mut Renderer| renderer.pick(&frame, pixel);
+        if let Some(object) = self.recovery.run(&mut self.renderer, &self.scene, pick)? {
+            self.select(node_of(object));
+        }
+        let selected = self.selection.first();
+        Ok(selected.map(|node| self.scene.graph.node(*node).id.clone()))
+    }
+
+    /// Names what the last frame shows at each of many pixels, from one picture
+    /// of ids, and selects nothing.
+    ///
+    /// # Errors
+    /// The device's, or a pixel outside the picture.
+    pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
+        let size = self.renderer.picked_size();
+        let highlights = self.no_highlights();
+        let mut instances = Vec::new();
+        self.list_instances(&highlights, &mut instances);
+        let frame = self.picture_of(self.view(), &instances, &highlights, None);
+        let objects = self.recovery.run(&mut self.renderer, &self.scene, |r| r.pick_all(&frame))?;
+        let objects = objects.ok_or(ViewError::Render(RenderError::NoPicture))?;
+        let id_at = |&pixel: &[u32; 2]| {
+            if pixel[0] >= size[0] || pixel[1] >= size[1] {
+                return Err(RenderError::OutsidePicture { pixel, size }.into());
+            }
+            let index = pixel[1] as usize * size[0] as usize + pixel[0] as usize;
+            Ok(node_of(objects[index]).map(|node| self.scene.graph.node(node).id.clone()))
+        };
+        pixels.iter().map(id_at).collect()
+    }
+
+    /// Equipment id of what is under the pointer, as far as the device has told.
+    pub fn hovered(&self) -> Option<&str> {
+        self.hovered.map(|node| self.scene.graph.node(node).id.as_str())
+    }
+
+    /// Whether frames must go on without input: an answer is to come, or the camera moves.
+    pub(super) fn is_restless(&self) -> bool {
+        self.picker.is_busy() || self.navigator.is_moving()
+    }
+
+    /// Asks what is at a place of the picture that is on the screen.
+    pub(super) fn ask_at(&mut self, purpose: Purpose, at: Pos2) {
+        let picture = self.renderer.picked_size();
+        self.ask(purpose, PixelArea::pixel(self.pixel(at), picture));
+    }
+
+    /// Asks what shows in a part of it.
+    pub(super) fn ask_in(&mut self, purpose: Purpose, area: Rect) {
+        let picture = self.renderer.picked_size();
+        let origin = self.pixel(area.min);
+        let end = [area.max.x, area.max.y].map(|points| (points * self.pixels_per_point).ceil());
+        let size =
+            [0, 1].map(|axis| (end[axis] as u32).min(picture[axis]).saturating_sub(origin[axis]));
+        self.ask(purpose, PixelArea { origin, size, picture });
+    }
+
+    fn ask(&mut self, purpose: Purpose, area: PixelArea) {
+        if let Some(view) = self.shown {
+            self.picker.ask(Question { purpose, area, view }, &self.drawn);
+        }
+    }
+
+    fn pixel(&self, at: Pos2) -> [u32; 2] {
+        [at.x, at.y].map(|points| (points * self.pixels_per_point) as u32)
+    }
+
+    /// Notes where the pointer is.
+    pub(super) fn point_at(&mut self, position: Option<Pos2>) {
+        self.pointer = position;
+        if position.is_none() {
+            self.hovered = None;
+            self.picker.forget_hover();
+        }
+    }
+
+    /// Takes an answer, and asks the next question; waits for neither. `instances` are
+    /// those of the frame that was just drawn.
+    pub(super) fn step_picks(
+        &mut self,
+        instances: &[DrawInstance],
+        highlights: &[Highlight],
+    ) -> Result<(), ViewError> {
+        if let Some(question) = self.picker.under_way() {
+            let take = |renderer: &mut Renderer| renderer.take_pick();
+            match self.recovery.run(&mut self.renderer, &self.scene, take)? {
+                Some(PickState::Pending) => return Ok(()),
+                Some(PickState::Done(objects)) => {
+                    self.picker.end();
+                    self.take_answer(question, &objects);
+                }
+                // The device was lost meanwhile: the operator clicks again.
+                Some(PickState::None) | None => self.picker.end(),
+            }
+        }
+        if let Some((question, shown)) = self.picker.next() {
+            return self.begin(question, &shown, highlights);
+        }
+        match self.idle_question() {
+            Some(question) => self.begin(question, instances, highlights),
+            None => Ok(()),
+        }
+    }
+
+    /// What is asked where the operator asks nothing.
+    fn idle_question(&self) -> Option<Question> {
+        if self.navigator.is_moving() {
+            return None;
+        }
+        let (view, picture) = (self.shown?, self.renderer.picked_size());
+        let area = PixelArea::pixel(self.pixel(self.pointer?), picture);
+        let hover = Question { purpose: Purpose::Hover, area, view };
+        self.picker.is_new(&hover).then_some(hover)
+    }
+
+    fn begin(
+        &mut self,
+        question: Question,
+        instances: &[DrawInstance],
+        highlights: &[Highlight],
+    ) -> Result<(), ViewError> {
+        let frame = self.picture_of(question.view, instances, highlights, None);
+        let begin = |renderer: &mut Renderer| renderer.begin_pick(&frame, &question.area);
+        match self.recovery.run(&mut self.renderer, &self.scene, begin) {
+            Ok(Some(())) => self.picker.begin(question),
+            Ok(None) => {}
+            // The window shrank since.
+            Err(ViewError::Render(RenderError::OutsidePicture { .. })) => {
+                self.take_answer(question, &[]);
+            }
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+
+    fn take_answer(&mut self, question: Question, objects: &[Option<u32>]) {
+        let first = objects.first().and_then(|object| node_of(*object));
+        match question.purpose {
+            Purpose::Select => self.select(first),
+            Purpose::SelectAll => {
+                let nodes: BTreeSet<NodeIndex> =
+                    objects.iter().filter_map(|object| node_of(*object)).collect();
+                self.select(nodes);
+            }
+            Purpose::Hover => self.hovered = first.filter(|_| self.pointer.is_some()),
+            Purpose::Measure => self.measure_to(first, &question),
+            Purpose::Labels => {}
+        }
+    }
+
+    /// Measures to where the line of sight through a pixel's middle meets a node.
+    fn measure_to(&mut self, node: Option<NodeIndex>, question: &Question) {
+        let (Some(node), Some(measuring)) = (node, &mut self.measuring) else { return };
+        let PixelArea { origin, picture, .. } = question.area;
+        let middle = origin.map(|pixel| f64::from(pixel) + 0.5);
+        let ray = ray::Ray::through(&question.view, middle, picture);
+        let LoadedScene { graph, models, .. } = &self.scene;
+        ray::surface_point(graph, models, node, &ray)
+            .into_iter()
+            .for_each(|point| measuring.add(point));
+    }
+}
