@@ -28,6 +28,17 @@ pub enum Side {
     Right,
 }
 
+/// A plane that cuts the scene open, across an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionCut {
+    /// 0 to 2: x, y or z.
+    pub axis: usize,
+    /// Where it lies on the axis, metres.
+    pub at: f32,
+    /// Whether what is below `at` is cut away, and not what is beyond.
+    pub from_below: bool,
+}
+
 /// What an operator asks for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
@@ -47,6 +58,8 @@ pub enum Command {
     SetThetaScale(f64),
     /// Draw as wireframe, or not.
     SetWireframe(bool),
+    /// Cut the scene open, or show all of it.
+    SetSection(Option<SectionCut>),
     /// Go to a named camera.
     UseCamera(String),
     /// Store the camera under a number, 1 to [`MAX_BOOKMARKS`].

@@ -4,6 +4,9 @@ use egui::{Align2, Context, Grid, Key, RichText, Window};
 
 use crate::theme;
 
+/// Points: all lines fit from the first frame on.
+const WIDTH: f32 = 420.0;
+
 /// Gestures and keys with what they do, in groups; README has the same table.
 const HELP: [(&str, &[(&str, &str)]); 4] = [
     (
@@ -49,6 +52,7 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
     }
     let window = Window::new("Keys").open(shown).collapsible(false).resizable(false);
     window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
+        ui.set_min_width(WIDTH);
         Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
             for (group, keys) in HELP {
                 ui.label(RichText::new(group).strong());

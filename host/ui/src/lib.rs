@@ -12,13 +12,14 @@ mod labels;
 mod measure;
 mod model_panel;
 mod plugin_panel;
+mod section_panel;
 mod status_bar;
 mod tag_panel;
 mod theme;
 mod view_model;
 mod viewport;
 
-pub use command::{CameraMode, Command, MAX_BOOKMARKS, Side};
+pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
 pub use measure::{MeasuredPoint, Measurement};
 pub use view_model::{
     Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
@@ -26,6 +27,8 @@ pub use view_model::{
 };
 
 use std::num::NonZeroUsize;
+
+use labels::Placement;
 
 use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect, ScrollArea};
 
@@ -39,6 +42,8 @@ pub struct Panels {
     context: Context,
     shown: bool,
     helps: bool,
+    /// Where labels were.
+    placement: Placement,
 }
 
 /// What lies over the scene.
@@ -69,7 +74,7 @@ impl Panels {
         theme::apply(&context);
         // One pass a frame: commands must not count twice.
         context.options_mut(|options| options.max_passes = NonZeroUsize::MIN);
-        Self { context, shown, helps: false }
+        Self { context, shown, helps: false, placement: Placement::default() }
     }
 
     /// The egui context, for the platform glue and for tessellation.
@@ -90,6 +95,7 @@ impl Panels {
         let mut commands = Vec::new();
         let mut viewport = Rect::NOTHING;
         let (mut shown, mut helps) = (self.shown, self.helps);
+        let placement = &mut self.placement;
         let egui = self.context.run_ui(input, |ui| {
             commands.clear();
             if shown {
@@ -102,7 +108,7 @@ impl Panels {
                 viewport = ui.max_rect();
                 viewport::handle(ui, model, &mut commands);
                 let overlay = overlay(viewport, &commands);
-                labels::paint(ui, &overlay.labels);
+                labels::paint(ui, &overlay.labels, placement);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
                 }

@@ -2,7 +2,7 @@
 
 use egui::{RichText, Slider, Ui};
 
-use crate::{Command, ModelRow, ViewModel, camera_panel, theme};
+use crate::{Command, ModelRow, ViewModel, camera_panel, section_panel, theme};
 
 /// Points of a label with the slider after it, without the gap between.
 const LABEL_AND_SLIDER_WIDTH: f32 = 231.0;
@@ -78,6 +78,7 @@ pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut 
             commands.push(Command::SetMeasuring(measures));
         }
     });
+    section_panel::show(ui, model, commands);
     camera_panel::show(ui, model, commands);
     // The panel ends here, and would cut off the buttons' frames.
     ui.add_space(2.0);

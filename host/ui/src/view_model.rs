@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::Pos2;
 
-use crate::CameraMode;
+use crate::{CameraMode, SectionCut};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +25,10 @@ pub struct ViewModel {
     pub theta_scale: f64,
     /// The greatest that it may be.
     pub max_theta_scale: f64,
+    /// The plane that cuts the scene open.
+    pub section: Option<SectionCut>,
+    /// The least and greatest coordinates of the scene, metres.
+    pub extent: [[f32; 3]; 2],
     /// The line at the bottom.
     pub status: StatusLine,
     /// Equipment id of what is selected, or how many are.
@@ -141,6 +145,8 @@ pub struct Label {
     pub lines: Vec<LabelLine>,
     /// Whether the equipment is selected.
     pub selected: bool,
+    /// Whether the equipment is behind other equipment.
+    pub hidden: bool,
 }
 
 /// A line of a label.

@@ -25,26 +25,26 @@ pub(crate) fn build(
     graph: &SceneGraph,
     sight: Sight,
     selection: &BTreeSet<NodeIndex>,
+    hidden: &BTreeSet<NodeIndex>,
 ) -> Vec<Label> {
-    let mut nodes: Vec<u32> = lines.iter().map(|line| line.node).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
+    let nodes = nodes_of(lines);
     let mut labels: Vec<Option<Label>> = nodes
         .iter()
         .map(|&index| {
-            let node = graph.node(NodeIndex(index));
+            let node = graph.node(index);
             let top = top_of(node);
             Some(Label {
                 title: node.id.clone(),
                 anchor: sight.projection.to_screen(top)?,
                 distance: sight.eye.distance(top),
                 lines: Vec::new(),
-                selected: selection.contains(&NodeIndex(index)),
+                hidden: hidden.contains(&index),
+                selected: selection.contains(&index),
             })
         })
         .collect();
     for line in lines {
-        let Ok(rank) = nodes.binary_search(&line.node) else {
+        let Ok(rank) = nodes.binary_search(&NodeIndex(line.node)) else {
             continue;
         };
         let Some(label) = &mut labels[rank] else {
@@ -62,6 +62,14 @@ pub(crate) fn build(
     labels.into_iter().flatten().collect()
 }
 
+/// The nodes that lines name, in order.
+pub(crate) fn nodes_of(lines: &[OverlayLine]) -> Vec<NodeIndex> {
+    let mut nodes: Vec<NodeIndex> = lines.iter().map(|line| NodeIndex(line.node)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
 /// How a value is marked: by its quality first, whatever an overlay says.
 pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
     match (quality, severity) {
@@ -74,7 +82,7 @@ pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
 }
 
 /// The middle of the top of what hangs under a node; its origin if nothing does.
-fn top_of(node: &SceneNode) -> Vec3 {
+pub(crate) fn top_of(node: &SceneNode) -> Vec3 {
     node.bounds.map_or_else(
         || node.world_from_node.w_axis.truncate(),
         |bounds| vec3(bounds.center().x, bounds.max.y, bounds.center().z),

@@ -15,6 +15,7 @@ mod highlight;
 mod labels;
 mod load;
 mod measuring;
+mod occlusion;
 pub mod optimize;
 mod pace;
 mod picker;

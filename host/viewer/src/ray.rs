@@ -3,7 +3,7 @@
 use busbar_geometry::{Bounds, Mesh};
 use busbar_renderer::CameraView;
 use busbar_scene::{MeshInstance, NodeIndex, SceneGraph};
-use glam::{DMat4, DVec3, dvec3};
+use glam::{DMat4, DVec3, Vec3, dvec3};
 
 use crate::load::LoadedModel;
 
@@ -33,12 +33,20 @@ impl Ray {
 
     /// How far it is to a box; `None` where it is missed.
     fn to_bounds(self, bounds: &Bounds) -> Option<f64> {
-        let [low, high] = [bounds.min, bounds.max].map(|p| p.as_dvec3() - self.origin);
-        let (a, b) = (low / self.direction, high / self.direction);
-        // What is parallel to a side and in it divides 0 by 0: that side does not bound it.
-        let enters = a.min(b).to_array().into_iter().filter(|t| !t.is_nan()).fold(0.0, f64::max);
-        let leaves = a.max(b).to_array().into_iter().filter(|t| !t.is_nan());
-        let leaves = leaves.fold(f64::INFINITY, f64::min);
+        let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+        for axis in 0..3 {
+            let [low, high] =
+                [bounds.min, bounds.max].map(|corner| f64::from(corner[axis]) - self.origin[axis]);
+            let way = self.direction[axis];
+            if way == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let [a, b] = [low / way, high / way];
+            (enters, leaves) = (enters.max(a.min(b)), leaves.min(a.max(b)));
+        }
         (enters <= leaves).then_some(enters)
     }
 
@@ -60,20 +68,30 @@ impl Ray {
     }
 }
 
+/// What surfaces a ray is tried against: those of models in a scene, up to the plane that
+/// cuts it open (its normal, towards what is cut away, and its distance from the origin).
+#[derive(Clone, Copy)]
+pub(crate) struct Surfaces<'a> {
+    pub(crate) graph: &'a SceneGraph,
+    pub(crate) models: &'a [LoadedModel],
+    pub(crate) section: Option<(Vec3, f32)>,
+}
+
+impl Surfaces<'_> {
+    fn shows(&self, point: DVec3) -> bool {
+        self.section
+            .is_none_or(|(normal, distance)| normal.as_dvec3().dot(point) <= f64::from(distance))
+    }
+}
+
 /// Where a ray meets what shows as a node, in full detail. Where the picture showed less
 /// detail the ray may miss that: then the corner that it passes closest by.
-pub(crate) fn surface_point(
-    graph: &SceneGraph,
-    models: &[LoadedModel],
-    node: NodeIndex,
-    ray: &Ray,
-) -> Option<DVec3> {
-    let hit = distance_to_node(graph, models, node, ray);
+pub(crate) fn surface_point(surfaces: &Surfaces<'_>, node: NodeIndex, ray: &Ray) -> Option<DVec3> {
+    let hit = distance_to_node(surfaces, node, ray);
     hit.map(|distance| ray.at(distance)).or_else(|| {
         let mut closest: Option<(f64, DVec3)> = None;
         for_each_triangle(
-            graph,
-            models,
+            surfaces,
             node,
             |_| true,
             |corners| {
@@ -91,17 +109,13 @@ pub(crate) fn surface_point(
 }
 
 /// How far along a ray it is to what shows as a node.
-pub(crate) fn distance_to_node(
-    graph: &SceneGraph,
-    models: &[LoadedModel],
-    node: NodeIndex,
-    ray: &Ray,
-) -> Option<f64> {
+pub(crate) fn distance_to_node(surfaces: &Surfaces<'_>, node: NodeIndex, ray: &Ray) -> Option<f64> {
     let mut nearest: Option<f64> = None;
     let may_hit = |bounds: &Bounds| ray.to_bounds(bounds).is_some();
-    for_each_triangle(graph, models, node, may_hit, |corners| {
+    for_each_triangle(surfaces, node, may_hit, |corners| {
         if let Some(distance) = ray.to_triangle(corners)
             && nearest.is_none_or(|least| distance < least)
+            && surfaces.shows(ray.at(distance))
         {
             nearest = Some(distance);
         }
@@ -112,12 +126,12 @@ pub(crate) fn distance_to_node(
 /// Visits the triangles, in world space, of the instances of a node whose bounds may be
 /// wanted; of a feature, its own.
 fn for_each_triangle(
-    graph: &SceneGraph,
-    models: &[LoadedModel],
+    surfaces: &Surfaces<'_>,
     node: NodeIndex,
     is_wanted: impl Fn(&Bounds) -> bool,
     mut visit: impl FnMut([DVec3; 3]),
 ) {
+    let Surfaces { graph, models, .. } = surfaces;
     for instance in graph.instances() {
         let Some(shows) = Shows::of(graph, instance, node) else { continue };
         // Rounding must not let it be missed.
@@ -172,7 +186,7 @@ impl Shows {
 
 #[cfg(test)]
 mod tests {
-    use glam::{Vec3, vec3};
+    use glam::vec3;
 
     use super::*;
 

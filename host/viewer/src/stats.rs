@@ -73,6 +73,8 @@ pub struct Stats {
     pub hovered: Option<String>,
     /// Points that are measured between, world space in metres.
     pub measured: Vec<[f64; 3]>,
+    /// Equipment ids of labels whose equipment is behind other equipment.
+    pub hidden_labels: Vec<String>,
     /// The camera.
     pub camera: CameraStats,
     /// Messages of the Vulkan validation layer.

@@ -5,6 +5,8 @@ mod drawing;
 mod picking;
 mod report;
 
+pub(crate) use drawing::node_of;
+
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -19,7 +21,9 @@ use busbar_renderer::{
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
-use busbar_ui::{Command, ModelRow, Navigation, Panels, SceneOverlay, StatusLine, ViewModel};
+use busbar_ui::{
+    Command, ModelRow, Navigation, Panels, SceneOverlay, SectionCut, StatusLine, ViewModel,
+};
 use egui::{Pos2, RawInput, Rect, vec2};
 
 use crate::camera::navigator::{Around, Navigator};
@@ -36,7 +40,7 @@ use crate::running::{self, ShownOverlay};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::surroundings::Surroundings;
-use crate::{Stats, ViewError, labels, ray, rows, stats};
+use crate::{Stats, ViewError, labels, occlusion, ray, rows, stats};
 
 /// Pieces of equipment that are selected at once, the first by their ids.
 pub const MAX_SELECTED: usize = 10_000;
@@ -73,8 +77,14 @@ pub struct Viewer {
     /// What is under the pointer, as far as it is known.
     hovered: Option<NodeIndex>,
     measuring: Option<Measuring>,
-    /// The camera of the last frame drawn.
+    /// The plane that cuts the scene open.
+    section: Option<SectionCut>,
+    /// Nodes that labels stand at, and those of them that are behind other equipment.
+    labelled: Vec<NodeIndex>,
+    hidden_labels: BTreeSet<NodeIndex>,
+    /// The camera of the last frame drawn, and whether that of the one before was there.
     shown: Option<CameraView>,
+    rests: bool,
     wireframe: bool,
     viewport: Rect,
     screen: Rect,
@@ -195,7 +205,11 @@ impl Viewer {
             pointer: None,
             hovered: None,
             measuring: None,
+            section: None,
+            labelled: Vec::new(),
+            hidden_labels: BTreeSet::new(),
             shown: None,
+            rests: false,
             wireframe: false,
             viewport: screen,
             screen,
@@ -295,6 +309,7 @@ impl Viewer {
         let (panels, navigator, hovered) = (&mut self.panels, &mut self.navigator, self.hovered);
         let (screen, graph) = (self.screen, &scene.graph);
         let selected_bounds = bounds_of(graph, selection);
+        let hidden = &self.hidden_labels;
         let output = panels.run(input, &model, &rows, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
@@ -303,7 +318,7 @@ impl Viewer {
             let projection = Projection::new(&view, screen);
             let sight = labels::Sight { projection, eye: view.eye };
             SceneOverlay {
-                labels: labels::build(&overlaid.lines, snapshot, graph, sight, selection),
+                labels: labels::build(&overlaid.lines, snapshot, graph, sight, selection, hidden),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id.clone()),
             }
@@ -353,7 +368,8 @@ impl Viewer {
         self.cpu_millis = prepared_millis + self.last.cpu_millis;
         self.note_detail();
         self.pace.note(&self.last);
-        self.shown = Some(view);
+        self.rests = self.shown.replace(view) == Some(view);
+        self.labelled = labels::nodes_of(&overlaid.lines);
         self.step_picks(&instances, highlights.of_nodes())?;
         (self.highlights, self.drawn) = (highlights, instances);
         self.count_frame(started);

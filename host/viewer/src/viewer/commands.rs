@@ -1,5 +1,7 @@
 //! What the operator asks for.
 
+use glam::Vec3;
+
 use super::*;
 
 impl Viewer {
@@ -21,6 +23,7 @@ impl Viewer {
                 Command::SetMeasuring(measures) => {
                     self.measuring = measures.then(Measuring::default);
                 }
+                Command::SetSection(section) => self.section = *section,
                 Command::Measure(position) => self.ask_at(Purpose::Measure, *position),
                 Command::Escape if self.measuring.is_some() => self.measuring = None,
                 Command::Escape => self.select(None),
@@ -40,6 +43,14 @@ impl Viewer {
                 | Command::Move { .. } => {}
             }
         }
+    }
+
+    /// The plane that cuts the scene open: its normal, towards what is cut away, and how
+    /// far along that it lies from the origin, metres.
+    pub(super) fn section_plane(&self) -> Option<(Vec3, f32)> {
+        let SectionCut { axis, at, from_below } = self.section?;
+        let along = *Vec3::AXES.get(axis)?;
+        Some(if from_below { (-along, -at) } else { (along, at) })
     }
 
     pub(super) fn select(&mut self, nodes: impl IntoIterator<Item = NodeIndex>) {

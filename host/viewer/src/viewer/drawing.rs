@@ -118,6 +118,6 @@ pub(super) fn object_of(node: NodeIndex) -> u32 {
     node.0 + 1
 }
 
-pub(super) fn node_of(object: Option<u32>) -> Option<NodeIndex> {
+pub(crate) fn node_of(object: Option<u32>) -> Option<NodeIndex> {
     object.and_then(|object| object.checked_sub(1)).map(NodeIndex)
 }

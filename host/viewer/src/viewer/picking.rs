@@ -1,6 +1,5 @@
 //! What is selected, hovered and measured.
 
-use super::drawing::node_of;
 use super::*;
 
 impl Viewer {
@@ -96,6 +95,11 @@ impl Viewer {
         instances: &[DrawInstance],
         highlights: &[Highlight],
     ) -> Result<(), ViewError> {
+        if self.navigator.is_moving() {
+            // What was under the pointer is somewhere else.
+            self.hovered = None;
+            self.picker.forget_hover();
+        }
         if let Some(question) = self.picker.under_way() {
             let take = |renderer: &mut Renderer| renderer.take_pick();
             match self.recovery.run(&mut self.renderer, &self.scene, take)? {
@@ -111,7 +115,7 @@ impl Viewer {
         if let Some((question, shown)) = self.picker.next() {
             return self.begin(question, &shown, highlights);
         }
-        match self.idle_question() {
+        match self.idle_question().filter(|_| !self.navigator.is_moving()) {
             Some(question) => self.begin(question, instances, highlights),
             None => Ok(()),
         }
@@ -119,13 +123,17 @@ impl Viewer {
 
     /// What is asked where the operator asks nothing.
     fn idle_question(&self) -> Option<Question> {
-        if self.navigator.is_moving() {
-            return None;
-        }
         let (view, picture) = (self.shown?, self.renderer.picked_size());
-        let area = PixelArea::pixel(self.pixel(self.pointer?), picture);
-        let hover = Question { purpose: Purpose::Hover, area, view };
-        self.picker.is_new(&hover).then_some(hover)
+        let hover = self.pointer.map(|pointer| {
+            let area = PixelArea::pixel(self.pixel(pointer), picture);
+            Question { purpose: Purpose::Hover, area, view }
+        });
+        // Labels fade once the camera rests: they are calm while it moves. A picture
+        // without a window must not depend on when the answer comes.
+        let fades = self.rests && !self.settles && !self.labelled.is_empty();
+        let area = PixelArea::whole(picture);
+        let labels = fades.then_some(Question { purpose: Purpose::Labels, area, view });
+        [hover, labels].into_iter().flatten().find(|question| self.picker.is_new(question))
     }
 
     fn begin(
@@ -159,19 +167,29 @@ impl Viewer {
             }
             Purpose::Hover => self.hovered = first.filter(|_| self.pointer.is_some()),
             Purpose::Measure => self.measure_to(first, &question),
-            Purpose::Labels => {}
+            Purpose::Labels => {
+                let ids = occlusion::Ids { objects, question: &question };
+                let hidden = occlusion::hidden(&self.surfaces(), &self.labelled, &ids);
+                self.hidden_labels = hidden;
+            }
         }
     }
 
     /// Measures to where the line of sight through a pixel's middle meets a node.
     fn measure_to(&mut self, node: Option<NodeIndex>, question: &Question) {
-        let (Some(node), Some(measuring)) = (node, &mut self.measuring) else { return };
+        let Some(node) = node else { return };
         let PixelArea { origin, picture, .. } = question.area;
         let middle = origin.map(|pixel| f64::from(pixel) + 0.5);
         let ray = ray::Ray::through(&question.view, middle, picture);
+        let point = ray::surface_point(&self.surfaces(), node, &ray);
+        if let (Some(measuring), Some(point)) = (&mut self.measuring, point) {
+            measuring.add(point);
+        }
+    }
+
+    /// What lines of sight end at.
+    fn surfaces(&self) -> ray::Surfaces<'_> {
         let LoadedScene { graph, models, .. } = &self.scene;
-        ray::surface_point(graph, models, node, &ray)
-            .into_iter()
-            .for_each(|point| measuring.add(point));
+        ray::Surfaces { graph, models, section: self.section_plane() }
     }
 }

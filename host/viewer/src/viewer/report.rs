@@ -45,14 +45,15 @@ impl Viewer {
             quality: self.tags.snapshot().counts().into(),
             events: self.events.count(),
             picked: match self.selection.len() {
-                1 => self.selected_ids().next(),
+                1 => self.ids_of(&self.selection).next(),
                 _ => None,
             },
-            selected: self.selected_ids().collect(),
+            selected: self.ids_of(&self.selection).collect(),
             hovered: self.hovered.map(|node| self.scene.graph.node(node).id.clone()),
             measured: self.measuring.as_ref().map_or_else(Vec::new, |measuring| {
                 measuring.points().iter().map(|point| point.to_array()).collect()
             }),
+            hidden_labels: self.ids_of(&self.hidden_labels).collect(),
             camera: self.camera_stats(),
             validation_messages: self.renderer.validation_messages(),
         }
@@ -67,6 +68,12 @@ impl Viewer {
                 .map(|(plugin, link, fault)| rows::plugin(plugin, link, fault))
                 .collect(),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
+            section: self.section,
+            extent: self
+                .scene
+                .graph
+                .bounds()
+                .map_or([[0.0; 3]; 2], |bounds| [bounds.min.to_array(), bounds.max.to_array()]),
             bookmarks: self.navigator.bookmarks(&self.scene.config.cameras),
             navigation: Navigation {
                 mode: self.navigator.mode(),
@@ -106,13 +113,12 @@ impl Viewer {
         })
     }
 
-    /// Equipment ids of what is selected.
-    fn selected_ids(&self) -> impl Iterator<Item = String> {
-        self.selection.iter().map(|node| self.scene.graph.node(*node).id.clone())
+    fn ids_of(&self, nodes: &BTreeSet<NodeIndex>) -> impl Iterator<Item = String> {
+        nodes.iter().map(|node| self.scene.graph.node(*node).id.clone())
     }
 
     fn selected_text(&self) -> Option<String> {
-        let names: Vec<String> = self.selected_ids().take(MAX_NAMES).collect();
+        let names: Vec<String> = self.ids_of(&self.selection).take(MAX_NAMES).collect();
         let more = if self.selection.len() > names.len() { ", \u{2026}" } else { "" };
         match self.selection.len() {
             0 => None,
