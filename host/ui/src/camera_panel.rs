@@ -32,6 +32,9 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
                 commands.push(Command::SetCameraMode(mode));
             }
         }
+        if navigation.mode == CameraMode::Fly {
+            ui.label(format!("{:.1} m/s", navigation.speed));
+        }
         ui.separator();
         let mut orthographic = navigation.orthographic;
         let hint = "No perspective: all is as large as it is, however far. O";

@@ -71,10 +71,11 @@ fn rectangle(ui: &Ui, response: &Response, commands: &mut Vec<Command>) -> bool 
     let is_drawn = response.dragged_by(PointerButton::Primary);
     let is_done = response.drag_stopped_by(PointerButton::Primary);
     let pointer = ui.input(|i| i.pointer.latest_pos());
+    let pressed = ui.input(|i| i.pointer.press_origin());
     let origin = response.ctx.data_mut(|data| {
         let memory = data.get_temp_mut_or_default::<Option<egui::Pos2>>(response.id);
         if response.drag_started_by(PointerButton::Primary) {
-            *memory = ui.input(|i| i.pointer.press_origin());
+            *memory = pressed;
         }
         if is_done { memory.take() } else { *memory }
     });

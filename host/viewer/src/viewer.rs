@@ -42,7 +42,7 @@ use crate::stacks::millis_since;
 use crate::surroundings::Surroundings;
 use crate::{Stats, ViewError, labels, occlusion, ray, rows, stats};
 
-/// Pieces of equipment that are selected at once, the first by their ids.
+/// Pieces of equipment that are selected at once; of more the first in the scene.
 pub const MAX_SELECTED: usize = 10_000;
 
 /// Frame times kept for statistics.

@@ -18,7 +18,7 @@ const MAX_TRIES: usize = 4 * DIRECTIONS.len();
 /// Points between boxes, and what a box must have around it to come back to a nearer ring:
 /// it does not where the next frame would drive it away again.
 const GAP: f32 = 3.0;
-const RETURN_GAP: f32 = 24.0;
+const RETURN_GAP: f32 = 60.0;
 
 /// A box that wants a place.
 #[derive(Clone, Copy, Debug)]
@@ -203,9 +203,9 @@ mod tests {
     fn in_a_slow_orbit_boxes_stay_where_they_are() {
         let [calm, back, worst] = changes(false);
         let [forgetful, forgetful_back, _] = changes(true);
-        // 24 boxes, two turns: one passes the other in each, and must go somewhere else.
+        // A crowd: 24 boxes pass each other in two turns, and some must go elsewhere.
         assert!(calm * 4 < forgetful, "{calm} changes, {forgetful} without memory");
         assert!(back * 10 <= forgetful_back.max(10), "{back} flicker, {forgetful_back} without");
-        assert!(worst <= 4, "{worst} in one frame");
+        assert!(worst <= 8, "{worst} in one frame");
     }
 }
