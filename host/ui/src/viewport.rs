@@ -71,10 +71,12 @@ fn rectangle(ui: &Ui, response: &Response, commands: &mut Vec<Command>) -> bool 
     let is_drawn = response.dragged_by(PointerButton::Primary);
     let is_done = response.drag_stopped_by(PointerButton::Primary);
     let pointer = ui.input(|i| i.pointer.latest_pos());
+    let begins = response.drag_started_by(PointerButton::Primary);
     let pressed = ui.input(|i| i.pointer.press_origin());
+    // Nothing else of the context may be asked for in there.
     let origin = response.ctx.data_mut(|data| {
         let memory = data.get_temp_mut_or_default::<Option<egui::Pos2>>(response.id);
-        if response.drag_started_by(PointerButton::Primary) {
+        if begins {
             *memory = pressed;
         }
         if is_done { memory.take() } else { *memory }
