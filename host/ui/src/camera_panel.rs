@@ -41,11 +41,6 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         if ui.checkbox(&mut orthographic, "Orthographic").on_hover_text(hint).changed() {
             commands.push(Command::SetOrthographic(orthographic));
         }
-        for (side, name, key) in SIDES {
-            if ui.button(name).on_hover_text(key).clicked() {
-                commands.push(Command::LookFrom(side));
-            }
-        }
     });
     ui.horizontal_wrapped(|ui| {
         if ui.button("Fit").on_hover_text("F").clicked() {
@@ -54,6 +49,11 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
         if model.selected.is_some() && ui.button("Fit selection").on_hover_text("Shift+F").clicked()
         {
             commands.push(Command::FitSelection);
+        }
+        for (side, name, key) in SIDES {
+            if ui.button(name).on_hover_text(key).clicked() {
+                commands.push(Command::LookFrom(side));
+            }
         }
         for camera in &model.cameras {
             let number = model.bookmarks.iter().find(|b| b.name.as_ref() == Some(camera));

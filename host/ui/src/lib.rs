@@ -53,6 +53,8 @@ pub struct SceneOverlay {
     pub labels: Vec<Label>,
     /// What is being measured.
     pub measurement: Option<Measurement>,
+    /// Whether the camera has just come to another place: labels are placed anew.
+    pub arrived: bool,
     /// Equipment id of what is under the pointer.
     pub hovered: Option<String>,
 }
@@ -108,6 +110,9 @@ impl Panels {
                 viewport = ui.max_rect();
                 viewport::handle(ui, model, &mut commands);
                 let overlay = overlay(viewport, &commands);
+                if overlay.arrived {
+                    *placement = Placement::default();
+                }
                 labels::paint(ui, &overlay.labels, placement);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);

@@ -1,6 +1,6 @@
 //! Mouse and keyboard over the 3D scene.
 
-use egui::{InputState, Key, Modifiers, PointerButton, Rect, Response, Sense, Stroke, Ui};
+use egui::{Event, InputState, Key, Modifiers, PointerButton, Rect, Response, Sense, Stroke, Ui};
 
 use crate::{CameraMode, Command, MAX_BOOKMARKS, Side, ViewModel, theme};
 
@@ -111,31 +111,39 @@ fn clicks(response: &Response, model: &ViewModel, commands: &mut Vec<Command>) {
     }
 }
 
+/// By the modifiers of each press: where frames are slow they are let go of by now.
 fn keys(input: &InputState, model: &ViewModel, commands: &mut Vec<Command>) {
-    let Modifiers { shift, command, .. } = input.modifiers;
-    for (number, key) in (1..).zip(DIGITS) {
-        if input.key_pressed(key) {
-            commands.push(match command {
-                true => Command::StoreBookmark(number),
-                false => Command::GoToBookmark(number),
-            });
+    for event in &input.events {
+        if let Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event {
+            commands.extend(command_of(*key, *modifiers, model));
         }
     }
-    if command {
-        return;
+}
+
+fn command_of(key: Key, modifiers: Modifiers, model: &ViewModel) -> Option<Command> {
+    if let Some(index) = DIGITS.iter().position(|digit| *digit == key) {
+        let number = index + 1;
+        return Some(match modifiers.command {
+            true => Command::StoreBookmark(number),
+            false => Command::GoToBookmark(number),
+        });
+    }
+    if modifiers.command {
+        return None;
     }
     let navigation = model.navigation;
-    let of_keys = [
-        (Key::F, if shift { Command::FitSelection } else { Command::FitAll }),
-        (Key::C, Command::SetCameraMode(navigation.mode.next())),
-        (Key::O, Command::SetOrthographic(!navigation.orthographic)),
-        (Key::F5, Command::LookFrom(Side::Top)),
-        (Key::F6, Command::LookFrom(Side::Front)),
-        (Key::F7, Command::LookFrom(Side::Right)),
-        (Key::M, Command::SetMeasuring(model.measuring.is_none())),
-        (Key::Escape, Command::Escape),
-    ];
-    commands.extend(of_keys.into_iter().filter_map(|(key, c)| input.key_pressed(key).then_some(c)));
+    Some(match key {
+        Key::F if modifiers.shift => Command::FitSelection,
+        Key::F => Command::FitAll,
+        Key::C => Command::SetCameraMode(navigation.mode.next()),
+        Key::O => Command::SetOrthographic(!navigation.orthographic),
+        Key::F5 => Command::LookFrom(Side::Top),
+        Key::F6 => Command::LookFrom(Side::Front),
+        Key::F7 => Command::LookFrom(Side::Right),
+        Key::M => Command::SetMeasuring(model.measuring.is_none()),
+        Key::Escape => Command::Escape,
+        _ => return None,
+    })
 }
 
 /// Walks and flies as long as keys are down.
@@ -166,5 +174,42 @@ impl CameraMode {
             Self::Walk => Self::Fly,
             Self::Fly => Self::Orbit,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_what_the_help_says() {
+        let model = ViewModel::default();
+        let of = |key, modifiers| command_of(key, modifiers, &model);
+        assert_eq!(of(Key::Num1, Modifiers::NONE), Some(Command::GoToBookmark(1)));
+        assert_eq!(of(Key::Num9, Modifiers::COMMAND), Some(Command::StoreBookmark(9)));
+        assert_eq!(of(Key::Num0, Modifiers::NONE), None);
+        assert_eq!(of(Key::F, Modifiers::NONE), Some(Command::FitAll));
+        assert_eq!(of(Key::F, Modifiers::SHIFT), Some(Command::FitSelection));
+        assert_eq!(of(Key::F, Modifiers::COMMAND), None);
+        assert_eq!(of(Key::M, Modifiers::NONE), Some(Command::SetMeasuring(true)));
+        let walk = Command::SetCameraMode(CameraMode::Walk);
+        assert_eq!(of(Key::C, Modifiers::NONE), Some(walk));
+    }
+
+    #[test]
+    fn ctrl_counts_where_it_is_let_go_of_in_the_same_frame() {
+        let mut input = InputState::default();
+        let key = |key, modifiers| Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers,
+        };
+        let none = Modifiers::NONE;
+        input.events = vec![key(Key::Num4, Modifiers::COMMAND), key(Key::Num4, none)];
+        let mut commands = Vec::new();
+        keys(&input, &ViewModel::default(), &mut commands);
+        assert_eq!(commands, [Command::StoreBookmark(4), Command::GoToBookmark(4)]);
     }
 }

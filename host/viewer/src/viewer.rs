@@ -209,6 +209,7 @@ impl Viewer {
             let sight = labels::Sight { projection, eye: view.eye };
             SceneOverlay {
                 labels: labels::build(&overlaid.lines, snapshot, graph, sight, selection, hidden),
+                arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id.clone()),
             }

@@ -36,6 +36,8 @@ pub(crate) struct Navigator {
     /// Metres a second.
     speed: f32,
     transition: Option<Transition>,
+    /// Whether it came to another camera since it was last asked.
+    has_arrived: bool,
     transition_seconds: f32,
     has_inertia: bool,
     /// Points of drag a second.
@@ -65,6 +67,7 @@ impl Navigator {
             mode: CameraMode::Orbit,
             speed: FLYING_SPEED,
             transition: None,
+            has_arrived: false,
             transition_seconds: if in_window { view.transition_seconds } else { 0.0 },
             has_inertia: in_window && view.inertia,
             coasting: Vec2::ZERO,
@@ -95,10 +98,16 @@ impl Navigator {
         self.transition.is_some() || self.coasting != Vec2::ZERO
     }
 
+    /// Whether it came to another camera since this was last asked.
+    pub(crate) fn take_arrival(&mut self) -> bool {
+        std::mem::take(&mut self.has_arrived)
+    }
+
     /// Stands at a camera at once.
     pub(crate) fn jump_to(&mut self, camera: Camera) {
         self.stop();
         self.camera = camera;
+        self.has_arrived = true;
     }
 
     /// The cameras that numbers go to: those stored, else those of the configuration.
@@ -120,7 +129,7 @@ impl Navigator {
             let (camera, has_arrived) = transition.step(seconds);
             self.camera = camera;
             if has_arrived {
-                self.transition = None;
+                (self.transition, self.has_arrived) = (None, true);
             }
         } else if self.coasting != Vec2::ZERO {
             let drag = self.coasting * seconds;
@@ -301,6 +310,7 @@ impl Navigator {
         }
         if self.transition.is_none() {
             self.camera = camera;
+            self.has_arrived = true;
         }
     }
 }
