@@ -186,6 +186,10 @@ impl Shows {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use busbar_geometry::{CollapseSequence, CollapseStacks, RawPrimitive, weld};
+    use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
     use glam::vec3;
 
     use super::*;
@@ -215,6 +219,57 @@ mod tests {
         assert_eq!(ray(dvec3(1.0, 1.0, 1.0)).to_bounds(&bounds), Some(0.0));
         assert_eq!(ray(dvec3(-3.0, 3.0, 1.0)).to_bounds(&bounds), None);
         assert_eq!(ray(dvec3(3.0, 1.0, 1.0)).to_bounds(&bounds), None);
+    }
+
+    /// Two triangles, one behind the other along z, drawn 10 m to the right.
+    fn scene() -> (SceneGraph, Vec<LoadedModel>) {
+        let corner = |z: f32| [vec3(0.0, 0.0, z), vec3(4.0, 0.0, z), vec3(0.0, 4.0, z)];
+        let primitive = RawPrimitive {
+            positions: [corner(0.0), corner(-5.0)].concat(),
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+            ..Default::default()
+        };
+        let mesh = weld(&[primitive]).unwrap().0;
+        let sequence = CollapseSequence::new(Vec::new(), mesh.positions.len() as u32).unwrap();
+        let node = ModelNode {
+            name: "mesh".into(),
+            parent: None,
+            parent_from_node: glam::Mat4::IDENTITY,
+            mesh: Some(0),
+        };
+        let model = Model { meshes: vec![mesh.clone()], nodes: vec![node], ..Default::default() };
+        let placement = Placement {
+            id: "plates".into(),
+            parent: None,
+            transform: Transform { translation: Vec3::X * 10.0, ..Default::default() },
+            model: Some(ModelIndex(0)),
+            theta: None,
+        };
+        let graph = SceneGraph::build(&[placement], std::slice::from_ref(&model)).unwrap();
+        let stacks = vec![Arc::new(CollapseStacks::build(mesh, &sequence))];
+        let (name, materials, textures) = ("plates".into(), Vec::new(), Vec::new());
+        (graph, vec![LoadedModel { name, stacks, materials, textures }])
+    }
+
+    #[test]
+    fn the_nearest_surface_that_is_not_cut_away_is_met_or_else_a_corner() {
+        let (graph, models) = scene();
+        let node = graph.find("plates/mesh").unwrap();
+        let met = |x: f64, section| {
+            let surfaces = Surfaces { graph: &graph, models: &models, section };
+            let ray = Ray { origin: dvec3(x, 1.0, 5.0), direction: DVec3::NEG_Z };
+            surface_point(&surfaces, node, &ray)
+        };
+        assert_eq!(met(11.0, None), Some(dvec3(11.0, 1.0, 0.0)));
+        let open = Some((Vec3::Z, -1.0));
+        assert_eq!(met(11.0, open), Some(dvec3(11.0, 1.0, -5.0)), "what is before is cut away");
+        assert_eq!(met(11.0, Some((Vec3::NEG_Z, 1.0))), Some(dvec3(11.0, 1.0, 0.0)));
+        let beside = met(9.9, None).unwrap();
+        assert_eq!((beside.x, beside.y), (10.0, 0.0), "passed by: the closest corner");
+        let other = graph.find("plates").unwrap();
+        let surfaces = Surfaces { graph: &graph, models: &models, section: None };
+        let ray = Ray { origin: dvec3(11.0, 1.0, 5.0), direction: DVec3::NEG_Z };
+        assert_eq!(surface_point(&surfaces, other, &ray), None, "nothing shows as that node");
     }
 
     /// A line of sight leads to what its pixel shows, near and far, with and without
