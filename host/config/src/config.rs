@@ -258,8 +258,23 @@ pub struct CameraConfig {
     pub target: [f32; 3],
     /// Vertical field of view in degrees.
     pub fov_degrees: f32,
+    /// How depth shows.
+    pub projection: ProjectionConfig,
     /// JSON pointer.
     pub pointer: String,
+}
+
+/// How depth shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProjectionConfig {
+    /// What is far is small.
+    Perspective,
+    /// All is as large as at the target.
+    Orthographic {
+        /// From the lower to the upper edge of a picture 16:9 or wider, metres; none
+        /// for as much as a perspective view has at the target.
+        height: Option<f32>,
+    },
 }
 
 /// How the first picture looks.
@@ -286,6 +301,10 @@ pub struct ViewConfig {
     /// What a frame in a window is to take, milliseconds; none where it may take what
     /// its detail does.
     pub target_frame_millis: Option<f64>,
+    /// What a window takes from one camera to another, seconds; 0 is at once.
+    pub transition_seconds: f32,
+    /// Whether a window's camera turns on for a moment after a drag.
+    pub inertia: bool,
     /// Graphics device, by number or part of its name; none for the best.
     pub device: Option<String>,
     /// JSON pointer; of a view that may be absent.

@@ -32,8 +32,8 @@ mod world;
 
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
-    NodeConfig, OriginConfig, OverlayConfig, QualityConfig, SectionConfig, SourceConfig, TagConfig,
-    TagType, ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
+    NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig, SectionConfig,
+    SourceConfig, TagConfig, TagType, ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use limits::*;

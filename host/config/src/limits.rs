@@ -40,6 +40,10 @@ pub const MAX_EXPRESSION_BYTES: usize = 1_000;
 pub const MAX_BINDINGS: usize = 1_000_000;
 /// The most cameras.
 pub const MAX_CAMERAS: usize = 1_000;
+/// The smallest height of an orthographic view, metres.
+pub const MIN_VIEW_METRES: f32 = 0.1;
+/// The longest way from one camera to another, seconds.
+pub const MAX_TRANSITION_SECONDS: f32 = 10.0;
 /// The most levels of a theta that follows distance.
 pub const MAX_THETA_LEVELS: usize = 16;
 /// The greatest share of a distance by which detail returns later than it went.

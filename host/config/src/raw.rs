@@ -311,6 +311,28 @@ pub(crate) struct RawCamera {
     #[serde(default = "default_fov_degrees")]
     #[schemars(range(min = 1.0, max = 150.0), extend("examples" = [45]))]
     pub(crate) fov_degrees: f32,
+    /// How depth shows: with distance, or not at all.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["orthographic"]))]
+    pub(crate) projection: RawProjection,
+    /// What an orthographic picture 16:9 or wider shows from its lower to its upper
+    /// edge, in metres; where missing, as much as a perspective one does at the target.
+    #[serde(default)]
+    #[schemars(range(min = MIN_VIEW_METRES, max = MAX_COORDINATE_METRES))]
+    #[schemars(extend("examples" = [40]))]
+    pub(crate) height: Option<f32>,
+}
+
+/// How depth shows.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Projection")]
+pub(crate) enum RawProjection {
+    /// What is far is small.
+    #[default]
+    Perspective,
+    /// All is as large as at the target: for plans and elevations.
+    Orthographic,
 }
 
 /// How the first picture looks.
@@ -354,6 +376,12 @@ pub(crate) struct RawView {
     /// takes.
     #[schemars(range(min = 0.0, max = MAX_FRAME_MILLIS), extend("examples" = [16.6]))]
     pub(crate) target_frame_ms: f64,
+    /// Seconds in which a window goes from one camera to another; 0 for at once.
+    #[schemars(range(min = 0.0, max = MAX_TRANSITION_SECONDS), extend("examples" = [0.6]))]
+    pub(crate) transition_seconds: f32,
+    /// Whether a window's camera turns on for a moment after a drag.
+    #[schemars(extend("examples" = [true]))]
+    pub(crate) inertia: bool,
     /// Graphics device: its number among those there are, or a part of its name; where
     /// missing, the best. `BUSBAR_DEVICE` in the environment goes before.
     #[schemars(length(min = 1, max = 256), extend("examples" = ["llvmpipe"]))]
@@ -427,6 +455,8 @@ impl Default for RawView {
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,
+            transition_seconds: 0.6,
+            inertia: false,
             device: None,
         }
     }

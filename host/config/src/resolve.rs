@@ -70,6 +70,12 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             eye: raw.eye,
             target: raw.target,
             fov_degrees: raw.fov_degrees,
+            projection: match raw.projection {
+                RawProjection::Perspective => ProjectionConfig::Perspective,
+                RawProjection::Orthographic => {
+                    ProjectionConfig::Orthographic { height: raw.height }
+                }
+            },
             pointer,
         }),
         view: view(raw.view),
@@ -129,6 +135,8 @@ fn view(raw: RawView) -> ViewConfig {
         size: raw.size,
         theta_scale: raw.theta_scale,
         target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),
+        transition_seconds: raw.transition_seconds,
+        inertia: raw.inertia,
         device: raw.device,
         pointer: "/view".to_owned(),
     }

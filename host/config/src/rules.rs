@@ -189,6 +189,13 @@ impl<'d> Rules<'d, '_, '_> {
                     "move \"eye\" or \"target\"",
                 );
             }
+            if camera["height"].is_number() && camera["projection"] != "orthographic" {
+                self.report.error(
+                    &join_pointer(&pointer, "height"),
+                    "only an orthographic camera has a height",
+                    "add \"projection\": \"orthographic\", or leave \"height\" out and set \"fov_degrees\"",
+                );
+            }
         }
         let cameras = self.document["cameras"].as_object();
         self.check_reference(

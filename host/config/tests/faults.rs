@@ -190,6 +190,21 @@ fn a_transform_at_fault_says_nothing_of_those_below() {
 }
 
 #[test]
+fn a_height_is_for_cameras_without_perspective() {
+    let text = |camera: &str| {
+        format!(
+            r#"{{ "version": 1, "scene": [], "cameras": {{ "plan": {{
+                "eye": [0, 9, 0], "target": [0, 0, 0], {camera} }} }} }}"#
+        )
+    };
+    let fault = ("/cameras/plan/height", "only an orthographic camera has a height", "projection");
+    check(&text(r#""height": «20"#), &[fault]);
+    let fault = ("/cameras/plan/projection", "", "");
+    check(&text(r#""projection": «"isometric""#), &[fault]);
+    assert!(busbar_config::parse(&text(r#""projection": "orthographic", "height": 20"#)).is_ok());
+}
+
+#[test]
 fn names_that_are_keys() {
     let camera = r#"{ "eye": [1, 0, 0], "target": [0, 0, 0] }"#;
     let text = |name: &str| {

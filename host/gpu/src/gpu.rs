@@ -8,6 +8,7 @@ use crate::device::Device;
 use crate::image::sample_flag;
 use crate::instance::Instance;
 use crate::presenter::Presenter;
+use crate::recorder::Submission;
 use crate::slot::{CommandSlot, StageMillis};
 use crate::surface::Surface;
 use crate::{Format, GpuError, Recorder, ValidationLog, WindowHandles};
@@ -199,6 +200,14 @@ impl Gpu {
         }
         self.slots[slot].begin()?;
         Ok(Recorder::new(self, slot))
+    }
+
+    /// Whether submitted work is done; does not wait.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn has_finished(&self, submission: Submission) -> Result<bool, GpuError> {
+        Ok(self.device.finished()? >= submission.0)
     }
 
     /// Waits until everything submitted is finished.

@@ -43,7 +43,7 @@ pub use pass::{ClearColor, DepthAfter, Draw, Pass, Targets, Viewport};
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-pub use recorder::Recorder;
+pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};
 pub use slot::{MAX_STAGES, StageMillis};
 pub use surface::WindowHandles;

@@ -20,6 +20,10 @@ pub struct Recorder<'g> {
     pub(crate) staged_bytes: u64,
 }
 
+/// Work handed to the device: its number on the timeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Submission(pub(crate) u64);
+
 impl<'g> Recorder<'g> {
     pub(crate) fn new(gpu: &'g mut Gpu, slot: usize) -> Self {
         Self { gpu, slot, touched: Vec::new(), staged_bytes: 0 }
@@ -116,6 +120,15 @@ impl<'g> Recorder<'g> {
     /// When the device is lost or memory runs out.
     pub fn submit(mut self) -> Result<(), GpuError> {
         self.finish(None, None)
+    }
+
+    /// Submits what was recorded; [`Gpu::has_finished`] tells when it is done.
+    ///
+    /// # Errors
+    /// As [`Recorder::submit`].
+    pub fn submit_for_later(mut self) -> Result<Submission, GpuError> {
+        self.finish(None, None)?;
+        Ok(Submission(self.command_slot().value))
     }
 
     /// Submits what was recorded and waits for it.

@@ -71,14 +71,14 @@ impl Place {
 const _: () = assert!(MAX_MODELS <= 1 << 30);
 
 impl Plan {
-    /// Sorts and groups. The order depends on what is drawn alone, so that the
+    /// Sorts and groups; draws what `frustum` may see. The order depends on what is drawn alone, so that the
     /// same frame gives the same picture.
     pub(crate) fn fill(
         &mut self,
         models: &[Option<GpuModel>],
         frame: &Frame<'_>,
+        frustum: &Frustum,
     ) -> Result<(), RenderError> {
-        let frustum = Frustum::of(&frame.camera.clip_from_world());
         self.places.clear();
         for draw in frame.instances {
             let mesh = mesh_of(models, draw)?;

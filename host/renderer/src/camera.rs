@@ -1,7 +1,7 @@
 //! The camera.
 
 use glam::camera::rh::{proj::vulkan, view};
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec3, Vec4};
 
 /// Where the picture is taken from, and through what lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,36 @@ impl CameraView {
         }
     }
 
+    /// A view without perspective: all is as large as it is, however far.
+    ///
+    /// It looks from `eye` at `target` with `up` upwards, which must not be along
+    /// the line of sight; `height` is what it sees from the lower edge to the upper one,
+    /// metres, and `reach` how far before and behind the target anything is seen.
+    pub fn orthographic(
+        eye: Vec3,
+        target: Vec3,
+        up: Vec3,
+        height: f32,
+        aspect: f32,
+        reach: f32,
+    ) -> Self {
+        let forward = (target - eye).try_normalize().unwrap_or(Vec3::NEG_Z);
+        let far = eye.distance(target) + reach;
+        let depth = 1.0 / (2.0 * reach);
+        let projection = Mat4::from_cols(
+            Vec4::X * (2.0 / (height * aspect)),
+            Vec4::Y * (-2.0 / height),
+            Vec4::Z * depth,
+            Vec4::new(0.0, 0.0, far * depth, 1.0),
+        );
+        Self { camera_from_world: view::look_to_mat4(eye, forward, up), projection, eye }
+    }
+
+    /// Whether what is far is as large as what is near.
+    pub fn is_orthographic(&self) -> bool {
+        self.projection.row(3) == Vec4::W
+    }
+
     /// From the eye through the upper left corner of a picture of `size` pixels,
     /// and by what that changes a pixel to the right and a pixel down: world
     /// space, of any length.
@@ -51,6 +81,9 @@ impl CameraView {
         let camera_from_clip = self.projection.inverse();
         // By its rotation alone: far from the origin positions are coarse.
         let world_from_camera = Mat3::from_mat4(self.camera_from_world).transpose();
+        if self.is_orthographic() {
+            return [world_from_camera * Vec3::NEG_Z, Vec3::ZERO, Vec3::ZERO];
+        }
         let through = |x: f32, y: f32| {
             world_from_camera * camera_from_clip.project_point3(Vec3::new(x, y, 1.0))
         };
@@ -96,6 +129,26 @@ mod tests {
             let ray = (corner + pixel.x * right + pixel.y * down).normalize();
             assert!(ray.distance((world - eye).normalize()) < 1e-4, "{ray} to {world}");
         }
+    }
+
+    #[test]
+    fn without_perspective_size_does_not_depend_on_depth() {
+        let (eye, target) = (Vec3::new(0.0, 10.0, 10.0), Vec3::ZERO);
+        let up = Vec3::new(0.0, 1.0, -1.0);
+        let camera = CameraView::orthographic(eye, target, up, 8.0, 2.0, 50.0);
+        assert!(camera.is_orthographic());
+        assert_eq!(
+            camera.pixel_rays([640.0, 360.0])[1..],
+            [Vec3::ZERO; 2],
+            "all rays are parallel"
+        );
+        let back = (eye - target).normalize();
+        for depth in [-40.0, 0.0, 40.0] {
+            let at = project(&camera, back * depth + Vec3::X * 8.0);
+            assert!((at.x - 1.0).abs() < 1e-5 && at.y.abs() < 1e-5, "{at}");
+            assert!((at.z - (0.5 + depth / 100.0)).abs() < 1e-5, "near is 1: {at}");
+        }
+        assert!((project(&camera, up.normalize() * 4.0).y + 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_geometry::CollapseStacks;
-use busbar_gpu::{Binding, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Viewport};
+use busbar_gpu::{Binding, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
 use rayon::prelude::*;
 
 use crate::batch::Plan;
 use crate::features::FeatureKit;
+use crate::frustum::Frustum;
 use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::layer::ready;
@@ -16,7 +17,7 @@ use crate::material::MaterialKit;
 use crate::model::GpuModel;
 use crate::occlusion::Occlusion;
 use crate::outline::Outlines;
-use crate::pick::PickTargets;
+use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
 use crate::resolver::{ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
@@ -179,14 +180,15 @@ impl Content {
         recorder: &mut Recorder<'_>,
         stream: usize,
         frame: &Frame<'_>,
-        viewport: Viewport,
+        area: &PixelArea,
     ) -> Result<Plan, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
         let mut plan = std::mem::take(&mut self.plans[stream]);
-        plan.fill(&self.models, frame)?;
+        let seen = area.clip_from_picture() * frame.camera.clip_from_world();
+        plan.fill(&self.models, frame, &Frustum::of(&seen))?;
         self.pipelines.ready(recorder.gpu(), &self.layouts, frame.section.is_some())?;
         let layout = (&self.layouts.frame, &*bindings_of(self.high.as_ref()));
-        let uniform = frame_uniform(frame, viewport, self.sun_of(frame).as_ref());
+        let uniform = frame_uniform(frame, area.viewport(), self.sun_of(frame).as_ref());
         self.streams[stream].write(recorder.gpu(), layout, &uniform, &plan)?;
         self.resolve_missing(recorder, &plan)?;
         for batch in &plan.batches {
@@ -224,7 +226,7 @@ impl Content {
         let resolving = Instant::now();
         let stream = recorder.slot();
         self.upload_resolved(recorder)?;
-        let plan = self.prepare(recorder, stream, frame, whole(targets.size()))?;
+        let plan = self.prepare(recorder, stream, frame, &PixelArea::whole(targets.size()))?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
         let _span = tracing::debug_span!("scene").entered();
@@ -329,12 +331,12 @@ impl Content {
         &mut self,
         recorder: &mut Recorder<'_>,
         targets: &PickTargets,
-        viewport: Viewport,
+        area: &PixelArea,
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
-        let plan = self.prepare(recorder, PICK_STREAM, frame, viewport)?;
+        let plan = self.prepare(recorder, PICK_STREAM, frame, area)?;
         let drawer = self.drawer(&plan, PICK_STREAM, frame);
-        let mut pass = recorder.pass(&targets.cleared(), viewport)?;
+        let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
         let pick = &self.pipelines.looks(frame.section.is_some()).pick;
         drawer.draw(&mut pass, pick, Sections::All)?;
         drop(pass);

@@ -48,6 +48,7 @@ pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
 pub use model::{ModelHandle, ModelUpload};
 pub use panels::MAX_PANEL_VERTICES;
+pub use pick::{PickState, PixelArea};
 pub use renderer::{DeviceChoice, Quality, Renderer, RendererOptions};
 pub use resolver::{MAX_PENDING_RESOLVE_BYTES, MAX_PENDING_RESOLVES};
 pub use section::SectionPlane;

@@ -9,6 +9,7 @@ use busbar_gpu::{
 use busbar_shaders::{FrameUniform, OUTLINE};
 
 use crate::batch::Plan;
+use crate::frustum::Frustum;
 use crate::layer::{Layer, ready};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
@@ -79,7 +80,8 @@ impl Outlines {
             outlined: &[],
             ..*frame
         };
-        self.plan.fill(drawn_with.models, &outlined)?;
+        let frustum = Frustum::of(&frame.camera.clip_from_world());
+        self.plan.fill(drawn_with.models, &outlined, &frustum)?;
         let stream = &mut self.streams[recorder.slot()];
         stream.write(recorder.gpu(), (&layouts.frame, more), uniform, &self.plan)?;
         let frame_group = &self.streams[recorder.slot()].group;

@@ -1,9 +1,10 @@
 //! Which object is at a pixel.
 
 use busbar_gpu::{
-    ClearColor, DepthAfter, Format, Gpu, GpuError, Image, ImageDescription, ImageKind, Targets,
-    Viewport,
+    ClearColor, DepthAfter, Download, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
+    Submission, Targets, Viewport,
 };
+use glam::{Mat4, vec3};
 
 /// Object ids are 32-bit numbers.
 pub(crate) const ID_FORMAT: Format = Format::R32Uint;
@@ -42,13 +43,92 @@ impl PickTargets {
     }
 }
 
-/// Clip space over the picture, with the pixel at the origin.
-pub(crate) fn around([x, y]: [u32; 2], size: [u32; 2]) -> Viewport {
-    Viewport { origin: [-(x as f32), -(y as f32)], size: size.map(|pixels| pixels as f32) }
+/// Part of a picture, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelArea {
+    /// Its upper left pixel.
+    pub origin: [u32; 2],
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Width and height of the whole picture.
+    pub picture: [u32; 2],
+}
+
+impl PixelArea {
+    /// A single pixel.
+    pub fn pixel(pixel: [u32; 2], picture: [u32; 2]) -> Self {
+        Self { origin: pixel, size: [1, 1], picture }
+    }
+
+    /// The whole picture.
+    pub fn whole(picture: [u32; 2]) -> Self {
+        Self { origin: [0, 0], size: picture, picture }
+    }
+
+    pub(crate) fn is_within(&self) -> bool {
+        (0..2).all(|axis| {
+            let end = self.origin[axis].checked_add(self.size[axis]);
+            self.size[axis] > 0 && end.is_some_and(|end| end <= self.picture[axis])
+        })
+    }
+
+    /// The picture's viewport, moved so that this part falls onto the target.
+    pub(crate) fn viewport(&self) -> Viewport {
+        let origin = self.origin.map(|pixels| -(pixels as f32));
+        Viewport { origin, size: self.picture.map(|pixels| pixels as f32) }
+    }
+
+    /// Clip space of the picture to that of this part, to leave out what is beside it.
+    pub(crate) fn clip_from_picture(&self) -> Mat4 {
+        let [x, y] = [0, 1].map(|axis| {
+            let [origin, size, whole] =
+                [self.origin, self.size, self.picture].map(|pixels| pixels[axis] as f32);
+            (whole / size, (whole - 2.0 * origin - size) / size)
+        });
+        Mat4::from_translation(vec3(x.1, y.1, 0.0)) * Mat4::from_scale(vec3(x.0, y.0, 1.0))
+    }
+}
+
+/// Ids on their way back.
+pub(crate) struct PendingPick {
+    pub(crate) submission: Submission,
+    pub(crate) download: Download,
+}
+
+/// How a pick that was begun stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PickState {
+    /// None was begun, or its device was lost.
+    None,
+    /// The device works on it.
+    Pending,
+    /// The objects of the part's pixels, rows from the top; `None` for the background.
+    Done(Vec<Option<u32>>),
 }
 
 /// The objects of pixels that were read back.
 pub(crate) fn objects_of(pixels: &[u8]) -> impl Iterator<Item = Option<u32>> {
     let (ids, _) = pixels.as_chunks();
     ids.iter().map(|&id| Some(u32::from_le_bytes(id)).filter(|&id| id != BACKGROUND))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn a_part_of_the_picture_is_a_part_of_clip_space() {
+        let area = PixelArea { origin: [300, 10], size: [100, 40], picture: [400, 200] };
+        assert!(area.is_within() && !PixelArea { origin: [301, 10], ..area }.is_within());
+        assert!(!PixelArea { size: [0, 1], ..area }.is_within());
+        let to_clip = |x: f32, y: f32| Vec3::new(x / 200.0 - 1.0, y / 100.0 - 1.0, 0.3);
+        let matrix = area.clip_from_picture();
+        for (pixel, expected) in [([300.0, 10.0], [-1.0, -1.0]), ([400.0, 50.0], [1.0, 1.0])] {
+            let clip = matrix.project_point3(to_clip(pixel[0], pixel[1]));
+            let [x, y] = expected;
+            assert!(clip.distance(Vec3::new(x, y, 0.3)) < 1e-5, "{clip}");
+        }
+    }
 }

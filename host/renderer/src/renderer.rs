@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, GpuOptions, ValidationLog, Viewport, WindowHandles};
+use busbar_gpu::{Gpu, GpuOptions, ValidationLog, WindowHandles};
 
 use crate::content::{self, Content, millis_since};
 use crate::model::GpuModel;
 use crate::panels::Panels;
-use crate::pick::{self, PickTargets};
-use crate::targets::{SceneTargets, whole};
+use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
+use crate::targets::SceneTargets;
 use crate::{
     EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle, ModelUpload, Picture, RenderError,
 };
@@ -73,6 +73,8 @@ pub struct Renderer {
     content: Content,
     targets: Option<SceneTargets>,
     one_pixel: PickTargets,
+    /// Begun, and not asked for yet.
+    pending: Option<PendingPick>,
     panels: Panels,
     origin: Origin,
     /// The picture's size; in a window, the window's.
@@ -142,7 +144,7 @@ impl Renderer {
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        Ok(Self { content, targets: None, one_pixel, panels, origin, size, gpu })
+        Ok(Self { content, targets: None, one_pixel, pending: None, panels, origin, size, gpu })
     }
 
     /// Makes a new device in place of one that is lost. Models are gone: uploaded
@@ -334,7 +336,7 @@ impl Renderer {
         if pixel[0] >= size[0] || pixel[1] >= size[1] {
             return Err(RenderError::OutsidePicture { pixel, size });
         }
-        let picked = self.pick_into(None, pick::around(pixel, size), frame)?;
+        let picked = self.pick_into(None, &PixelArea::pixel(pixel, size), frame)?;
         Ok(picked.first().copied().flatten())
     }
 
@@ -349,7 +351,40 @@ impl Renderer {
             return Ok(Vec::new());
         }
         let targets = PickTargets::new(&self.gpu, size)?;
-        self.pick_into(Some(&targets), whole(size), frame)
+        self.pick_into(Some(&targets), &PixelArea::whole(size), frame)
+    }
+
+    /// Begins to ask for the objects in a part of a picture of the frame, and does not
+    /// wait for the answer; a pick that was begun before is given up.
+    ///
+    /// # Errors
+    /// As [`Renderer::pick`].
+    pub fn begin_pick(&mut self, frame: &Frame<'_>, area: &PixelArea) -> Result<(), RenderError> {
+        self.pending = None;
+        if !area.is_within() {
+            return Err(RenderError::OutsidePicture { pixel: area.origin, size: area.picture });
+        }
+        self.content.cache.begin_frame();
+        let begun = begin_pick(&mut self.gpu, &mut self.content, area, frame);
+        match begun {
+            Ok(_) => self.content.cache.evict(),
+            Err(_) => self.content.cache.abandon_frame(),
+        }
+        self.pending = Some(begun?);
+        Ok(())
+    }
+
+    /// What a pick that was begun came to; it is told once.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn take_pick(&mut self) -> Result<PickState, RenderError> {
+        let Some(pick) = self.pending.take() else { return Ok(PickState::None) };
+        if !self.gpu.has_finished(pick.submission)? {
+            self.pending = Some(pick);
+            return Ok(PickState::Pending);
+        }
+        Ok(PickState::Done(pick::objects_of(&pick.download.pixels()?).collect()))
     }
 
     /// Size of the picture that picks refer to, pixels: what the user clicks on
@@ -362,12 +397,12 @@ impl Renderer {
     fn pick_into(
         &mut self,
         targets: Option<&PickTargets>,
-        viewport: Viewport,
+        area: &PixelArea,
         frame: &Frame<'_>,
     ) -> Result<Vec<Option<u32>>, RenderError> {
         self.content.cache.begin_frame();
         let targets = targets.unwrap_or(&self.one_pixel);
-        let picked = pick_with(&mut self.gpu, &mut self.content, targets, viewport, frame);
+        let picked = pick_with(&mut self.gpu, &mut self.content, targets, area, frame);
         match picked {
             Ok(_) => self.content.cache.evict(),
             Err(_) => self.content.cache.abandon_frame(),
@@ -411,12 +446,25 @@ fn pick_with(
     gpu: &mut Gpu,
     content: &mut Content,
     targets: &PickTargets,
-    viewport: Viewport,
+    area: &PixelArea,
     frame: &Frame<'_>,
 ) -> Result<Vec<Option<u32>>, RenderError> {
     let mut recorder = gpu.begin_transfer()?;
-    content.record_pick(&mut recorder, targets, viewport, frame)?;
+    content.record_pick(&mut recorder, targets, area, frame)?;
     let download = recorder.download(&targets.id)?;
     recorder.submit_and_wait()?;
     Ok(pick::objects_of(&download.pixels()?).collect())
+}
+
+fn begin_pick(
+    gpu: &mut Gpu,
+    content: &mut Content,
+    area: &PixelArea,
+    frame: &Frame<'_>,
+) -> Result<PendingPick, RenderError> {
+    let targets = PickTargets::new(gpu, area.size)?;
+    let mut recorder = gpu.begin_transfer()?;
+    content.record_pick(&mut recorder, &targets, area, frame)?;
+    let download = recorder.download(&targets.id)?;
+    Ok(PendingPick { submission: recorder.submit_for_later()?, download })
 }

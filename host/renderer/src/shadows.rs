@@ -10,6 +10,7 @@ use glam::camera::rh::view;
 use glam::{DMat4, DVec3, Mat4, Vec3};
 
 use crate::batch::Plan;
+use crate::frustum::Frustum;
 use crate::model::GpuModel;
 use crate::pipelines::Shading;
 use crate::scene_pass::{SceneDrawer, Sections};
@@ -195,7 +196,8 @@ impl Shadows {
             self.streams.push(FrameStream::new(recorder.gpu(), layout, &self.bindings())?);
         }
         let seen = Frame { camera: sun.camera, ..*frame };
-        self.plan.fill(drawn_with.models, &seen)?;
+        let frustum = Frustum::of(&sun.camera.clip_from_world());
+        self.plan.fill(drawn_with.models, &seen, &frustum)?;
         let slot = recorder.slot();
         let size = [MAP_TEXELS as f32; 2];
         let bindings = [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)];

@@ -1,83 +1,94 @@
 //! Labels at equipment: boxes with leader lines that do not overlap and give
 //! way by urgency.
 
+mod placement;
+
 use std::sync::Arc;
 
 use egui::{
-    Align2, Color32, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
+    Align2, Color32, Galley, Painter, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
 };
 
+pub(crate) use self::placement::Placement;
+
+use self::placement::Wanted;
 use crate::view_model::age_text;
 use crate::{Label, LabelLine, Mark, hatch, theme};
 
 const PADDING: f32 = 6.0;
+const CORNER: f32 = 3.0;
 const ROW_HEIGHT: f32 = 17.0;
 const TITLE_HEIGHT: f32 = 17.0;
 const COLUMN_GAP: f32 = 12.0;
-/// How far a box stands from its anchor, points.
-const STAND_OFF: f32 = 34.0;
-/// Places tried for one box; one that finds none shrinks to a dot.
-const MAX_TRIES: usize = 4 * DIRECTIONS.len();
-/// Radians from straight up, in the order of preference.
-const DIRECTIONS: [f32; 10] = [0.0, 0.6, -0.6, 1.1, -1.1, 1.57, -1.57, 2.3, -2.3, 3.0];
 /// Boxes in a frame, the most urgent and nearest first; the rest are dots.
 const MAX_BOXES: usize = 200;
+/// How much is seen of a label whose equipment is hidden.
+const HIDDEN_OPACITY: f32 = 0.7;
 /// Lines of a box, the most urgent first.
 const MAX_LINES: usize = 12;
 
 /// Paints labels over the scene, clipped to the viewport.
-pub(crate) fn paint(ui: &Ui, labels: &[Label]) {
+pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement) {
     let viewport = ui.max_rect();
     let painter = ui.painter().with_clip_rect(viewport);
     let mut ordered: Vec<&Label> =
         labels.iter().filter(|label| viewport.contains(label.anchor)).collect();
     ordered.sort_by(|a, b| {
-        let urgency = |label: &Label| label.lines.iter().map(|l| l.mark.urgency()).max();
         b.selected
             .cmp(&a.selected)
             .then(urgency(b).cmp(&urgency(a)))
             .then(a.distance.total_cmp(&b.distance))
             .then(a.title.cmp(&b.title))
     });
-    let mut taken: Vec<Rect> = Vec::new();
+    let (boxed, dots) = ordered.split_at(ordered.len().min(MAX_BOXES));
+    let laid_out: Vec<LabelBox> =
+        boxed.iter().map(|label| LabelBox::lay_out(&painter, label)).collect();
+    let wanted: Vec<Wanted<'_>> = boxed
+        .iter()
+        .zip(&laid_out)
+        .map(|(label, laid_out)| Wanted {
+            key: &label.title,
+            size: laid_out.size,
+            anchor: label.anchor,
+        })
+        .collect();
+    let places = placement.place(&wanted, viewport.shrink(4.0));
     let mut boxes = Vec::new();
-    for label in ordered {
-        if boxes.len() == MAX_BOXES {
-            anchor_dot(&painter, label);
-            continue;
+    let mut crowded = dots.to_vec();
+    for ((&label, laid_out), place) in boxed.iter().zip(laid_out).zip(places) {
+        match place {
+            Some(place) => boxes.push((label, laid_out, place)),
+            None => crowded.push(label),
         }
-        let laid_out = LabelBox::lay_out(&painter, label);
-        match place(laid_out.size, label.anchor, viewport.shrink(4.0), &taken) {
-            Some(rect) => {
-                taken.push(rect);
-                boxes.push((label, laid_out, rect));
-            }
-            None => anchor_dot(&painter, label),
-        }
+    }
+    // What is nearer lies over what is farther.
+    crowded.sort_by(|a, b| b.distance.total_cmp(&a.distance));
+    boxes.sort_by(|(a, ..), (b, ..)| b.distance.total_cmp(&a.distance));
+    for label in crowded {
+        anchor_dot(&fading(&painter, label), label);
     }
     // Leaders first, so that none crosses a box.
-    for (label, _, rect) in &boxes {
-        leader(&painter, label, *rect);
+    for (label, _, place) in &boxes {
+        leader(&fading(&painter, label), label, *place);
     }
-    for (label, laid_out, rect) in boxes {
-        laid_out.paint(&painter, label, rect);
+    for (label, laid_out, place) in boxes {
+        // Paler, and yet to be read whatever is behind it.
+        painter.rect_filled(place, CORNER, theme::PAPER);
+        laid_out.paint(&fading(&painter, label), label, place);
     }
 }
 
-/// A free place near the anchor: above first, then to the sides and below, on
-/// widening rings.
-fn place(size: Vec2, anchor: Pos2, within: Rect, taken: &[Rect]) -> Option<Rect> {
-    (0..MAX_TRIES).find_map(|attempt| {
-        let ring = (attempt / DIRECTIONS.len() + 1) as f32;
-        let side = DIRECTIONS[attempt % DIRECTIONS.len()];
-        let direction = vec2(f32::sin(side), -f32::cos(side));
-        let reach = STAND_OFF * ring + size.y * 0.5 + direction.x.abs() * size.x * 0.5;
-        let rect = Rect::from_center_size(anchor + direction * reach, size);
-        let free = within.contains_rect(rect)
-            && !rect.expand(3.0).contains(anchor)
-            && taken.iter().all(|other| !other.expand(3.0).intersects(rect));
-        free.then_some(rect)
-    })
+fn urgency(label: &Label) -> u8 {
+    label.lines.iter().map(|line| line.mark.urgency()).max().unwrap_or_default()
+}
+
+/// Paler for what stands behind other equipment, unless something is wrong with it.
+fn fading(painter: &Painter, label: &Label) -> Painter {
+    let mut painter = painter.clone();
+    if label.hidden && !label.selected && urgency(label) == 0 {
+        painter.set_opacity(HIDDEN_OPACITY);
+    }
+    painter
 }
 
 /// The texts of a label, measured.
@@ -122,7 +133,7 @@ impl LabelBox {
     fn paint(self, painter: &Painter, label: &Label, rect: Rect) {
         let color = if label.selected { theme::SELECTION } else { theme::LINE };
         let border = Stroke::new(if label.selected { 2.0 } else { 1.0 }, color);
-        painter.rect(rect, 3.0, theme::PAPER, border, StrokeKind::Inside);
+        painter.rect(rect, CORNER, theme::PAPER, border, StrokeKind::Inside);
         let inner = rect.shrink(PADDING);
         painter.galley(inner.min, self.title, theme::FAINT_INK);
         let [caption_width, value_width, _] = self.columns;
@@ -175,7 +186,13 @@ fn note(line: &LabelLine) -> String {
 
 fn leader(painter: &Painter, label: &Label, rect: Rect) {
     let from = rect.clamp(label.anchor);
-    painter.line_segment([from, label.anchor], Stroke::new(1.0, theme::LINE));
+    let stroke = Stroke::new(1.0, theme::LINE);
+    if label.hidden {
+        // It ends behind what is seen.
+        painter.extend(Shape::dashed_line(&[from, label.anchor], stroke, 4.0, 3.0));
+    } else {
+        painter.line_segment([from, label.anchor], stroke);
+    }
     painter.circle_filled(label.anchor, 2.5, theme::FAINT_INK);
 }
 
@@ -192,27 +209,4 @@ fn anchor_dot(painter: &Painter, label: &Label) {
         theme::small_font(),
         ink,
     );
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn places_do_not_overlap_and_stay_inside() {
-        let within = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 600.0));
-        let mut taken = Vec::new();
-        for _ in 0..6 {
-            let rect = place(vec2(120.0, 60.0), pos2(400.0, 300.0), within, &taken).unwrap();
-            assert!(within.contains_rect(rect));
-            assert!(taken.iter().all(|other: &Rect| !other.intersects(rect)));
-            taken.push(rect);
-        }
-    }
-
-    #[test]
-    fn a_box_larger_than_the_screen_finds_no_place() {
-        let within = Rect::from_min_size(Pos2::ZERO, vec2(100.0, 100.0));
-        assert_eq!(place(vec2(200.0, 20.0), pos2(50.0, 50.0), within, &[]), None);
-    }
 }

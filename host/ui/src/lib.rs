@@ -3,22 +3,32 @@
 //! Invariant: nothing here knows Vulkan, plugins or where a value comes from;
 //! a panel never changes state, it asks by a [`Command`].
 
+mod camera_panel;
+mod command;
 mod hatch;
+mod help;
+mod hover;
 mod labels;
+mod measure;
 mod model_panel;
 mod plugin_panel;
+mod section_panel;
 mod status_bar;
 mod tag_panel;
 mod theme;
 mod view_model;
 mod viewport;
 
+pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
+pub use measure::{MeasuredPoint, Measurement};
 pub use view_model::{
-    Command, Label, LabelLine, LinkLamp, Mark, ModelRow, PluginRow, StatusLine, TagRow, TagRows,
-    ViewModel,
+    Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
+    TagRow, TagRows, ViewModel,
 };
 
 use std::num::NonZeroUsize;
+
+use labels::Placement;
 
 use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect, ScrollArea};
 
@@ -31,6 +41,22 @@ const MAX_PART_OF_PANEL: f32 = 0.35;
 pub struct Panels {
     context: Context,
     shown: bool,
+    helps: bool,
+    /// Where labels were.
+    placement: Placement,
+}
+
+/// What lies over the scene.
+#[derive(Clone, Debug, Default)]
+pub struct SceneOverlay {
+    /// Labels at equipment.
+    pub labels: Vec<Label>,
+    /// What is being measured.
+    pub measurement: Option<Measurement>,
+    /// Whether the camera has just come to another place: labels are placed anew.
+    pub arrived: bool,
+    /// Equipment id of what is under the pointer.
+    pub hovered: Option<String>,
 }
 
 /// What one pass over the panels gave.
@@ -50,7 +76,7 @@ impl Panels {
         theme::apply(&context);
         // One pass a frame: commands must not count twice.
         context.options_mut(|options| options.max_passes = NonZeroUsize::MIN);
-        Self { context, shown }
+        Self { context, shown, helps: false, placement: Placement::default() }
     }
 
     /// The egui context, for the platform glue and for tessellation.
@@ -58,38 +84,49 @@ impl Panels {
         &self.context
     }
 
-    /// Runs one pass. `labels` gets the viewport and the commands so far, and
-    /// gives the labels to paint: so they follow a camera that these commands
+    /// Runs one pass. `overlay` gets the viewport and the commands so far, and
+    /// gives what lies over the scene: so it follows a camera that these commands
     /// move without lagging a frame behind.
     pub fn run(
         &mut self,
         input: RawInput,
         model: &ViewModel,
         tags: &dyn TagRows,
-        mut labels: impl FnMut(Rect, &[Command]) -> Vec<Label>,
+        mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
         let mut viewport = Rect::NOTHING;
-        let mut shown = self.shown;
+        let (mut shown, mut helps) = (self.shown, self.helps);
+        let placement = &mut self.placement;
         let egui = self.context.run_ui(input, |ui| {
             commands.clear();
             if shown {
-                Panel::bottom("status")
-                    .show(ui, |ui| status_bar::show(ui, &model.status, model.selected.as_deref()));
+                Panel::bottom("status").show(ui, |ui| status_bar::show(ui, model));
                 Panel::left("side")
                     .default_size(SIDE_PANEL_WIDTH)
                     .show(ui, |ui| side_panel(ui, model, tags, &mut commands));
             }
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
                 viewport = ui.max_rect();
-                viewport::handle(ui, &mut commands);
-                labels::paint(ui, &labels(viewport, &commands));
+                viewport::handle(ui, model, &mut commands);
+                let overlay = overlay(viewport, &commands);
+                if overlay.arrived {
+                    *placement = Placement::default();
+                }
+                labels::paint(ui, &overlay.labels, placement);
+                if let Some(measurement) = &overlay.measurement {
+                    measure::paint(ui, measurement);
+                }
+                if let Some(hovered) = &overlay.hovered {
+                    hover::paint(ui, hovered);
+                }
             });
+            help::show(ui.ctx(), &mut helps);
             if !ui.ctx().egui_wants_keyboard_input() && ui.input(|i| i.key_pressed(Key::F2)) {
                 shown = !shown;
             }
         });
-        self.shown = shown;
+        (self.shown, self.helps) = (shown, helps);
         PanelsOutput { commands, viewport, egui }
     }
 }

@@ -2,7 +2,7 @@
 
 use egui::{RichText, Slider, Ui};
 
-use crate::{Command, ModelRow, ViewModel, theme};
+use crate::{Command, ModelRow, ViewModel, camera_panel, section_panel, theme};
 
 /// Points of a label with the slider after it, without the gap between.
 const LABEL_AND_SLIDER_WIDTH: f32 = 231.0;
@@ -62,7 +62,7 @@ fn span(least: f64, greatest: f64) -> String {
     format!("{:.0}–{:.0}", least * 100.0, greatest * 100.0)
 }
 
-/// What concerns the whole view: the scale of all thetas, wireframe, cameras.
+/// What concerns the whole view: the scale of all thetas, wireframe, measuring, cameras.
 pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     if model.models.iter().any(|row| row.s1 + row.s2 > 0) {
         theta_scale_slider(ui, model, commands);
@@ -72,15 +72,14 @@ pub(crate) fn show_view_controls(ui: &mut Ui, model: &ViewModel, commands: &mut 
         if ui.checkbox(&mut wireframe, "Wireframe").changed() {
             commands.push(Command::SetWireframe(wireframe));
         }
-        for camera in &model.cameras {
-            if ui.button(camera).clicked() {
-                commands.push(Command::UseCamera(camera.clone()));
-            }
-        }
-        if ui.button("Fit").clicked() {
-            commands.push(Command::FitAll);
+        let mut measures = model.measuring.is_some();
+        let hint = "Distances between clicks on surfaces; Esc ends it. M";
+        if ui.checkbox(&mut measures, "Measure").on_hover_text(hint).changed() {
+            commands.push(Command::SetMeasuring(measures));
         }
     });
+    section_panel::show(ui, model, commands);
+    camera_panel::show(ui, model, commands);
     // The panel ends here, and would cut off the buttons' frames.
     ui.add_space(2.0);
 }

@@ -2,12 +2,14 @@
 
 use egui::{Align, Layout, Ui};
 
-use crate::StatusLine;
+use crate::ViewModel;
 use crate::model_panel::thousands;
 
-pub(crate) fn show(ui: &mut Ui, status: &StatusLine, selected: Option<&str>) {
+pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
+    let status = &model.status;
     ui.horizontal(|ui| {
-        ui.label(selected.unwrap_or("Nothing selected"));
+        let selected = model.selected.as_deref().unwrap_or("Nothing selected");
+        ui.label(model.measuring.as_deref().unwrap_or(selected));
         ui.separator();
         ui.label(format!(
             "{} of {} triangles",

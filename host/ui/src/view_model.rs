@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use egui::{Pos2, Vec2};
+use egui::Pos2;
+
+use crate::{CameraMode, SectionCut};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -11,18 +13,48 @@ pub struct ViewModel {
     pub models: Vec<ModelRow>,
     /// Plugins.
     pub plugins: Vec<PluginRow>,
-    /// Names of cameras.
+    /// Names of the configuration's cameras.
     pub cameras: Vec<String>,
+    /// What numbers go to.
+    pub bookmarks: Vec<Bookmark>,
+    /// How the camera is moved, and through what lens it looks.
+    pub navigation: Navigation,
     /// Whether the scene is drawn as wireframe.
     pub wireframe: bool,
     /// Factor on the thetas that policies choose.
     pub theta_scale: f64,
     /// The greatest that it may be.
     pub max_theta_scale: f64,
+    /// The plane that cuts the scene open.
+    pub section: Option<SectionCut>,
+    /// The least and greatest coordinates of the scene, metres.
+    pub extent: [[f32; 3]; 2],
     /// The line at the bottom.
     pub status: StatusLine,
-    /// Equipment id of what is selected.
+    /// Equipment id of what is selected, or how many are.
     pub selected: Option<String>,
+    /// What is measured, in words; none when nothing is.
+    pub measuring: Option<String>,
+}
+
+/// How the camera is moved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Navigation {
+    /// By what gestures.
+    pub mode: CameraMode,
+    /// Whether what is far is as large as what is near.
+    pub orthographic: bool,
+    /// Of flying, metres a second.
+    pub speed: f32,
+}
+
+/// A camera that a number goes to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bookmark {
+    /// 1 to [`MAX_BOOKMARKS`](crate::MAX_BOOKMARKS).
+    pub number: usize,
+    /// Its name in the configuration; none for one that was stored.
+    pub name: Option<String>,
 }
 
 /// A model and where the cursors of its instances stand.
@@ -113,6 +145,8 @@ pub struct Label {
     pub lines: Vec<LabelLine>,
     /// Whether the equipment is selected.
     pub selected: bool,
+    /// Whether the equipment is behind other equipment.
+    pub hidden: bool,
 }
 
 /// A line of a label.
@@ -179,43 +213,6 @@ pub struct StatusLine {
     pub uncertain: usize,
     /// Tags of bad quality.
     pub bad: usize,
-}
-
-/// What an operator asks for.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Command {
-    /// Set the theta of all instances of a model.
-    SetTheta {
-        /// Index into [`ViewModel::models`].
-        model: usize,
-        /// 0 to 1.
-        theta: f64,
-    },
-    /// Let the configured policies choose the theta of a model's instances.
-    UsePolicy {
-        /// Index into [`ViewModel::models`].
-        model: usize,
-    },
-    /// Set the factor on the thetas that policies choose.
-    SetThetaScale(f64),
-    /// Draw as wireframe, or not.
-    SetWireframe(bool),
-    /// Go to a named camera.
-    UseCamera(String),
-    /// Frame an equipment id.
-    Focus(String),
-    /// Frame the whole scene.
-    FitAll,
-    /// Turn about the target, points of drag.
-    Orbit(Vec2),
-    /// Move sideways, points of drag.
-    Pan(Vec2),
-    /// Move to or from the target: factor on the distance.
-    Zoom(f32),
-    /// Start a plugin again now, out of quarantine too.
-    StartPlugin(String),
-    /// Name and select what is at a point of the screen.
-    Pick(Pos2),
 }
 
 impl Mark {

@@ -1,17 +1,20 @@
-//! The operator's camera: it orbits a target.
+//! What the operator looks through: where it stands, where it looks, which lens.
 
-use busbar_config::CameraConfig;
+pub(crate) mod navigator;
+mod path;
+mod transition;
+
+use busbar_config::{CameraConfig, ProjectionConfig};
 use busbar_geometry::Bounds;
 use busbar_renderer::CameraView;
-use busbar_ui::Command;
 use egui::{Pos2, Rect, Vec2, pos2};
 use glam::{Mat4, Vec3, Vec4, vec3};
 
-use crate::load::LoadedScene;
+use crate::cursors::PixelSize;
 
 /// Radians a point of drag.
 const ORBIT_SPEED: f32 = 0.006;
-/// As close as the poles may be approached, radians.
+/// As close as the poles may be approached by hand, radians.
 const MAX_PITCH: f32 = 1.55;
 /// Metres.
 const DISTANCE_RANGE: std::ops::RangeInclusive<f32> = 0.2..=100_000.0;
@@ -22,9 +25,18 @@ const FULL_ASPECT: f32 = 16.0 / 9.0;
 /// Room left around what is framed.
 const FRAME_MARGIN: f32 = 1.12;
 
+/// How depth shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Lens {
+    #[default]
+    Perspective,
+    /// As large as a perspective view shows what is at the target.
+    Orthographic,
+}
+
 /// A camera that looks at a target from a distance and direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct OrbitCamera {
+pub(crate) struct Camera {
     target: Vec3,
     distance: f32,
     /// About y, radians; 0 looks along -z.
@@ -32,6 +44,7 @@ pub(crate) struct OrbitCamera {
     /// Above the horizon, radians.
     pitch: f32,
     fov_y: f32,
+    lens: Lens,
 }
 
 /// World to screen, for labels.
@@ -41,11 +54,19 @@ pub(crate) struct Projection {
     screen: Rect,
 }
 
-impl OrbitCamera {
-    /// A camera as configured.
+impl Camera {
+    /// A camera as configured. Where an orthographic one has a height, it stands
+    /// as far from the target as a perspective one that sees so much there.
     pub(crate) fn from_config(config: &CameraConfig) -> Self {
         let fov_y = config.fov_degrees.to_radians();
-        Self::looking(config.eye.into(), config.target.into(), fov_y)
+        let mut camera = Self::looking(config.eye.into(), config.target.into(), fov_y);
+        if let ProjectionConfig::Orthographic { height } = config.projection {
+            camera.lens = Lens::Orthographic;
+            if let Some(height) = height {
+                camera.distance = height * 0.5 / (fov_y * 0.5).tan();
+            }
+        }
+        camera
     }
 
     /// A camera at `eye` that looks at `target`, with the angle of this one.
@@ -62,12 +83,18 @@ impl OrbitCamera {
             yaw: offset.x.atan2(offset.z),
             pitch: (offset.y / distance).clamp(-1.0, 1.0).asin(),
             fov_y,
+            lens: Lens::Perspective,
         }
     }
 
     /// Where it stands, metres.
     pub(crate) fn eye(&self) -> Vec3 {
         self.target + self.direction() * self.distance
+    }
+
+    /// Where it looks: a unit vector.
+    pub(crate) fn forward(&self) -> Vec3 {
+        -self.direction()
     }
 
     /// A camera that has all of a box in view, from above a corner.
@@ -78,6 +105,7 @@ impl OrbitCamera {
             yaw: 0.6,
             pitch: 0.35,
             fov_y: DEFAULT_FOV_DEGREES.to_radians(),
+            lens: Lens::Perspective,
         };
         camera.frame(bounds);
         camera
@@ -94,16 +122,35 @@ impl OrbitCamera {
             let needed = bounds.corners().map(|corner| {
                 let offset = corner - self.target;
                 let sideways = (offset.dot(right).abs() / tan_x).max(offset.dot(up).abs() / tan_y);
-                sideways * FRAME_MARGIN + offset.dot(back)
+                let nearer = match self.lens {
+                    Lens::Perspective => offset.dot(back),
+                    Lens::Orthographic => 0.0,
+                };
+                sideways * FRAME_MARGIN + nearer
             });
-            let distance = needed.into_iter().fold(0.0, f32::max);
-            self.distance = distance.clamp(*DISTANCE_RANGE.start(), *DISTANCE_RANGE.end());
+            self.set_distance(needed.into_iter().fold(0.0, f32::max));
         }
+    }
+
+    fn set_distance(&mut self, distance: f32) {
+        self.distance = distance.clamp(*DISTANCE_RANGE.start(), *DISTANCE_RANGE.end());
     }
 
     fn orbit(&mut self, drag: Vec2) {
         self.yaw -= drag.x * ORBIT_SPEED;
         self.pitch = (self.pitch + drag.y * ORBIT_SPEED).clamp(-MAX_PITCH, MAX_PITCH);
+    }
+
+    /// Turns the head: the eye stays where it is.
+    fn look_around(&mut self, drag: Vec2) {
+        let eye = self.eye();
+        // What is seen follows the hand, as in an orbit.
+        self.orbit(drag);
+        self.stand_at(eye);
+    }
+
+    fn stand_at(&mut self, eye: Vec3) {
+        self.target = eye - self.direction() * self.distance;
     }
 
     /// Moves the target with the pointer: what is under it stays under it.
@@ -115,30 +162,49 @@ impl OrbitCamera {
     }
 
     fn zoom(&mut self, factor: f32) {
-        let distance = self.distance * factor;
-        self.distance = distance.clamp(*DISTANCE_RANGE.start(), *DISTANCE_RANGE.end());
+        self.set_distance(self.distance * factor);
     }
 
     /// The view whose middle is that of `viewport`, in a picture as large as
-    /// `screen`; both in points.
-    pub(crate) fn view(&self, viewport: Rect, screen: Rect) -> CameraView {
+    /// `screen`; both in points. `around` holds what an orthographic view must show.
+    pub(crate) fn view(&self, viewport: Rect, screen: Rect, around: Option<Bounds>) -> CameraView {
         let eye = self.eye();
         let viewport = if viewport.is_positive() { viewport } else { screen };
         let aspect = viewport.width() / viewport.height().max(1.0);
-        let near = (self.distance * 0.005).clamp(0.01, 1.0);
         let fov_y = self.fov_y(aspect);
-        let mut view = CameraView::look_at(eye, self.target, Vec3::Y, fov_y, aspect, near);
+        let (_, _, up) = self.axes();
+        let mut view = match self.lens {
+            Lens::Perspective => {
+                let near = (self.distance * 0.005).clamp(0.01, 1.0);
+                // Up is only needed where the camera looks along it.
+                let up = if self.pitch.abs() > MAX_PITCH { up } else { Vec3::Y };
+                CameraView::look_at(eye, self.target, up, fov_y, aspect, near)
+            }
+            Lens::Orthographic => {
+                let height = 2.0 * self.distance * (fov_y * 0.5).tan();
+                let farthest = around
+                    .map_or(0.0, |bounds| self.target.distance(bounds.center()) + bounds.radius());
+                let reach = farthest * 1.01 + 1.0;
+                CameraView::orthographic(eye, self.target, up, height, aspect, reach)
+            }
+        };
         view.projection = into_viewport(viewport, screen) * view.projection;
         view
     }
 
-    /// What a pixel covers at least of what is a metre away, metres, in a viewport of
-    /// this size in pixels: at its corners, where things are farther than they are deep.
-    pub(crate) fn pixel(&self, viewport: Vec2) -> f32 {
+    /// What a pixel covers at least, in a viewport of this size in pixels.
+    pub(crate) fn pixel(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
-        let tan_diagonal = tan_y * aspect.hypot(1.0);
-        2.0 * tan_y / viewport.y.max(1.0) / tan_diagonal.hypot(1.0)
+        let in_the_middle = 2.0 * tan_y / viewport.y.max(1.0);
+        match self.lens {
+            // At its corners, where things are farther than they are deep.
+            Lens::Perspective => {
+                let tan_diagonal = tan_y * aspect.hypot(1.0);
+                PixelSize::PerMetre(in_the_middle / tan_diagonal.hypot(1.0))
+            }
+            Lens::Orthographic => PixelSize::Metres(in_the_middle * self.distance),
+        }
     }
 
     /// The vertical angle in a viewport of this aspect, radians.
@@ -150,7 +216,8 @@ impl OrbitCamera {
     /// Towards the eye, to the right, and up, as the camera sees them.
     fn axes(&self) -> (Vec3, Vec3, Vec3) {
         let back = self.direction();
-        let right = Vec3::Y.cross(back).normalize_or(Vec3::X);
+        // By yaw alone, so that it holds when looking straight down too.
+        let right = vec3(self.yaw.cos(), 0.0, -self.yaw.sin());
         (back, right, back.cross(right))
     }
 
@@ -171,35 +238,6 @@ fn into_viewport(viewport: Rect, screen: Rect) -> Mat4 {
     matrix
 }
 
-impl OrbitCamera {
-    /// Moves the camera as the commands say.
-    pub(crate) fn steer(&mut self, commands: &[Command], viewport: Rect, scene: &LoadedScene) {
-        for command in commands {
-            match command {
-                Command::Orbit(drag) => self.orbit(*drag),
-                Command::Pan(drag) => self.pan(*drag, viewport.size()),
-                Command::Zoom(factor) => self.zoom(*factor),
-                Command::FitAll => self.frame(scene.graph.bounds()),
-                Command::Focus(id) => {
-                    let node = scene.graph.find(id);
-                    self.frame(node.and_then(|node| scene.graph.node(node).bounds()));
-                }
-                Command::UseCamera(name) => {
-                    if let Some(config) = scene.config.cameras.get(name) {
-                        *self = Self::from_config(config);
-                    }
-                }
-                Command::SetTheta { .. }
-                | Command::UsePolicy { .. }
-                | Command::SetThetaScale(_)
-                | Command::SetWireframe(_)
-                | Command::StartPlugin(_)
-                | Command::Pick(_) => {}
-            }
-        }
-    }
-}
-
 impl Projection {
     pub(crate) fn new(view: &CameraView, screen: Rect) -> Self {
         Self { clip_from_world: view.clip_from_world(), screen }
@@ -218,71 +256,4 @@ impl Projection {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn screen() -> Rect {
-        Rect::from_min_size(Pos2::ZERO, egui::vec2(800.0, 600.0))
-    }
-
-    #[test]
-    fn a_configured_eye_and_target_come_back() {
-        let config = CameraConfig {
-            eye: [12.0, 6.0, 14.0],
-            target: [0.0, 3.0, 0.0],
-            fov_degrees: 45.0,
-            pointer: String::new(),
-        };
-        let camera = OrbitCamera::from_config(&config);
-        let eye = camera.view(screen(), screen()).eye;
-        assert!((eye - Vec3::from(config.eye)).length() < 1e-4);
-    }
-
-    #[test]
-    fn the_target_is_in_the_middle_of_the_viewport() {
-        let bounds = Bounds { min: Vec3::splat(-1.0), max: Vec3::splat(3.0) };
-        let camera = OrbitCamera::framing(Some(bounds));
-        let viewport = Rect::from_min_max(pos2(400.0, 0.0), pos2(800.0, 580.0));
-        let projection = Projection::new(&camera.view(viewport, screen()), screen());
-        let middle = projection.to_screen(Vec3::splat(1.0)).unwrap();
-        assert!(middle.distance(viewport.center()) < 0.01, "{middle:?}");
-        for corner in bounds.corners() {
-            assert!(viewport.contains(projection.to_screen(corner).unwrap()));
-        }
-    }
-
-    #[test]
-    fn nothing_a_pixel_large_is_seen_larger_than_that() {
-        let camera = OrbitCamera::framing(None);
-        let (viewport, view) = (screen(), camera.view(screen(), screen()));
-        let projection = Projection::new(&view, viewport);
-        let (back, right, up) = camera.axes();
-        for (x, y) in [(0.0, 0.0), (0.7, 0.0), (0.7, 0.4), (-0.5, -0.35)] {
-            let at = view.eye + 20.0 * (right * x + up * y - back).normalize();
-            let size = 20.0 * camera.pixel(viewport.size());
-            let [from, to] = [at, at + right * size].map(|p| projection.to_screen(p).unwrap());
-            let apart = from.distance(to);
-            assert!(apart <= 1.0 + 1e-3 && apart > 0.5, "{apart} at {x}, {y}");
-        }
-    }
-
-    #[test]
-    fn panning_keeps_the_point_under_the_pointer() {
-        let mut camera = OrbitCamera::framing(None);
-        let at = |camera: &OrbitCamera| {
-            Projection::new(&camera.view(screen(), screen()), screen()).to_screen(Vec3::ZERO)
-        };
-        let before = at(&camera).unwrap();
-        camera.pan(egui::vec2(30.0, -20.0), screen().size());
-        let moved = at(&camera).unwrap() - before;
-        assert!((moved - egui::vec2(30.0, -20.0)).length() < 0.5, "{moved:?}");
-    }
-
-    #[test]
-    fn what_is_behind_the_camera_has_no_place() {
-        let camera = OrbitCamera::framing(None);
-        let view = camera.view(screen(), screen());
-        let behind = view.eye + camera.direction();
-        assert_eq!(Projection::new(&view, screen()).to_screen(behind), None);
-    }
-}
+mod tests;

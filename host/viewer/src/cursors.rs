@@ -28,8 +28,26 @@ const NOWHERE: u32 = u32::MAX;
 pub(crate) struct Eye {
     /// World space, metres.
     pub(crate) position: Vec3,
-    /// What a pixel covers at least of what is a metre away, metres.
-    pub(crate) pixel: f32,
+    pub(crate) pixel: PixelSize,
+}
+
+/// What a pixel covers at least.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum PixelSize {
+    /// Of what is a metre away, metres.
+    PerMetre(f32),
+    /// Whatever the distance, metres: without perspective.
+    Metres(f32),
+}
+
+impl PixelSize {
+    /// At a distance in metres.
+    pub(crate) fn at(self, distance: f32) -> f32 {
+        match self {
+            Self::PerMetre(share) => share * distance,
+            Self::Metres(metres) => metres,
+        }
+    }
 }
 
 /// The cursors of all mesh instances of a scene, in the order of its graph.
@@ -243,7 +261,7 @@ impl Cursors {
     fn level_of(&self, index: usize, eye: Eye) -> u32 {
         let InstanceCursor { policy, bounds, level, .. } = self.instances[index];
         let distance = bounds.map_or(0.0, |bounds| distance_to_bounds(eye.position, &bounds));
-        let pixel = distance * eye.pixel * self.coarseness;
+        let pixel = eye.pixel.at(distance) * self.coarseness;
         self.policies[policy as usize].level(Sight { distance, pixel }, level)
     }
 

@@ -1,6 +1,6 @@
 //! Colour on equipment: selection, and severities that overlays give.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use busbar_plugin_host::{OverlayTint, Severity};
 use busbar_scene::{NodeIndex, SceneGraph};
@@ -33,7 +33,7 @@ pub(crate) struct Highlights {
     of_nodes: Vec<Highlight>,
     /// What they come of.
     conditions: HashMap<u32, Condition>,
-    selected: Option<NodeIndex>,
+    selection: BTreeSet<NodeIndex>,
 }
 
 impl Highlights {
@@ -47,16 +47,16 @@ impl Highlights {
         graph: &SceneGraph,
         tints: &[OverlayTint],
         snapshot: Snapshot<'_>,
-        selected: Option<NodeIndex>,
+        selection: &BTreeSet<NodeIndex>,
     ) {
         let conditions = conditions_of(tints, snapshot);
         // Most frames change none.
-        if (&conditions, selected) == (&self.conditions, self.selected) {
+        if (&conditions, selection) == (&self.conditions, &self.selection) {
             return;
         }
-        (self.conditions, self.selected) = (conditions, selected);
+        (self.conditions, self.selection) = (conditions, selection.clone());
         let is_normal = |condition: &Condition| *condition == Condition::Normal;
-        if selected.is_none() && self.conditions.values().all(is_normal) {
+        if selection.is_empty() && self.conditions.values().all(is_normal) {
             self.of_nodes = Vec::new();
             return;
         }
@@ -64,7 +64,7 @@ impl Highlights {
         for (node, index) in graph.nodes().zip(0..) {
             let above = node.parent().map_or_else(Default::default, |p| inherited[p.0 as usize]);
             let own = self.conditions.get(&index).copied().unwrap_or_default();
-            inherited.push((own.max(above.0), above.1 || selected == Some(NodeIndex(index))));
+            inherited.push((own.max(above.0), above.1 || selection.contains(&NodeIndex(index))));
         }
         let colors = inherited.into_iter().map(|(condition, selected)| color(condition, selected));
         self.of_nodes = colors.collect();
@@ -163,7 +163,8 @@ mod tests {
     /// The highlights of both nodes.
     fn shown(tints: &[OverlayTint], table: &TagTable, selected: Option<u32>) -> Vec<Highlight> {
         let mut highlights = Highlights::default();
-        highlights.update(&graph(), tints, table.snapshot(), selected.map(NodeIndex));
+        let selection = selected.map(NodeIndex).into_iter().collect();
+        highlights.update(&graph(), tints, table.snapshot(), &selection);
         of_both(&highlights)
     }
 
@@ -195,8 +196,9 @@ mod tests {
         let fresh = table_after(Duration::ZERO);
         let stale = table_after(Duration::from_secs(2));
         let tints = [tint(1, Severity::Alarm)];
-        let mut shown = |tints: &[OverlayTint], table: &TagTable, selected| {
-            highlights.update(&graph, tints, table.snapshot(), selected);
+        let mut shown = |tints: &[OverlayTint], table: &TagTable, selected: Option<NodeIndex>| {
+            let selection = selected.into_iter().collect();
+            highlights.update(&graph, tints, table.snapshot(), &selection);
             of_both(&highlights)
         };
         assert_eq!(shown(&[], &fresh, None), [NONE, NONE]);

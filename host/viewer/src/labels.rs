@@ -1,5 +1,7 @@
 //! Lines of overlays to labels on the screen.
 
+use std::collections::BTreeSet;
+
 use busbar_plugin_host::{OverlayLine, Severity};
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
 use busbar_tags::{Quality, Reason, Snapshot};
@@ -8,34 +10,41 @@ use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
 
+/// From where labels are seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    pub(crate) projection: Projection,
+    /// World space, metres.
+    pub(crate) eye: Vec3,
+}
+
 /// Labels of all nodes that lines name and that are before the camera.
 pub(crate) fn build(
     lines: &[OverlayLine],
     snapshot: Snapshot<'_>,
     graph: &SceneGraph,
-    projection: Projection,
-    eye: Vec3,
-    selected: Option<NodeIndex>,
+    sight: Sight,
+    selection: &BTreeSet<NodeIndex>,
+    hidden: &BTreeSet<NodeIndex>,
 ) -> Vec<Label> {
-    let mut nodes: Vec<u32> = lines.iter().map(|line| line.node).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
+    let nodes = nodes_of(lines);
     let mut labels: Vec<Option<Label>> = nodes
         .iter()
         .map(|&index| {
-            let node = graph.node(NodeIndex(index));
+            let node = graph.node(index);
             let top = top_of(node);
             Some(Label {
                 title: node.id(),
-                anchor: projection.to_screen(top)?,
-                distance: eye.distance(top),
+                anchor: sight.projection.to_screen(top)?,
+                distance: sight.eye.distance(top),
                 lines: Vec::new(),
-                selected: selected == Some(NodeIndex(index)),
+                hidden: hidden.contains(&index),
+                selected: selection.contains(&index),
             })
         })
         .collect();
     for line in lines {
-        let Ok(rank) = nodes.binary_search(&line.node) else {
+        let Ok(rank) = nodes.binary_search(&NodeIndex(line.node)) else {
             continue;
         };
         let Some(label) = &mut labels[rank] else {
@@ -53,6 +62,14 @@ pub(crate) fn build(
     labels.into_iter().flatten().collect()
 }
 
+/// The nodes that lines name, in order.
+pub(crate) fn nodes_of(lines: &[OverlayLine]) -> Vec<NodeIndex> {
+    let mut nodes: Vec<NodeIndex> = lines.iter().map(|line| NodeIndex(line.node)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
 /// How a value is marked: by its quality first, whatever an overlay says.
 pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
     match (quality, severity) {
@@ -65,7 +82,7 @@ pub(crate) fn mark(quality: Quality, severity: Severity) -> Mark {
 }
 
 /// The middle of the top of what hangs under a node; its origin if nothing does.
-fn top_of(node: SceneNode<'_>) -> Vec3 {
+pub(crate) fn top_of(node: SceneNode<'_>) -> Vec3 {
     node.bounds().map_or_else(
         || node.world_from_node().w_axis.truncate(),
         |bounds| vec3(bounds.center().x, bounds.max.y, bounds.center().z),

@@ -14,10 +14,14 @@ mod error;
 mod highlight;
 mod labels;
 mod load;
+mod measuring;
+mod occlusion;
 pub mod optimize;
 mod outlines;
 mod pace;
+mod picker;
 mod point_import;
+mod ray;
 mod recovery;
 mod rows;
 mod running;
@@ -42,5 +46,5 @@ pub use load::{
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
-pub use stats::{LoadMillis, PluginStats, Stats, TagStats};
-pub use viewer::{FrameOutput, Viewer};
+pub use stats::{CameraStats, LoadMillis, PluginStats, Stats, TagStats};
+pub use viewer::{FrameOutput, MAX_SELECTED, Viewer};

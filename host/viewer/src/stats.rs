@@ -6,6 +6,7 @@ use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
+use busbar_ui::CameraMode;
 use serde::Serialize;
 
 /// Milliseconds a stage of loading, in no order.
@@ -64,10 +65,41 @@ pub struct Stats {
     pub tags: Vec<TagStats>,
     /// Tags a quality.
     pub quality: QualityStats,
-    /// What was picked: equipment id, or null.
+    /// What was picked: equipment id, or null; also null where several are selected.
     pub picked: Option<String>,
+    /// Equipment ids of what is selected.
+    pub selected: Vec<String>,
+    /// Equipment id of what is under the pointer, or null.
+    pub hovered: Option<String>,
+    /// Points that are measured between, world space in metres.
+    pub measured: Vec<[f64; 3]>,
+    /// Equipment ids of labels whose equipment is behind other equipment.
+    pub hidden_labels: Vec<String>,
+    /// The camera.
+    pub camera: CameraStats,
     /// Messages of the Vulkan validation layer.
     pub validation_messages: Vec<String>,
+}
+
+/// The camera.
+#[derive(Clone, Debug, Serialize)]
+pub struct CameraStats {
+    /// Where it stands, metres.
+    pub eye: [f32; 3],
+    /// Where it looks, a unit vector.
+    pub direction: [f32; 3],
+    /// `orbit`, `walk` or `fly`.
+    pub mode: &'static str,
+    /// Whether it looks without perspective.
+    pub orthographic: bool,
+}
+
+pub(crate) fn mode_name(mode: CameraMode) -> &'static str {
+    match mode {
+        CameraMode::Orbit => "orbit",
+        CameraMode::Walk => "walk",
+        CameraMode::Fly => "fly",
+    }
 }
 
 /// One plugin.

@@ -3,6 +3,8 @@
 use busbar_config::{SectionConfig, ViewConfig};
 use busbar_geometry::Bounds;
 use busbar_renderer::{Ground, SectionPlane};
+use busbar_ui::SectionCut;
+use glam::Vec3;
 
 /// How far below the scene's lowest point the ground lies, metres: feet stand on it
 /// without flickering.
@@ -29,7 +31,30 @@ pub(crate) fn section_of(section: SectionConfig) -> SectionPlane {
     SectionPlane { normal: section.normal.into(), distance: section.distance }
 }
 
+/// The plane of a cut that the panels ask for.
+pub(crate) fn plane_of(cut: SectionCut) -> Option<SectionPlane> {
+    let SectionCut { axis, at, from_below } = cut;
+    let along = *Vec3::AXES.get(axis)?;
+    let (normal, distance) = if from_below { (-along, -at) } else { (along, at) };
+    Some(SectionPlane { normal, distance })
+}
+
+/// A plane as the panels show it; `None` for one that is aslant.
+pub(crate) fn cut_of(plane: &SectionPlane) -> Option<SectionCut> {
+    let SectionPlane { normal, distance } = *plane;
+    let axis = Vec3::AXES.iter().position(|axis| normal == *axis || normal == -*axis)?;
+    let from_below = normal[axis] < 0.0;
+    Some(SectionCut { axis, at: if from_below { -distance } else { distance }, from_below })
+}
+
 impl Surroundings {
+    /// A box around what the ground reaches to, in a scene with these bounds.
+    pub(crate) fn with_ground(&self, scene: Option<Bounds>) -> Option<Bounds> {
+        let (Some(ground), Some(bounds)) = (self.ground, scene) else { return scene };
+        let aside = Vec3::new(ground.reach, 0.0, ground.reach);
+        Some(Bounds { min: bounds.min - aside, max: bounds.max + aside })
+    }
+
     pub(crate) fn of(view: &ViewConfig, bounds: Option<Bounds>) -> Self {
         let Some(bounds) = bounds else { return Self::default() };
         let radius = bounds.radius();
@@ -47,9 +72,23 @@ impl Surroundings {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
+
+    #[test]
+    fn a_cut_comes_back_from_its_plane() {
+        for axis in 0..3 {
+            for from_below in [false, true] {
+                let cut = SectionCut { axis, at: 2.5, from_below };
+                let plane = plane_of(cut).unwrap();
+                assert_eq!(cut_of(&plane), Some(cut));
+                // A metre beyond it, where things are cut away.
+                let beyond =
+                    plane.normal.dot(Vec3::AXES[axis] * if from_below { 1.5 } else { 3.5 });
+                assert!(beyond > plane.distance);
+            }
+        }
+        assert_eq!(cut_of(&SectionPlane { normal: Vec3::ONE.normalize(), distance: 0.0 }), None);
+    }
 
     #[test]
     fn what_is_around_fits_the_scene_and_is_there_only_where_asked_for() {

@@ -64,7 +64,10 @@ fn a_template_shows_what_it_stands_for() {
     assert!(by_template.0 == picture, "the pictures differ");
     assert_eq!(by_template.1, ids);
     for wanted in ["=S1Q1-QA1-L1", "=S1Q2-QA1-L2", "=S1Q3-QB9", "=S1Q2-QB9-earth"] {
-        let is_part = |id: &String| id.starts_with(&format!("{wanted}/"));
-        assert!(ids.iter().flatten().any(|id| is_part(id)), "{wanted} is nowhere to be seen");
+        let part = format!("{wanted}/");
+        assert!(
+            ids.iter().flatten().any(|id| id.starts_with(&part)),
+            "{wanted} is nowhere to be seen"
+        );
     }
 }

@@ -18,14 +18,23 @@ pub(super) fn strip() -> Mesh {
     weld(&[primitive]).unwrap().0
 }
 
-pub(super) fn loaded(mesh: Mesh) -> LoadedModel {
+/// Positions go from the last to the first, each with so much more error, metres.
+fn stacks(mesh: Mesh, error: f32) -> CollapseStacks {
     let count = mesh.positions.len() as u32;
-    let entry = |removed: u32| Collapse { removed, kept: removed - 1, error: 0.0 };
+    let entry = |removed: u32| Collapse {
+        removed,
+        kept: removed - 1,
+        error: error * (count - removed) as f32,
+    };
     let entries = (1..count).rev().map(entry).collect();
     let sequence = CollapseSequence::new(entries, count).unwrap();
+    CollapseStacks::build(mesh, &sequence)
+}
+
+pub(super) fn loaded(mesh: Mesh) -> LoadedModel {
     LoadedModel {
         name: "strip".into(),
-        stacks: vec![Arc::new(CollapseStacks::build(mesh, &sequence))],
+        stacks: vec![Arc::new(stacks(mesh, 0.0))],
         materials: Vec::new(),
         textures: Vec::new(),
     }
@@ -62,7 +71,7 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
 }
 
 pub(super) fn eye_at(x: f32) -> Eye {
-    Eye { position: Vec3::X * x, pixel: 1e-3 }
+    Eye { position: Vec3::X * x, pixel: PixelSize::PerMetre(1e-3) }
 }
 
 /// Chooses for an eye at this x, shows what is ready, and gives the cursors.
@@ -148,6 +157,24 @@ fn detail_is_summed_over_instances_and_told_once() {
     step(&mut cursors, &models, 0.5, true);
     let detail = cursors.changed_detail(&models).unwrap()[0];
     assert_eq!((detail.theta, detail.by_policy, detail.s2), ([0.0; 2], false, 0));
+}
+
+#[test]
+fn without_perspective_detail_by_the_error_on_the_screen_is_the_same_at_any_distance() {
+    let (graph, mut models) = row_of(&[0.0, 50.0, 5000.0], None);
+    models[0].stacks = vec![Arc::new(stacks(strip(), 0.01))];
+    let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(1.0, 0.0))];
+    let mut cursors = Cursors::new(&graph, &models, policies, &[], 1.0);
+    let mut at = |pixel| {
+        cursors.choose(Eye { position: Vec3::NEG_X, pixel }, &models, true);
+        cursors.advance(true, |_| true);
+        shown(&cursors)
+    };
+    let perspective = at(PixelSize::PerMetre(1e-3));
+    assert!(perspective[0] < perspective[2], "{perspective:?}");
+    assert_eq!(at(PixelSize::Metres(1e-6)), [0; 3]);
+    let coarse = at(PixelSize::Metres(0.1));
+    assert!(coarse[0] > 0 && coarse.iter().all(|cursor| *cursor == coarse[0]), "{coarse:?}");
 }
 
 /// Prints what choosing costs; a loaded machine in a debug build is slow, so

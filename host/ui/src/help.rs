@@ -1,0 +1,68 @@
+//! The keys, on the screen.
+
+use egui::{Align2, Context, Grid, Key, RichText, Window};
+
+use crate::theme;
+
+/// Points: all lines fit from the first frame on.
+const WIDTH: f32 = 420.0;
+
+/// Gestures and keys with what they do, in groups; README has the same table.
+const HELP: [(&str, &[(&str, &str)]); 4] = [
+    (
+        "Camera",
+        &[
+            ("drag", "turn; on foot and in the air, look around"),
+            ("Shift or right drag", "move sideways"),
+            ("wheel", "nearer and farther; in the air, speed"),
+            ("C", "orbit, walk, fly"),
+            ("W A S D, arrows", "walk and fly; Q and E: down and up; Shift: faster"),
+            ("O", "orthographic, perspective"),
+            ("F5, F6, F7", "from the top, the front, the side"),
+        ],
+    ),
+    (
+        "Views",
+        &[
+            ("F, double click", "frame everything"),
+            ("Shift+F", "frame the selection"),
+            ("1 to 9", "go to a view"),
+            ("Ctrl+1 to 9", "store a view"),
+        ],
+    ),
+    (
+        "Equipment",
+        &[
+            ("click", "select"),
+            ("Ctrl and drag", "select all that shows in a rectangle"),
+            ("M", "measure between clicks on surfaces"),
+            ("Esc", "end measuring; clear the selection"),
+        ],
+    ),
+    ("Window", &[("F1, ?", "these keys"), ("F2", "panels")]),
+];
+
+/// Shows the keys while they are asked for.
+pub(crate) fn show(context: &Context, shown: &mut bool) {
+    let asked = |input: &egui::InputState| {
+        input.key_pressed(Key::F1) || input.key_pressed(Key::Questionmark)
+    };
+    if !context.egui_wants_keyboard_input() && context.input(asked) {
+        *shown = !*shown;
+    }
+    let window = Window::new("Keys").open(shown).collapsible(false).resizable(false);
+    window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
+        ui.set_min_width(WIDTH);
+        Grid::new("keys").num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
+            for (group, keys) in HELP {
+                ui.label(RichText::new(group).strong());
+                ui.end_row();
+                for (key, does) in keys {
+                    ui.label(*key);
+                    ui.label(RichText::new(*does).color(theme::FAINT_INK));
+                    ui.end_row();
+                }
+            }
+        });
+    });
+}

@@ -1,0 +1,139 @@
+//! Asks the device what is at pixels, and does not wait for the answer.
+//!
+//! One question is under way at a time. What the operator asked for waits with the
+//! picture that was on the screen then: the answer is about that one.
+
+use std::collections::VecDeque;
+
+use busbar_renderer::{CameraView, DrawInstance, PixelArea};
+
+/// Questions of the operator that wait; beyond that the oldest is forgotten.
+const MAX_WAITING: usize = 8;
+
+/// What an answer is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Selects what is at a pixel.
+    Select,
+    /// Selects all that shows in a part of the picture.
+    SelectAll,
+    /// Measures to what is at a pixel.
+    Measure,
+    /// Names what is under the pointer.
+    Hover,
+    /// Tells which labels' anchors are hidden.
+    Labels,
+}
+
+/// A question about a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Question {
+    pub(crate) purpose: Purpose,
+    pub(crate) area: PixelArea,
+    /// Through which camera the picture was taken.
+    pub(crate) view: CameraView,
+}
+
+/// Questions that wait, and the one that is under way.
+#[derive(Default)]
+pub(crate) struct Picker {
+    waiting: VecDeque<(Question, Vec<DrawInstance>)>,
+    under_way: Option<Question>,
+    /// What was last asked for the pointer, and for labels.
+    hover: Option<Question>,
+    labels: Option<Question>,
+}
+
+impl Picker {
+    /// Asks about a picture with what it showed.
+    pub(crate) fn ask(&mut self, question: Question, shown: &[DrawInstance]) {
+        if self.waiting.len() == MAX_WAITING {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back((question, shown.to_vec()));
+    }
+
+    /// The next that waits, with what its picture showed.
+    pub(crate) fn next(&mut self) -> Option<(Question, Vec<DrawInstance>)> {
+        self.waiting.pop_front()
+    }
+
+    /// Whether it is worth asking: it was not asked just before.
+    pub(crate) fn is_new(&self, question: &Question) -> bool {
+        let last = match question.purpose {
+            Purpose::Hover => self.hover,
+            Purpose::Labels => self.labels,
+            Purpose::Select | Purpose::SelectAll | Purpose::Measure => None,
+        };
+        last.as_ref() != Some(question)
+    }
+
+    pub(crate) fn begin(&mut self, question: Question) {
+        match question.purpose {
+            Purpose::Hover => self.hover = Some(question),
+            Purpose::Labels => self.labels = Some(question),
+            Purpose::Select | Purpose::SelectAll | Purpose::Measure => {}
+        }
+        self.under_way = Some(question);
+    }
+
+    pub(crate) fn under_way(&self) -> Option<Question> {
+        self.under_way
+    }
+
+    pub(crate) fn end(&mut self) {
+        self.under_way = None;
+    }
+
+    /// Forgets what the pointer was over, so that it is asked for anew.
+    pub(crate) fn forget_hover(&mut self) {
+        self.hover = None;
+    }
+
+    /// Whether an answer is to come.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.under_way.is_some() || !self.waiting.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Mat4, Vec3};
+
+    use super::*;
+
+    fn question(purpose: Purpose, x: u32) -> Question {
+        let view = CameraView {
+            camera_from_world: Mat4::IDENTITY,
+            projection: Mat4::IDENTITY,
+            eye: Vec3::ZERO,
+        };
+        Question { purpose, area: PixelArea::pixel([x, 0], [100, 100]), view }
+    }
+
+    #[test]
+    fn clicks_are_answered_in_order_and_only_so_many_wait() {
+        let mut picker = Picker::default();
+        for x in 0..MAX_WAITING as u32 + 2 {
+            picker.ask(question(Purpose::Select, x), &[]);
+        }
+        assert_eq!(picker.next().unwrap().0, question(Purpose::Select, 2));
+        assert_eq!(picker.next().unwrap().0, question(Purpose::Select, 3));
+        assert!(picker.is_busy());
+    }
+
+    #[test]
+    fn a_pointer_at_rest_asks_once() {
+        let mut picker = Picker::default();
+        let [here, there] = [1, 2].map(|x| question(Purpose::Hover, x));
+        assert!(picker.is_new(&here));
+        picker.begin(here);
+        assert!(!picker.is_new(&here) && picker.is_new(&there));
+        assert_eq!(picker.under_way(), Some(here));
+        picker.end();
+        assert!(!picker.is_busy() && !picker.is_new(&here));
+        picker.forget_hover();
+        assert!(picker.is_new(&here));
+        assert!(picker.is_new(&question(Purpose::Select, 1)), "a click always is");
+    }
+}

@@ -1,0 +1,49 @@
+//! What the operator asks for.
+
+use super::*;
+
+impl Viewer {
+    /// Does what the panels ask, except for the camera, which is steered already.
+    pub(super) fn obey(&mut self, commands: &[Command]) {
+        for command in commands {
+            match command {
+                Command::SetTheta { model, theta } => {
+                    self.cursors.set_by_hand(*model, Some(*theta));
+                }
+                Command::UsePolicy { model } => self.cursors.set_by_hand(*model, None),
+                Command::SetThetaScale(scale) => self.set_theta_scale(*scale),
+                Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
+                Command::Focus(id) => self.select(self.scene.graph.find(id)),
+                Command::StartPlugin(name) => self.start_plugin(name),
+                Command::Pick(position) => self.ask_at(Purpose::Select, *position),
+                Command::PickAll(area) => self.ask_in(Purpose::SelectAll, *area),
+                Command::Hover(position) => self.point_at(*position),
+                Command::SetMeasuring(measures) => {
+                    self.measuring = measures.then(Measuring::default);
+                }
+                Command::SetSection(cut) => self.section = cut.and_then(surroundings::plane_of),
+                Command::Measure(position) => self.ask_at(Purpose::Measure, *position),
+                Command::Escape if self.measuring.is_some() => self.measuring = None,
+                Command::Escape => self.select(None),
+                // The camera's.
+                Command::UseCamera(_)
+                | Command::StoreBookmark(_)
+                | Command::GoToBookmark(_)
+                | Command::SetCameraMode(_)
+                | Command::SetOrthographic(_)
+                | Command::LookFrom(_)
+                | Command::FitAll
+                | Command::FitSelection
+                | Command::Orbit(_)
+                | Command::Coast(_)
+                | Command::Pan(_)
+                | Command::Zoom(_)
+                | Command::Move { .. } => {}
+            }
+        }
+    }
+
+    pub(super) fn select(&mut self, nodes: impl IntoIterator<Item = NodeIndex>) {
+        self.selection = nodes.into_iter().take(MAX_SELECTED).collect();
+    }
+}

@@ -1,0 +1,123 @@
+//! What a frame shows, at which detail.
+
+use super::*;
+
+impl Viewer {
+    /// The last frame of a view without a window.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn read_picture(&mut self) -> Result<Picture, ViewError> {
+        let no_textures = egui::TexturesDelta::default();
+        let overlay = EguiFrame {
+            textures_delta: &no_textures,
+            primitives: &self.painted,
+            pixels_per_point: self.pixels_per_point,
+        };
+        let shown =
+            self.picture_of(self.view(), &self.drawn, self.highlights.of_nodes(), Some(overlay));
+        let frame = Frame { outlined: self.outlines.list(), ..shown };
+        let has_drawn = self.frames > 0;
+        let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
+            match renderer.read_picture() {
+                // On a device that was made since.
+                Err(RenderError::NoPicture) if has_drawn => {
+                    renderer.draw(&frame)?;
+                    renderer.read_picture()
+                }
+                read => read,
+            }
+        });
+        read?.ok_or(ViewError::Render(RenderError::NoPicture))
+    }
+
+    /// Chooses cursors for where the camera is, and moves those that are ready.
+    pub(super) fn move_cursors(&mut self) {
+        let Self { cursors, renderer, models, scene, .. } = self;
+        let pixels = self.viewport.size() * self.pixels_per_point;
+        let camera = self.navigator.camera();
+        let eye = Eye { position: camera.eye(), pixel: camera.pixel(pixels) };
+        cursors.set_coarseness(self.pace.coarseness());
+        cursors.choose(eye, &scene.models, self.settles);
+        cursors.advance(self.settles, |place| {
+            renderer.triangles_at(&on_device(models, place)).is_some()
+        });
+        renderer.request(cursors.waiting().map(|place| on_device(models, place)));
+    }
+
+    /// Brings what is said of models up to the frame drawn.
+    pub(super) fn note_detail(&mut self) {
+        let Self { cursors, renderer, models, scene, .. } = self;
+        self.resolved += u64::from(self.last.resolved);
+        cursors.count_moved(|place| renderer.triangles_at(&on_device(models, place)));
+        if let Some(details) = cursors.changed_detail(&scene.models) {
+            models.iter_mut().zip(&details).for_each(|(model, detail)| model.note(detail));
+        }
+    }
+
+    pub(super) fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
+        let graph = &self.scene.graph;
+        into.clear();
+        self.cursors.for_each_drawn(|drawn, place| {
+            let (node, world_from_mesh, first_feature) = match drawn {
+                Drawn::Instance(index) => {
+                    let instance = &graph.instances()[index];
+                    (instance.node, graph.world_from_mesh(instance), instance.first_feature)
+                }
+                Drawn::Group(index) => {
+                    let group = &self.scene.groups[index].group;
+                    let top = NodeIndex(group.nodes.start);
+                    (top, group.world_from_group, Some(top))
+                }
+            };
+            into.push(DrawInstance {
+                model: self.models[place.model].handle,
+                mesh: place.mesh as u32,
+                cursor: place.cursor,
+                world_from_mesh,
+                object: object_of(node),
+                highlight: highlights.get(node.0 as usize).copied().unwrap_or(highlight::NONE),
+                first_feature: first_feature.map(object_of),
+            });
+        });
+    }
+
+    /// What is seen now.
+    pub(super) fn view(&self) -> CameraView {
+        let scene = self.scene.graph.bounds();
+        // A wireframe has no ground, and its lines need fine depths.
+        let around = if self.wireframe { scene } else { self.surroundings.with_ground(scene) };
+        self.navigator.camera().view(self.viewport, self.screen, around)
+    }
+
+    pub(super) fn picture_of<'a>(
+        &self,
+        camera: CameraView,
+        instances: &'a [DrawInstance],
+        object_highlights: &'a [Highlight],
+        overlay: Option<EguiFrame<'a>>,
+    ) -> Frame<'a> {
+        Frame {
+            camera,
+            instances,
+            object_highlights,
+            wireframe: self.wireframe,
+            background: self.scene.config.view.background.map(linear_from_srgb),
+            ground: self.surroundings.ground,
+            fog_distance: self.surroundings.fog_distance,
+            shadow_bounds: self.surroundings.shadow_bounds,
+            outlined: &[],
+            section: self.section,
+            overlay,
+        }
+    }
+}
+
+/// Objects count from 1, nodes from 0.
+pub(super) fn object_of(node: NodeIndex) -> u32 {
+    node.0 + 1
+}
+
+pub(crate) fn node_of(object: Option<u32>) -> Option<NodeIndex> {
+    object.and_then(|object| object.checked_sub(1)).map(NodeIndex)
+}

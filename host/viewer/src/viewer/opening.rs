@@ -1,0 +1,113 @@
+//! From a loaded scene to a view of it.
+
+use super::*;
+
+impl Viewer {
+    /// A view without a window, `size` in pixels, without panels.
+    ///
+    /// # Errors
+    /// No usable device, or a plugin that cannot start.
+    pub fn headless(
+        scene: LoadedScene,
+        options: RendererOptions,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        Self::start(scene, options, None, size)
+    }
+
+    /// A view in a window, `size` in pixels, with panels.
+    ///
+    /// # Errors
+    /// No usable device, or a plugin that cannot start.
+    pub fn for_window(
+        scene: LoadedScene,
+        options: RendererOptions,
+        window: Arc<dyn WindowHandles>,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        Self::start(scene, options, Some(window), size)
+    }
+
+    fn start(
+        mut scene: LoadedScene,
+        options: RendererOptions,
+        window: Option<Arc<dyn WindowHandles>>,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        let start = Instant::now();
+        let in_window = window.is_some();
+        let choice = DeviceChoice {
+            device: scene.config.view.device.clone(),
+            pipeline_cache: scene.pipeline_cache.clone(),
+        };
+        let open = || Renderer::open(options, choice.clone(), window.clone(), size);
+        let (recovery, renderer, handles) = Recovery::start(&scene, !in_window, open)?;
+        let models = shown_model::shown(&scene, handles);
+        scene.millis.insert("upload".into(), millis_since(start));
+        let theta_scale = scene.config.view.theta_scale;
+        let tags = TagTable::new(scene.tags.clone(), Moment::now());
+        let overlays = running::start_overlays(&scene)?;
+        let telemetry = running::start_telemetry(&scene)?;
+        let camera =
+            scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
+        let camera =
+            camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
+        let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
+        Ok(Self {
+            telemetry,
+            overlays,
+            tags,
+            events: EventLog::default(),
+            triangles_full: full_triangles(&scene),
+            cursors: Cursors::new(
+                &scene.graph,
+                &scene.models,
+                scene.policies(),
+                &scene.groups,
+                theta_scale,
+            ),
+            settles: !in_window,
+            // A picture does not depend on how fast it came.
+            pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
+            section: scene.config.view.section.map(surroundings::section_of),
+            surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
+            navigator: Navigator::new(camera, &scene.config.view, in_window),
+            scene,
+            renderer,
+            recovery,
+            models,
+            panels: Panels::new(in_window),
+            selection: BTreeSet::new(),
+            picker: Picker::default(),
+            pointer: None,
+            hovered: None,
+            measuring: None,
+            labelled: Vec::new(),
+            hidden_labels: BTreeSet::new(),
+            shown: None,
+            rests: false,
+            wireframe: false,
+            viewport: screen,
+            screen,
+            in_window,
+            pixels_per_point: 1.0,
+            highlights: Highlights::default(),
+            outlines: Outlines::default(),
+            drawn: Vec::new(),
+            painted: Vec::new(),
+            last: FrameStats::default(),
+            cpu_millis: 0.0,
+            frame_millis: VecDeque::new(),
+            frames: 0,
+            resolved: 0,
+        })
+    }
+}
+
+fn full_triangles(scene: &LoadedScene) -> u64 {
+    let triangles = |instance: &busbar_scene::MeshInstance| {
+        let stacks = &scene.models[instance.model.0 as usize].stacks;
+        stacks[instance.mesh as usize].mesh().triangles.len() as u64
+    };
+    scene.graph.instances().iter().map(triangles).sum()
+}

@@ -1,0 +1,160 @@
+//! What is said of a view: to its panels and in statistics.
+
+use super::*;
+
+/// Selected pieces of equipment that are named; of more their number.
+const MAX_NAMES: usize = 3;
+
+impl Viewer {
+    /// Numbers about the view as its last frame showed it.
+    pub fn stats(&self) -> Stats {
+        let mut millis: Vec<f64> = self.frame_millis.iter().copied().collect();
+        millis.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (share * millis.len().saturating_sub(1) as f64).round() as usize;
+            millis.get(rank).copied().unwrap_or(0.0)
+        };
+        let median = at(0.5);
+        let rows = self.rows();
+        Stats {
+            vertices: self.surviving_vertices(),
+            triangles: self.last.triangles,
+            triangles_full: self.triangles_full,
+            theta: rows.clone().map(|row| (row.name.clone(), row.theta[1])).collect(),
+            theta_span: rows.map(|row| (row.name.clone(), row.theta)).collect(),
+            cpu_ms: self.cpu_millis,
+            gpu_ms: stats::gpu_millis(&self.last),
+            resolve_ms: self.last.resolve_millis,
+            resolved: self.resolved,
+            waiting: self.cursors.waiting().len(),
+            groups_as_one: self.groups_as_one(),
+            index_cache_bytes: self.renderer.index_cache_bytes(),
+            frames: self.frames,
+            fps_median: if median > 0.0 { 1e3 / median } else { 0.0 },
+            frame_ms_p99: at(0.99),
+            gpu: self.renderer.device_name().to_owned(),
+            devices_replaced: self.recovery.replaced,
+            frames_skipped: self.recovery.skipped,
+            load_ms: self.scene.millis.clone(),
+            cached_meshes: self.scene.cached_meshes,
+            plugins: self
+                .instances()
+                .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
+                .collect(),
+            tags: stats::tags(&self.scene.tags, self.tags.snapshot()),
+            quality: self.tags.snapshot().counts().into(),
+            events: self.events.count(),
+            picked: match self.selection.len() {
+                1 => self.ids_of(&self.selection).next(),
+                _ => None,
+            },
+            selected: self.ids_of(&self.selection).collect(),
+            hovered: self.hovered.map(|node| self.scene.graph.node(node).id()),
+            measured: self.measuring.as_ref().map_or_else(Vec::new, |measuring| {
+                measuring.points().iter().map(|point| point.to_array()).collect()
+            }),
+            hidden_labels: self.ids_of(&self.hidden_labels).collect(),
+            camera: self.camera_stats(),
+            validation_messages: self.renderer.validation_messages(),
+        }
+    }
+
+    pub(super) fn view_model(&self, snapshot: Snapshot<'_>) -> ViewModel {
+        let counts = snapshot.counts();
+        ViewModel {
+            models: self.rows().cloned().collect(),
+            plugins: self
+                .instances()
+                .map(|(plugin, link, fault)| rows::plugin(plugin, link, fault))
+                .collect(),
+            cameras: self.scene.config.cameras.keys().cloned().collect(),
+            section: self.section.as_ref().and_then(surroundings::cut_of),
+            extent: self
+                .scene
+                .graph
+                .bounds()
+                .map_or([[0.0; 3]; 2], |bounds| [bounds.min.to_array(), bounds.max.to_array()]),
+            bookmarks: self.navigator.bookmarks(&self.scene.config.cameras),
+            navigation: Navigation {
+                mode: self.navigator.mode(),
+                orthographic: self.navigator.is_orthographic(),
+                speed: self.navigator.speed(),
+            },
+            wireframe: self.wireframe,
+            theta_scale: self.cursors.scale(),
+            max_theta_scale: MAX_THETA_SCALE,
+            status: StatusLine {
+                triangles: self.last.triangles,
+                triangles_full: self.triangles_full,
+                frame_millis: self.last_frame_millis(),
+                gpu_millis: stats::gpu_millis(&self.last).into_iter().collect(),
+                device: self.renderer.device_name().to_owned(),
+                good: counts.good,
+                uncertain: counts.uncertain,
+                bad: counts.bad,
+            },
+            selected: self.selected_text(),
+            measuring: self.measuring.as_ref().map(Measuring::text),
+        }
+    }
+
+    /// What is said of the configuration's models.
+    fn rows(&self) -> impl Iterator<Item = &ModelRow> + Clone {
+        self.models.iter().take(self.scene.model_count()).map(|model| &model.row)
+    }
+
+    /// Plugins with their links, and what went wrong with them last.
+    fn instances(&self) -> impl Iterator<Item = (&Plugin, Option<LinkReport>, Option<&str>)> {
+        self.scene.instances.iter().map(|(name, plugin)| {
+            let link = self.telemetry.iter().find(|t| t.name() == name);
+            let overlay = self.overlays.iter().find(|o| o.overlay.name() == name);
+            let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
+            (plugin, link.map(RunningTelemetry::link), fault)
+        })
+    }
+
+    fn ids_of(&self, nodes: &BTreeSet<NodeIndex>) -> impl Iterator<Item = String> {
+        nodes.iter().map(|node| self.scene.graph.node(*node).id())
+    }
+
+    fn selected_text(&self) -> Option<String> {
+        let names: Vec<String> = self.ids_of(&self.selection).take(MAX_NAMES).collect();
+        let more = if self.selection.len() > names.len() { ", \u{2026}" } else { "" };
+        match self.selection.len() {
+            0 => None,
+            1 => names.into_iter().next(),
+            count => Some(format!("{count} selected: {}{more}", names.join(", "))),
+        }
+    }
+
+    fn camera_stats(&self) -> stats::CameraStats {
+        let camera = self.navigator.camera();
+        stats::CameraStats {
+            eye: camera.eye().to_array(),
+            direction: camera.forward().to_array(),
+            mode: stats::mode_name(self.navigator.mode()),
+            orthographic: self.navigator.is_orthographic(),
+        }
+    }
+
+    fn surviving_vertices(&self) -> u64 {
+        let mut vertices = 0;
+        self.cursors.for_each_drawn(|_, place| {
+            let stacks = &self.scene.models[place.model].stacks[place.mesh];
+            vertices += u64::from(stacks.surviving(place.cursor));
+        });
+        vertices
+    }
+
+    fn groups_as_one(&self) -> usize {
+        let mut count = 0;
+        self.cursors.for_each_drawn(|drawn, _| {
+            count += usize::from(matches!(drawn, Drawn::Group(_)));
+        });
+        count
+    }
+
+    fn last_frame_millis(&self) -> f64 {
+        self.frame_millis.back().copied().unwrap_or(0.0)
+    }
+}
