@@ -49,8 +49,11 @@ fn place_of(at: vec2<f32>, depth: f32) -> vec3<f32> {
     return place.xyz / place.w;
 }
 
+// Beyond the picture, of its nearest pixel.
 fn place_at(pixel: vec2<i32>) -> vec3<f32> {
-    return place_of(vec2<f32>(pixel) + 0.5, depth_at(pixel));
+    let size = vec2<i32>(textureDimensions(scene_depth));
+    let inside = clamp(pixel, vec2<i32>(0), size - 1);
+    return place_of(vec2<f32>(inside) + 0.5, depth_at(inside));
 }
 
 // Of two neighbours, the way to the one on the same surface.

@@ -102,15 +102,18 @@ fn a_pick_names_the_piece_at_every_theta() {
     assert!(viewer.stats().validation_messages.is_empty());
 }
 
-/// Whether a pixel shows a piece, and whether it or one beside it does.
+/// How far an outline and what smooths it reach beyond what it is drawn around, pixels.
+const OUTLINE_REACH: u32 = 5;
+
+/// Whether a pixel shows a piece, and whether it or one within an outline's reach does.
 fn mask_of(scene: &Scene, id: &str) -> impl Fn(u32, u32) -> [bool; 2] + use<> {
     let pixels: Vec<_> = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])).collect();
     let picked = viewer_of(scene, SIZE).pick_many(&pixels).expect("they are in the picture");
     let shows: Vec<bool> = picked.iter().map(|p| p.as_deref() == Some(id)).collect();
     let at = move |x: u32, y: u32| x < SIZE[0] && y < SIZE[1] && shows[(y * SIZE[0] + x) as usize];
     move |x, y| {
-        let mut around = (0..9).map(|i| (x + i % 3, y + i / 3));
-        let near = around.any(|(x, y)| x > 0 && y > 0 && at(x - 1, y - 1));
+        let from = |middle: u32| middle.saturating_sub(OUTLINE_REACH)..=middle + OUTLINE_REACH;
+        let near = from(y).any(|y| from(x).any(|x| at(x, y)));
         [at(x, y), near]
     }
 }
