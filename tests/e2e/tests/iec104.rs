@@ -3,6 +3,8 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use e2e::relay::Relay;
 use e2e::{Process, Scene, Stats, available, built, built_folder, busbar, finish, workspace_path};
@@ -12,6 +14,8 @@ use serde_json::{Value, json};
 /// Messages after which all values have come: the confirmation of the start, and
 /// of the interrogation, its values, its end.
 const ANSWERS_TO_ALL: usize = 2;
+/// For answers that passed the relay to be read, loaded machines included.
+const READING: Duration = Duration::from_millis(500);
 
 struct Station {
     process: Process,
@@ -129,6 +133,8 @@ fn a_station_that_is_killed_or_hangs_leaves_nothing_good() {
         let scene = scene(relay.port);
         let running = Process::start(&mut rendering(&scene, 3.0));
         relay.wait_for_answers(ANSWERS_TO_ALL);
+        // A connection that is reset loses what was not read.
+        thread::sleep(READING);
         station.process.signal(signal);
         running.finish().expect_code(0);
         for (id, tag) in stats(&scene).tags() {
