@@ -150,6 +150,8 @@ fn place(parent: &Option<EquipmentId>) -> String {
 #[derive(Clone, Debug, Default)]
 pub struct SceneGraph {
     nodes: Nodes,
+    /// Around all of them.
+    bounds: Option<Bounds>,
     instances: Vec<MeshInstance>,
     policies: Vec<ThetaPolicy>,
 }
@@ -192,13 +194,14 @@ impl SceneGraph {
         }
         let mut graph = Self {
             nodes: Nodes::new(parts, count),
+            bounds: None,
             instances: Vec::with_capacity(instances),
             policies: Vec::new(),
         };
         for placement in placements {
             graph.place(placement.borrow())?;
         }
-        graph.nodes.grow_upwards();
+        graph.bounds = graph.nodes.grow_upwards();
         Ok(graph)
     }
 
@@ -239,8 +242,7 @@ impl SceneGraph {
 
     /// The box around everything.
     pub fn bounds(&self) -> Option<Bounds> {
-        let roots = self.nodes().filter(|node| node.parent().is_none());
-        roots.filter_map(|node| node.bounds()).reduce(Bounds::union)
+        self.bounds
     }
 
     /// Shows the meshes of a model as the pieces that they were taken apart into: for

@@ -130,14 +130,18 @@ impl Nodes {
         *bounds = united(*bounds, by);
     }
 
-    /// Widens the boxes of placements by those of what hangs under them.
-    pub(crate) fn grow_upwards(&mut self) {
+    /// Widens the boxes of placements by those of what hangs under them. Gives the box
+    /// around all.
+    pub(crate) fn grow_upwards(&mut self) -> Option<Bounds> {
+        let mut all = None;
         for placement in (0..self.records.len()).rev() {
             let parent = self.records[placement].parent;
-            if parent != NONE {
-                self.grow(parent, self.bounds[placement]);
+            match parent {
+                NONE => all = united(all, self.bounds[placement]),
+                parent => self.grow(parent, self.bounds[placement]),
             }
         }
+        all
     }
 
     /// The nodes of all placements and parts.
