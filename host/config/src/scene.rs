@@ -88,18 +88,18 @@ impl<'a> Copies<'a> {
     }
 
     fn config(&self, copy: usize, prefix: &str) -> NodeConfig {
-        let RawNode { id, model, theta, transform: own, .. } = self.node;
+        let RawNode { model, theta, transform: own, .. } = self.node;
         let instance = copy.checked_sub(1).map(|index| (index, &self.node.instances[index]));
-        let (id, transform_of, pointer, own_theta) = match instance {
-            None => (id, own, self.pointer.to_string(), None),
+        let (transform_of, pointer, own_theta) = match instance {
+            None => (own, self.pointer.to_string(), None),
             Some((index, instance)) => {
                 let instances = join_pointer(&self.pointer, "instances");
                 let pointer = join_pointer(&instances, index);
-                (&instance.id, &instance.transform, pointer, instance.theta.as_ref())
+                (&instance.transform, pointer, instance.theta.as_ref())
             }
         };
         NodeConfig {
-            id: format!("{prefix}{id}"),
+            id: format!("{prefix}{}", self.id(copy)),
             parent: self.parent,
             transform: transform(transform_of),
             model: model.clone(),

@@ -117,19 +117,7 @@ pub(crate) fn camera() -> CameraView {
 }
 
 pub(crate) fn frame(instances: &[DrawInstance]) -> Frame<'_> {
-    Frame {
-        camera: camera(),
-        instances,
-        object_highlights: &[],
-        wireframe: false,
-        background: BACKGROUND,
-        ground: None,
-        fog_distance: None,
-        shadow_bounds: None,
-        outlined: &[],
-        section: None,
-        overlay: None,
-    }
+    Frame { background: BACKGROUND, ..Frame::of(camera(), instances) }
 }
 
 pub(crate) fn picture(renderer: &mut Renderer, frame: &Frame<'_>) -> Picture {

@@ -129,15 +129,10 @@ impl Proxy {
         let members: Vec<Member<'_>> = instances
             .iter()
             .map(|instance| {
-                let group_from_mesh = group_from_world * graph.world_from_mesh(instance);
-                let stretch = greatest_stretch(&graph.world_from_mesh(instance));
-                Member::of(
-                    instance,
-                    policies.of(instance),
-                    group,
-                    (group_from_mesh, stretch),
-                    models,
-                )
+                let world_from_mesh = graph.world_from_mesh(instance);
+                let placed =
+                    (group_from_world * world_from_mesh, greatest_stretch(&world_from_mesh));
+                Member::of(instance, policies.of(instance), group, placed, models)
             })
             .collect();
         let base_error = base_error(&members, policy)?;
