@@ -23,7 +23,7 @@ const SECTION: &str = "common/section.wgsl";
 const SCREEN: &str = "common/screen.wgsl";
 
 /// Pass source, name of its words, what it is put together with.
-const PASSES: [(&str, &str, &[&str]); 19] = [
+const PASSES: [(&str, &str, &[&str]); 20] = [
     ("scene/scene.wgsl", "SCENE", &[UNSHADOWED, WHOLE]),
     ("scene/scene.wgsl", "SCENE_SECTION", &[UNSHADOWED, SECTION]),
     ("scene/scene.wgsl", "SCENE_SHADOWED", &[SHADOWED, WHOLE]),
@@ -43,10 +43,14 @@ const PASSES: [(&str, &str, &[&str]); 19] = [
     ("outline/outline.wgsl", "OUTLINE", &[SCREEN]),
     ("occlusion/occlusion.wgsl", "OCCLUSION", &[SCREEN]),
     ("panels/panels.wgsl", "PANELS", &[]),
+    ("morph/morph.wgsl", "MORPH", &[]),
 ];
 
 /// Structs shared with Rust under the same name.
 const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
+
+/// Likewise in the pass that takes it.
+const STEP_STRUCTS: [&str; 1] = ["MorphStep"];
 
 /// What vertices and instances bring.
 const VERTEX_INPUT: &str = "VertexInput";
@@ -81,7 +85,10 @@ fn build() -> Result<(), Box<dyn Error>> {
             compile(&module)?
         )?;
         if layouts.is_empty() {
-            layouts = assert_layouts(&module)? + &assert_attributes(&module)?;
+            layouts = assert_layouts(&module, &SHARED_STRUCTS)? + &assert_attributes(&module)?;
+        }
+        if name == "MORPH" {
+            layouts += &assert_layouts(&module, &STEP_STRUCTS)?;
         }
     }
     let out = std::env::var("OUT_DIR")?;
@@ -91,7 +98,7 @@ fn build() -> Result<(), Box<dyn Error>> {
 }
 
 fn compile(module: &naga::Module) -> Result<Vec<u32>, Box<dyn Error>> {
-    let info = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module)?;
+    let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES).validate(module)?;
     let mut options = spv::Options { lang_version: (1, 3), ..Default::default() };
     // The projection already looks down Vulkan's y.
     options.flags.remove(spv::WriterFlags::ADJUST_COORDINATE_SPACE);
@@ -125,13 +132,13 @@ fn assert_attributes(module: &naga::Module) -> Result<String, Box<dyn Error>> {
 }
 
 /// Size and member offsets of the shared structs, as constant assertions.
-fn assert_layouts(module: &naga::Module) -> Result<String, Box<dyn Error>> {
+fn assert_layouts(module: &naga::Module, structs: &[&str]) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
-    for name in SHARED_STRUCTS {
-        let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
+    for name in structs {
+        let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(*name));
         let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found
         else {
-            return Err(format!("{COMMON} defines no struct {name}").into());
+            return Err(format!("no shader defines a struct {name}").into());
         };
         writeln!(text, "const _: () = assert!(size_of::<{name}>() == {span});")?;
         for member in members {

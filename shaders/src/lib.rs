@@ -133,6 +133,21 @@ pub struct MaterialUniform {
     pub alpha_used: f32,
 }
 
+/// What a dispatch of [`MORPH`] is told. A workgroup takes [`MORPH_GROUP`] vertices.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct MorphStep {
+    /// How many there are.
+    pub vertices: u32,
+    /// Where the first one is written, vertices.
+    pub start: u32,
+    /// 0 leaves them where they are, 1 puts them where they are going.
+    pub weight: f32,
+}
+
+/// As the shader's workgroup size.
+pub const MORPH_GROUP: u32 = 64;
+
 /// Whether one of the attributes is what the shader reads at a location.
 const fn has(all: [&[Attribute]; 2], location: u32, whole: bool) -> bool {
     let (mut buffer, mut at) = (0, 0);
@@ -178,5 +193,6 @@ mod tests {
         check(super::MASK, &["vertex_main", "fragment_main"]);
         check(super::OUTLINE, &["screen_main", "tile_main", "outline_main"]);
         check(super::PANELS, &["vertex_main", "fragment_main"]);
+        check(super::MORPH, &["morph_main"]);
     }
 }

@@ -301,6 +301,8 @@ pub struct ViewConfig {
     /// What a frame in a window is to take, milliseconds; none where it may take what
     /// its detail does.
     pub target_frame_millis: Option<f64>,
+    /// What a change of detail takes in a window, seconds; 0 is at once.
+    pub morph_seconds: f64,
     /// What a window takes from one camera to another, seconds; 0 is at once.
     pub transition_seconds: f32,
     /// Whether a window's camera turns on for a moment after a drag.

@@ -44,6 +44,9 @@ pub const MAX_CAMERAS: usize = 1_000;
 pub const MIN_VIEW_METRES: f32 = 0.1;
 /// The longest way from one camera to another, seconds.
 pub const MAX_TRANSITION_SECONDS: f32 = 10.0;
+
+/// Seconds that a change of detail may take.
+pub const MAX_MORPH_SECONDS: f64 = 5.0;
 /// The most levels of a theta that follows distance.
 pub const MAX_THETA_LEVELS: usize = 16;
 /// The greatest share of a distance by which detail returns later than it went.

@@ -376,6 +376,10 @@ pub(crate) struct RawView {
     /// takes.
     #[schemars(range(min = 0.0, max = MAX_FRAME_MILLIS), extend("examples" = [16.6]))]
     pub(crate) target_frame_ms: f64,
+    /// Seconds in which a change of detail is made in a window, by degrees so that nothing
+    /// pops; 0 for at once.
+    #[schemars(range(min = 0.0, max = MAX_MORPH_SECONDS), extend("examples" = [0.25]))]
+    pub(crate) morph_seconds: f64,
     /// Seconds in which a window goes from one camera to another; 0 for at once.
     #[schemars(range(min = 0.0, max = MAX_TRANSITION_SECONDS), extend("examples" = [0.6]))]
     pub(crate) transition_seconds: f32,
@@ -455,6 +459,7 @@ impl Default for RawView {
             size: [1280, 720],
             theta_scale: 1.0,
             target_frame_ms: 16.6,
+            morph_seconds: 0.25,
             transition_seconds: 0.6,
             inertia: false,
             device: None,

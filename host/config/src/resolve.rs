@@ -135,6 +135,7 @@ fn view(raw: RawView) -> ViewConfig {
         size: raw.size,
         theta_scale: raw.theta_scale,
         target_frame_millis: Some(raw.target_frame_ms).filter(|&target| target > 0.0),
+        morph_seconds: raw.morph_seconds,
         transition_seconds: raw.transition_seconds,
         inertia: raw.inertia,
         device: raw.device,

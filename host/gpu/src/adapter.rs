@@ -208,8 +208,8 @@ fn has_extension(
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(wanted)))
 }
 
-/// A queue family that draws and, with a surface, presents; and whether it
-/// writes timestamps.
+/// A queue family that draws, computes and, with a surface, presents; and whether it
+/// writes timestamps. A device that draws has one that does both (Vulkan 1.3, 5.3.2).
 fn queue_family(
     instance: &Instance,
     device: vk::PhysicalDevice,
@@ -223,7 +223,8 @@ fn queue_family(
             None => true,
             Some(surface) => surface.supports(device, index)?,
         };
-        if presents && family.queue_flags.contains(vk::QueueFlags::GRAPHICS) {
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        if presents && family.queue_flags.contains(wanted) {
             return Ok(Some((index, family.timestamp_valid_bits > 0)));
         }
     }

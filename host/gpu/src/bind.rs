@@ -18,6 +18,13 @@ const MAX_POOLS: usize = 1024;
 /// Descriptors of each kind that one set holds at most.
 const MAX_BINDINGS_PER_KIND: u32 = 4;
 
+/// The stages there are.
+const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
+    vk::ShaderStageFlags::VERTEX.as_raw()
+        | vk::ShaderStageFlags::FRAGMENT.as_raw()
+        | vk::ShaderStageFlags::COMPUTE.as_raw(),
+);
+
 /// The kind of one binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
@@ -25,6 +32,8 @@ pub enum BindingKind {
     Uniform,
     /// A storage buffer, read only.
     Storage,
+    /// A storage buffer that a compute shader writes.
+    Written,
     /// A sampled image.
     Texture,
     /// A sampler.
@@ -32,12 +41,13 @@ pub enum BindingKind {
 }
 
 impl BindingKind {
-    const ALL: [Self; 4] = [Self::Uniform, Self::Storage, Self::Texture, Self::Sampler];
+    const ALL: [Self; 5] =
+        [Self::Uniform, Self::Storage, Self::Written, Self::Texture, Self::Sampler];
 
     fn vk(self) -> vk::DescriptorType {
         match self {
             Self::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
-            Self::Storage => vk::DescriptorType::STORAGE_BUFFER,
+            Self::Storage | Self::Written => vk::DescriptorType::STORAGE_BUFFER,
             Self::Texture => vk::DescriptorType::SAMPLED_IMAGE,
             Self::Sampler => vk::DescriptorType::SAMPLER,
         }
@@ -66,7 +76,7 @@ struct LayoutInner {
 }
 
 impl BindGroupLayout {
-    /// A layout; every binding is seen by both shader stages.
+    /// A layout; every binding is seen by all shader stages.
     ///
     /// # Errors
     /// When there are too many bindings of a kind, or memory runs out.
@@ -82,7 +92,7 @@ impl BindGroupLayout {
                     .binding(index)
                     .descriptor_type(kind.vk())
                     .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT)
+                    .stage_flags(STAGES)
             })
             .collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
@@ -189,9 +199,8 @@ impl Binding<'_> {
             (Self::Buffer(buffer), BindingKind::Uniform) => {
                 matches!(buffer.usage(), BufferUsage::Uniform | BufferUsage::HostUniform)
             }
-            (Self::Buffer(buffer), BindingKind::Storage) => {
-                matches!(buffer.usage(), BufferUsage::Storage | BufferUsage::HostStorage)
-            }
+            (Self::Buffer(buffer), BindingKind::Storage) => buffer.can_be_storage(),
+            (Self::Buffer(buffer), BindingKind::Written) => buffer.usage() == BufferUsage::Computed,
             (Self::Texture(image), BindingKind::Texture) => {
                 !matches!(image.kind(), ImageKind::Target { .. })
             }

@@ -14,8 +14,11 @@ use crate::{Gpu, GpuError};
 /// What a buffer is for, and thereby where it lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BufferUsage {
-    /// Vertices on the device, filled by a [`Recorder`](crate::Recorder).
+    /// Vertices on the device, filled by a [`Recorder`](crate::Recorder); a storage
+    /// buffer too, where it is no larger than one may be.
     Vertex,
+    /// Vertices on the device that a compute shader writes.
+    Computed,
     /// 32-bit indices on the device, filled likewise.
     Index,
     /// A uniform on the device, filled likewise.
@@ -40,7 +43,12 @@ impl BufferUsage {
     fn flags(self) -> vk::BufferUsageFlags {
         match self {
             Self::Vertex => {
-                vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST
+                vk::BufferUsageFlags::VERTEX_BUFFER
+                    | vk::BufferUsageFlags::STORAGE_BUFFER
+                    | vk::BufferUsageFlags::TRANSFER_DST
+            }
+            Self::Computed => {
+                vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER
             }
             Self::Index => vk::BufferUsageFlags::INDEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
             Self::Uniform => {
@@ -60,7 +68,9 @@ impl BufferUsage {
 
     fn location(self) -> MemoryLocation {
         match self {
-            Self::Vertex | Self::Index | Self::Uniform | Self::Storage => MemoryLocation::GpuOnly,
+            Self::Vertex | Self::Computed | Self::Index | Self::Uniform | Self::Storage => {
+                MemoryLocation::GpuOnly
+            }
             Self::HostUniform
             | Self::HostStorage
             | Self::HostVertex
@@ -74,7 +84,9 @@ impl BufferUsage {
     fn limit(self, limits: &vk::PhysicalDeviceLimits) -> u64 {
         match self {
             Self::Uniform | Self::HostUniform => u64::from(limits.max_uniform_buffer_range),
-            Self::Storage | Self::HostStorage => u64::from(limits.max_storage_buffer_range),
+            Self::Storage | Self::HostStorage | Self::Computed => {
+                u64::from(limits.max_storage_buffer_range)
+            }
             _ => u64::MAX,
         }
     }
@@ -179,6 +191,13 @@ impl Buffer {
     /// Size in bytes.
     pub fn size(&self) -> u64 {
         self.0.size
+    }
+
+    /// Whether a shader can see all of it as a storage buffer.
+    pub fn can_be_storage(&self) -> bool {
+        let Inner { device, usage, size, .. } = &*self.0;
+        let is_storage = usage.flags().contains(vk::BufferUsageFlags::STORAGE_BUFFER);
+        is_storage && *size <= u64::from(device.adapter.limits.max_storage_buffer_range)
     }
 
     pub(crate) fn raw(&self) -> vk::Buffer {

@@ -10,6 +10,7 @@
 mod adapter;
 mod bind;
 mod buffer;
+mod compute;
 mod device;
 mod error;
 mod format;
@@ -34,6 +35,7 @@ mod validation;
 
 pub use bind::{BindGroup, BindGroupLayout, Binding, BindingKind};
 pub use buffer::{Buffer, BufferUsage};
+pub use compute::{ComputeDescription, ComputePass, ComputePipeline, Dispatch};
 pub use error::{Cure, GpuError};
 pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};

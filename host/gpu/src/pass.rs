@@ -60,6 +60,8 @@ pub struct Draw<'a> {
     pub groups: &'a [&'a BindGroup],
     /// Vertices: the pipeline's first vertex buffer.
     pub vertices: &'a Buffer,
+    /// Bytes before the first vertex.
+    pub vertex_offset: u64,
     /// Instances: its second.
     pub instances: &'a Buffer,
     /// Indices, 32 bits each.
@@ -89,7 +91,7 @@ pub struct Pass<'r> {
 struct Bound {
     pipeline: vk::Pipeline,
     groups: Vec<vk::DescriptorSet>,
-    vertices: [vk::Buffer; 2],
+    vertices: ([vk::Buffer; 2], u64),
     indices: vk::Buffer,
     culling: Option<(bool, bool)>,
 }
@@ -277,13 +279,16 @@ impl Pass<'_> {
         if !pipeline.takes(draw.groups) {
             return Err(GpuError::Misuse("bind groups made for another pipeline"));
         }
-        if draw.vertices.usage() != BufferUsage::Vertex
+        if !matches!(draw.vertices.usage(), BufferUsage::Vertex | BufferUsage::Computed)
             || draw.instances.usage() != BufferUsage::HostVertex
             || draw.indices.usage() != BufferUsage::Index
         {
             return Err(GpuError::Misuse(
                 "buffers that hold no vertices, no instances or no indices",
             ));
+        }
+        if draw.vertex_offset >= draw.vertices.size() {
+            return Err(GpuError::Misuse("a draw beyond its vertices"));
         }
         if u64::from(draw.index_range.end) * size_of::<u32>() as u64 > draw.indices.size() {
             return Err(GpuError::Misuse("a draw beyond its indices"));
@@ -309,9 +314,10 @@ impl Pass<'_> {
                 bound.groups = groups;
             }
             let vertices = [draw.vertices.raw(), draw.instances.raw()];
-            if bound.vertices != vertices {
-                bound.vertices = vertices;
-                device.cmd_bind_vertex_buffers(commands, 0, &vertices, &[0, 0]);
+            if bound.vertices != (vertices, draw.vertex_offset) {
+                bound.vertices = (vertices, draw.vertex_offset);
+                let offsets = [draw.vertex_offset, 0];
+                device.cmd_bind_vertex_buffers(commands, 0, &vertices, &offsets);
             }
             if bound.indices != draw.indices.raw() {
                 bound.indices = draw.indices.raw();

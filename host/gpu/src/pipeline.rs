@@ -285,13 +285,13 @@ fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
 }
 
 /// A shader module, needed only while a pipeline is compiled.
-struct Module<'d> {
+pub(crate) struct Module<'d> {
     device: &'d Device,
     raw: vk::ShaderModule,
 }
 
 impl<'d> Module<'d> {
-    fn new(device: &'d Device, words: &[u32]) -> Result<Self, GpuError> {
+    pub(crate) fn new(device: &'d Device, words: &[u32]) -> Result<Self, GpuError> {
         let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are naga's validated output.
         let raw = unsafe { device.raw.create_shader_module(&info, None) }
@@ -299,7 +299,7 @@ impl<'d> Module<'d> {
         Ok(Self { device, raw })
     }
 
-    fn stage<'a>(
+    pub(crate) fn stage<'a>(
         &self,
         stage: vk::ShaderStageFlags,
         entry: &'a CStr,

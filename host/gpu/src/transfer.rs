@@ -44,7 +44,8 @@ impl Recorder<'_> {
                 .dst_stage_mask(
                     vk::PipelineStageFlags2::VERTEX_INPUT
                         | vk::PipelineStageFlags2::VERTEX_SHADER
-                        | vk::PipelineStageFlags2::FRAGMENT_SHADER,
+                        | vk::PipelineStageFlags2::FRAGMENT_SHADER
+                        | vk::PipelineStageFlags2::COMPUTE_SHADER,
                 )
                 .dst_access_mask(
                     vk::AccessFlags2::INDEX_READ

@@ -8,14 +8,17 @@ use glam::Mat4;
 use crate::frustum::Frustum;
 use crate::index_cache::IndexKey;
 use crate::model::{GpuMesh, GpuModel};
+use crate::morph::Way;
 use crate::pipelines::Highlights;
 use crate::renderer::MAX_MODELS;
-use crate::{DrawInstance, Frame, RenderError};
+use crate::{DrawInstance, Frame, Morph, RenderError};
 
 /// Instances that one draw call a section draws.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Batch {
     pub(crate) key: IndexKey,
+    /// Where it is on its way to, if it is.
+    pub(crate) way: Option<Way>,
     /// The transforms mirror.
     pub(crate) mirrored: bool,
     /// Whether any of it may be in the picture; if not, it is ready for the camera to
@@ -30,7 +33,8 @@ pub(crate) struct Batch {
 
 impl Batch {
     fn holds(&self, place: Place) -> bool {
-        (self.key, self.mirrored, self.seen) == (place.key, place.mirrored, place.seen)
+        let Place { key, way, mirrored, seen } = place;
+        (self.key, self.way, self.mirrored, self.seen) == (key, way, mirrored, seen)
     }
 }
 
@@ -53,26 +57,29 @@ pub(crate) struct Plan {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     key: IndexKey,
+    way: Option<Way>,
     mirrored: bool,
     seen: bool,
 }
 
 impl Place {
-    /// All of it and the index as one number, which is sorted the faster.
+    /// All of it and the index as one number, which is sorted the faster. Of ways, few as
+    /// they are, it tells only whether there is one.
     fn rank(self, index: u32) -> u128 {
         let IndexKey { model, mesh, cursor } = self.key;
         let words = [model, mesh, cursor].map(u128::from);
-        let flags = u128::from(self.mirrored) << 1 | u128::from(self.seen);
+        let flags = [self.way.is_some(), self.mirrored, self.seen];
+        let flags = flags.into_iter().fold(0, |bits, flag| bits << 1 | u128::from(flag));
         // A model's number has fewer bits than would be cut off.
-        words[0] << 98 | words[1] << 66 | words[2] << 34 | flags << 32 | u128::from(index)
+        words[0] << 99 | words[1] << 67 | words[2] << 35 | flags << 32 | u128::from(index)
     }
 }
 
-const _: () = assert!(MAX_MODELS <= 1 << 30);
+const _: () = assert!(MAX_MODELS <= 1 << 29);
 
 impl Plan {
-    /// Sorts and groups; draws what `frustum` may see. The order depends on what is drawn alone, so that the
-    /// same frame gives the same picture.
+    /// Sorts and groups; draws what `frustum` may see. The order depends on what is drawn
+    /// alone, so that the same frame gives the same picture.
     pub(crate) fn fill(
         &mut self,
         models: &[Option<GpuModel>],
@@ -82,8 +89,10 @@ impl Plan {
         self.places.clear();
         for draw in frame.instances {
             let mesh = mesh_of(models, draw)?;
+            let key = key_of(mesh, draw);
             self.places.push(Place {
-                key: key_of(mesh, draw),
+                key,
+                way: draw.morph.and_then(|morph| way_of(mesh, key, morph)),
                 mirrored: mirrors(&draw.world_from_mesh),
                 seen: frustum.may_see(&mesh.ball.transformed(&draw.world_from_mesh)),
             });
@@ -116,6 +125,7 @@ impl Plan {
                 }
                 _ => self.batches.push(Batch {
                     key: place.key,
+                    way: place.way,
                     mirrored: place.mirrored,
                     seen: place.seen,
                     highlights,
@@ -209,6 +219,13 @@ fn mesh_of<'a>(
 fn key_of(mesh: &GpuMesh, draw: &DrawInstance) -> IndexKey {
     let cursor = draw.cursor.min(mesh.stacks.collapse_count());
     IndexKey { model: draw.model.0, mesh: draw.mesh, cursor }
+}
+
+/// `None` where there is nowhere to go.
+fn way_of(mesh: &GpuMesh, key: IndexKey, morph: Morph) -> Option<Way> {
+    let coarser = morph.coarser.min(mesh.stacks.collapse_count());
+    let weight = morph.weight.clamp(0.0, 1.0);
+    (coarser > key.cursor && weight > 0.0).then_some(Way { coarser, weight: weight.to_bits() })
 }
 
 fn mirrors(world_from_mesh: &Mat4) -> bool {

@@ -15,17 +15,18 @@ use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::layer::ready;
 use crate::material::MaterialKit;
 use crate::model::GpuModel;
+use crate::morph::Morpher;
 use crate::occlusion::Occlusion;
 use crate::outline::Outlines;
 use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
-use crate::resolver::{ResolvedTriangles, Resolver};
+use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::{Drawn, Shadows, Sun};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
 use crate::uniform::frame_uniform;
-use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError};
+use crate::{Frame, FrameStats, MeshAtCursor, Quality, RenderError, Wanted};
 
 /// Bytes of index buffers, resolved beside the frames, that one frame uploads;
 /// one buffer always, so that each arrives.
@@ -46,6 +47,7 @@ pub(crate) struct Content {
     pub(crate) models: Vec<Option<GpuModel>>,
     pub(crate) cache: IndexCache,
     pub(crate) resolver: Resolver,
+    pub(crate) morpher: Morpher,
     pub(crate) kit: MaterialKit,
     pub(crate) feature_kit: FeatureKit,
     ground: GroundKit,
@@ -92,6 +94,7 @@ impl Content {
             models: Vec::new(),
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
             resolver: Resolver::new()?,
+            morpher: Morpher::default(),
             kit: MaterialKit::new(gpu, layouts.material.clone())?,
             feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
             ground: GroundKit::new(gpu)?,
@@ -108,6 +111,7 @@ impl Content {
     pub(crate) fn clear(&mut self) {
         self.models.clear();
         self.cache.drop_all();
+        self.morpher.drop_all();
         self.resolver.drop_where(|_| true);
         self.forget_layers();
     }
@@ -115,6 +119,8 @@ impl Content {
     /// What was recorded last never ran: images hold nothing.
     pub(crate) fn abandon_frame(&mut self) {
         self.cache.abandon_frame();
+        // Among it may be what was never filled.
+        self.morpher.drop_all();
         self.forget_layers();
     }
 
@@ -124,25 +130,41 @@ impl Content {
         }
     }
 
-    /// Asks for meshes at cursors, to be resolved beside the frames.
-    pub(crate) fn request(&mut self, wanted: impl Iterator<Item = MeshAtCursor>) {
-        let (models, cache) = (&self.models, &self.cache);
-        let found = wanted.filter_map(|at| find(models, &at));
-        self.resolver.request(found.filter(|(key, _)| cache.get(*key).is_none()));
+    /// Asks for what frames will need, to be worked out beside them.
+    pub(crate) fn request(&mut self, wanted: impl Iterator<Item = Wanted>) {
+        let Self { models, cache, morpher, resolver, .. } = self;
+        let missing = wanted.filter_map(|wanted| {
+            let (Wanted::Mesh(at) | Wanted::Way(at)) = wanted;
+            let (key, stacks) = find(models, &at)?;
+            let (request, is_there) = match wanted {
+                Wanted::Mesh(_) => (Request::Triangles(key), cache.get(key).is_some()),
+                Wanted::Way(_) => (Request::Standing(key), morpher.is_ready(key)),
+            };
+            (!is_there).then_some((request, stacks))
+        });
+        resolver.request(missing);
     }
 
-    /// Uploads what was resolved beside the frames, as much as a frame may.
-    fn upload_resolved(&mut self, recorder: &mut Recorder<'_>) -> Result<(), RenderError> {
-        let mut left = u64::MAX;
-        while let Some((key, resolved)) = self.resolver.take(left) {
+    /// Uploads what was resolved beside the frames, as much as a frame may. Returns how
+    /// many ways are among it.
+    fn upload_resolved(&mut self, recorder: &mut Recorder<'_>) -> Result<u32, RenderError> {
+        let (mut left, mut ways) = (u64::MAX, 0);
+        while let Some((request, resolved)) = self.resolver.take(left) {
             // The first always fits.
             left = left.min(MAX_UPLOAD_BYTES_PER_FRAME);
             left = left.saturating_sub(resolved.bytes() + UPLOAD_OVERHEAD_BYTES);
-            if self.cache.get(key).is_none() {
-                self.cache.insert(recorder, key, &resolved)?;
+            match resolved {
+                Resolved::Triangles(triangles) if self.cache.get(request.key()).is_none() => {
+                    self.cache.insert(recorder, request.key(), &triangles)?;
+                }
+                Resolved::Standing(standing) if !self.morpher.is_ready(request.key()) => {
+                    self.morpher.insert(recorder, &self.models, request.key(), &standing)?;
+                    ways += 1;
+                }
+                _ => {}
             }
         }
-        Ok(())
+        Ok(ways)
     }
 
     /// Resolves what the frame cannot do without, on all cores.
@@ -194,6 +216,7 @@ impl Content {
         for batch in &plan.batches {
             self.cache.touch(batch.key)?;
         }
+        self.morpher.record(recorder, &self.models, &plan)?;
         Ok(plan)
     }
 
@@ -211,6 +234,7 @@ impl Content {
             frame_group: &self.streams[stream].group,
             instances: &self.streams[stream].instances,
             feature_kit: &self.feature_kit,
+            morpher: Some(&self.morpher),
             more: None,
             // Insides come to be seen.
             shows_backs: frame.section.is_some(),
@@ -225,7 +249,7 @@ impl Content {
     ) -> Result<FrameStats, RenderError> {
         let resolving = Instant::now();
         let stream = recorder.slot();
-        self.upload_resolved(recorder)?;
+        let ways = self.upload_resolved(recorder)?;
         let plan = self.prepare(recorder, stream, frame, &PixelArea::whole(targets.size()))?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
@@ -251,7 +275,7 @@ impl Content {
             triangles,
             draw_calls,
             resolve_millis,
-            resolved: self.cache.made(),
+            resolved: self.cache.made() + ways,
             shadows_drawn,
             waiting: self.resolver.waiting() as u32,
             ..FrameStats::default()
@@ -299,8 +323,12 @@ impl Content {
         if frame.wireframe {
             return Ok(false);
         }
-        let (models, cache) = (&*self.models, &self.cache);
-        let drawn_with = Drawn { models, cache, feature_kit: &self.feature_kit };
+        let drawn_with = Drawn {
+            models: &self.models,
+            cache: &self.cache,
+            feature_kit: &self.feature_kit,
+            morpher: &self.morpher,
+        };
         let layout = &self.layouts.frame;
         let drawn = high.shadows.record(recorder, layout, shading, drawn_with, frame, sun)?;
         recorder.end_stage("shadows");
@@ -319,8 +347,12 @@ impl Content {
         let more = bindings_of(self.high.as_ref());
         let layouts = &self.layouts;
         let outlines = ready(&mut self.outlines, || Outlines::new(recorder.gpu(), layouts, &more))?;
-        let (models, cache) = (&*self.models, &self.cache);
-        let drawn_with = Drawn { models, cache, feature_kit: &self.feature_kit };
+        let drawn_with = Drawn {
+            models: &self.models,
+            cache: &self.cache,
+            feature_kit: &self.feature_kit,
+            morpher: &self.morpher,
+        };
         let uniform = frame_uniform(frame, whole(targets.size()), None);
         outlines.record(recorder, targets, (layouts, &more), drawn_with, (frame, &uniform))?;
         recorder.end_stage("outline");

@@ -85,6 +85,8 @@ pub struct DrawInstance {
     pub mesh: u32,
     /// Collapses done; beyond the last it means all.
     pub cursor: u32,
+    /// Whether it is on its way between that cursor and a coarser one.
+    pub morph: Option<Morph>,
     /// Transform from the mesh's space to the world; it may mirror.
     pub world_from_mesh: Mat4,
     /// Non-zero id that picking gives back.
@@ -95,6 +97,25 @@ pub struct DrawInstance {
     /// then stand in for this instance, in picking and in
     /// [`Frame::object_highlights`]; `None` shows the mesh as one piece.
     pub first_feature: Option<u32>,
+}
+
+/// How far a mesh is between its cursor and a coarser one: its vertices go straight to
+/// those that stand for them there. Its shadow stays that of the finer mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Morph {
+    /// Collapses done there; beyond the last it means all.
+    pub coarser: u32,
+    /// 0 where it leaves, 1 where it arrives.
+    pub weight: f32,
+}
+
+/// What is asked for before a frame needs it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Wanted {
+    /// A mesh to draw.
+    Mesh(MeshAtCursor),
+    /// The way to and from a cursor, for instances that are finer.
+    Way(MeshAtCursor),
 }
 
 /// A mesh of a model with so many collapses done; beyond the last it means all.
@@ -134,7 +155,7 @@ pub struct FrameStats {
     pub cpu_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,
-    /// Meshes at new cursors that came onto the device.
+    /// Meshes at new cursors that came onto the device, and ways to them.
     pub resolved: u32,
     /// Whether the shadow map was drawn anew.
     pub shadows_drawn: bool,

@@ -62,6 +62,7 @@ impl GroundKit {
             pipeline,
             groups: &[frame_group],
             vertices: &self.vertices,
+            vertex_offset: 0,
             instances,
             indices: &self.indices,
             index_range: 0..TRIANGLES.len() as u32,

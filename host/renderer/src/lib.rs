@@ -7,7 +7,8 @@
 //! buffer, resolved when a (model, mesh, cursor) is first asked for and shared
 //! by all instances at that cursor. A frame waits for what it draws; whoever
 //! asks for it before ([`Renderer::request`]) and draws it when it is there
-//! ([`Renderer::triangles_at`]) never waits.
+//! ([`Renderer::triangles_at`]) never waits. Between two cursors a mesh may be drawn on
+//! its way ([`DrawInstance::morph`]).
 
 mod batch;
 mod camera;
@@ -21,6 +22,7 @@ mod index_cache;
 mod layer;
 mod material;
 mod model;
+mod morph;
 mod occlusion;
 mod outline;
 mod panels;
@@ -42,11 +44,13 @@ pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
 pub use error::RenderError;
 pub use frame::{
-    DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, OutlineKind, Outlined, Picture,
+    DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Morph, OutlineKind, Outlined,
+    Picture, Wanted,
 };
 pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
 pub use model::{ModelHandle, ModelUpload};
+pub use morph::{MAX_MORPHED_BYTES, VERTEX_BYTES};
 pub use panels::MAX_PANEL_VERTICES;
 pub use pick::{PickState, PixelArea};
 pub use renderer::{DeviceChoice, Quality, Renderer, RendererOptions};

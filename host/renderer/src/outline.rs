@@ -104,6 +104,7 @@ impl Outlines {
             frame_group,
             instances: &self.streams[recorder.slot()].instances,
             feature_kit: drawn_with.feature_kit,
+            morpher: Some(drawn_with.morpher),
             more: Some(&scene_depth.group),
             shows_backs: true,
         };

@@ -13,6 +13,7 @@ use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
 use crate::targets::SceneTargets;
 use crate::{
     EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle, ModelUpload, Picture, RenderError,
+    Wanted,
 };
 
 /// Models that one renderer ever takes, removed ones included.
@@ -171,6 +172,7 @@ impl Renderer {
     /// When the device is lost or hangs.
     pub fn free_memory(&mut self) -> Result<(), RenderError> {
         self.content.cache.drop_all();
+        self.content.morpher.drop_all();
         Ok(self.gpu.free_memory()?)
     }
 
@@ -197,7 +199,8 @@ impl Renderer {
     pub fn remove_model(&mut self, model: ModelHandle) {
         if let Some(slot) = self.content.models.get_mut(model.0 as usize) {
             *slot = None;
-            self.content.resolver.drop_where(|key| key.model == model.0);
+            self.content.resolver.drop_where(|request| request.key().model == model.0);
+            self.content.morpher.remove_where(|key| key.model == model.0);
             self.content.cache.remove_model(model.0);
         }
     }
@@ -207,14 +210,14 @@ impl Renderer {
         self.content.clear();
     }
 
-    /// Asks for meshes at cursors, the most urgent first, to be resolved beside
+    /// Asks for what frames will need, the most urgent first, to be worked out beside
     /// the frames and uploaded by them, each with a share of
     /// [`MAX_UPLOAD_BYTES_PER_FRAME`](crate::MAX_UPLOAD_BYTES_PER_FRAME).
     /// Replaces what was asked for before: what is not named any more is
     /// dropped. What is beyond
     /// [`MAX_PENDING_RESOLVES`](crate::MAX_PENDING_RESOLVES) is passed over:
     /// ask again after the next frame.
-    pub fn request(&mut self, wanted: impl Iterator<Item = MeshAtCursor>) {
+    pub fn request(&mut self, wanted: impl Iterator<Item = Wanted>) {
         self.content.request(wanted);
     }
 
@@ -223,6 +226,12 @@ impl Renderer {
     pub fn triangles_at(&self, at: &MeshAtCursor) -> Option<u32> {
         let (key, _) = content::find(&self.content.models, at)?;
         Some(self.content.cache.get(key)?.triangles)
+    }
+
+    /// Whether the way to or from a cursor can be drawn without being worked out first.
+    pub fn has_way(&self, coarser: &MeshAtCursor) -> bool {
+        let found = content::find(&self.content.models, coarser);
+        found.is_some_and(|(key, _)| self.content.morpher.is_ready(key))
     }
 
     /// Takes changed textures of panels over without drawing. Each must come here

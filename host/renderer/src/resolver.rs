@@ -1,6 +1,6 @@
 //! Resolves meshes at new cursors beside the frames.
 //!
-//! A request is a mesh at a cursor. It is worked on by few threads, then waits
+//! A request is a mesh at a cursor, or the way to it. It is worked on by few threads, then waits
 //! until a frame has bytes left to upload it. One that is not asked for again
 //! is dropped: a camera that flies past leaves no work behind.
 
@@ -44,18 +44,65 @@ impl ResolvedTriangles {
     }
 }
 
-type Resolved = (IndexKey, ResolvedTriangles);
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Request {
+    /// The live triangles of a mesh.
+    Triangles(IndexKey),
+    /// The vertex that stands for each one of a mesh.
+    Standing(IndexKey),
+}
+
+impl Request {
+    pub(crate) fn key(self) -> IndexKey {
+        let (Self::Triangles(key) | Self::Standing(key)) = self;
+        key
+    }
+
+    /// The most that it can give, bytes.
+    fn max_bytes(self, stacks: &CollapseStacks) -> u64 {
+        match self {
+            Self::Triangles(_) => size_of_val(stacks.mesh().triangles.as_slice()) as u64,
+            Self::Standing(_) => size_of_val(stacks.mesh().wedges.position.as_slice()) as u64,
+        }
+    }
+
+    fn resolve(self, stacks: &CollapseStacks) -> Resolved {
+        match self {
+            Self::Triangles(key) => Resolved::Triangles(ResolvedTriangles::of(stacks, key.cursor)),
+            Self::Standing(key) => Resolved::Standing(stacks.standing_wedges(key.cursor)),
+        }
+    }
+}
+
+/// What a request came to.
+pub(crate) enum Resolved {
+    Triangles(ResolvedTriangles),
+    /// As wedge indices, by wedge.
+    Standing(Vec<u32>),
+}
+
+impl Resolved {
+    pub(crate) fn bytes(&self) -> u64 {
+        match self {
+            Self::Triangles(triangles) => triangles.bytes(),
+            Self::Standing(standing) => size_of_val(standing.as_slice()) as u64,
+        }
+    }
+}
+
+type Answer = (Request, Resolved);
 
 /// Workers, and what they were asked for.
 pub(crate) struct Resolver {
     pool: ThreadPool,
-    pending: HashMap<IndexKey, Pending>,
+    pending: HashMap<Request, Pending>,
     /// The most that all pending requests can give.
     pending_bytes: u64,
     /// Results in the order in which they came.
-    finished: VecDeque<Resolved>,
-    sender: Sender<Resolved>,
-    receiver: Receiver<Resolved>,
+    finished: VecDeque<Answer>,
+    sender: Sender<Answer>,
+    receiver: Receiver<Answer>,
 }
 
 struct Pending {
@@ -86,48 +133,48 @@ impl Resolver {
     /// already go on.
     pub(crate) fn request<'a>(
         &mut self,
-        wanted: impl Iterator<Item = (IndexKey, &'a Arc<CollapseStacks>)>,
+        wanted: impl Iterator<Item = (Request, &'a Arc<CollapseStacks>)>,
     ) {
         let mut seen = HashSet::new();
-        let wanted: Vec<_> = wanted.filter(|(key, _)| seen.insert(*key)).collect();
-        self.drop_where(|key| !seen.contains(key));
-        for (key, stacks) in wanted {
-            if !self.pending.contains_key(&key) && !self.begin(key, stacks) {
+        let wanted: Vec<_> = wanted.filter(|(request, _)| seen.insert(*request)).collect();
+        self.drop_where(|request| !seen.contains(request));
+        for (request, stacks) in wanted {
+            if !self.pending.contains_key(&request) && !self.begin(request, stacks) {
                 break;
             }
         }
     }
 
     /// Gives a request to the workers, unless there are too many.
-    fn begin(&mut self, key: IndexKey, stacks: &Arc<CollapseStacks>) -> bool {
-        let bytes = size_of_val(stacks.mesh().triangles.as_slice()) as u64;
+    fn begin(&mut self, request: Request, stacks: &Arc<CollapseStacks>) -> bool {
+        let bytes = request.max_bytes(stacks);
         let fits = self.pending_bytes + bytes <= MAX_PENDING_RESOLVE_BYTES;
         if self.pending.len() >= MAX_PENDING_RESOLVES || !(fits || self.pending.is_empty()) {
             return false;
         }
         let dropped = Arc::new(AtomicBool::new(false));
-        self.pending.insert(key, Pending { bytes, dropped: Arc::clone(&dropped) });
+        self.pending.insert(request, Pending { bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, sender) = (Arc::clone(stacks), self.sender.clone());
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
                 // Nobody listens any more when the renderer has gone.
-                let _ = sender.send((key, ResolvedTriangles::of(&stacks, key.cursor)));
+                let _ = sender.send((request, request.resolve(&stacks)));
             }
         });
         true
     }
 
     /// The next result if it has at most `max_bytes`; its request is then done.
-    pub(crate) fn take(&mut self, max_bytes: u64) -> Option<Resolved> {
+    pub(crate) fn take(&mut self, max_bytes: u64) -> Option<Answer> {
         self.finished.extend(self.receiver.try_iter());
         // A dropped request may have been finished all the same.
-        while let Some((key, triangles)) = self.finished.front() {
-            if self.pending.contains_key(key) {
-                if triangles.bytes() > max_bytes {
+        while let Some((request, resolved)) = self.finished.front() {
+            if self.pending.contains_key(request) {
+                if resolved.bytes() > max_bytes {
                     return None;
                 }
-                self.forget(*key);
+                self.forget(*request);
                 return self.finished.pop_front();
             }
             self.finished.pop_front();
@@ -140,15 +187,15 @@ impl Resolver {
         self.pending.len()
     }
 
-    pub(crate) fn drop_where(&mut self, unwanted: impl Fn(&IndexKey) -> bool) {
-        let keys: Vec<IndexKey> = self.pending.keys().copied().filter(unwanted).collect();
-        for key in keys {
-            self.forget(key);
+    pub(crate) fn drop_where(&mut self, unwanted: impl Fn(&Request) -> bool) {
+        let requests: Vec<Request> = self.pending.keys().copied().filter(unwanted).collect();
+        for request in requests {
+            self.forget(request);
         }
     }
 
-    fn forget(&mut self, key: IndexKey) {
-        if let Some(pending) = self.pending.remove(&key) {
+    fn forget(&mut self, request: Request) {
+        if let Some(pending) = self.pending.remove(&request) {
             pending.dropped.store(true, Ordering::Relaxed);
             self.pending_bytes -= pending.bytes;
         }
@@ -186,11 +233,15 @@ mod tests {
         Arc::new(CollapseStacks::build(mesh, &sequence))
     }
 
-    fn key(cursor: u32) -> IndexKey {
-        IndexKey { model: 0, mesh: 0, cursor }
+    fn mesh(cursor: u32) -> Request {
+        Request::Triangles(IndexKey { model: 0, mesh: 0, cursor })
     }
 
-    fn wait_for_one(resolver: &mut Resolver, max_bytes: u64) -> Option<Resolved> {
+    fn way(cursor: u32) -> Request {
+        Request::Standing(IndexKey { model: 0, mesh: 0, cursor })
+    }
+
+    fn wait_for_one(resolver: &mut Resolver, max_bytes: u64) -> Option<Answer> {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(10) {
             if let Some(resolved) = resolver.take(max_bytes) {
@@ -205,50 +256,56 @@ mod tests {
     fn results_are_those_of_resolving_at_once() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
         let cursors = [50, 0, 7, 50, 101, 7];
-        resolver.request(cursors.iter().map(|&cursor| (key(cursor), &stacks)));
+        resolver.request(cursors.iter().map(|&cursor| (mesh(cursor), &stacks)));
         assert_eq!(resolver.waiting(), 4, "each once");
         for _ in 0..4 {
-            let (key, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
-            let expected = stacks.resolve(key.cursor);
+            let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
+            let expected = stacks.resolve(request.key().cursor);
+            let Resolved::Triangles(resolved) = resolved else { panic!("triangles") };
             assert_eq!(resolved.triangles, expected.triangles);
             assert_eq!(resolved.sections, expected.sections);
         }
+        resolver.request([(way(50), &stacks)].into_iter());
+        let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
+        let Resolved::Standing(standing) = resolved else { panic!("standing vertices") };
+        assert_eq!((request, standing), (way(50), stacks.standing_wedges(50)));
         assert_eq!((resolver.waiting(), resolver.pending_bytes), (0, 0));
     }
 
     #[test]
     fn what_is_not_asked_for_again_is_dropped() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(1000));
-        resolver.request((0..100).map(|cursor| (key(cursor), &stacks)));
-        resolver.request([(key(99), &stacks), (key(500), &stacks)].into_iter());
+        resolver.request((0..100).map(|cursor| (mesh(cursor), &stacks)));
+        resolver.request([(mesh(99), &stacks), (mesh(500), &stacks)].into_iter());
         assert_eq!(resolver.waiting(), 2);
-        let mut cursors = [(); 2].map(|()| wait_for_one(&mut resolver, u64::MAX).unwrap().0.cursor);
+        let mut cursors =
+            [(); 2].map(|()| wait_for_one(&mut resolver, u64::MAX).unwrap().0.key().cursor);
         cursors.sort_unstable();
         assert_eq!(cursors, [99, 500]);
         // Everything begun is through the queue once this one is.
-        resolver.request([(key(501), &stacks)].into_iter());
-        assert_eq!(wait_for_one(&mut resolver, u64::MAX).unwrap().0, key(501));
+        resolver.request([(mesh(501), &stacks)].into_iter());
+        assert_eq!(wait_for_one(&mut resolver, u64::MAX).unwrap().0, mesh(501));
         assert!(resolver.take(u64::MAX).is_none());
     }
 
     #[test]
     fn requests_are_bounded_in_number_and_bytes() {
         let (mut resolver, small) = (Resolver::new().unwrap(), stacks(2000));
-        resolver.request((0..2000).map(|cursor| (key(cursor), &small)));
+        resolver.request((0..2000).map(|cursor| (mesh(cursor), &small)));
         assert_eq!(resolver.waiting(), MAX_PENDING_RESOLVES);
         let mut done = 0;
         while done < 2000 {
             let (finished, _) = wait_for_one(&mut resolver, u64::MAX).unwrap();
             done += 1;
-            let left = (0..2000).filter(|&cursor| cursor > finished.cursor);
-            resolver.request(left.map(|cursor| (key(cursor), &small)));
+            let left = (0..2000).filter(|&cursor| cursor > finished.key().cursor);
+            resolver.request(left.map(|cursor| (mesh(cursor), &small)));
             assert!(resolver.waiting() <= MAX_PENDING_RESOLVES);
-            done = done.max(finished.cursor + 1);
+            done = done.max(finished.key().cursor + 1);
         }
         resolver.pending_bytes = MAX_PENDING_RESOLVE_BYTES;
-        resolver.request([(key(0), &small)].into_iter());
+        resolver.request([(mesh(0), &small)].into_iter());
         assert_eq!(resolver.waiting(), 1, "one always");
-        resolver.request([(key(0), &small), (key(1), &small)].into_iter());
+        resolver.request([(mesh(0), &small), (mesh(1), &small)].into_iter());
         assert_eq!(resolver.waiting(), 1);
         resolver.pending_bytes -= MAX_PENDING_RESOLVE_BYTES;
     }
@@ -256,7 +313,7 @@ mod tests {
     #[test]
     fn a_result_waits_until_it_fits() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
-        resolver.request([(key(0), &stacks)].into_iter());
+        resolver.request([(mesh(0), &stacks)].into_iter());
         let bytes = ResolvedTriangles::of(&stacks, 0).bytes();
         let start = Instant::now();
         while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {

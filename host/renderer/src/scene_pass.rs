@@ -7,6 +7,7 @@ use crate::batch::{Batch, Plan};
 use crate::features::FeatureKit;
 use crate::index_cache::IndexCache;
 use crate::model::GpuModel;
+use crate::morph::Morpher;
 use crate::pipelines::Shading;
 
 /// Which sections of a mesh are drawn.
@@ -26,6 +27,8 @@ pub(crate) struct SceneDrawer<'a> {
     /// The plan's instances on the device.
     pub(crate) instances: &'a Buffer,
     pub(crate) feature_kit: &'a FeatureKit,
+    /// Vertices of what is on its way; none where all is drawn as it leaves.
+    pub(crate) morpher: Option<&'a Morpher>,
     /// Bound after the material's group, where a pipeline takes more.
     pub(crate) more: Option<&'a BindGroup>,
     /// Faces are shown from behind, too.
@@ -96,6 +99,8 @@ impl SceneDrawer<'_> {
         let (Some(vertices), Some(indices)) = (&mesh.vertices, &resolved.buffer) else {
             return Ok(0);
         };
+        let moved = self.morpher.and_then(|morpher| morpher.vertices_of(batch));
+        let (vertices, vertex_offset) = moved.unwrap_or((vertices, 0));
         let features = self.feature_kit.group(mesh.features.as_ref());
         let mut calls = 0;
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
@@ -115,6 +120,7 @@ impl SceneDrawer<'_> {
                 pipeline,
                 groups: &groups[..pipeline.group_count()],
                 vertices,
+                vertex_offset,
                 instances: self.instances,
                 indices,
                 index_range: range.clone(),

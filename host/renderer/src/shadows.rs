@@ -12,6 +12,7 @@ use glam::{DMat4, DVec3, Mat4, Vec3};
 use crate::batch::Plan;
 use crate::frustum::Frustum;
 use crate::model::GpuModel;
+use crate::morph::Morpher;
 use crate::pipelines::Shading;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::stream::FrameStream;
@@ -212,6 +213,8 @@ impl Shadows {
             frame_group: &stream.group,
             instances: &stream.instances,
             feature_kit: drawn_with.feature_kit,
+            // Else it would be drawn anew each frame of a change.
+            morpher: None,
             more: None,
             shows_backs: true,
         };
@@ -227,6 +230,7 @@ pub(crate) struct Drawn<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a crate::index_cache::IndexCache,
     pub(crate) feature_kit: &'a crate::features::FeatureKit,
+    pub(crate) morpher: &'a Morpher,
 }
 
 #[cfg(test)]

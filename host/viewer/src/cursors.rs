@@ -3,14 +3,16 @@
 //! A frame chooses a level of detail for the instances whose policy follows
 //! the camera, and so the cursor that each is *wanted* at. It is *shown* there
 //! as soon as the mesh at that cursor is ready; until then it stays where it
-//! is. Popping and pushing (the paper's S1 and S2) are a cursor that grows or
+//! is, and on the way there it goes by degrees. Popping and pushing (the paper's S1 and S2) are a cursor that grows or
 //! shrinks: no mesh is edited. A group far away is drawn as one mesh, its proxy, which
 //! has a cursor too; its instances are then shown nowhere.
 
 mod hlod;
+mod morphs;
 
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
+use busbar_renderer::Morph;
 use busbar_scene::{
     Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
     distance_to_bounds, greatest_stretch,
@@ -18,6 +20,7 @@ use busbar_scene::{
 use glam::Vec3;
 
 use self::hlod::HlodState;
+use self::morphs::{Morphs, ON_NONE};
 use crate::load::{HlodGroup, LoadedModel};
 
 /// The cursor of what is not shown.
@@ -66,8 +69,9 @@ pub(crate) struct Cursors {
     eye: Option<Eye>,
     /// How many times over errors may show that policies bound, 1 or more.
     coarseness: f32,
-    /// Instances that are not shown where they are wanted.
+    /// Instances that are not shown where they are wanted, or on their way there.
     moving: Vec<usize>,
+    morphs: Morphs,
     /// Instances shown at another cursor than in the last frame.
     moved: Vec<usize>,
     /// Whether all were shown where they were wanted once.
@@ -91,6 +95,15 @@ pub(crate) struct Place {
     pub(crate) cursor: u32,
 }
 
+/// What is to be ready before a cursor moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Needed {
+    /// The mesh there.
+    Mesh(Place),
+    /// The way to or from it, for what is finer.
+    Way(Place),
+}
+
 struct InstanceCursor {
     model: u32,
     mesh: u32,
@@ -104,7 +117,10 @@ struct InstanceCursor {
     /// The theta wanted.
     theta: f64,
     wanted: u32,
+    /// On a way it is the finer end.
     shown: u32,
+    /// Index of the way that it is on.
+    way: u32,
     /// Live triangles where it is shown.
     triangles: u32,
 }
@@ -154,6 +170,7 @@ impl Cursors {
                 theta: 0.0,
                 wanted: 0,
                 shown: 0,
+                way: ON_NONE,
                 triangles: stacks.mesh().triangles.len() as u32,
             }
         };
@@ -174,6 +191,7 @@ impl Cursors {
             eye: None,
             coarseness: 1.0,
             moving: Vec::new(),
+            morphs: Morphs::default(),
             moved: Vec::new(),
             has_settled: false,
             has_changed: true,
@@ -285,7 +303,7 @@ impl Cursors {
             return;
         }
         let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
-        let was_moving = instance.wanted != instance.shown;
+        let was_moving = instance.wanted != instance.shown || instance.way != ON_NONE;
         (instance.theta, instance.wanted) = (theta, stacks.cursor_at(theta));
         self.has_changed = true;
         if !was_moving && instance.wanted != instance.shown {
@@ -293,35 +311,63 @@ impl Cursors {
         }
     }
 
-    /// Shows instances where they are wanted: those whose mesh is ready there,
-    /// or all, to settle. The first time it settles in any case: there is
-    /// nothing to show meanwhile.
-    pub(crate) fn advance(&mut self, settle: bool, is_ready: impl Fn(Place) -> bool) {
+    /// Shows instances where they are wanted, or lets them go there: those for which all
+    /// is ready, or all and at once, to settle. The first time it settles in any case:
+    /// there is nothing to show meanwhile. `now`: when the frame is, seconds.
+    pub(crate) fn advance(
+        &mut self,
+        models: &[LoadedModel],
+        settle: bool,
+        now: f64,
+        is_ready: impl Fn(Needed) -> bool,
+    ) {
         let settle = settle || !self.has_settled;
         self.has_settled = true;
-        let Self { instances, moving, moved, .. } = self;
-        moving.retain(|&index| {
-            let instance = &mut instances[index];
-            // It may have come back meanwhile.
-            if instance.wanted == instance.shown {
-                return false;
-            }
-            let moves = settle || is_ready(instance.at(instance.wanted));
-            if moves {
-                instance.shown = instance.wanted;
-                moved.push(index);
-            }
-            !moves
-        });
+        self.end_morphs(now, settle);
+        let mut moving = std::mem::take(&mut self.moving);
+        moving.retain(|&index| self.move_on(index, models, settle, &is_ready));
+        self.moving = moving;
         self.has_changed |= !self.moved.is_empty();
         self.change_groups();
     }
 
-    /// Meshes at the cursors that instances wait for, with repetitions.
-    pub(crate) fn waiting(&self) -> impl ExactSizeIterator<Item = Place> {
-        self.moving.iter().map(|&index| {
-            let instance = &self.instances[index];
-            instance.at(instance.wanted)
+    /// Moves an instance on, if it can; tells whether it has not arrived.
+    fn move_on(
+        &mut self,
+        index: usize,
+        models: &[LoadedModel],
+        settle: bool,
+        is_ready: impl Fn(Needed) -> bool,
+    ) -> bool {
+        let instance = &self.instances[index];
+        // It may have come back meanwhile.
+        if instance.way != ON_NONE || instance.wanted == instance.shown {
+            return instance.way != ON_NONE;
+        }
+        if !settle && !is_ready(Needed::Mesh(instance.at(instance.wanted))) {
+            return true;
+        }
+        if settle || !self.morphs(instance, models) {
+            self.show(index, instance.wanted);
+            return false;
+        }
+        if is_ready(self.way_of(instance)) {
+            self.begin_morph(index, models);
+        }
+        true
+    }
+
+    /// How many instances are not where they are wanted.
+    pub(crate) fn waiting_count(&self) -> usize {
+        self.moving.len()
+    }
+
+    /// What instances wait for, with repetitions.
+    pub(crate) fn waiting(&self, models: &[LoadedModel]) -> impl Iterator<Item = Needed> {
+        let standing = self.moving.iter().map(|&index| &self.instances[index]);
+        standing.filter(|instance| instance.way == ON_NONE).flat_map(|instance| {
+            let way = self.morphs(instance, models).then(|| self.way_of(instance));
+            [Needed::Mesh(instance.at(instance.wanted))].into_iter().chain(way)
         })
     }
 
@@ -340,11 +386,11 @@ impl Cursors {
         });
     }
 
-    /// What is drawn, and at which cursor.
-    pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(Drawn, Place)) {
+    /// What is drawn, at which cursor, and whether it is on its way from or to another.
+    pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(Drawn, Place, Option<Morph>)) {
         self.walk(0..self.own, 0, &mut |drawn, index| {
             let instance = &self.instances[index];
-            each(drawn, instance.at(instance.shown));
+            each(drawn, instance.at(instance.shown), self.morph_of(instance));
         });
     }
 

@@ -19,7 +19,7 @@ use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
     CameraView, DeviceChoice, DrawInstance, EguiFrame, Frame, FrameStats, PickState, Picture,
-    PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, WindowHandles,
+    PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted, WindowHandles,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
@@ -29,7 +29,7 @@ use egui::{Pos2, RawInput, Rect, vec2};
 use crate::camera::navigator::{Around, Navigator};
 use crate::camera::{Camera, Projection};
 use crate::color::linear_from_srgb;
-use crate::cursors::{Cursors, Drawn, Eye};
+use crate::cursors::{Cursors, Drawn, Eye, Needed};
 use crate::highlight::{self, Highlight, Highlights};
 use crate::load::LoadedScene;
 use crate::measuring::Measuring;
@@ -174,6 +174,12 @@ impl Viewer {
         self.settles = settles;
     }
 
+    /// Lets changes of detail take so long, by degrees; 0 seconds shows them at once.
+    /// Where frames settle they do not wait.
+    pub fn set_morph_seconds(&mut self, seconds: f64) {
+        self.cursors.set_morph_seconds(seconds);
+    }
+
     /// Cuts away what lies before a plane, or shows all again.
     pub fn set_section(&mut self, section: Option<SectionPlane>) {
         self.section = section;
@@ -191,7 +197,8 @@ impl Viewer {
     pub fn frame(&mut self, input: RawInput) -> Result<FrameOutput, ViewError> {
         let started = Instant::now();
         self.note_screen(&input);
-        self.navigator.advance(input.time.unwrap_or_default());
+        let now = input.time.unwrap_or_default();
+        self.navigator.advance(now);
         self.take_samples();
         let snapshot = self.tags.snapshot();
         let patience =
@@ -228,7 +235,7 @@ impl Viewer {
         let mut highlights = std::mem::take(&mut self.highlights);
         highlights.update(&self.scene.graph, &overlaid.tints, self.tags(), &self.selection);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
-        self.move_cursors();
+        self.move_cursors(now);
         let mut instances = std::mem::take(&mut self.drawn);
         self.list_instances(highlights.of_nodes(), &mut instances);
         let overlay = EguiFrame {
@@ -272,8 +279,8 @@ impl Viewer {
         (self.highlights, self.drawn) = (highlights, instances);
         self.count_frame(started);
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
-        let is_coming =
-            self.cursors.waiting().len() > 0 && self.last.resolved + self.last.waiting > 0;
+        let is_coming = self.cursors.is_morphing()
+            || self.cursors.waiting_count() > 0 && self.last.resolved + self.last.waiting > 0;
         let repaint_after = match root {
             _ if is_coming || self.is_restless() => Duration::ZERO,
             root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),

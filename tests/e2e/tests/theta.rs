@@ -211,6 +211,7 @@ fn a_frame_that_does_not_wait_ends_at_the_same_picture() {
     drop(view);
     let mut view = View::open(&scene.write());
     view.viewer.set_settles(false);
+    view.viewer.set_morph_seconds(0.0);
     let first = view.at(WALK[0]);
     assert!(first == settled[0], "there is nothing to show before");
     let mut frames_waited = 0;

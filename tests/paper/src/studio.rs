@@ -60,6 +60,7 @@ impl Studio {
             model,
             mesh: 0,
             cursor,
+            morph: None,
             world_from_mesh: Mat4::IDENTITY,
             object: 1,
             first_feature: None,

@@ -38,6 +38,7 @@ pub(crate) fn build(renderer: &mut Renderer) -> Result<Vec<DrawInstance>> {
             model,
             mesh,
             cursor: 0,
+            morph: None,
             world_from_mesh,
             object,
             highlight,

@@ -103,6 +103,7 @@ pub(crate) fn instance(model: ModelHandle, world_from_mesh: Mat4, object: u32) -
         model,
         mesh: 0,
         cursor: 0,
+        morph: None,
         world_from_mesh,
         object,
         highlight: [0.0; 4],

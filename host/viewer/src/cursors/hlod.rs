@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use busbar_scene::{Detail, SceneGraph};
 
-use super::{Cursors, Drawn, Eye, InstanceCursor, NOWHERE};
+use super::{Cursors, Drawn, Eye, InstanceCursor, NOWHERE, ON_NONE};
 use crate::load::{HlodGroup, LoadedModel};
 
 /// A group, and how it is drawn.
@@ -61,6 +61,7 @@ impl InstanceCursor {
             theta: 0.0,
             wanted: NOWHERE,
             shown: NOWHERE,
+            way: ON_NONE,
             triangles: 0,
         }
     }

@@ -39,7 +39,7 @@ fn groups() -> (Cursors, Vec<LoadedModel>) {
 
 fn drawn(cursors: &Cursors) -> Vec<Drawn> {
     let mut all = Vec::new();
-    cursors.for_each_drawn(|drawn, place| {
+    cursors.for_each_drawn(|drawn, place, _| {
         assert_ne!(place.cursor, NOWHERE, "{drawn:?} is drawn and nowhere");
         all.push(drawn);
     });
@@ -54,7 +54,7 @@ fn step(
     ready: &dyn Fn(Place) -> bool,
 ) -> Vec<Drawn> {
     cursors.choose(eye_at(-metres), models, false);
-    cursors.advance(false, ready);
+    cursors.advance(models, false, 0.0, |(Needed::Mesh(place) | Needed::Way(place))| ready(place));
     drawn(cursors)
 }
 
@@ -85,15 +85,15 @@ fn nothing_is_missing_while_meshes_are_made() {
     assert_eq!(step(&mut cursors, &models, 201.0, &proxy), [Drawn::Group(0)]);
     // Half of what the way back needs.
     assert_eq!(step(&mut cursors, &models, 30.0, &nothing), [Drawn::Group(0)]);
-    assert!(cursors.waiting().len() > 0);
+    assert!(cursors.waiting_count() > 0);
     let inner = |place: Place| place.model == 2;
     let both = [Drawn::Group(1), Drawn::Group(2)];
     assert_eq!(step(&mut cursors, &models, 31.0, &inner), both);
     assert_eq!(step(&mut cursors, &models, 1.0, &nothing), both);
     // Without another step of the eye too.
-    cursors.advance(false, |_| true);
+    cursors.advance(&models, false, 0.0, |_| true);
     assert_eq!(drawn(&cursors), ALL);
-    assert_eq!(cursors.waiting().len(), 0);
+    assert_eq!(cursors.waiting_count(), 0);
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn the_eye_that_turns_back_leaves_nothing_behind() {
         assert_eq!(step(&mut cursors, &models, metres, &nothing), [Drawn::Group(0)], "{metres}");
     }
     assert_eq!(step(&mut cursors, &models, 1.0, &|_| true), ALL);
-    assert_eq!(cursors.waiting().len(), 0);
+    assert_eq!(cursors.waiting_count(), 0);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn a_hand_and_the_scale_take_groups_apart() {
     let (mut cursors, models) = groups();
     let settled = |cursors: &mut Cursors, metres: f32| {
         cursors.choose(eye_at(-metres), &models, true);
-        cursors.advance(true, |_| false);
+        cursors.advance(&models, true, 0.0, |_| false);
         drawn(cursors)
     };
     assert_eq!(settled(&mut cursors, 200.0), [Drawn::Group(0)]);

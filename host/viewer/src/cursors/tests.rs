@@ -77,7 +77,7 @@ pub(super) fn eye_at(x: f32) -> Eye {
 /// Chooses for an eye at this x, shows what is ready, and gives the cursors.
 fn step(cursors: &mut Cursors, models: &[LoadedModel], x: f32, is_ready: bool) -> Vec<u32> {
     cursors.choose(eye_at(x), models, false);
-    cursors.advance(false, |_| is_ready);
+    cursors.advance(models, false, 0.0, |_| is_ready);
     cursors.count_moved(|place| {
         Some(models[place.model].stacks[place.mesh].live_triangles(place.cursor) as u32)
     });
@@ -86,7 +86,7 @@ fn step(cursors: &mut Cursors, models: &[LoadedModel], x: f32, is_ready: bool) -
 
 fn shown(cursors: &Cursors) -> Vec<u32> {
     let mut shown = Vec::new();
-    cursors.for_each_drawn(|_, place| shown.push(place.cursor));
+    cursors.for_each_drawn(|_, place, _| shown.push(place.cursor));
     shown
 }
 
@@ -109,14 +109,14 @@ fn a_cursor_stays_until_its_mesh_is_ready() {
     assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "the first time settles");
     assert_eq!(step(&mut cursors, &models, 50.0, false), [0, 0, 20]);
     let place = Place { model: 0, mesh: 0, cursor: 11 };
-    assert_eq!(cursors.waiting().collect::<Vec<_>>(), [place, place]);
+    assert_eq!(cursors.waiting(&models).collect::<Vec<_>>(), [Needed::Mesh(place); 2]);
     assert_eq!(step(&mut cursors, &models, 150.0, false), [0, 0, 20]);
-    assert_eq!(cursors.waiting().len(), 3, "one more, none twice");
+    assert_eq!(cursors.waiting_count(), 3, "one more, none twice");
     assert_eq!(step(&mut cursors, &models, 0.0, false), [0, 0, 20], "back before it came");
-    assert_eq!(cursors.waiting().len(), 0);
+    assert_eq!(cursors.waiting_count(), 0);
     assert_eq!(step(&mut cursors, &models, 50.0, true), [11, 11, 20]);
     cursors.choose(eye_at(0.0), &models, true);
-    cursors.advance(true, |_| false);
+    cursors.advance(&models, true, 0.0, |_| false);
     assert!(shown(&cursors).iter().all(|&cursor| cursor != 11), "settled");
 }
 
@@ -167,7 +167,7 @@ fn without_perspective_detail_by_the_error_on_the_screen_is_the_same_at_any_dist
     let mut cursors = Cursors::new(&graph, &models, policies, &[], 1.0);
     let mut at = |pixel| {
         cursors.choose(Eye { position: Vec3::NEG_X, pixel }, &models, true);
-        cursors.advance(true, |_| true);
+        cursors.advance(&models, true, 0.0, |_| true);
         shown(&cursors)
     };
     let perspective = at(PixelSize::PerMetre(1e-3));
@@ -190,9 +190,75 @@ fn ten_thousand_instances_are_chosen_in_no_time() {
         let start = Instant::now();
         cursors.choose(eye_at(frame as f32), &models, true);
         least = least.min(start.elapsed());
-        cursors.advance(true, |_| true);
+        cursors.advance(&models, true, 0.0, |_| true);
     }
     println!("10000 instances: {least:?}");
     assert!(shown(&cursors).iter().any(|&cursor| cursor > 0));
     assert!(least < Duration::from_millis(5), "{least:?}");
+}
+
+/// Ways from the strips' cursors to those wanted at 50 m and back, in quarters of a second.
+#[test]
+fn a_change_goes_by_degrees_and_what_is_wanted_meanwhile_comes_after() {
+    let (mut cursors, models) = row(&[0.0], None);
+    cursors.set_morph_seconds(1.0);
+    let mut at = |x: f32, now: f64| {
+        cursors.choose(eye_at(x), &models, false);
+        cursors.advance(&models, false, now, |_| true);
+        let mut all = Vec::new();
+        cursors.for_each_drawn(|_, place, morph| {
+            all.push((place.cursor, morph.map(|morph| (morph.coarser, morph.weight))));
+        });
+        (all[0], cursors.is_morphing(), cursors.waiting_count())
+    };
+    assert_eq!(at(0.0, 0.0), ((0, None), false, 0), "the first frame settles");
+    assert_eq!(at(50.0, 1.0), ((0, Some((11, 0.0))), true, 1));
+    assert_eq!(at(50.0, 1.25), ((0, Some((11, 0.25))), true, 1));
+    // It comes back before it is there: it arrives first, then returns.
+    assert_eq!(at(0.0, 1.5), ((0, Some((11, 0.5))), true, 1));
+    assert_eq!(at(0.0, 2.0), ((0, Some((11, 1.0))), true, 1));
+    assert_eq!(at(0.0, 2.75), ((0, Some((11, 0.25))), true, 1));
+    assert_eq!(at(0.0, 3.0), ((0, None), false, 0));
+    // And the same where it is wanted elsewhere still.
+    assert_eq!(at(50.0, 4.0).0, (0, Some((11, 0.0))));
+    assert_eq!(at(200.0, 5.0).0, (11, Some((20, 0.0))));
+    assert_eq!(at(200.0, 6.0), ((20, None), false, 0));
+    // A clock that is set back holds nothing up.
+    assert_eq!(at(0.0, 7.0).0, (0, Some((20, 1.0))));
+    assert_eq!(at(0.0, 3.0), ((0, None), false, 0));
+}
+
+#[test]
+fn a_way_waits_for_what_it_needs_and_settling_waits_for_nothing() {
+    let (mut cursors, models) = row(&[0.0], None);
+    cursors.set_morph_seconds(1.0);
+    let place = Place { model: 0, mesh: 0, cursor: 11 };
+    cursors.choose(eye_at(0.0), &models, false);
+    cursors.advance(&models, false, 0.0, |_| true);
+    cursors.choose(eye_at(50.0), &models, false);
+    let needs = [Needed::Mesh(place), Needed::Way(place)];
+    for missing in needs {
+        cursors.advance(&models, false, 1.0, |needed| needed != missing);
+        assert_eq!((shown(&cursors), cursors.is_morphing()), (vec![0], false), "{missing:?}");
+        assert_eq!(cursors.waiting(&models).collect::<Vec<_>>(), needs);
+    }
+    cursors.advance(&models, false, 2.0, |_| true);
+    assert!(cursors.is_morphing());
+    assert_eq!(cursors.waiting(&models).count(), 0, "all is there");
+    cursors.advance(&models, true, 2.1, |_| false);
+    assert_eq!((shown(&cursors), cursors.is_morphing()), (vec![11], false));
+    assert_eq!(cursors.waiting_count(), 0);
+}
+
+#[test]
+fn what_is_beyond_the_limit_changes_at_once() {
+    let count = morphs::MAX_MORPHS + 10;
+    let (mut cursors, models) = row(&vec![0.0; count], None);
+    cursors.set_morph_seconds(1.0);
+    step(&mut cursors, &models, 0.0, true);
+    step(&mut cursors, &models, 50.0, true);
+    let there = |cursors: &Cursors| shown(cursors).iter().filter(|&&cursor| cursor == 11).count();
+    assert_eq!(there(&cursors), 10);
+    cursors.advance(&models, false, 1.0, |_| true);
+    assert_eq!((there(&cursors), cursors.is_morphing()), (count, false));
 }

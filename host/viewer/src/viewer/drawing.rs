@@ -31,18 +31,23 @@ impl Viewer {
         read?.ok_or(ViewError::Render(RenderError::NoPicture))
     }
 
-    /// Chooses cursors for where the camera is, and moves those that are ready.
-    pub(super) fn move_cursors(&mut self) {
+    /// Chooses cursors for where the camera is, and moves those that are ready. `now`:
+    /// when the frame is, seconds.
+    pub(super) fn move_cursors(&mut self, now: f64) {
         let Self { cursors, renderer, models, scene, .. } = self;
         let pixels = self.viewport.size() * self.pixels_per_point;
         let camera = self.navigator.camera();
         let eye = Eye { position: camera.eye(), pixel: camera.pixel(pixels) };
         cursors.set_coarseness(self.pace.coarseness());
         cursors.choose(eye, &scene.models, self.settles);
-        cursors.advance(self.settles, |place| {
-            renderer.triangles_at(&on_device(models, place)).is_some()
+        cursors.advance(&scene.models, self.settles, now, |needed| match needed {
+            Needed::Mesh(place) => renderer.triangles_at(&on_device(models, place)).is_some(),
+            Needed::Way(place) => renderer.has_way(&on_device(models, place)),
         });
-        renderer.request(cursors.waiting().map(|place| on_device(models, place)));
+        renderer.request(cursors.waiting(&scene.models).map(|needed| match needed {
+            Needed::Mesh(place) => Wanted::Mesh(on_device(models, place)),
+            Needed::Way(place) => Wanted::Way(on_device(models, place)),
+        }));
     }
 
     /// Brings what is said of models up to the frame drawn.
@@ -58,7 +63,7 @@ impl Viewer {
     pub(super) fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
         let graph = &self.scene.graph;
         into.clear();
-        self.cursors.for_each_drawn(|drawn, place| {
+        self.cursors.for_each_drawn(|drawn, place, morph| {
             let (node, world_from_mesh, first_feature) = match drawn {
                 Drawn::Instance(index) => {
                     let instance = &graph.instances()[index];
@@ -74,6 +79,7 @@ impl Viewer {
                 model: self.models[place.model].handle,
                 mesh: place.mesh as u32,
                 cursor: place.cursor,
+                morph,
                 world_from_mesh,
                 object: object_of(node),
                 highlight: highlights.get(node.0 as usize).copied().unwrap_or(highlight::NONE),

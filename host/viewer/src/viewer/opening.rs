@@ -52,6 +52,9 @@ impl Viewer {
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera =
             camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
+        let mut cursors =
+            Cursors::new(&scene.graph, &scene.models, scene.policies(), &scene.groups, theta_scale);
+        cursors.set_morph_seconds(scene.config.view.morph_seconds);
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
         Ok(Self {
             telemetry,
@@ -59,13 +62,7 @@ impl Viewer {
             tags,
             events: EventLog::default(),
             triangles_full: full_triangles(&scene),
-            cursors: Cursors::new(
-                &scene.graph,
-                &scene.models,
-                scene.policies(),
-                &scene.groups,
-                theta_scale,
-            ),
+            cursors,
             settles: !in_window,
             // A picture does not depend on how fast it came.
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),

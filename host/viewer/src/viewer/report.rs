@@ -26,7 +26,7 @@ impl Viewer {
             gpu_ms: stats::gpu_millis(&self.last),
             resolve_ms: self.last.resolve_millis,
             resolved: self.resolved,
-            waiting: self.cursors.waiting().len(),
+            waiting: self.cursors.waiting_count(),
             groups_as_one: self.groups_as_one(),
             index_cache_bytes: self.renderer.index_cache_bytes(),
             frames: self.frames,
@@ -139,7 +139,7 @@ impl Viewer {
 
     fn surviving_vertices(&self) -> u64 {
         let mut vertices = 0;
-        self.cursors.for_each_drawn(|_, place| {
+        self.cursors.for_each_drawn(|_, place, _| {
             let stacks = &self.scene.models[place.model].stacks[place.mesh];
             vertices += u64::from(stacks.surviving(place.cursor));
         });
@@ -148,7 +148,7 @@ impl Viewer {
 
     fn groups_as_one(&self) -> usize {
         let mut count = 0;
-        self.cursors.for_each_drawn(|drawn, _| {
+        self.cursors.for_each_drawn(|drawn, _, _| {
             count += usize::from(matches!(drawn, Drawn::Group(_)));
         });
         count

@@ -1,0 +1,252 @@
+//! Meshes between two cursors, so that a change of detail does not pop.
+//!
+//! The finer mesh is drawn with vertices that go straight to those that stand for them at
+//! the coarser cursor. A compute pass puts them there once a frame, for all passes that
+//! draw the mesh and all instances that are on the same way equally far.
+
+use std::collections::HashMap;
+
+use busbar_gpu::{
+    BindGroup, BindGroupLayout, Binding, BindingKind, Buffer, BufferUsage, ComputeDescription,
+    ComputePipeline, Dispatch, Gpu, GpuError, Recorder, ShaderStage,
+};
+use busbar_shaders::{MORPH, MORPH_GROUP, MorphStep, Vertex};
+
+use crate::RenderError;
+use crate::batch::{Batch, Plan};
+use crate::index_cache::IndexKey;
+use crate::layer::ready;
+use crate::model::{GpuMesh, GpuModel};
+
+/// Bytes of vertices between two cursors that one frame may show. A storage buffer may
+/// be twice as large on every device (Vulkan 1.3, `maxStorageBufferRange`).
+pub const MAX_MORPHED_BYTES: u64 = 64 << 20;
+
+/// Bytes that a vertex takes.
+pub const VERTEX_BYTES: u64 = size_of::<Vertex>() as u64;
+
+/// Bytes of standing vertices that are kept beyond what the current frame needs.
+const MAX_STANDING_BYTES: u64 = 64 << 20;
+
+/// The way that instances are on, and how far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Way {
+    /// The coarser cursor.
+    pub(crate) coarser: u32,
+    /// The weight's bits: those that are equally far are drawn together.
+    pub(crate) weight: u32,
+}
+
+/// The vertices that stand for others at a cursor, on the device.
+struct Standing {
+    /// The mesh's vertices, and for each the one that stands for it.
+    group: BindGroup,
+    bytes: u64,
+    used_at: u64,
+}
+
+/// What moves vertices, made when it is first needed.
+struct Mover {
+    pipeline: ComputePipeline,
+    standing: BindGroupLayout,
+    written: BindGroupLayout,
+}
+
+/// Where moved vertices are written.
+struct Moved {
+    buffer: Buffer,
+    group: BindGroup,
+}
+
+/// Moves vertices.
+#[derive(Default)]
+pub(crate) struct Morpher {
+    mover: Option<Mover>,
+    moved: Option<Moved>,
+    standing: HashMap<IndexKey, Standing>,
+    standing_bytes: u64,
+    /// Bytes from the start of what was moved last, by mesh and way.
+    offsets: HashMap<(IndexKey, Way), u64>,
+    /// Counts what is prepared.
+    clock: u64,
+}
+
+/// One dispatch.
+struct Step<'a> {
+    mesh: &'a GpuMesh,
+    key: IndexKey,
+    way: Way,
+    count: u32,
+    /// Vertices before its first.
+    start: u32,
+}
+
+impl Morpher {
+    /// Whether a way to or from a cursor can be drawn without resolving anything first.
+    pub(crate) fn is_ready(&self, coarser: IndexKey) -> bool {
+        self.standing.contains_key(&coarser)
+    }
+
+    /// Takes what stands for each vertex of a mesh at a cursor.
+    pub(crate) fn insert(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        models: &[Option<GpuModel>],
+        coarser: IndexKey,
+        standing: &[u32],
+    ) -> Result<(), RenderError> {
+        let mesh = models[coarser.model as usize].as_ref().map(|model| &model.meshes);
+        let Some(vertices) = mesh.and_then(|of| of[coarser.mesh as usize].vertices.as_ref()) else {
+            return Ok(());
+        };
+        let bytes: &[u8] = bytemuck::cast_slice(standing);
+        let mover = ready(&mut self.mover, || Mover::new(recorder.gpu()))?;
+        let buffer = recorder.upload_buffer("standing vertices", BufferUsage::Storage, bytes)?;
+        let group = BindGroup::new(&mover.standing, &[vertices, &buffer].map(Binding::Buffer))?;
+        let bytes = bytes.len() as u64;
+        let entry = Standing { group, bytes, used_at: self.clock };
+        self.standing_bytes += bytes;
+        if let Some(replaced) = self.standing.insert(coarser, entry) {
+            self.standing_bytes -= replaced.bytes;
+        }
+        Ok(())
+    }
+
+    /// Moves the vertices of all that a plan shows on its way.
+    pub(crate) fn record(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        models: &[Option<GpuModel>],
+        plan: &Plan,
+    ) -> Result<(), RenderError> {
+        self.clock += 1;
+        self.offsets.clear();
+        let steps = self.steps(models, plan)?;
+        let Some(last) = steps.last() else {
+            return Ok(());
+        };
+        let vertices = u64::from(last.start + last.count);
+        for Step { mesh, key, way, .. } in &steps {
+            let coarser = IndexKey { cursor: way.coarser, ..*key };
+            if !self.is_ready(coarser) {
+                let standing = mesh.stacks.standing_wedges(way.coarser);
+                self.insert(recorder, models, coarser, &standing)?;
+            }
+        }
+        let mover = ready(&mut self.mover, || Mover::new(recorder.gpu()))?;
+        let is_large_enough = |moved: &Moved| moved.buffer.size() >= vertices * VERTEX_BYTES;
+        if !self.moved.as_ref().is_some_and(is_large_enough) {
+            let bytes = (vertices * VERTEX_BYTES).next_power_of_two().min(MAX_MORPHED_BYTES);
+            self.moved = Some(Moved::new(recorder.gpu(), mover, bytes)?);
+        }
+        let Some(moved) = &self.moved else { return Ok(()) };
+        let mut pass = recorder.compute_pass("morph");
+        for step in &steps {
+            let coarser = IndexKey { cursor: step.way.coarser, ..step.key };
+            let Some(standing) = self.standing.get_mut(&coarser) else { continue };
+            standing.used_at = self.clock;
+            let constants = MorphStep {
+                vertices: step.count,
+                start: step.start,
+                weight: f32::from_bits(step.way.weight),
+            };
+            pass.dispatch(&Dispatch {
+                pipeline: &mover.pipeline,
+                groups: &[&standing.group, &moved.group],
+                constants: bytemuck::bytes_of(&constants),
+                workgroups: step.count.div_ceil(MORPH_GROUP),
+            })?;
+        }
+        drop(pass);
+        self.evict();
+        Ok(())
+    }
+
+    /// What is to be moved, and to where; each once.
+    fn steps<'a>(
+        &mut self,
+        models: &'a [Option<GpuModel>],
+        plan: &Plan,
+    ) -> Result<Vec<Step<'a>>, RenderError> {
+        let mut steps = Vec::new();
+        let mut vertices = 0;
+        for batch in plan.seen() {
+            let (Some(way), Some(model)) = (batch.way, &models[batch.key.model as usize]) else {
+                continue;
+            };
+            let mesh = &model.meshes[batch.key.mesh as usize];
+            let count = mesh.stacks.mesh().wedges.position.len() as u64;
+            let known = self.offsets.contains_key(&(batch.key, way));
+            if known || mesh.vertices.is_none() {
+                continue;
+            }
+            self.offsets.insert((batch.key, way), vertices * VERTEX_BYTES);
+            let start = vertices as u32;
+            vertices += count;
+            let (asked, limit) = (vertices * VERTEX_BYTES, MAX_MORPHED_BYTES);
+            if asked > limit {
+                let what = "bytes of vertices on their way in one frame";
+                return Err(RenderError::TooMany { what, asked, limit });
+            }
+            steps.push(Step { mesh, key: batch.key, way, count: count as u32, start });
+        }
+        Ok(steps)
+    }
+
+    /// The vertices that a batch is drawn with, and where they begin in bytes, if it is
+    /// on its way.
+    pub(crate) fn vertices_of(&self, batch: &Batch) -> Option<(&Buffer, u64)> {
+        let offset = *self.offsets.get(&(batch.key, batch.way?))?;
+        Some((&self.moved.as_ref()?.buffer, offset))
+    }
+
+    /// Drops what was used least recently, down to the limit, but nothing of this frame.
+    fn evict(&mut self) {
+        if self.standing_bytes <= MAX_STANDING_BYTES {
+            return;
+        }
+        let idle = self.standing.iter().filter(|(_, entry)| entry.used_at < self.clock);
+        let mut idle: Vec<_> = idle.map(|(key, entry)| (entry.used_at, *key)).collect();
+        idle.sort_unstable();
+        for (_, key) in idle {
+            if self.standing_bytes <= MAX_STANDING_BYTES {
+                break;
+            }
+            self.remove_where(|of| *of == key);
+        }
+    }
+
+    pub(crate) fn remove_where(&mut self, unwanted: impl Fn(&IndexKey) -> bool) {
+        self.standing.retain(|key, _| !unwanted(key));
+        self.standing_bytes = self.standing.values().map(|entry| entry.bytes).sum();
+    }
+
+    /// Drops all; what a frame needs is made again.
+    pub(crate) fn drop_all(&mut self) {
+        self.remove_where(|_| true);
+        self.offsets.clear();
+        self.moved = None;
+    }
+}
+
+impl Mover {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let standing = BindGroupLayout::new(gpu, &[BindingKind::Storage, BindingKind::Storage])?;
+        let written = BindGroupLayout::new(gpu, &[BindingKind::Written])?;
+        let description = ComputeDescription {
+            name: "morph",
+            stage: ShaderStage { words: MORPH, entry: c"morph_main" },
+            groups: &[&standing, &written],
+            constant_bytes: size_of::<MorphStep>(),
+        };
+        Ok(Self { pipeline: ComputePipeline::new(gpu, &description)?, standing, written })
+    }
+}
+
+impl Moved {
+    fn new(gpu: &Gpu, mover: &Mover, bytes: u64) -> Result<Self, GpuError> {
+        let buffer = Buffer::new(gpu, "vertices on their way", BufferUsage::Computed, bytes)?;
+        let group = BindGroup::new(&mover.written, &[Binding::Buffer(&buffer)])?;
+        Ok(Self { buffer, group })
+    }
+}

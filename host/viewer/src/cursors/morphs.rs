@@ -1,0 +1,142 @@
+//! Changes of detail that are under way, so that nothing pops.
+//!
+//! Between two cursors the finer mesh is shown, bent towards the coarser one by a weight
+//! that time moves. A way that was begun is gone to its end; what is wanted meanwhile
+//! comes after. What is beyond the limits changes at once.
+
+use busbar_renderer::{MAX_MORPHED_BYTES, Morph, VERTEX_BYTES};
+
+use super::{Cursors, InstanceCursor, NOWHERE, Needed};
+use crate::load::LoadedModel;
+
+/// Instances that are on their way at once.
+pub(crate) const MAX_MORPHS: usize = 1024;
+
+/// The way of an instance that is on none.
+pub(super) const ON_NONE: u32 = u32::MAX;
+
+/// All ways, and how long one takes.
+#[derive(Default)]
+pub(super) struct Morphs {
+    /// 0 where all changes at once.
+    seconds: f64,
+    /// When the current frame is, seconds.
+    now: f64,
+    ways: Vec<Way>,
+    /// Of vertices on their way.
+    bytes: u64,
+}
+
+/// From one cursor to another.
+#[derive(Clone, Copy)]
+struct Way {
+    /// Index of the instance.
+    index: usize,
+    from: u32,
+    to: u32,
+    /// When it began, seconds.
+    begun: f64,
+    /// Of vertices.
+    bytes: u64,
+}
+
+impl Way {
+    fn coarser(&self) -> u32 {
+        self.from.max(self.to)
+    }
+
+    /// How much of it is gone, 0 to 1.
+    fn share(&self, now: f64, seconds: f64) -> f64 {
+        let share = (now - self.begun) / seconds;
+        // A clock that was set back, too, ends it.
+        if (0.0..1.0).contains(&share) { share } else { 1.0 }
+    }
+}
+
+impl Cursors {
+    /// Lets changes take so many seconds; 0 shows them at once.
+    pub(crate) fn set_morph_seconds(&mut self, seconds: f64) {
+        self.morphs.seconds = seconds;
+    }
+
+    /// Whether something is on its way.
+    pub(crate) fn is_morphing(&self) -> bool {
+        !self.morphs.ways.is_empty()
+    }
+
+    /// What is shown of an instance on its way.
+    pub(super) fn morph_of(&self, instance: &InstanceCursor) -> Option<Morph> {
+        let way = self.morphs.ways.get(instance.way as usize)?;
+        let share = way.share(self.morphs.now, self.morphs.seconds) as f32;
+        let weight = if way.to > way.from { share } else { 1.0 - share };
+        Some(Morph { coarser: way.coarser(), weight })
+    }
+
+    /// Ends the ways that are gone; all of them, to settle.
+    pub(super) fn end_morphs(&mut self, now: f64, settle: bool) {
+        self.morphs.now = now;
+        let mut at = 0;
+        while let Some(&way) = self.morphs.ways.get(at) {
+            let instance = &self.instances[way.index];
+            let is_hidden = instance.shown == NOWHERE;
+            if !(settle || is_hidden || way.share(now, self.morphs.seconds) == 1.0) {
+                at += 1;
+                continue;
+            }
+            self.end(at);
+            if !is_hidden {
+                self.show(way.index, way.to);
+            }
+        }
+    }
+
+    fn end(&mut self, at: usize) {
+        let way = self.morphs.ways.swap_remove(at);
+        self.morphs.bytes -= way.bytes;
+        self.instances[way.index].way = ON_NONE;
+        if let Some(moved) = self.morphs.ways.get(at) {
+            self.instances[moved.index].way = at as u32;
+        }
+    }
+
+    /// Shows an instance at another cursor.
+    pub(super) fn show(&mut self, index: usize, cursor: u32) {
+        let instance = &mut self.instances[index];
+        if instance.shown != cursor {
+            instance.shown = cursor;
+            self.moved.push(index);
+        }
+    }
+
+    /// Whether an instance goes where it is wanted by degrees.
+    pub(super) fn morphs(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> bool {
+        let Morphs { seconds, ways, bytes, .. } = &self.morphs;
+        *seconds > 0.0
+            && instance.shown != NOWHERE
+            && ways.len() < MAX_MORPHS
+            && bytes + vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
+    }
+
+    /// Lets an instance go where it is wanted.
+    pub(super) fn begin_morph(&mut self, index: usize, models: &[LoadedModel]) {
+        let Morphs { now, ways, .. } = &self.morphs;
+        let (begun, at) = (*now, ways.len() as u32);
+        let instance = &mut self.instances[index];
+        instance.way = at;
+        let (from, to) = (instance.shown, instance.wanted);
+        let bytes = vertex_bytes(instance, models);
+        self.morphs.bytes += bytes;
+        self.morphs.ways.push(Way { index, from, to, begun, bytes });
+        self.show(index, from.min(to));
+    }
+
+    /// What an instance needs to go where it is wanted, beside the mesh there.
+    pub(super) fn way_of(&self, instance: &InstanceCursor) -> Needed {
+        Needed::Way(instance.at(instance.shown.max(instance.wanted)))
+    }
+}
+
+fn vertex_bytes(instance: &InstanceCursor, models: &[LoadedModel]) -> u64 {
+    let mesh = models[instance.model as usize].stacks[instance.mesh as usize].mesh();
+    mesh.wedges.position.len() as u64 * VERTEX_BYTES
+}

@@ -1,0 +1,110 @@
+//! A slow dolly: detail comes and goes, and nobody sees it happen.
+
+use std::path::Path;
+use std::time::Duration;
+
+use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
+use e2e::Scene;
+use serde_json::{Value, json};
+
+const SIZE: [u32; 2] = [480, 270];
+const FRAMES: usize = 90;
+const FRAMES_A_SECOND: f64 = 60.0;
+/// From here to there, metres before the breakers; every level lies between.
+const DOLLY: [f32; 2] = [11.0, 14.0];
+/// What a frame may differ from its neighbour by beyond what the camera's motion makes
+/// differ at full detail: the mean over all channels, of 255.
+const MEAN_BOUND: f64 = 0.06;
+/// The share of pixels of which some channel differs by more than an eighth of its range.
+const SHARE_BOUND: f64 = 0.002;
+
+/// Two breakers side by side whose detail changes twice along the way.
+fn breakers() -> Scene {
+    let mut scene = Scene::without_tags();
+    let mut breaker = scene.config["models"]["breaker"].take();
+    let level = |(beyond, theta): (f64, f64)| json!({ "beyond": beyond, "theta": theta });
+    let levels = [(0.0, 0.0), (11.7, 0.6), (12.8, 0.85)].map(level);
+    breaker["theta"] = json!({ "distance": levels, "hysteresis": 0.01 });
+    scene.config["models"] = json!({ "breaker": breaker });
+    let place = |number: i32| {
+        let transform = json!({ "translation": [4 * number - 2, 0, 0] });
+        json!({ "id": format!("=Q{number}"), "model": "breaker", "transform": transform })
+    };
+    scene.config["scene"] = (0..2).map(place).collect::<Value>();
+    scene.config["view"] = json!({ "samples": 4, "size": SIZE });
+    scene
+}
+
+/// The frames of the dolly there and back, and how many triangles each shows.
+fn dolly(config: &Path, prepare: impl Fn(&mut Viewer)) -> Vec<(Picture, u64)> {
+    let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
+    let options = RendererOptions { samples: 4, validation: true, ..Default::default() };
+    let mut viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
+    viewer.set_settles(false);
+    prepare(&mut viewer);
+    let there = (0..FRAMES).map(|frame| frame as f32 / FRAMES as f32);
+    let back = (0..=FRAMES).rev().map(|frame| frame as f32 / FRAMES as f32);
+    let [near, far] = DOLLY;
+    let draw = |(frame, share): (usize, f32)| {
+        let z = near + (far - near) * share;
+        viewer.look_from([1.0, 3.0, z], [0.0, 2.0, 0.0]);
+        let input = viewer.headless_input(frame as f64 / FRAMES_A_SECOND);
+        viewer.frame(input).expect("a frame is drawn");
+        // Time for what is worked out beside the frames.
+        std::thread::sleep(Duration::from_millis(3));
+        (viewer.read_picture().expect("the picture is there"), viewer.stats().triangles)
+    };
+    let shown = there.chain(back).enumerate().map(draw).collect();
+    assert_eq!(viewer.stats().validation_messages, Vec::<String>::new());
+    shown
+}
+
+/// By how much two frames differ: the mean, and the share of pixels that show it.
+fn difference(a: &Picture, b: &Picture) -> [f64; 2] {
+    let (mut sum, mut visible) = (0, 0);
+    for (a, b) in a.rgba8.chunks_exact(4).zip(b.rgba8.chunks_exact(4)) {
+        let of_channels = [0, 1, 2].map(|channel| a[channel].abs_diff(b[channel]));
+        sum += of_channels.iter().map(|&of| u64::from(of)).sum::<u64>();
+        visible += u64::from(of_channels.iter().any(|&of| of > 32));
+    }
+    let pixels = (a.rgba8.len() / 4) as f64;
+    [sum as f64 / 3.0 / pixels, visible as f64 / pixels]
+}
+
+/// The most that a frame differs from the one before, beyond what it does in `full`.
+fn worst(shown: &[(Picture, u64)], full: &[(Picture, u64)]) -> [f64; 2] {
+    let mut worst = [0.0; 2];
+    for (shown, full) in shown.windows(2).zip(full.windows(2)) {
+        let by_all = difference(&shown[0].0, &shown[1].0);
+        let by_motion = difference(&full[0].0, &full[1].0);
+        for (worst, (all, motion)) in worst.iter_mut().zip(by_all.into_iter().zip(by_motion)) {
+            *worst = f64::max(*worst, all - motion);
+        }
+    }
+    worst
+}
+
+#[test]
+fn in_a_slow_dolly_nothing_pops() {
+    let scene = breakers();
+    let config = scene.write();
+    let full = dolly(&config, |viewer| viewer.set_theta(0.0));
+    let by_degrees = dolly(&config, |_| {});
+    let at_once = dolly(&config, |viewer| viewer.set_morph_seconds(0.0));
+    for shown in [&by_degrees, &at_once] {
+        let mut counts: Vec<u64> = shown.iter().map(|(_, triangles)| *triangles).collect();
+        counts.dedup();
+        let turn = counts.iter().position(|of| of == counts.iter().min().expect("frames"));
+        let turn = turn.expect("the least is among them");
+        assert!(counts[..=turn].is_sorted_by(|a, b| a > b), "{counts:?}");
+        assert!(counts[turn..].is_sorted(), "{counts:?}");
+        assert!(counts.len() >= 5, "two levels there and back: {counts:?}");
+    }
+    let [mean, share] = worst(&by_degrees, &full);
+    let [popping_mean, popping_share] = worst(&at_once, &full);
+    println!("by degrees: mean {mean:.4}, share {share:.5}");
+    println!("at once: mean {popping_mean:.4}, share {popping_share:.5}");
+    assert!(mean < MEAN_BOUND && share < SHARE_BOUND, "{mean} {share}");
+    assert!(popping_mean > 2.0 * MEAN_BOUND, "the bound tells: {popping_mean}");
+    assert!(popping_share > 2.0 * SHARE_BOUND, "the bound tells: {popping_share}");
+}
