@@ -21,7 +21,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 pub use process::{Output, Process, finish};
-pub use scene::Scene;
+pub use scene::{Scene, YARDS};
 pub use stats::Stats;
 
 /// Path from this crate to the workspace's root.

@@ -16,6 +16,12 @@ const PLUGINS: [&str; 4] =
 /// Poll period of the tests: several polls within a second.
 const POLL: Duration = Duration::from_millis(100);
 
+/// How many [`Scene::yards`] has.
+pub const YARDS: usize = 3;
+/// Of breakers in each of them.
+const YARD_ROWS: usize = 4;
+const YARD_COLUMNS: usize = 5;
+
 /// A configuration made from `config/demo.json`, in a temporary folder with
 /// its plugins and models.
 pub struct Scene {
@@ -49,6 +55,33 @@ impl Scene {
         let models = built(workspace_path("config/models").join("transformer.glb"));
         let models = models.parent().expect("it is in a folder");
         symlink(models, scene.path("models")).expect("it can be written");
+        scene
+    }
+
+    /// Yards of breakers, 60 m apart along x; their detail follows half a pixel of error.
+    pub fn yards() -> Self {
+        let mut scene = Self::without_tags();
+        let mut breaker = scene.config["models"]["breaker"].take();
+        breaker["theta"] = json!({ "max_error_px": 0.5 });
+        scene.config["models"] = json!({ "breaker": breaker });
+        let place = |x: usize, z: usize| json!({ "translation": [6 * x, 0, 6 * z] });
+        let breaker = |yard: usize, number: usize| {
+            json!({
+                "id": format!("=Y{yard}Q{number}"),
+                "model": "breaker",
+                "transform": place(number % YARD_COLUMNS, number / YARD_COLUMNS),
+            })
+        };
+        let yard = |number: usize| {
+            let breakers: Value =
+                (0..YARD_ROWS * YARD_COLUMNS).map(|i| breaker(number, i)).collect();
+            let transform = json!({
+                "translation": [60 * number, 0, 0],
+                "rotation_degrees": [0, 30 * number, 0],
+            });
+            json!({ "id": format!("=Y{number}"), "transform": transform, "children": breakers })
+        };
+        scene.config["scene"] = (0..YARDS).map(yard).collect();
         scene
     }
 

@@ -1,42 +1,14 @@
 //! Yards far away are drawn as one mesh each, and nobody sees or feels it.
 
 use busbar_viewer::{LoadedScene, Picture, RendererOptions, Viewer};
-use e2e::Scene;
-use serde_json::{Value, json};
+use e2e::{Scene, YARDS};
+use serde_json::json;
 
 const SIZE: [u32; 2] = [1600, 900];
-const YARDS: usize = 3;
-const ROWS: usize = 4;
-const COLUMNS: usize = 5;
 /// From where a yard is less than its proxy's error away from what it stands for.
 const FAR: [f32; 3] = [60.0, 45.0, 400.0];
 const NEAR: [f32; 3] = [60.0, 10.0, 40.0];
 const TARGET: [f32; 3] = [60.0, 0.0, 0.0];
-
-/// Yards of breakers, 60 m apart.
-fn yards() -> Scene {
-    let mut scene = Scene::without_tags();
-    let mut breaker = scene.config["models"]["breaker"].take();
-    breaker["theta"] = json!({ "max_error_px": 0.5 });
-    scene.config["models"] = json!({ "breaker": breaker });
-    let place = |x: usize, z: usize| json!({ "translation": [6 * x, 0, 6 * z] });
-    let breaker = |yard: usize, number: usize| {
-        json!({
-            "id": format!("=Y{yard}Q{number}"),
-            "model": "breaker",
-            "transform": place(number % COLUMNS, number / COLUMNS),
-        })
-    };
-    let yard = |number: usize| {
-        let breakers: Value = (0..ROWS * COLUMNS).map(|i| breaker(number, i)).collect();
-        let transform =
-            json!({ "translation": [60 * number, 0, 0], "rotation_degrees": [0, 30 * number, 0] });
-        json!({ "id": format!("=Y{number}"), "transform": transform, "children": breakers })
-    };
-    scene.config["scene"] = (0..YARDS).map(yard).collect();
-    scene.config["view"] = json!({ "samples": 1, "size": SIZE });
-    scene
-}
 
 struct View {
     viewer: Viewer,
@@ -70,7 +42,9 @@ fn visibly(picture: &Picture) -> Vec<[u8; 3]> {
 
 #[test]
 fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
-    let scene = LoadedScene::load(&yards().write(), &|_, _, _| {}).expect("the scene loads");
+    let mut yards = Scene::yards();
+    yards.config["view"] = json!({ "samples": 1, "size": SIZE });
+    let scene = LoadedScene::load(&yards.write(), &|_, _, _| {}).expect("the scene loads");
     let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
     let viewer = Viewer::headless(scene, options, SIZE).expect("there is a device");
     let mut view = View { viewer, seconds: 0.0 };
