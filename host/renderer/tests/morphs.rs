@@ -1,5 +1,7 @@
 //! Meshes on their way between two cursors.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use std::sync::Arc;
