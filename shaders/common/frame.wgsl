@@ -69,7 +69,7 @@ struct VertexInput {
     @location(2) world_x: vec4<f32>,
     @location(3) world_y: vec4<f32>,
     @location(4) world_z: vec4<f32>,
-    // Linear rgb and strength.
+    // Linear rgb; strength, and twice the number of a pattern.
     @location(5) highlight: vec4<f32>,
     // Id for picking; id of feature 0, or 0 where the mesh is drawn as one
     // piece; index of feature 0's highlight, or NONE where no feature has one;
@@ -101,6 +101,34 @@ fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
         return vertex.highlight;
     }
     return feature_highlights[vertex.ids.z + feature];
+}
+
+// Of patterns: points from mark to mark, the share of it that a mark takes, and how much
+// of the tint is seen between marks.
+const PATTERN_PERIOD = 9.0;
+const PATTERN_MARK = 0.42;
+const PATTERN_BETWEEN = 0.18;
+
+// What of a highlight is seen at a pixel: linear rgb and strength. A pattern lies on the
+// screen, so that it is as legible far away as it is near.
+fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
+    let pattern = floor(highlight.a * 0.5);
+    let strength = highlight.a - 2.0 * pattern;
+    if pattern == 0.0 {
+        return vec4<f32>(highlight.rgb, strength);
+    }
+    let period = PATTERN_PERIOD * max(frame.sizes.y, 1.0);
+    let along = vec2<f32>(pixel.x + pixel.y, pixel.x - pixel.y) * 0.70710678 / period;
+    let phase = abs(fract(along) - 0.5) * 2.0;
+    // Stripes; stripes both ways, thinner; dots where both ways have one.
+    let marks = select(
+        select(max(phase.x, phase.y) * 1.0 - 0.15, min(phase.x, phase.y) + 0.2, pattern == 3.0),
+        phase.x,
+        pattern == 1.0,
+    );
+    let edge = 1.5 / period;
+    let mark = smoothstep(1.0 - PATTERN_MARK - edge, 1.0 - PATTERN_MARK + edge, marks);
+    return vec4<f32>(highlight.rgb, strength * mix(PATTERN_BETWEEN, 1.0, mark));
 }
 
 // Unit vector from what a fragment shows to the eye. A pixel knows it: a

@@ -93,7 +93,7 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     if is_cut_face(front) {
         return vec4<f32>(encoded(hatching(in.clip)), 1.0);
     }
-    let tint = in.highlight;
+    let tint = tint_at(in.highlight, in.clip.xy);
     let light = select(in.light.y, in.light.x, front);
     let body = color.rgb * mix(1.0, METAL, material.metallic);
     let lit = encoded(mix(body, tint.rgb, tint.a)) * light + encoded(material.emissive.rgb);

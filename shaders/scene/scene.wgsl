@@ -159,10 +159,10 @@ fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(
     let metallic = material.metallic * metallic_roughness.b;
     let roughness = material.roughness * metallic_roughness.g;
     let view = towards_eye(in.clip.xy);
-    let tint = in.highlight;
+    let tint = tint_at(in.highlight, in.clip.xy);
     let surface =
         Surface(view, in.normal, front, color.rgb, metallic, roughness, tint, in.clip);
-    return vec4<f32>(fogged(shade(surface), in.clip.w, in.highlight.a), color.a);
+    return vec4<f32>(fogged(shade(surface), in.clip.w, tint.a), color.a);
 }
 
 // For opaque materials without textures: nothing to sample, and, as nothing is

@@ -39,11 +39,13 @@ fn fill_fragment(in: Varyings) -> @location(0) vec4<f32> {
     let view = towards_eye(in.clip.xy);
     let normal = in.normal * inverseSqrt(max(dot(in.normal, in.normal), 1e-30));
     let shade = mix(0.72, 1.0, abs(dot(normal, view)));
-    return vec4<f32>(mix(FILL_COLOR, in.highlight.rgb, in.highlight.a) * shade, 1.0);
+    let tint = tint_at(in.highlight, in.clip.xy);
+    return vec4<f32>(mix(FILL_COLOR, tint.rgb, tint.a) * shade, 1.0);
 }
 
 @fragment
 fn line_fragment(in: Varyings) -> @location(0) vec4<f32> {
     cut_away(in.clip);
-    return vec4<f32>(mix(LINE_COLOR, in.highlight.rgb * 0.35, in.highlight.a), 1.0);
+    let tint = tint_at(in.highlight, in.clip.xy);
+    return vec4<f32>(mix(LINE_COLOR, tint.rgb * 0.35, tint.a), 1.0);
 }

@@ -29,7 +29,8 @@ pub use library::PluginInfo;
 pub use mesh_optimizer::{MeshOptimizer, Optimised, Stage, check_stages};
 pub use overlay::{Overlay, OverlayBinding};
 pub use overlay_picture::{
-    MAX_PART_BYTES, OverlayLine, OverlayPicture, OverlayTint, PictureRules, Severity,
+    LegendEntry, MAX_PART_BYTES, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
+    OverlayTint, Pattern, PictureRules, Severity,
 };
 pub use sample_check::{SampleCheck, SampleSink};
 pub use signature::{PublicKey, sign_library};

@@ -8,10 +8,13 @@ use busbar_plugin_abi as abi;
 use busbar_tags::{Quality, Reason, TagHandle, TagState, Value, ValueKind};
 use serde::{Deserialize, Serialize};
 
-use crate::overlay_picture::{MAX_PART_BYTES, max_primitives};
+use crate::overlay_picture::{
+    MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, max_primitives,
+};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
 use crate::{
-    Instance, OverlayLine, OverlayPicture, OverlayTint, PictureRules, PluginError, Severity,
+    Instance, LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
+    OverlayTint, Pattern, PictureRules, PluginError, Severity, text,
 };
 
 /// Bytes of text that one overlay may draw in a frame, a primitive.
@@ -47,6 +50,7 @@ pub struct Overlay {
     instance: Arc<Instance>,
     table: &'static abi::BusbarOverlay,
     bindings: Vec<OverlayBinding>,
+    description: Arc<OverlayDescription>,
     rules: PictureRules,
     primitives: Vec<abi::BusbarOverlayPrimitive>,
     text: Vec<u8>,
@@ -65,6 +69,7 @@ impl Overlay {
         let (Some(configure), Some(_)) = (table.configure, table.draw) else {
             return Err(instance.violation("`configure` or `draw` is null"));
         };
+        let description = describe(&instance, table)?;
         let raw: Vec<_> = bindings.iter().map(binding_to_abi).collect();
         let mut error = abi::BusbarError::empty();
         let serial = instance.serialise();
@@ -72,10 +77,12 @@ impl Overlay {
         let status = unsafe { configure(instance.as_ptr(), raw.as_ptr(), raw.len(), &mut error) };
         drop(serial);
         instance.outcome(status, &error)?;
-        let primitives = vec![NO_PRIMITIVE; bindings.len() * 2 + 1];
+        let room = bindings.len() * 2 + description.equipment.len() + 1;
+        let primitives = vec![NO_PRIMITIVE; room];
         let text = vec![0; primitives.len() * 32];
-        let rules = PictureRules::new(&bindings);
-        Ok(Self { instance, table, bindings, rules, primitives, text })
+        let rules = PictureRules::new(&bindings, &description);
+        let description = Arc::new(description);
+        Ok(Self { instance, table, bindings, description, rules, primitives, text })
     }
 
     /// The instance.
@@ -86,6 +93,11 @@ impl Overlay {
     /// The bindings, in the plugin's order.
     pub fn bindings(&self) -> &[OverlayBinding] {
         &self.bindings
+    }
+
+    /// What it shows besides values.
+    pub fn description(&self) -> &Arc<OverlayDescription> {
+        &self.description
     }
 
     /// What to draw for these tag states. `state` gives the state of a tag.
@@ -160,7 +172,7 @@ impl Overlay {
     /// Doubles the buffers up to their limits; false if both are there.
     fn grow(&mut self) -> bool {
         let before = (self.primitives.len(), self.text.len());
-        let most = max_primitives(self.bindings.len());
+        let most = max_primitives(self.bindings.len(), &self.description);
         self.primitives.resize((before.0 * 2).min(most), NO_PRIMITIVE);
         self.text.resize((before.1 * 2).min(most * MAX_TEXT_A_PRIMITIVE), 0);
         before != (self.primitives.len(), self.text.len())
@@ -183,13 +195,18 @@ impl Overlay {
                 .bindings
                 .get(primitive.binding as usize)
                 .ok_or("a primitive names a binding that does not exist")?;
+            let (node, tag) = (primitive.node, binding.tag);
+            if primitive.kind == abi::BUSBAR_OVERLAY_STATE {
+                let entry = primitive.severity;
+                picture.states.push(OverlayState { equipment: node, entry, tag });
+                continue;
+            }
             let severity = match primitive.severity {
                 abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
                 abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,
                 abi::BUSBAR_SEVERITY_ALARM => Severity::Alarm,
                 other => return Err(format!("a primitive has the unknown severity {other}")),
             };
-            let (node, tag) = (primitive.node, binding.tag);
             match primitive.kind {
                 abi::BUSBAR_OVERLAY_LINE => picture.lines.push(OverlayLine {
                     node,
@@ -207,6 +224,65 @@ impl Overlay {
         self.rules.check(&picture)?;
         Ok(picture)
     }
+}
+
+/// What a plugin says that it shows besides values, checked.
+fn describe(
+    instance: &Instance,
+    table: &abi::BusbarOverlay,
+) -> Result<OverlayDescription, PluginError> {
+    let Some(describe) = table.describe else {
+        return Ok(OverlayDescription::default());
+    };
+    let mut raw = abi::BusbarOverlayDescription {
+        struct_size: size_of::<abi::BusbarOverlayDescription>() as u32,
+        legend_count: 0,
+        equipment_count: 0,
+        reserved: 0,
+        legend: std::ptr::null(),
+        equipment: std::ptr::null(),
+    };
+    let mut error = abi::BusbarError::empty();
+    let serial = instance.serialise();
+    // SAFETY: description and error live for the call.
+    let status = unsafe { describe(instance.as_ptr(), &mut raw, &mut error) };
+    drop(serial);
+    instance.outcome(status, &error)?;
+    let description = read_description(&raw).map_err(|what| instance.violation(what))?;
+    description.check().map_err(|what| instance.violation(what))?;
+    Ok(description)
+}
+
+fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescription, String> {
+    let (entries, ids) = (raw.legend_count as usize, raw.equipment_count as usize);
+    if entries > MAX_LEGEND_ENTRIES || ids > MAX_OVERLAY_EQUIPMENT {
+        return Err("it describes more than an overlay may show".into());
+    }
+    if (entries > 0 && raw.legend.is_null()) || (ids > 0 && raw.equipment.is_null()) {
+        return Err("it describes what is null".into());
+    }
+    let (mut legend, mut equipment) = (Vec::with_capacity(entries), Vec::with_capacity(ids));
+    for at in 0..entries {
+        // SAFETY: not null; the plugin vouches for so many elements, and their texts.
+        let (entry, name) = unsafe {
+            let entry = raw.legend.add(at).read_unaligned();
+            (entry, text::read(entry.name)?)
+        };
+        let pattern = match entry.pattern {
+            abi::BUSBAR_PATTERN_SOLID => Pattern::Solid,
+            abi::BUSBAR_PATTERN_STRIPED => Pattern::Striped,
+            abi::BUSBAR_PATTERN_CROSSED => Pattern::Crossed,
+            abi::BUSBAR_PATTERN_DOTTED => Pattern::Dotted,
+            other => return Err(format!("its legend has the unknown pattern {other}")),
+        };
+        let [_, red, green, blue] = entry.color.to_be_bytes();
+        legend.push(LegendEntry { name, color: [red, green, blue], pattern });
+    }
+    for at in 0..ids {
+        // SAFETY: as above.
+        equipment.push(unsafe { text::read(raw.equipment.add(at).read_unaligned())? });
+    }
+    Ok(OverlayDescription { legend, equipment })
 }
 
 const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {

@@ -5,8 +5,8 @@ use std::time::SystemTime;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    LinkState, OverlayBinding, OverlayPicture, PluginError, PluginInfo, SettingsFault,
-    SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
+    LinkState, OverlayBinding, OverlayDescription, OverlayPicture, PluginError, PluginInfo,
+    SettingsFault, SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
@@ -85,6 +85,8 @@ pub(crate) enum Answer {
     Loaded { plugins: Vec<PluginInfo>, confined: Vec<String> },
     /// Done, with nothing to tell.
     Done,
+    /// An overlay is configured; what it shows besides values.
+    Configured(OverlayDescription),
     /// A picture.
     Drawn(OverlayPicture),
     /// How a simulation goes.

@@ -5,8 +5,8 @@ use std::time::{Duration, SystemTime};
 
 use busbar_geometry::Mesh;
 use busbar_plugin_host::{
-    Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayPicture,
-    PluginError, PluginInfo, SampleSink, Telemetry, TelemetryTag,
+    Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayDescription,
+    OverlayPicture, PluginError, PluginInfo, SampleSink, Telemetry, TelemetryTag,
 };
 use busbar_tags::{SampleQueue, TagHandle, TagState};
 
@@ -170,6 +170,14 @@ impl RunningOverlay {
         match self {
             Self::InProcess(overlay) => overlay.instance().name(),
             Self::Isolated { process, .. } => process.name(),
+        }
+    }
+
+    /// What it shows besides values; of an isolated one, what it said last.
+    pub fn description(&self) -> Arc<OverlayDescription> {
+        match self {
+            Self::InProcess(overlay) => overlay.description().clone(),
+            Self::Isolated { process, .. } => process.description(),
         }
     }
 

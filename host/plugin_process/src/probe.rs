@@ -5,8 +5,8 @@ use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, OverlayBinding, OverlayPicture, PictureRules, PluginError, SampleSink,
-    TelemetryTag, check_stages,
+    LinkReport, OverlayBinding, OverlayDescription, OverlayPicture, PictureRules, PluginError,
+    SampleSink, TelemetryTag, check_stages,
 };
 
 use crate::feed::Feed;
@@ -49,7 +49,12 @@ impl HostSide {
             memory::zeroed("ring", RING_BYTES).map_err(|error| format!("no ring: {error}"))?;
         let mut feed = Feed::new(tags);
         feed.attach(RingReader::new(&ring)?);
-        Ok(Self { decoder: Decoder::default(), feed, ring, rules: PictureRules::new(bindings) })
+        Ok(Self {
+            decoder: Decoder::default(),
+            feed,
+            ring,
+            rules: PictureRules::new(bindings, &OverlayDescription::default()),
+        })
     }
 
     /// Takes bytes of the socket.
@@ -83,6 +88,10 @@ impl HostSide {
             Err(fault) => return Heard::Failed(fault.into_error("plugin")),
             Ok(Answer::Done | Answer::Simulating(_)) => return Heard::Other,
             Ok(Answer::Loaded { plugins, .. }) => check_infos(&plugins).map(|()| Heard::Other),
+            Ok(Answer::Configured(description)) => {
+                let checked = description.check().map(|()| Heard::Other);
+                checked.map_err(str::to_owned)
+            }
             Ok(Answer::Drawn(picture)) => {
                 self.rules.check(&picture).map(|()| Heard::Picture(picture)).map_err(str::to_owned)
             }

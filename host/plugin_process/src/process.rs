@@ -10,8 +10,8 @@ use std::time::{Duration, Instant, SystemTime};
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    LinkReport, Optimised, OverlayBinding, OverlayPicture, PluginError, PluginInfo, SampleSink,
-    TelemetryTag, check_stages,
+    LinkReport, Optimised, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
+    PluginInfo, SampleSink, TelemetryTag, check_stages,
 };
 use busbar_tags::TagState;
 
@@ -128,6 +128,11 @@ impl PluginProcess {
         configured.inspect_err(|_| *self.shared.slot() = None)
     }
 
+    /// What the overlay shows besides values; nothing before it said so.
+    pub(crate) fn description(&self) -> Arc<OverlayDescription> {
+        self.shared.slot().as_ref().map(|slot| slot.description().clone()).unwrap_or_default()
+    }
+
     /// The last picture, which the states given lead to sooner or later. Waits
     /// for the one that they lead to up to `patience`.
     pub(crate) fn draw(
@@ -242,6 +247,7 @@ impl PluginProcess {
     pub(crate) fn done(&self, request: Request, files: &[&File]) -> Result<(), PluginError> {
         match self.shared.call(request, files)? {
             Answer::Done => Ok(()),
+            Answer::Configured(description) => self.shared.describe(description),
             _ => Err(self.shared.confused()),
         }
     }

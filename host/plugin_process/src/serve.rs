@@ -204,8 +204,10 @@ impl Session {
                 Ok(Answer::Simulating(simulator.status()?))
             }
             Request::Configure { bindings } => {
-                self.overlay = Some(Overlay::configure(self.instance()?.clone(), bindings)?);
-                Ok(Answer::Done)
+                let overlay = Overlay::configure(self.instance()?.clone(), bindings)?;
+                let description = overlay.description().as_ref().clone();
+                self.overlay = Some(overlay);
+                Ok(Answer::Configured(description))
             }
             Request::Draw { states, now } => {
                 let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;

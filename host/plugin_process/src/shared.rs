@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use busbar_plugin_host::{LibraryFile, PluginError, SimulatedTag, Simulation};
+use busbar_plugin_host::{LibraryFile, OverlayDescription, PluginError, SimulatedTag, Simulation};
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::environment::Environment;
@@ -248,6 +248,19 @@ impl Shared {
         let waiting = self.begin(request, files)?;
         let gone = |_| PluginError::Lost { id: self.state().id.clone(), reason: "it ended".into() };
         waiting.outcome.recv().map_err(gone)?
+    }
+
+    /// Takes what an overlay says that it shows besides values.
+    pub(crate) fn describe(&self, description: OverlayDescription) -> Result<(), PluginError> {
+        // The slot is let go before the state is taken.
+        let described = self.slot().as_mut().map(|slot| slot.describe(description));
+        match described {
+            None => Err(self.confused()),
+            Some(described) => described.map_err(|what| PluginError::Violation {
+                id: self.state().id.clone(),
+                what: what.to_owned(),
+            }),
+        }
     }
 
     /// An answer of another kind than the question.

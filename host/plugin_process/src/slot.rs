@@ -3,9 +3,12 @@
 //! The frame leaves what it wants drawn and takes the last whole picture there
 //! is; it never waits for the plugin, unless it is told to.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_host::{OverlayBinding, OverlayPicture, PictureRules, PluginError};
+use busbar_plugin_host::{
+    OverlayBinding, OverlayDescription, OverlayPicture, PictureRules, PluginError,
+};
 use busbar_tags::TagState;
 
 use crate::message::Fault;
@@ -34,6 +37,7 @@ struct Drawn {
 /// One overlay's wishes and pictures.
 pub(crate) struct Slot {
     bindings: Vec<OverlayBinding>,
+    description: Arc<OverlayDescription>,
     rules: PictureRules,
     wanted: Option<Wanted>,
     /// The frame whose picture is being worked out, and when its values were read.
@@ -44,8 +48,25 @@ pub(crate) struct Slot {
 
 impl Slot {
     pub(crate) fn new(bindings: Vec<OverlayBinding>) -> Self {
-        let rules = PictureRules::new(&bindings);
-        Self { bindings, rules, wanted: None, under_way: None, drawn: None, next: 1 }
+        let description = Arc::<OverlayDescription>::default();
+        let rules = PictureRules::new(&bindings, &description);
+        Self { bindings, description, rules, wanted: None, under_way: None, drawn: None, next: 1 }
+    }
+
+    /// Takes what the plugin says that it shows besides values.
+    ///
+    /// # Errors
+    /// The limit that it exceeds, in words.
+    pub(crate) fn describe(&mut self, description: OverlayDescription) -> Result<(), &'static str> {
+        description.check()?;
+        self.rules = PictureRules::new(&self.bindings, &description);
+        self.description = Arc::new(description);
+        Ok(())
+    }
+
+    /// That; nothing before it came.
+    pub(crate) fn description(&self) -> &Arc<OverlayDescription> {
+        &self.description
     }
 
     pub(crate) fn bindings(&self) -> &[OverlayBinding] {
@@ -138,7 +159,7 @@ mod tests {
         slot.want(Vec::new(), SystemTime::now());
         slot.take();
         let tint = OverlayTint { node: 1, tag: TagHandle(1), severity: Severity::Alarm };
-        slot.answer("p", Ok(OverlayPicture { lines: Vec::new(), tints: vec![tint] }));
+        slot.answer("p", Ok(OverlayPicture { tints: vec![tint], ..OverlayPicture::default() }));
         let Some(Err(fault)) = slot.picture() else { panic!("a fault") };
         assert!(fault.contains("not bound"), "{fault}");
     }

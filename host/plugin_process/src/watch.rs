@@ -178,9 +178,14 @@ impl<'a> Watch<'a> {
                 let _ = sender.try_send(result.map_err(|fault| fault.into_error(&state.id)));
             }
             Reply::Setup => {
-                result.map_err(|fault| {
+                let answer = result.map_err(|fault| {
                     format!("`{}` failed: {}", pending.what, fault.into_error(&state.id))
                 })?;
+                if let (Answer::Configured(description), Some(slot)) =
+                    (answer, &mut *self.shared.slot())
+                {
+                    slot.describe(description)?;
+                }
                 if let Life::Starting(left) = state.life {
                     state.life = if left <= 1 { Life::Running } else { Life::Starting(left - 1) };
                     if left <= 1 {

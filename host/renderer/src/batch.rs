@@ -11,7 +11,7 @@ use crate::model::{GpuMesh, GpuModel};
 use crate::morph::Way;
 use crate::pipelines::Highlights;
 use crate::renderer::MAX_MODELS;
-use crate::{DrawInstance, Frame, Morph, RenderError};
+use crate::{DrawInstance, Frame, Morph, PATTERNS, RenderError};
 
 /// Instances that one draw call a section draws.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +74,9 @@ impl Place {
         words[0] << 99 | words[1] << 67 | words[2] << 35 | flags << 32 | u128::from(index)
     }
 }
+
+/// That of the last pattern, fully.
+const MAX_STRENGTH: f32 = 2.0 * (PATTERNS - 1) as f32 + 1.0;
 
 const _: () = assert!(MAX_MODELS <= 1 << 29);
 
@@ -246,5 +249,5 @@ fn instance_of(draw: &DrawInstance, mirrored: bool) -> Instance {
 }
 
 fn clamped([r, g, b, strength]: [f32; 4]) -> [f32; 4] {
-    [r, g, b, strength.clamp(0.0, 1.0)]
+    [r, g, b, strength.clamp(0.0, MAX_STRENGTH)]
 }

@@ -76,6 +76,15 @@ pub enum OutlineKind {
     Selected = 2,
 }
 
+/// Patterns that tints may have: plain, striped, crossed and dotted, on the screen.
+pub const PATTERNS: u32 = 4;
+
+/// A tint in a pattern, by its number below [`PATTERNS`]: between the pattern's marks
+/// little of the tint is seen.
+pub const fn patterned([red, green, blue]: [f32; 3], strength: f32, pattern: u32) -> [f32; 4] {
+    [red, green, blue, strength.clamp(0.0, 1.0) + 2.0 * pattern as f32]
+}
+
 /// One mesh drawn once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawInstance {
@@ -91,7 +100,8 @@ pub struct DrawInstance {
     pub world_from_mesh: Mat4,
     /// Non-zero id that picking gives back.
     pub object: u32,
-    /// Tint for hover, selection or alarm: linear rgb, strength from 0 to 1.
+    /// Tint for hover, selection, alarm or state: linear rgb, strength from 0 to 1; more
+    /// by a pattern, as [`patterned`] has it.
     pub highlight: [f32; 4],
     /// Object of the mesh's feature 0, those of the others after it. Features
     /// then stand in for this instance, in picking and in

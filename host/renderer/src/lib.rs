@@ -45,7 +45,7 @@ pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
 pub use error::RenderError;
 pub use frame::{
     DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Morph, OutlineKind, Outlined,
-    Picture, Wanted,
+    PATTERNS, Picture, Wanted, patterned,
 };
 pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};

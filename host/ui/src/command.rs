@@ -96,6 +96,13 @@ pub enum Command {
         /// Whether in haste.
         hasty: bool,
     },
+    /// Draw an overlay, or leave it out.
+    SetLayer {
+        /// Index into [`ViewModel::layers`](crate::ViewModel::layers).
+        layer: usize,
+        /// Whether it is drawn.
+        shown: bool,
+    },
     /// Start a plugin again now, out of quarantine too.
     StartPlugin(String),
     /// Name and select what is at a point of the screen.

@@ -9,6 +9,7 @@ mod hatch;
 mod help;
 mod hover;
 mod labels;
+mod layers;
 mod measure;
 mod model_panel;
 mod plugin_panel;
@@ -20,6 +21,7 @@ mod view_model;
 mod viewport;
 
 pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
+pub use layers::{LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use view_model::{
     Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
@@ -121,6 +123,9 @@ impl Panels {
                     hover::paint(ui, hovered);
                 }
             });
+            if shown {
+                layers::show(ui.ctx(), viewport, &model.layers, &mut commands);
+            }
             help::show(ui.ctx(), &mut helps);
             if !ui.ctx().egui_wants_keyboard_input() && ui.input(|i| i.key_pressed(Key::F2)) {
                 shown = !shown;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::Pos2;
 
-use crate::{CameraMode, SectionCut};
+use crate::{CameraMode, LayerRow, SectionCut};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -13,6 +13,8 @@ pub struct ViewModel {
     pub models: Vec<ModelRow>,
     /// Plugins.
     pub plugins: Vec<PluginRow>,
+    /// Overlays, in the order in which they are drawn.
+    pub layers: Vec<LayerRow>,
     /// Names of the configuration's cameras.
     pub cameras: Vec<String>,
     /// What numbers go to.

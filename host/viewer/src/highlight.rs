@@ -1,20 +1,30 @@
-//! Colour on equipment: selection, and severities that overlays give.
+//! Colour on equipment: selection, severities and states that overlays give.
 
 use std::collections::{BTreeSet, HashMap};
 
-use busbar_plugin_host::{OverlayTint, Severity};
+use busbar_plugin_host::{OverlayTint, Pattern, Severity};
+use busbar_renderer::patterned;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
-/// Linear rgb and strength.
+use crate::color::linear_from_srgb;
+use crate::running::{Overlaid, ShownState};
+
+/// Linear rgb, strength and pattern, as the renderer takes them.
 pub(crate) type Highlight = [f32; 4];
 
 pub(crate) const NONE: Highlight = [0.0; 4];
 const SELECTION: Highlight = [0.02, 0.16, 0.55, 0.45];
 const WARNING: Highlight = [0.96, 0.46, 0.02, 0.6];
 const ALARM: Highlight = [0.6, 0.005, 0.008, 0.7];
-/// Something abnormal was shown here, and is not known any more.
-const UNKNOWN: Highlight = [0.05, 0.05, 0.06, 0.55];
+/// Something was shown here, and is not known any more.
+const UNKNOWN: Highlight = patterned([0.05, 0.05, 0.06], 0.75, STRIPED);
+/// How strongly states of a legend show.
+const STATE_STRENGTH: f32 = 0.8;
+/// The renderer's patterns.
+const STRIPED: u32 = 1;
+const CROSSED: u32 = 2;
+const DOTTED: u32 = 3;
 
 /// What a node is marked as, the least urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,41 +43,49 @@ pub(crate) struct Highlights {
     of_nodes: Vec<Highlight>,
     /// What they come of.
     conditions: HashMap<u32, Condition>,
+    states: HashMap<u32, Highlight>,
     selection: BTreeSet<NodeIndex>,
 }
 
 impl Highlights {
     /// Of its own condition or that of the nodes above it, whichever is more urgent;
-    /// selection shows only where nothing is wrong.
+    /// where nothing is wrong, selection shows, and where nothing is selected, the state
+    /// of the nearest node that has one.
     ///
-    /// A tint that rests on a value that is not good is drawn as unknown: what is
-    /// not known must look neither certain nor healthy.
+    /// A tint or state that rests on a value that is not good is drawn as unknown: what
+    /// is not known must look neither certain nor healthy.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
-        tints: &[OverlayTint],
+        overlaid: &Overlaid,
         snapshot: Snapshot<'_>,
         selection: &BTreeSet<NodeIndex>,
     ) {
-        let conditions = conditions_of(tints, snapshot);
+        let conditions = conditions_of(&overlaid.tints, snapshot);
+        let states = states_of(&overlaid.states, snapshot);
         // Most frames change none.
-        if (&conditions, selection) == (&self.conditions, &self.selection) {
+        let was = (&self.conditions, &self.states, &self.selection);
+        if (&conditions, &states, selection) == was {
             return;
         }
-        (self.conditions, self.selection) = (conditions, selection.clone());
+        (self.conditions, self.states, self.selection) = (conditions, states, selection.clone());
         let is_normal = |condition: &Condition| *condition == Condition::Normal;
-        if selection.is_empty() && self.conditions.values().all(is_normal) {
+        let has_states = !self.states.is_empty();
+        if !has_states && selection.is_empty() && self.conditions.values().all(is_normal) {
             self.of_nodes = Vec::new();
             return;
         }
-        let mut inherited: Vec<(Condition, bool)> = Vec::with_capacity(graph.node_count());
+        let mut inherited: Vec<Inherited> = Vec::with_capacity(graph.node_count());
         for (node, index) in graph.nodes().zip(0..) {
-            let above = node.parent().map_or_else(Default::default, |p| inherited[p.0 as usize]);
+            let above = node.parent().map_or_else(Inherited::default, |p| inherited[p.0 as usize]);
             let own = self.conditions.get(&index).copied().unwrap_or_default();
-            inherited.push((own.max(above.0), above.1 || selection.contains(&NodeIndex(index))));
+            inherited.push(Inherited {
+                condition: own.max(above.condition),
+                is_selected: above.is_selected || selection.contains(&NodeIndex(index)),
+                state: self.states.get(&index).copied().or(above.state),
+            });
         }
-        let colors = inherited.into_iter().map(|(condition, selected)| color(condition, selected));
-        self.of_nodes = colors.collect();
+        self.of_nodes = inherited.into_iter().map(color).collect();
     }
 
     /// Those of all nodes in their order; none where no node has any.
@@ -92,14 +110,38 @@ fn conditions_of(tints: &[OverlayTint], snapshot: Snapshot<'_>) -> HashMap<u32, 
     own
 }
 
-fn color(condition: Condition, selected: bool) -> Highlight {
-    match condition {
+/// What a node and those above it come to.
+#[derive(Clone, Copy, Default)]
+struct Inherited {
+    condition: Condition,
+    is_selected: bool,
+    state: Option<Highlight>,
+}
+
+fn color(inherited: Inherited) -> Highlight {
+    match inherited.condition {
         Condition::Alarm => ALARM,
         Condition::Warning => WARNING,
         Condition::Unknown => UNKNOWN,
-        Condition::Normal if selected => SELECTION,
-        Condition::Normal => NONE,
+        Condition::Normal if inherited.is_selected => SELECTION,
+        Condition::Normal => inherited.state.unwrap_or(NONE),
     }
+}
+
+/// Of the states that several overlays give a node, the last one's shows.
+fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
+    let highlight = |state: &ShownState| {
+        let good = snapshot.state(state.tag).is_some_and(|state| state.quality.is_good());
+        let pattern = match state.pattern {
+            Pattern::Solid => 0,
+            Pattern::Striped => STRIPED,
+            Pattern::Crossed => CROSSED,
+            Pattern::Dotted => DOTTED,
+        };
+        let known = patterned(state.color.map(linear_from_srgb), STATE_STRENGTH, pattern);
+        (state.node.0, if good { known } else { UNKNOWN })
+    };
+    states.iter().map(highlight).collect()
 }
 
 #[cfg(test)]
@@ -164,7 +206,8 @@ mod tests {
     fn shown(tints: &[OverlayTint], table: &TagTable, selected: Option<u32>) -> Vec<Highlight> {
         let mut highlights = Highlights::default();
         let selection = selected.map(NodeIndex).into_iter().collect();
-        highlights.update(&graph(), tints, table.snapshot(), &selection);
+        let overlaid = Overlaid { tints: tints.to_vec(), ..Overlaid::default() };
+        highlights.update(&graph(), &overlaid, table.snapshot(), &selection);
         of_both(&highlights)
     }
 
@@ -198,7 +241,8 @@ mod tests {
         let tints = [tint(1, Severity::Alarm)];
         let mut shown = |tints: &[OverlayTint], table: &TagTable, selected: Option<NodeIndex>| {
             let selection = selected.into_iter().collect();
-            highlights.update(&graph, tints, table.snapshot(), &selection);
+            let overlaid = Overlaid { tints: tints.to_vec(), ..Overlaid::default() };
+            highlights.update(&graph, &overlaid, table.snapshot(), &selection);
             of_both(&highlights)
         };
         assert_eq!(shown(&[], &fresh, None), [NONE, NONE]);
@@ -207,5 +251,26 @@ mod tests {
         assert_eq!(shown(&tints, &stale, None), [NONE, UNKNOWN], "the same tints, gone stale");
         assert_eq!(shown(&[], &stale, None), [NONE, NONE]);
         assert_eq!(shown(&[], &stale, Some(NodeIndex(1))), [NONE, SELECTION]);
+    }
+
+    #[test]
+    fn a_state_shows_where_nothing_is_wrong_and_not_once_it_is_stale() {
+        let node = NodeIndex(0);
+        let shown = |tints: &[OverlayTint], table: &TagTable| {
+            let (color, pattern) = ([255, 0, 0], Pattern::Dotted);
+            let overlaid = Overlaid {
+                tints: tints.to_vec(),
+                states: vec![ShownState { node, tag: TAG, color, pattern }],
+                ..Overlaid::default()
+            };
+            let mut highlights = Highlights::default();
+            highlights.update(&graph(), &overlaid, table.snapshot(), &BTreeSet::new());
+            of_both(&highlights)
+        };
+        let fresh = table_after(Duration::ZERO);
+        let red = patterned([1.0, 0.0, 0.0], STATE_STRENGTH, DOTTED);
+        assert_eq!(shown(&[], &fresh), [red, red], "and at what is under it");
+        assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh), [red, ALARM]);
+        assert_eq!(shown(&[], &table_after(Duration::from_secs(2))), [UNKNOWN; 2]);
     }
 }

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
-use busbar_plugin_host::{LinkReport, LinkState, OverlayLine, Severity};
+use busbar_plugin_host::{LegendEntry, LinkReport, LinkState, OverlayLine, Pattern, Severity};
 use busbar_plugin_process::{Plugin, PluginState, PluginStatus};
 use busbar_tags::{Snapshot, TagHandle, Value};
-use busbar_ui::{LinkLamp, PluginRow, TagRow, TagRows};
+use busbar_ui::{LayerRow, LegendRow, LinkLamp, PluginRow, TagRow, TagRows};
 
 use crate::LoadedScene;
 use crate::labels::mark;
+use crate::running::ShownOverlay;
 
 /// Tags as rows, made one by one as they are looked at.
 pub(crate) struct Rows<'a> {
@@ -58,6 +59,25 @@ impl TagRows for Rows<'_> {
             age: state.age,
             node: self.scene.node_of(tag),
         }
+    }
+}
+
+/// An overlay as a layer.
+pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
+    let entry = |entry: &LegendEntry| LegendRow {
+        name: entry.name.clone(),
+        color: entry.color,
+        pattern: match entry.pattern {
+            Pattern::Solid => busbar_ui::Pattern::Solid,
+            Pattern::Striped => busbar_ui::Pattern::Striped,
+            Pattern::Crossed => busbar_ui::Pattern::Crossed,
+            Pattern::Dotted => busbar_ui::Pattern::Dotted,
+        },
+    };
+    LayerRow {
+        name: overlay.overlay.name().to_owned(),
+        shown: overlay.is_shown,
+        legend: overlay.description.legend.iter().map(entry).collect(),
     }
 }
 

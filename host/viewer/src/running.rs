@@ -1,10 +1,12 @@
 //! Plugins that run while a view is open.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_host::OverlayPicture;
+use busbar_plugin_host::{OverlayDescription, OverlayLine, OverlayPicture, OverlayTint, Pattern};
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
-use busbar_tags::Snapshot;
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_tags::{Snapshot, TagHandle};
 
 use crate::ViewError;
 use crate::load::LoadedScene;
@@ -19,6 +21,71 @@ pub(crate) const HEADLESS_PATIENCE: Duration = Duration::from_millis(250);
 pub(crate) struct ShownOverlay {
     pub(crate) overlay: RunningOverlay,
     pub(crate) fault: Option<String>,
+    /// Whether the operator has it drawn.
+    pub(crate) is_shown: bool,
+    /// What it shows besides values.
+    pub(crate) description: Arc<OverlayDescription>,
+    /// The nodes of the equipment described; none for what the scene has not.
+    nodes: Vec<Option<NodeIndex>>,
+}
+
+/// What all overlays draw in one frame.
+#[derive(Default)]
+pub(crate) struct Overlaid {
+    pub(crate) lines: Vec<OverlayLine>,
+    pub(crate) tints: Vec<OverlayTint>,
+    pub(crate) states: Vec<ShownState>,
+}
+
+/// A node in a state of a legend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ShownState {
+    pub(crate) node: NodeIndex,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// sRGB.
+    pub(crate) color: [u8; 3],
+    pub(crate) pattern: Pattern,
+}
+
+impl ShownOverlay {
+    fn new(overlay: RunningOverlay) -> Self {
+        let description = Arc::default();
+        Self { overlay, fault: None, is_shown: true, description, nodes: Vec::new() }
+    }
+
+    /// Finds the equipment that it says it shows; an isolated one says so anew after it
+    /// was started again.
+    fn take_description(&mut self, graph: &SceneGraph) {
+        let description = self.overlay.description();
+        if Arc::ptr_eq(&description, &self.description) {
+            return;
+        }
+        if description != self.description {
+            self.nodes = description.equipment.iter().map(|id| graph.find(id)).collect();
+            let mut absent = description.equipment.iter().zip(&self.nodes);
+            if let Some((first, _)) = absent.find(|(_, node)| node.is_none()) {
+                let count = self.nodes.iter().filter(|node| node.is_none()).count();
+                tracing::warn!(
+                    overlay = self.overlay.name(),
+                    "{count} pieces of equipment that it shows are not in the scene, '{first}' \
+                     first: mend their ids in its settings, or add them to the scene"
+                );
+            }
+        }
+        self.description = description;
+    }
+
+    fn add(&self, picture: OverlayPicture, all: &mut Overlaid) {
+        all.lines.extend(picture.lines);
+        all.tints.extend(picture.tints);
+        all.states.extend(picture.states.iter().filter_map(|state| {
+            let node = (*self.nodes.get(state.equipment as usize)?)?;
+            let entry = self.description.legend.get(state.entry as usize)?;
+            let (color, pattern) = (entry.color, entry.pattern);
+            Some(ShownState { node, tag: state.tag, color, pattern })
+        }));
+    }
 }
 
 /// Configures the overlays of a scene.
@@ -27,7 +94,7 @@ pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, V
     for overlay in &scene.config.overlays {
         if let Some(plugin) = scene.instances.get(&overlay.plugin) {
             let overlay = RunningOverlay::configure(plugin, scene.overlay_bindings())?;
-            overlays.push(ShownOverlay { overlay, fault: None });
+            overlays.push(ShownOverlay::new(overlay));
         }
     }
     Ok(overlays)
@@ -45,21 +112,25 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<RunningTelemetr
     Ok(running)
 }
 
-/// Lets every overlay draw; all of them share the patience. One that fails draws
-/// nothing and keeps its fault, which is logged once.
+/// Lets every overlay that is shown draw; all of them share the patience. One that fails
+/// draws nothing and keeps its fault, which is logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [ShownOverlay],
+    graph: &SceneGraph,
     snapshot: Snapshot<'_>,
     patience: Duration,
-) -> OverlayPicture {
-    let mut all = OverlayPicture::default();
+) -> Overlaid {
+    let mut all = Overlaid::default();
     let (now, start) = (SystemTime::now(), Instant::now());
     for shown in overlays {
+        shown.take_description(graph);
+        if !shown.is_shown {
+            continue;
+        }
         let left = patience.saturating_sub(start.elapsed());
         match shown.overlay.draw(|tag| snapshot.state(tag), now, left) {
             Ok(picture) => {
-                all.lines.extend(picture.lines);
-                all.tints.extend(picture.tints);
+                shown.add(picture, &mut all);
                 shown.fault = None;
             }
             Err(error) => {

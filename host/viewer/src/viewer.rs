@@ -203,7 +203,8 @@ impl Viewer {
         let snapshot = self.tags.snapshot();
         let patience =
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
-        let overlaid = running::run_overlays(&mut self.overlays, snapshot, patience);
+        let overlaid =
+            running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         let model = self.view_model(snapshot);
 
         let rows = rows::Rows::new(&self.scene, snapshot, &overlaid.lines);
@@ -233,7 +234,7 @@ impl Viewer {
         let shapes = std::mem::take(&mut egui.shapes);
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let mut highlights = std::mem::take(&mut self.highlights);
-        highlights.update(&self.scene.graph, &overlaid.tints, self.tags(), &self.selection);
+        highlights.update(&self.scene.graph, &overlaid, self.tags(), &self.selection);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
         self.move_cursors(now);
         let mut instances = std::mem::take(&mut self.drawn);

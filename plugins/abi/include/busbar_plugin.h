@@ -78,6 +78,21 @@
 // Primitive: the node and all under it drawn in the colour of the severity.
 #define BUSBAR_OVERLAY_TINT 2
 
+// Primitive: a piece of equipment, and all under it, in a state of the legend.
+#define BUSBAR_OVERLAY_STATE 3
+
+// Pattern: plain colour.
+#define BUSBAR_PATTERN_SOLID 0
+
+// Pattern: stripes.
+#define BUSBAR_PATTERN_STRIPED 1
+
+// Pattern: stripes that cross.
+#define BUSBAR_PATTERN_CROSSED 2
+
+// Pattern: dots.
+#define BUSBAR_PATTERN_DOTTED 3
+
 // Severity: normal; grey.
 #define BUSBAR_SEVERITY_NORMAL 0
 
@@ -558,9 +573,9 @@ typedef struct BusbarOverlayPrimitive {
   // Index of the binding whose value this rests on. The host hatches the
   // primitive, with the age, when that value is not good.
   uint32_t binding;
-  // Node at which it is drawn.
+  // Node at which it is drawn; of a state, the index of the equipment described.
   uint32_t node;
-  // `BUSBAR_SEVERITY_*`.
+  // `BUSBAR_SEVERITY_*`; of a state, the index of the legend's entry.
   uint32_t severity;
   // Caption: offset into the text buffer, bytes.
   uint32_t caption_offset;
@@ -593,6 +608,34 @@ typedef struct BusbarOverlayOutput {
   uint8_t *text;
 } BusbarOverlayOutput;
 
+// A state that an overlay shows equipment in, as the legend has it. Array element.
+typedef struct BusbarLegendEntry {
+  // What it says, for people; at most 64 bytes.
+  struct BusbarStr name;
+  // `BUSBAR_PATTERN_*`: no two entries that differ in colour alone may mean different
+  // things to who sees none.
+  uint32_t pattern;
+  // `0xRRGGBB`, sRGB.
+  uint32_t color;
+} BusbarLegendEntry;
+
+// What an overlay shows besides values. The caller sets the size; the plugin fills in
+// the rest, all of which stays as it is until the plugin is destroyed.
+typedef struct BusbarOverlayDescription {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Number of legend entries; at most 64.
+  uint32_t legend_count;
+  // Number of equipment ids; at most 100,000.
+  uint32_t equipment_count;
+  // Zero.
+  uint32_t reserved;
+  // The legend.
+  const struct BusbarLegendEntry *legend;
+  // Ids of the equipment that states are shown at, by any alias.
+  const struct BusbarStr *equipment;
+} BusbarOverlayDescription;
+
 // Table of `busbar.overlay/1-draft`.
 typedef struct BusbarOverlay {
   // Size of this struct, bytes.
@@ -613,6 +656,11 @@ typedef struct BusbarOverlay {
                        const struct BusbarOverlayFrame *frame,
                        struct BusbarOverlayOutput *output,
                        struct BusbarError *error);
+  // `[main-thread]` Says what is shown besides values; called once, before
+  // `configure`. Null where it is nothing.
+  BusbarStatus (*describe)(const struct BusbarPlugin *plugin,
+                           struct BusbarOverlayDescription *description,
+                           struct BusbarError *error);
 } BusbarOverlay;
 
 // One tag that is simulated. Array element.

@@ -69,6 +69,50 @@ pub const BUSBAR_OVERLAY_LINE: u32 = 1;
 /// Primitive: the node and all under it drawn in the colour of the severity.
 pub const BUSBAR_OVERLAY_TINT: u32 = 2;
 
+/// Primitive: a piece of equipment, and all under it, in a state of the legend.
+pub const BUSBAR_OVERLAY_STATE: u32 = 3;
+
+/// Pattern: plain colour.
+pub const BUSBAR_PATTERN_SOLID: u32 = 0;
+/// Pattern: stripes.
+pub const BUSBAR_PATTERN_STRIPED: u32 = 1;
+/// Pattern: stripes that cross.
+pub const BUSBAR_PATTERN_CROSSED: u32 = 2;
+/// Pattern: dots.
+pub const BUSBAR_PATTERN_DOTTED: u32 = 3;
+
+/// A state that an overlay shows equipment in, as the legend has it. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarLegendEntry {
+    /// What it says, for people; at most 64 bytes.
+    pub name: BusbarStr,
+    /// `BUSBAR_PATTERN_*`: no two entries that differ in colour alone may mean different
+    /// things to who sees none.
+    pub pattern: u32,
+    /// `0xRRGGBB`, sRGB.
+    pub color: u32,
+}
+
+/// What an overlay shows besides values. The caller sets the size; the plugin fills in
+/// the rest, all of which stays as it is until the plugin is destroyed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlayDescription {
+    /// Size of this struct, bytes.
+    pub struct_size: u32,
+    /// Number of legend entries; at most 64.
+    pub legend_count: u32,
+    /// Number of equipment ids; at most 100,000.
+    pub equipment_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The legend.
+    pub legend: *const BusbarLegendEntry,
+    /// Ids of the equipment that states are shown at, by any alias.
+    pub equipment: *const BusbarStr,
+}
+
 /// Severity: normal; grey.
 pub const BUSBAR_SEVERITY_NORMAL: u32 = 0;
 /// Severity: outside the normal band.
@@ -85,9 +129,9 @@ pub struct BusbarOverlayPrimitive {
     /// Index of the binding whose value this rests on. The host hatches the
     /// primitive, with the age, when that value is not good.
     pub binding: u32,
-    /// Node at which it is drawn.
+    /// Node at which it is drawn; of a state, the index of the equipment described.
     pub node: u32,
-    /// `BUSBAR_SEVERITY_*`.
+    /// `BUSBAR_SEVERITY_*`; of a state, the index of the legend's entry.
     pub severity: u32,
     /// Caption: offset into the text buffer, bytes.
     pub caption_offset: u32,
@@ -149,6 +193,15 @@ pub struct BusbarOverlay {
             plugin: *const BusbarPlugin,
             frame: *const BusbarOverlayFrame,
             output: *mut BusbarOverlayOutput,
+            error: *mut BusbarError,
+        ) -> BusbarStatus,
+    >,
+    /// `[main-thread]` Says what is shown besides values; called once, before
+    /// `configure`. Null where it is nothing.
+    pub describe: Option<
+        unsafe extern "C" fn(
+            plugin: *const BusbarPlugin,
+            description: *mut BusbarOverlayDescription,
             error: *mut BusbarError,
         ) -> BusbarStatus,
     >,

@@ -110,7 +110,9 @@ fn layout_is_the_same_in_c_and_cpp() {
             text_offset, text_len }
         BusbarOverlayOutput { struct_size, primitive_capacity, primitive_count, text_capacity,
             text_len, primitives, text }
-        BusbarOverlay { struct_size, configure, draw }
+        BusbarLegendEntry { name, pattern, color }
+        BusbarOverlayDescription { struct_size, legend_count, equipment_count, legend, equipment }
+        BusbarOverlay { struct_size, configure, draw, describe }
         BusbarSimulatedTag { spec, shape, base, amplitude, period_seconds }
         BusbarSimulation { struct_size, faults, seed, update_millis, fault_period_millis,
             fault_millis }

@@ -59,7 +59,7 @@ const fn telemetry(struct_size: u32) -> abi::BusbarTelemetry {
 
 const fn overlay(struct_size: u32) -> abi::BusbarOverlay {
     let (configure, draw) = (Some(configure as _), Some(draw as _));
-    abi::BusbarOverlay { struct_size, reserved: 0, configure, draw }
+    abi::BusbarOverlay { struct_size, reserved: 0, configure, draw, describe: None }
 }
 
 const fn optimizer(struct_size: u32) -> abi::BusbarMeshOptimizer {

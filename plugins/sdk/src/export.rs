@@ -5,11 +5,12 @@
 use std::ffi::c_void;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Mutex, PoisonError, RwLock};
+use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
 use crate::border::{given, guard, text};
+use crate::overlay::RawDescription;
 use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
@@ -135,6 +136,8 @@ struct Instance<P> {
     sink: Mutex<Option<SampleSink>>,
     /// Whether a simulation runs.
     is_simulating: Mutex<bool>,
+    /// What an overlay shows, once it was asked for.
+    description: OnceLock<RawDescription>,
 }
 
 impl<P> Instance<P> {
@@ -191,6 +194,7 @@ unsafe extern "C" fn create<P: Exported>(
             host: host.clone(),
             sink: Mutex::new(None),
             is_simulating: Mutex::new(false),
+            description: OnceLock::new(),
         };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {
             struct_size: size_of::<abi::BusbarPlugin>() as u32,

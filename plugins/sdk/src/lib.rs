@@ -66,7 +66,10 @@ mod worker;
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
-pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
+pub use overlay::{
+    Binding, Canvas, Description, LegendEntry, MAX_LINE_TEXT, Overlay, OverlayFrame, Pattern,
+    Severity, TagValue,
+};
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
 pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};

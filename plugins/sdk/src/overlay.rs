@@ -10,8 +10,13 @@ use crate::{Error, Plugin, Quality, Value, ValueKind};
 /// Bytes of a caption, and of a value; the canvas cuts what is longer.
 pub const MAX_LINE_TEXT: usize = 256;
 
-/// Shows values at equipment.
+/// Shows values and states at equipment.
 pub trait Overlay: Plugin {
+    /// Says what it shows besides values: asked for once, before `configure`.
+    fn describe(&self) -> Description {
+        Description::default()
+    }
+
     /// Says which tags are bound to which nodes, before the first `draw`.
     ///
     /// # Errors
@@ -23,6 +28,77 @@ pub trait Overlay: Plugin {
     /// # Errors
     /// That of [`Canvas`]: hand it on.
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error>;
+}
+
+/// What an overlay shows besides values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    /// The states that it shows equipment in; at most 64.
+    pub legend: Vec<LegendEntry>,
+    /// Ids of the equipment that it shows states at; at most 100,000.
+    pub equipment: Vec<String>,
+}
+
+/// A state of the legend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LegendEntry {
+    /// What it says, for people; at most 64 bytes.
+    pub name: String,
+    /// sRGB.
+    pub color: [u8; 3],
+    /// Tells states apart where colours do not.
+    pub pattern: Pattern,
+}
+
+/// What a state looks like besides its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pattern {
+    /// Plain.
+    Solid = abi::BUSBAR_PATTERN_SOLID as isize,
+    /// Stripes.
+    Striped = abi::BUSBAR_PATTERN_STRIPED as isize,
+    /// Stripes that cross.
+    Crossed = abi::BUSBAR_PATTERN_CROSSED as isize,
+    /// Dots.
+    Dotted = abi::BUSBAR_PATTERN_DOTTED as isize,
+}
+
+/// A description as the host reads it, with what its pointers lead to.
+pub(crate) struct RawDescription {
+    legend: Vec<abi::BusbarLegendEntry>,
+    equipment: Vec<abi::BusbarStr>,
+    _kept: Description,
+}
+
+impl RawDescription {
+    pub(crate) fn of(description: Description) -> Self {
+        let entry = |entry: &LegendEntry| {
+            let [red, green, blue] = entry.color;
+            abi::BusbarLegendEntry {
+                name: abi::BusbarStr::from_borrowed(&entry.name),
+                pattern: entry.pattern as u32,
+                color: u32::from_be_bytes([0, red, green, blue]),
+            }
+        };
+        // Strings stay where they are when the vectors that hold them move.
+        Self {
+            legend: description.legend.iter().map(entry).collect(),
+            equipment: description
+                .equipment
+                .iter()
+                .map(|id| abi::BusbarStr::from_borrowed(id))
+                .collect(),
+            _kept: description,
+        }
+    }
+
+    pub(crate) fn write(&self, into: &mut abi::BusbarOverlayDescription) {
+        into.legend_count = self.legend.len() as u32;
+        into.equipment_count = self.equipment.len() as u32;
+        into.reserved = 0;
+        into.legend = self.legend.as_ptr();
+        into.equipment = self.equipment.as_ptr();
+    }
 }
 
 /// A tag bound to a node.
@@ -130,6 +206,25 @@ impl Canvas<'_> {
             binding: binding as u32,
             node,
             severity: severity as u32,
+            caption_offset: 0,
+            caption_len: 0,
+            text_offset: 0,
+            text_len: 0,
+        })
+    }
+
+    /// A piece of the equipment described in a state of the legend, by their indices. The
+    /// host shows it as unknown when the value of `binding`, which it rests on, is not
+    /// good.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn state(&mut self, binding: usize, equipment: usize, entry: usize) -> Result<(), Error> {
+        self.push(abi::BusbarOverlayPrimitive {
+            kind: abi::BUSBAR_OVERLAY_STATE,
+            binding: binding as u32,
+            node: equipment as u32,
+            severity: entry as u32,
             caption_offset: 0,
             caption_len: 0,
             text_offset: 0,

@@ -3,7 +3,8 @@
 //!
 //! [`Station::generate`] makes the models and where each stands. It is written
 //! in two forms of the same triangles: as a configuration that places a few
-//! dozen models ([`Station::configuration`]), and flattened into one mesh with
+//! dozen models ([`Station::configuration`]; with live positions of its switches,
+//! [`Station::live_configuration`]), and flattened into one mesh with
 //! the paper's counts ([`Station::flatten`]). [`points`] is the point list.
 //!
 //! World space is metres, y up, origin on the ground between the transformers;
@@ -17,6 +18,7 @@ mod error;
 mod flatten;
 mod layout;
 mod models;
+mod network;
 mod points;
 mod scatter;
 mod station;
@@ -26,5 +28,6 @@ pub use closing::{PAPER_TRIANGLES, PAPER_VERTICES};
 pub use error::StationError;
 pub use flatten::{FlatStation, Run};
 pub use layout::Placement;
+pub use network::{Network, NetworkSwitch, network};
 pub use points::{Point, PointKind, csv, points};
 pub use station::Station;

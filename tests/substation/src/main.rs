@@ -26,7 +26,7 @@ fn main() -> Result<()> {
         format!("cannot make the folder {}: name one that you may write to", models_dir.display())
     })?;
     let station = Station::generate(seed)?;
-    let files = station.catalogue.iter().count() as u64 + 4;
+    let files = station.catalogue.iter().count() as u64 + 5;
     // Hidden by itself where the output is not a terminal.
     let progress = ProgressBar::new(files);
     progress.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}")?);
@@ -41,6 +41,9 @@ fn main() -> Result<()> {
     }
     let json = serde_json::to_string_pretty(&station.configuration())?;
     write(&out_dir.join("station.json"), json.as_bytes())?;
+    progress.inc(1);
+    let live = station.live_configuration(|switch| switch.closed);
+    write(&out_dir.join("live.json"), serde_json::to_string_pretty(&live)?.as_bytes())?;
     progress.inc(1);
     let points = substation::points();
     write(&out_dir.join("points.csv"), substation::csv(&points).as_bytes())?;

@@ -14,6 +14,11 @@ impl Viewer {
                 Command::SetThetaScale(scale) => self.set_theta_scale(*scale),
                 Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
                 Command::Focus(id) => self.select(self.scene.graph.find(id)),
+                Command::SetLayer { layer, shown } => {
+                    if let Some(overlay) = self.overlays.get_mut(*layer) {
+                        overlay.is_shown = *shown;
+                    }
+                }
                 Command::StartPlugin(name) => self.start_plugin(name),
                 Command::Pick(position) => self.ask_at(Purpose::Select, *position),
                 Command::PickAll(area) => self.ask_in(Purpose::SelectAll, *area),

@@ -67,6 +67,7 @@ impl Viewer {
                 .instances()
                 .map(|(plugin, link, fault)| rows::plugin(plugin, link, fault))
                 .collect(),
+            layers: self.overlays.iter().map(rows::layer).collect(),
             cameras: self.scene.config.cameras.keys().cloned().collect(),
             section: self.section.as_ref().and_then(surroundings::cut_of),
             extent: self

@@ -6,7 +6,8 @@ use std::sync::PoisonError;
 use busbar_plugin_abi as abi;
 
 use super::{Capability, Instance, Table, instance};
-use crate::border::{given, guard};
+use crate::border::{given, given_mut, guard};
+use crate::overlay::RawDescription;
 use crate::{Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
 
 /// `busbar.mesh-optimizer/1-draft` of a type.
@@ -147,6 +148,24 @@ pub const fn overlay<P: Overlay>() -> Capability {
             })
         }
     }
+    unsafe extern "C" fn describe<P: Overlay>(
+        plugin: *const abi::BusbarPlugin,
+        description: *mut abi::BusbarOverlayDescription,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and a description of its own.
+        unsafe {
+            guard(error, || {
+                let instance = instance::<P>(plugin)?;
+                let into = given_mut(description, "describe: the description")?;
+                let plugin = instance.plugin.read().unwrap_or_else(PoisonError::into_inner);
+                let raw =
+                    instance.description.get_or_init(|| RawDescription::of(plugin.describe()));
+                raw.write(into);
+                Ok(())
+            })
+        }
+    }
     Capability {
         id: abi::OVERLAY_ID,
         table: Table::Overlay(abi::BusbarOverlay {
@@ -154,6 +173,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
             reserved: 0,
             configure: Some(configure::<P>),
             draw: Some(draw::<P>),
+            describe: Some(describe::<P>),
         }),
     }
 }

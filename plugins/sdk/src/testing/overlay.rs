@@ -17,6 +17,19 @@ pub struct Drawing {
     pub lines: Vec<DrawnLine>,
     /// Tinted nodes with their severity.
     pub tints: Vec<(u32, Severity)>,
+    /// Equipment with the entry of the legend and the binding that it rests on.
+    pub states: Vec<DrawnState>,
+}
+
+/// A state, by the indices of what was described and of the binding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DrawnState {
+    /// Of the equipment.
+    pub equipment: usize,
+    /// Of the legend's entry.
+    pub entry: usize,
+    /// Of the binding that it rests on.
+    pub binding: usize,
 }
 
 /// A line of a label.
@@ -73,6 +86,12 @@ pub fn draw<P: Overlay>(
 }
 
 fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing) {
+    if primitive.kind == abi::BUSBAR_OVERLAY_STATE {
+        let [equipment, entry, binding] =
+            [primitive.node, primitive.severity, primitive.binding].map(|index| index as usize);
+        into.states.push(DrawnState { equipment, entry, binding });
+        return;
+    }
     let severity = match primitive.severity {
         abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
         abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,

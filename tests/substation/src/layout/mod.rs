@@ -10,7 +10,7 @@ use glam::{Mat4, Vec3};
 
 pub(crate) use site::{add_site_wires, earth_spans, place_site};
 pub(crate) use wires::{BayKind, add_wires};
-pub(crate) use yard::{YARDS, place_yard};
+pub(crate) use yard::{YARDS, Yard, place_yard};
 
 use crate::body::turned;
 

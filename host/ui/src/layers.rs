@@ -1,0 +1,122 @@
+//! What overlays show, as layers that can be switched, and their legends.
+
+use egui::{Align2, Area, Color32, Context, Frame, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
+
+use crate::{Command, theme};
+
+/// Points between the layers and the edge of the scene.
+const MARGIN: f32 = 8.0;
+/// Size of a sample, points.
+const SAMPLE: [f32; 2] = [26.0, 13.0];
+/// Entries of a legend that are shown before the rest is left to scrolling.
+const MAX_HEIGHT: f32 = 220.0;
+/// Points from stripe to stripe.
+const STEP: f32 = 6.0;
+
+/// An overlay as a layer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayerRow {
+    /// The configuration's id of the overlay.
+    pub name: String,
+    /// Whether it is drawn.
+    pub shown: bool,
+    /// The states that it shows equipment in.
+    pub legend: Vec<LegendRow>,
+}
+
+/// A state of a legend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LegendRow {
+    /// What it says.
+    pub name: String,
+    /// sRGB.
+    pub color: [u8; 3],
+    /// What it looks like besides.
+    pub pattern: Pattern,
+}
+
+/// What a state looks like besides its colour; in the scene it is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pattern {
+    /// Plain.
+    #[default]
+    Solid,
+    /// Stripes.
+    Striped,
+    /// Stripes that cross.
+    Crossed,
+    /// Dots.
+    Dotted,
+}
+
+/// Shows the layers in the lower left corner of the scene.
+pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &mut Vec<Command>) {
+    if layers.is_empty() {
+        return;
+    }
+    let area = Area::new("layers".into()).pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
+    area.fixed_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN)).show(context, |ui| {
+        let frame = Frame::new().fill(theme::PAPER).stroke(Stroke::new(1.0, theme::LINE));
+        frame.corner_radius(2.0).inner_margin(6.0).show(ui, |ui| {
+            let scroll = egui::ScrollArea::vertical().id_salt("legend").max_height(MAX_HEIGHT);
+            scroll.show(ui, |ui| {
+                for (index, layer) in layers.iter().enumerate() {
+                    let mut shown = layer.shown;
+                    if ui.checkbox(&mut shown, &layer.name).changed() {
+                        into.push(Command::SetLayer { layer: index, shown });
+                    }
+                    if layer.shown {
+                        layer.legend.iter().for_each(|row| entry(ui, row));
+                    }
+                }
+            });
+        });
+    });
+}
+
+fn entry(ui: &mut Ui, row: &LegendRow) {
+    ui.horizontal(|ui| {
+        ui.add_space(18.0);
+        let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+        sample(&ui.painter().with_clip_rect(rect), rect, row);
+        ui.label(&row.name);
+    });
+}
+
+fn sample(painter: &Painter, rect: Rect, row: &LegendRow) {
+    let [red, green, blue] = row.color;
+    let color = Color32::from_rgb(red, green, blue);
+    // What shows between stripes is equipment, as a rule light grey.
+    let body = Color32::from_gray(205);
+    painter.rect_filled(rect, 0.0, if row.pattern == Pattern::Solid { color } else { body });
+    let line = Stroke::new(0.5 * STEP, color);
+    let slants: &[f32] = match row.pattern {
+        Pattern::Solid => &[],
+        Pattern::Striped => &[1.0],
+        Pattern::Crossed => &[1.0, -1.0],
+        Pattern::Dotted => {
+            dots(rect).for_each(|at| {
+                let _ = painter.circle_filled(at, 1.6, color);
+            });
+            &[]
+        }
+    };
+    for slant in slants {
+        let count = ((rect.width() + rect.height()) / (STEP * 1.4)) as i32 + 1;
+        for i in 0..=count {
+            let x = rect.left() + i as f32 * STEP * 1.4;
+            let (a, b) = (pos2(x - rect.height(), rect.bottom()), pos2(x, rect.top()));
+            let mirrored = |p: Pos2| pos2(p.x, rect.top() + rect.bottom() - p.y);
+            let ends = if *slant > 0.0 { [a, b] } else { [mirrored(a), mirrored(b)] };
+            painter
+                .line_segment(ends, if slants.len() > 1 { Stroke::new(1.6, color) } else { line });
+        }
+    }
+}
+
+fn dots(rect: Rect) -> impl Iterator<Item = Pos2> {
+    let (columns, rows) = ((rect.width() / STEP) as i32, (rect.height() / STEP) as i32);
+    (0..=columns).flat_map(move |x| {
+        (0..=rows).map(move |y| rect.min + vec2(x as f32 + 0.5, y as f32 + 0.5) * STEP)
+    })
+}

@@ -1,0 +1,176 @@
+//! What is energised, dead, earthed or unknown, by the positions of switches.
+
+mod settings;
+mod state;
+mod topology;
+mod union_find;
+
+use std::collections::HashMap;
+
+use busbar_plugin_sdk::{
+    Binding, Canvas, Description, DoublePoint, Error, Host, Overlay, OverlayFrame, Plugin, Quality,
+    TagValue, Value,
+};
+pub use settings::{
+    BranchSettings, Color, EarthSettings, LevelSettings, NodeSettings, Settings, SourceSettings,
+};
+pub use state::{Energisation, Position, State};
+pub use topology::{
+    Branch, Earth, Equipment, MAX_BRANCHES, MAX_NODES, Node, Source, Switch, Topology,
+    TopologyError,
+};
+
+/// Role of a tag that is a switch's position: a double-point, or a bool that is true when
+/// closed.
+const POSITION: &str = "position";
+/// Role of a tag that tells whether a source feeds.
+const SOURCE: &str = "source";
+
+/// The overlay.
+pub struct EnergisationOverlay {
+    settings: Settings,
+    topology: Topology,
+    /// The binding of each switch and source; none where a tag is missing.
+    switch_bindings: Vec<Option<usize>>,
+    source_bindings: Vec<Option<usize>>,
+    /// The switch that a piece of equipment is.
+    switch_of: Vec<Option<usize>>,
+    energisation: Energisation,
+}
+
+impl Plugin for EnergisationOverlay {
+    const ID: &'static str = "energisation";
+    const NAME: &'static str = "Energisation";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str =
+        "What is energised, dead, earthed or unknown, by the positions of switches.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
+        let topology =
+            Topology::new(&settings).map_err(|error| Error::settings(error.to_string()))?;
+        let mut switch_of = vec![None; topology.equipment.len()];
+        for branch in &topology.branches {
+            switch_of[branch.equipment] = branch.switch;
+        }
+        for earth in &topology.earths {
+            switch_of[earth.equipment] = Some(earth.switch);
+        }
+        Ok(Self {
+            switch_bindings: vec![None; topology.switches.len()],
+            source_bindings: vec![None; topology.sources.len()],
+            settings,
+            topology,
+            switch_of,
+            energisation: Energisation::default(),
+        })
+    }
+}
+
+impl Overlay for EnergisationOverlay {
+    fn describe(&self) -> Description {
+        Description { legend: self.settings.legend(), equipment: self.topology.equipment.clone() }
+    }
+
+    fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
+        let in_role = |role: &str| -> HashMap<&str, usize> {
+            let bindings = bindings.iter().enumerate().filter(|(_, of)| of.role == role);
+            bindings.map(|(index, binding)| (binding.node_id.as_str(), index)).collect()
+        };
+        let (positions, feeds) = (in_role(POSITION), in_role(SOURCE));
+        let switches = self.topology.switches.iter();
+        self.switch_bindings = switches.map(|id| positions.get(id.as_str()).copied()).collect();
+        let mut source_bindings = Vec::with_capacity(self.topology.sources.len());
+        for source in &self.topology.sources {
+            let Some(id) = &source.equipment else {
+                source_bindings.push(None);
+                continue;
+            };
+            let binding = feeds.get(id.as_str()).copied();
+            source_bindings.push(Some(binding.ok_or_else(|| {
+                let remedy = "bind one in the role 'source' or leave its 'equipment' out";
+                Error::settings(format!("no tag tells whether '{id}' feeds: {remedy}"))
+            })?));
+        }
+        self.source_bindings = source_bindings;
+        if self.switch_bindings.iter().all(Option::is_none) && !self.switch_bindings.is_empty() {
+            let remedy = "bind tags to the switches in the role 'position'";
+            return Err(Error::settings(format!("no switch has a position: {remedy}")));
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        let values: Vec<TagValue> = frame.values().collect();
+        // What rests on no tag of its own rests on all of them: one stands for it.
+        let is_good = |binding: &usize| values[*binding].quality == Quality::Good;
+        let bound = || self.switch_bindings.iter().chain(&self.source_bindings).flatten().copied();
+        let Some(any) = bound().find(is_good).or_else(|| bound().next()) else {
+            return Ok(());
+        };
+        let of_switch = |binding: &Option<usize>| {
+            binding.map_or(Position::Unknown, |binding| position(&values[binding]))
+        };
+        let of_source = |binding: &Option<usize>| {
+            binding.map_or(Position::Closed, |binding| feeding(&values[binding]))
+        };
+        let positions: Vec<Position> = self.switch_bindings.iter().map(of_switch).collect();
+        let sources: Vec<Position> = self.source_bindings.iter().map(of_source).collect();
+        let states = self.energisation.states(&self.topology, &positions, &sources);
+
+        let Topology { branches, earths, at_nodes, equipment, levels, .. } = &self.topology;
+        // Of what is between nodes, the more urgent one shows.
+        let mut shown: Vec<Option<(State, usize)>> = vec![None; equipment.len()];
+        let ends =
+            branches.iter().flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
+        let earthed = earths.iter().map(|earth| (earth.equipment, earth.node));
+        for (piece, node) in at_nodes.iter().copied().chain(ends).chain(earthed) {
+            let here = Some((states[node], levels[node]));
+            shown[piece] = shown[piece].max(here);
+        }
+        for (piece, shown) in shown.into_iter().enumerate() {
+            let Some((state, level)) = shown else { continue };
+            let own = self.switch_of[piece].and_then(|switch| self.switch_bindings[switch]);
+            let entry = self.settings.levels.len();
+            let entry = match state {
+                State::Energised => level,
+                State::Dead => entry,
+                State::Earthed => entry + 1,
+                State::Unknown => entry + 2,
+            };
+            canvas.state(own.unwrap_or(any), piece, entry)?;
+        }
+        Ok(())
+    }
+}
+
+/// Where a switch stands, as its tag has it.
+fn position(tag: &TagValue) -> Position {
+    if tag.quality != Quality::Good {
+        return Position::Unknown;
+    }
+    match tag.value {
+        Some(Value::DoublePoint(DoublePoint::Off) | Value::Bool(false)) => Position::Open,
+        Some(Value::DoublePoint(DoublePoint::On) | Value::Bool(true)) => Position::Closed,
+        _ => Position::Unknown,
+    }
+}
+
+/// Whether a source feeds, as its tag has it.
+fn feeding(tag: &TagValue) -> Position {
+    if tag.quality != Quality::Good {
+        return Position::Unknown;
+    }
+    let feeds = match tag.value {
+        Some(Value::F64(value)) => value > 0.0,
+        Some(Value::I64(value)) => value > 0,
+        Some(Value::Bool(value)) => value,
+        Some(Value::DoublePoint(_)) | None => return position(tag),
+    };
+    if feeds { Position::Closed } else { Position::Open }
+}
+
+busbar_plugin_sdk::export_plugin!(EnergisationOverlay: overlay);
+
+#[cfg(test)]
+mod tests;
