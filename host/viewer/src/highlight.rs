@@ -19,8 +19,9 @@ const WARNING: Highlight = [0.96, 0.46, 0.02, 0.6];
 const ALARM: Highlight = [0.6, 0.005, 0.008, 0.7];
 /// Something was shown here, and is not known any more.
 const UNKNOWN: Highlight = patterned([0.05, 0.05, 0.06], 0.75, STRIPED);
-/// How strongly states of a legend show.
-const STATE_STRENGTH: f32 = 0.8;
+/// How strongly states of a legend show: what is plain is as it should be, and calm.
+const PLAIN_STRENGTH: f32 = 0.4;
+const PATTERN_STRENGTH: f32 = 0.85;
 /// The renderer's patterns.
 const STRIPED: u32 = 1;
 const CROSSED: u32 = 2;
@@ -138,7 +139,8 @@ fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, High
             Pattern::Crossed => CROSSED,
             Pattern::Dotted => DOTTED,
         };
-        let known = patterned(state.color.map(linear_from_srgb), STATE_STRENGTH, pattern);
+        let strength = if pattern == 0 { PLAIN_STRENGTH } else { PATTERN_STRENGTH };
+        let known = patterned(state.color.map(linear_from_srgb), strength, pattern);
         (state.node.0, if good { known } else { UNKNOWN })
     };
     states.iter().map(highlight).collect()
@@ -268,7 +270,7 @@ mod tests {
             of_both(&highlights)
         };
         let fresh = table_after(Duration::ZERO);
-        let red = patterned([1.0, 0.0, 0.0], STATE_STRENGTH, DOTTED);
+        let red = patterned([1.0, 0.0, 0.0], PATTERN_STRENGTH, DOTTED);
         assert_eq!(shown(&[], &fresh), [red, red], "and at what is under it");
         assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh), [red, ALARM]);
         assert_eq!(shown(&[], &table_after(Duration::from_secs(2))), [UNKNOWN; 2]);

@@ -5,6 +5,7 @@ mod state;
 mod topology;
 mod union_find;
 
+use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use busbar_plugin_sdk::{
@@ -80,6 +81,11 @@ impl Overlay for EnergisationOverlay {
         let (positions, feeds) = (in_role(POSITION), in_role(SOURCE));
         let switches = self.topology.switches.iter();
         self.switch_bindings = switches.map(|id| positions.get(id.as_str()).copied()).collect();
+        if bindings.is_empty() {
+            // To try the settings: the tags of a scene follow.
+            self.source_bindings = vec![None; self.topology.sources.len()];
+            return Ok(());
+        }
         let mut source_bindings = Vec::with_capacity(self.topology.sources.len());
         for source in &self.topology.sources {
             let Some(id) = &source.equipment else {
@@ -119,17 +125,17 @@ impl Overlay for EnergisationOverlay {
         let states = self.energisation.states(&self.topology, &positions, &sources);
 
         let Topology { branches, earths, at_nodes, equipment, levels, .. } = &self.topology;
-        // Of what is between nodes, the more urgent one shows.
-        let mut shown: Vec<Option<(State, usize)>> = vec![None; equipment.len()];
+        // Of what is between nodes, the more urgent one shows; then the first level.
+        let mut shown: Vec<Option<(State, Reverse<usize>)>> = vec![None; equipment.len()];
         let ends =
             branches.iter().flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
         let earthed = earths.iter().map(|earth| (earth.equipment, earth.node));
         for (piece, node) in at_nodes.iter().copied().chain(ends).chain(earthed) {
-            let here = Some((states[node], levels[node]));
+            let here = Some((states[node], Reverse(levels[node])));
             shown[piece] = shown[piece].max(here);
         }
         for (piece, shown) in shown.into_iter().enumerate() {
-            let Some((state, level)) = shown else { continue };
+            let Some((state, Reverse(level))) = shown else { continue };
             let own = self.switch_of[piece].and_then(|switch| self.switch_bindings[switch]);
             let entry = self.settings.levels.len();
             let entry = match state {

@@ -17,7 +17,8 @@ pub trait Overlay: Plugin {
         Description::default()
     }
 
-    /// Says which tags are bound to which nodes, before the first `draw`.
+    /// Says which tags are bound to which nodes, before the first `draw`. To try the
+    /// settings it may come without any before.
     ///
     /// # Errors
     /// What makes the bindings unusable.
