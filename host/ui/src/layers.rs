@@ -8,8 +8,10 @@ use crate::{Command, theme};
 const MARGIN: f32 = 8.0;
 /// Size of a sample, points.
 const SAMPLE: [f32; 2] = [26.0, 13.0];
-/// Entries of a legend that are shown before the rest is left to scrolling.
-const MAX_HEIGHT: f32 = 220.0;
+/// Of the scene's height that they take before the rest is left to scrolling.
+const MAX_SHARE: f32 = 0.7;
+/// How much of a plain state's colour shows on equipment.
+const PLAIN_SHARE: f32 = 0.55;
 /// Points from stripe to stripe.
 const STEP: f32 = 6.0;
 
@@ -58,8 +60,9 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
     area.fixed_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN)).show(context, |ui| {
         let frame = Frame::new().fill(theme::PAPER).stroke(Stroke::new(1.0, theme::LINE));
         frame.corner_radius(2.0).inner_margin(6.0).show(ui, |ui| {
-            let scroll = egui::ScrollArea::vertical().id_salt("legend").max_height(MAX_HEIGHT);
-            scroll.show(ui, |ui| {
+            let height = scene.height() * MAX_SHARE;
+            let scroll = egui::ScrollArea::vertical().id_salt("legend").max_height(height);
+            scroll.min_scrolled_height(height).show(ui, |ui| {
                 for (index, layer) in layers.iter().enumerate() {
                     let mut shown = layer.shown;
                     if ui.checkbox(&mut shown, &layer.name).changed() {
@@ -88,7 +91,8 @@ fn sample(painter: &Painter, rect: Rect, row: &LegendRow) {
     let color = Color32::from_rgb(red, green, blue);
     // What shows between stripes is equipment, as a rule light grey.
     let body = Color32::from_gray(205);
-    painter.rect_filled(rect, 0.0, if row.pattern == Pattern::Solid { color } else { body });
+    let plain = body.lerp_to_gamma(color, PLAIN_SHARE);
+    painter.rect_filled(rect, 0.0, if row.pattern == Pattern::Solid { plain } else { body });
     let line = Stroke::new(0.5 * STEP, color);
     let slants: &[f32] = match row.pattern {
         Pattern::Solid => &[],

@@ -45,6 +45,16 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::NotUtf8, At::SimulationStatus),
 ];
 
+/// A source, and a switch between it and another node.
+fn network() -> Value {
+    json!({
+        "levels": [{ "name": "220 kV", "color": "#7a4fb5" }],
+        "nodes": [{ "id": "a", "level": "220 kV" }, { "id": "b", "level": "220 kV" }],
+        "branches": [{ "equipment": "=Q1", "between": ["a", "b"], "switch": true }],
+        "sources": [{ "node": "a" }],
+    })
+}
+
 fn library(plugin: &str) -> PathBuf {
     built(built_folder().join(format!("lib{plugin}.{}", std::env::consts::DLL_EXTENSION)))
 }
@@ -135,6 +145,7 @@ fn shipped_plugins_pass() {
         ("sql_adapter", database, 0),
         ("sql_adapter", file, 0),
         ("power_overlay", json!({}), 0),
+        ("energisation", json!({ "settings": network() }), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("fault_injector", good_sample(), 0),

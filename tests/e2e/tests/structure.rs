@@ -95,7 +95,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("corpus", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
     ("demo_model", &["busbar_geometry", "busbar_gltf_export", "busbar_scene"]),
-    ("substation", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model"]),
+    (
+        "substation",
+        &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "demo_model", "energisation"],
+    ),
     ("document", &[]),
     ("measure", &["busbar_geometry"]),
     (
