@@ -9,8 +9,8 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, DoublePoint, Error, Host, Overlay, OverlayFrame, Plugin, Quality,
-    TagValue, Value,
+    Binding, Canvas, Description, DoublePoint, Error, Host, LogLevel, Overlay, OverlayFrame,
+    Plugin, Quality, TagValue, Value,
 };
 pub use settings::{
     BranchSettings, Color, EarthSettings, LevelSettings, NodeSettings, Settings, SourceSettings,
@@ -33,10 +33,12 @@ pub struct EnergisationOverlay {
     topology: Topology,
     /// The binding of each switch and source; none where a tag is missing.
     switch_bindings: Vec<Option<usize>>,
-    source_bindings: Vec<Option<usize>>,
+    /// None where a source always feeds.
+    source_bindings: Vec<Option<Option<usize>>>,
     /// The switch that a piece of equipment is.
     switch_of: Vec<Option<usize>>,
     energisation: Energisation,
+    host: Host,
 }
 
 impl Plugin for EnergisationOverlay {
@@ -47,7 +49,7 @@ impl Plugin for EnergisationOverlay {
         "What is energised, dead, earthed or unknown, by the positions of switches.";
     type Settings = Settings;
 
-    fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         let topology =
             Topology::new(&settings).map_err(|error| Error::settings(error.to_string()))?;
         let mut switch_of = vec![None; topology.equipment.len()];
@@ -64,6 +66,7 @@ impl Plugin for EnergisationOverlay {
             topology,
             switch_of,
             energisation: Energisation::default(),
+            host,
         })
     }
 }
@@ -81,27 +84,13 @@ impl Overlay for EnergisationOverlay {
         let (positions, feeds) = (in_role(POSITION), in_role(SOURCE));
         let switches = self.topology.switches.iter();
         self.switch_bindings = switches.map(|id| positions.get(id.as_str()).copied()).collect();
-        if bindings.is_empty() {
-            // To try the settings: the tags of a scene follow.
-            self.source_bindings = vec![None; self.topology.sources.len()];
-            return Ok(());
-        }
-        let mut source_bindings = Vec::with_capacity(self.topology.sources.len());
-        for source in &self.topology.sources {
-            let Some(id) = &source.equipment else {
-                source_bindings.push(None);
-                continue;
-            };
-            let binding = feeds.get(id.as_str()).copied();
-            source_bindings.push(Some(binding.ok_or_else(|| {
-                let remedy = "bind one in the role 'source' or leave its 'equipment' out";
-                Error::settings(format!("no tag tells whether '{id}' feeds: {remedy}"))
-            })?));
-        }
-        self.source_bindings = source_bindings;
-        if self.switch_bindings.iter().all(Option::is_none) && !self.switch_bindings.is_empty() {
-            let remedy = "bind tags to the switches in the role 'position'";
-            return Err(Error::settings(format!("no switch has a position: {remedy}")));
+        let feeds = |id: &String| feeds.get(id.as_str()).copied();
+        let sources = self.topology.sources.iter();
+        self.source_bindings =
+            sources.map(|source| source.equipment.as_ref().map(feeds)).collect();
+        // Without any bindings the settings are only tried.
+        if !bindings.is_empty() {
+            self.warn_of_missing_tags();
         }
         Ok(())
     }
@@ -110,15 +99,20 @@ impl Overlay for EnergisationOverlay {
         let values: Vec<TagValue> = frame.values().collect();
         // What rests on no tag of its own rests on all of them: one stands for it.
         let is_good = |binding: &usize| values[*binding].quality == Quality::Good;
-        let bound = || self.switch_bindings.iter().chain(&self.source_bindings).flatten().copied();
+        let bound = || {
+            let sources = self.source_bindings.iter().flatten();
+            self.switch_bindings.iter().chain(sources).flatten().copied()
+        };
         let Some(any) = bound().find(is_good).or_else(|| bound().next()) else {
             return Ok(());
         };
         let of_switch = |binding: &Option<usize>| {
             binding.map_or(Position::Unknown, |binding| position(&values[binding]))
         };
-        let of_source = |binding: &Option<usize>| {
-            binding.map_or(Position::Closed, |binding| feeding(&values[binding]))
+        let of_source = |binding: &Option<Option<usize>>| match binding {
+            None => Position::Closed,
+            Some(None) => Position::Unknown,
+            Some(Some(binding)) => feeding(&values[*binding]),
         };
         let positions: Vec<Position> = self.switch_bindings.iter().map(of_switch).collect();
         let sources: Vec<Position> = self.source_bindings.iter().map(of_source).collect();
@@ -147,6 +141,30 @@ impl Overlay for EnergisationOverlay {
             canvas.state(own.unwrap_or(any), piece, entry)?;
         }
         Ok(())
+    }
+}
+
+impl EnergisationOverlay {
+    /// What has no tag is unknown for good: whoever wired the scene must hear of it.
+    fn warn_of_missing_tags(&self) {
+        let switches = self.topology.switches.iter().zip(&self.switch_bindings);
+        let switches = switches.filter(|(_, binding)| binding.is_none()).map(|(id, _)| id);
+        let sources = self.topology.sources.iter().zip(&self.source_bindings);
+        let sources = sources.filter(|(_, binding)| **binding == Some(None));
+        let sources = sources.filter_map(|(source, _)| source.equipment.as_ref());
+        for (role, mut missing) in [
+            (POSITION, Box::new(switches) as Box<dyn Iterator<Item = &String>>),
+            (SOURCE, Box::new(sources)),
+        ] {
+            if let Some(first) = missing.next() {
+                let more = missing.count();
+                let others = if more > 0 { format!(" and {more} others") } else { String::new() };
+                self.host.log(
+                    LogLevel::Warning,
+                    &format!("'{first}'{others}: unknown, bind tags in the role '{role}'"),
+                );
+            }
+        }
     }
 }
 

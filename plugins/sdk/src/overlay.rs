@@ -138,10 +138,16 @@ pub struct TagValue {
 
 /// All bound tags at one instant.
 pub struct OverlayFrame<'a> {
+    unix_nanos: i64,
     values: &'a [abi::BusbarTagValue],
 }
 
 impl OverlayFrame<'_> {
+    /// The frame's instant, nanoseconds since 1970-01-01 UTC. The clock may be set back.
+    pub fn unix_nanos(&self) -> i64 {
+        self.unix_nanos
+    }
+
     /// Values in the order of the bindings.
     pub fn values(&self) -> impl ExactSizeIterator<Item = TagValue> + '_ {
         self.values.iter().map(|raw| TagValue {
@@ -270,11 +276,15 @@ pub(crate) unsafe fn run<P: Overlay>(
     // SAFETY: the caller vouches for the pointers.
     let (frame, output) =
         unsafe { (given(frame, "draw: the frame")?, given_mut(output, "draw: the output")?) };
+    if output.primitives.is_null() || output.text.is_null() {
+        return Err(Error::argument("draw: a buffer is null"));
+    }
     output.primitive_count = 0;
     output.text_len = 0;
     // SAFETY: the host gives `value_count` elements.
     let values = unsafe { crate::border::slice(frame.values, frame.value_count as usize)? };
-    plugin.draw(&OverlayFrame { values }, &mut Canvas { output })
+    let unix_nanos = frame.time_unix_nanos;
+    plugin.draw(&OverlayFrame { unix_nanos, values }, &mut Canvas { output })
 }
 
 /// # Safety

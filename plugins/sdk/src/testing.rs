@@ -24,7 +24,7 @@ use crate::{Host, Progress, TagSpec, ValueKind};
 
 pub use clock::TestClock;
 pub use mesh::{Grid, check_sequence};
-pub use overlay::{Drawing, DrawnLine, DrawnState, draw};
+pub use overlay::{Drawing, DrawnLine, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
 
 /// A host without a log.

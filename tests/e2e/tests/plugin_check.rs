@@ -45,6 +45,10 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::NotUtf8, At::SimulationStatus),
 ];
 
+fn transformer() -> Value {
+    json!({ "transformers": [{ "equipment": "=T1" }] })
+}
+
 /// A source, and a switch between it and another node.
 fn network() -> Value {
     json!({
@@ -146,6 +150,7 @@ fn shipped_plugins_pass() {
         ("sql_adapter", file, 0),
         ("power_overlay", json!({}), 0),
         ("energisation", json!({ "settings": network() }), 0),
+        ("transformer_thermal", json!({ "settings": transformer() }), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("fault_injector", good_sample(), 0),

@@ -63,6 +63,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("replay", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
     ("sql_adapter", &["busbar_link", "busbar_plugin_sdk"]),
+    ("transformer_thermal", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (
         "bench",

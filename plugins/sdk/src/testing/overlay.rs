@@ -54,12 +54,28 @@ pub fn draw<P: Overlay>(
     bindings: Vec<Binding>,
     values: &[TagValue],
 ) -> Result<Drawing, Error> {
-    overlay.configure(bindings)?;
+    draw_at(overlay, Some(bindings), values, 0)
+}
+
+/// Lets an overlay draw these values at an instant, nanoseconds since 1970-01-01 UTC;
+/// configures it first where there are bindings.
+///
+/// # Errors
+/// What the overlay says.
+pub fn draw_at<P: Overlay>(
+    overlay: &mut P,
+    bindings: Option<Vec<Binding>>,
+    values: &[TagValue],
+    unix_nanos: i64,
+) -> Result<Drawing, Error> {
+    if let Some(bindings) = bindings {
+        overlay.configure(bindings)?;
+    }
     let values: Vec<_> = values.iter().map(value_to_abi).collect();
     let frame = abi::BusbarOverlayFrame {
         struct_size: size_of::<abi::BusbarOverlayFrame>() as u32,
         value_count: values.len() as u32,
-        time_unix_nanos: 0,
+        time_unix_nanos: unix_nanos,
         values: values.as_ptr(),
     };
     let mut primitives = Vec::with_capacity(CAPACITY);
