@@ -53,11 +53,13 @@ impl Viewer {
         let camera =
             camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
+        let alarms = Alarming::of(&scene, in_window, wall_clock());
         Ok(Self {
             telemetry,
             overlays,
             tags,
             events: EventLog::default(),
+            alarms,
             triangles_full: full_triangles(&scene),
             cursors: Cursors::new(
                 &scene.graph,
