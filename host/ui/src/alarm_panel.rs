@@ -152,16 +152,14 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     let has_ring = alarm.is_unacknowledged && lit;
     let look = Look { priority: alarm.priority, is_active: alarm.is_active, has_ring };
     alarm_mark::paint(ui.painter(), center, MARK_RADIUS, look);
-    let text = |words: &str| match alarm.is_unacknowledged {
-        true => RichText::new(words).strong(),
-        false => RichText::new(words),
-    };
+    let ink = state_ground(ui, column(rect, 0).shrink2(vec2(0.0, 2.0)), alarm);
+    let text = |words: &str| RichText::new(words);
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
     let value = match &alarm.doubt {
         Some(doubt) => format!("× {}  {doubt}", alarm.value),
         None => alarm.value.clone(),
     };
-    cell(ui, rect, 0, text(state));
+    cell(ui, rect, 0, text(state).color(ink));
     cell(ui, rect, 1, text(&alarm.time));
     cell(ui, rect, 2, text(&alarm.age.map_or_else(String::new, age_text)));
     cell(ui, rect, 3, text(&alarm.message));
@@ -169,6 +167,23 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     cell(ui, rect, 5, text(&value));
     cell(ui, rect, 6, text(&notes(alarm)));
     response.on_hover_text(&alarm.id)
+}
+
+/// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
+/// ink of the state.
+fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
+    match (alarm.is_unacknowledged, alarm.is_active) {
+        (true, true) => {
+            ui.painter().rect_filled(place, 2.0, theme::INK);
+            theme::PAPER
+        }
+        (true, false) => {
+            let line = egui::Stroke::new(1.5, theme::INK);
+            ui.painter().rect_stroke(place, 2.0, line, egui::StrokeKind::Inside);
+            theme::INK
+        }
+        (false, _) => theme::INK,
+    }
 }
 
 /// What else is to be said: `4×, chattering`, `first`, `28 min left`.
