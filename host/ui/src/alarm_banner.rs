@@ -9,9 +9,14 @@ use crate::{AlarmModel, Command, theme};
 const TOP: f32 = 6.0;
 const MARK_RADIUS: f32 = 9.0;
 
-/// Shows the banner while there is something for it; a click goes there.
-pub(crate) fn show(ui: &Ui, scene: Rect, model: &AlarmModel, commands: &mut Vec<Command>) {
-    let Some(alarm) = &model.banner else { return };
+/// Shows the banner while there is something for it; a click goes there. Gives its place.
+pub(crate) fn show(
+    ui: &Ui,
+    scene: Rect,
+    model: &AlarmModel,
+    commands: &mut Vec<Command>,
+) -> Option<Rect> {
+    let alarm = model.banner.as_ref()?;
     let waiting: usize = model.counts.iter().map(|[unacknowledged, _]| unacknowledged).sum();
     let (color, _) = alarm_mark::colors(alarm.priority);
     let area = Area::new(Id::new("alarm banner"))
@@ -53,12 +58,13 @@ pub(crate) fn show(ui: &Ui, scene: Rect, model: &AlarmModel, commands: &mut Vec<
             })
         })
     });
-    let response = ui.ctx().input(|input| {
+    let is_clicked = ui.ctx().input(|input| {
         let inside = |at| shown.response.rect.contains(at);
         input.pointer.primary_clicked() && input.pointer.interact_pos().is_some_and(inside)
     });
-    if response {
+    if is_clicked {
         commands.push(Command::SelectAlarm(alarm.number));
         commands.extend(alarm.equipment.clone().map(Command::Reveal));
     }
+    Some(shown.response.rect)
 }

@@ -11,6 +11,10 @@ const SHELVES: [(u64, &str); 4] = [(15, "15 min"), (60, "1 h"), (240, "4 h"), (4
 
 /// Shows what is said of the chosen alarm, and buttons for what it allows.
 pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>) {
+    if let Some(trouble) = &model.trouble {
+        ui.add(Label::new(RichText::new(format!("× {trouble}")).strong()).wrap());
+        ui.separator();
+    }
     let Some(detail) = &model.selected else {
         ui.label(RichText::new("Choose an alarm, or press F8.").color(theme::FAINT_INK));
         return;

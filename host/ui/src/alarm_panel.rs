@@ -14,18 +14,18 @@ use crate::{
 const ROW_HEIGHT: f32 = 21.0;
 const MARK_RADIUS: f32 = 7.5;
 /// Width of what is said of the alarm that was chosen, points.
-const DETAIL_WIDTH: f32 = 330.0;
+const DETAIL_WIDTH: f32 = 270.0;
 /// The first column, for the mark, points.
 const MARK_WIDTH: f32 = 30.0;
 /// Titles of the others, and their shares of the width.
 const COLUMNS: [(&str, f32); 7] = [
-    ("State", 0.17),
-    ("Occurred (UTC)", 0.10),
-    ("Since", 0.07),
-    ("Alarm", 0.24),
+    ("State", 0.20),
+    ("Time (UTC)", 0.12),
+    ("Since", 0.08),
+    ("Alarm", 0.21),
     ("Equipment", 0.18),
-    ("Value", 0.10),
-    ("Count", 0.14),
+    ("Value", 0.11),
+    ("Count", 0.10),
 ];
 
 /// Shows the panel: counts and lists above, rows below, the chosen alarm beside them.
@@ -78,14 +78,11 @@ fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Comman
     }
     ui.separator();
     if model.list == AlarmList::Alarms {
-        let button = Button::new(format!("Acknowledge the {} in view", seen.len()));
+        let button = Button::new("Acknowledge what is in view");
         if ui.add_enabled(!seen.is_empty(), button).clicked() {
             let act = |&alarm| Command::ActOnAlarm { alarm, action: AlarmAction::Acknowledge };
             commands.extend(seen.iter().map(act));
         }
-    }
-    if let Some(trouble) = &model.trouble {
-        ui.label(RichText::new(format!("× {trouble}")).strong());
     }
 }
 
@@ -156,7 +153,7 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     let text = |words: &str| RichText::new(words);
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
     let value = match &alarm.doubt {
-        Some(doubt) => format!("× {}  {doubt}", alarm.value),
+        Some(_) => format!("× {}", alarm.value),
         None => alarm.value.clone(),
     };
     cell(ui, rect, 0, text(state).color(ink));
@@ -166,7 +163,9 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     cell(ui, rect, 4, text(alarm.equipment.as_deref().unwrap_or("–")));
     cell(ui, rect, 5, text(&value));
     cell(ui, rect, 6, text(&notes(alarm)));
-    response.on_hover_text(&alarm.id)
+    let place = alarm.equipment.as_deref().unwrap_or("no equipment");
+    let more = notes(alarm);
+    response.on_hover_text(format!("{}\n{}\n{place}\n{state}  {more}", alarm.id, alarm.message))
 }
 
 /// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
@@ -186,15 +185,15 @@ fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
     }
 }
 
-/// What else is to be said: `4×, chattering`, `first`, `28 min left`.
+/// What else is to be said: `28 min left, 4×, chattering`.
 fn notes(alarm: &AlarmRow) -> String {
     let count = (alarm.occurrences > 0).then(|| format!("{}×", alarm.occurrences));
     let left = alarm.shelf_left.map(|left| format!("{} left", age_text(left)));
     let words = [
+        left,
         count,
         alarm.chatters.then(|| "chattering".to_owned()),
         alarm.is_first_out.then(|| "first out".to_owned()),
-        left,
     ];
     words.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
@@ -231,6 +230,6 @@ mod tests {
         assert_eq!(notes(&alarm), "4×, chattering");
         alarm = AlarmRow { shelf_left: Some(Duration::from_secs(1700)), ..AlarmRow::default() };
         alarm.is_first_out = true;
-        assert_eq!(notes(&alarm), "first out, 28 min left");
+        assert_eq!(notes(&alarm), "28 min left, first out");
     }
 }

@@ -1,6 +1,6 @@
 //! Marks in the scene at equipment in alarm.
 
-use egui::{Align2, Stroke, Ui, vec2};
+use egui::{Align2, Rect, Stroke, Ui, Vec2, vec2};
 
 use crate::alarm_mark::{self, Look};
 use crate::{Beacon, theme};
@@ -8,6 +8,14 @@ use crate::{Beacon, theme};
 const RADIUS: f32 = 11.0;
 /// From the equipment's top to the middle of the mark, points.
 const HEIGHT: f32 = 26.0;
+
+/// Where beacons stand, points: labels go elsewhere.
+pub(crate) fn places(beacons: &[Beacon]) -> impl Iterator<Item = Rect> {
+    beacons.iter().map(|beacon| {
+        let center = beacon.anchor - vec2(0.0, HEIGHT);
+        Rect::from_center_size(center, Vec2::splat(2.0 * RADIUS + 8.0))
+    })
+}
 
 /// Paints beacons over the scene, the most urgent last, so that nothing covers it.
 pub(crate) fn paint(ui: &Ui, beacons: &[Beacon], flashes: bool) {
@@ -41,8 +49,7 @@ pub(crate) fn paint(ui: &Ui, beacons: &[Beacon], flashes: bool) {
             let at = center + vec2(RADIUS + 6.0, 0.0);
             let font = theme::small_font();
             let text = painter.layout_no_wrap(note.clone(), font.clone(), theme::INK);
-            let ground =
-                egui::Rect::from_min_size(at - vec2(2.0, text.size().y * 0.5), text.size());
+            let ground = Rect::from_min_size(at - vec2(2.0, text.size().y * 0.5), text.size());
             painter.rect_filled(ground.expand(2.0), 2.0, theme::PAPER);
             painter.text(at, Align2::LEFT_CENTER, note, font, theme::INK);
         }

@@ -123,6 +123,10 @@ impl Panels {
             }
             if shown {
                 Panel::bottom("status").show(ui, |ui| status_bar::show(ui, model));
+                Panel::left("side")
+                    .default_size(SIDE_PANEL_WIDTH)
+                    .show(ui, |ui| side_panel(ui, model, tags, &mut commands));
+                // Below the scene: values stay in view beside it.
                 if let Some(model) = model.alarms.as_ref().filter(|_| lists_alarms) {
                     let most = ui.max_rect().height() * MAX_PART_OF_WINDOW;
                     Panel::bottom("alarms")
@@ -130,21 +134,21 @@ impl Panels {
                         .resizable(true)
                         .show(ui, |ui| alarm_panel::show(ui, model, alarms, &mut commands));
                 }
-                Panel::left("side")
-                    .default_size(SIDE_PANEL_WIDTH)
-                    .show(ui, |ui| side_panel(ui, model, tags, &mut commands));
             }
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
                 viewport = ui.max_rect();
                 viewport::handle(ui, model, &mut commands);
-                if let Some(model) = &model.alarms {
-                    alarm_banner::show(ui, viewport, model, &mut commands);
-                }
+                let banner = model
+                    .alarms
+                    .as_ref()
+                    .and_then(|model| alarm_banner::show(ui, viewport, model, &mut commands));
                 let overlay = overlay(viewport, &commands);
                 if overlay.arrived {
                     *placement = Placement::default();
                 }
-                labels::paint(ui, &overlay.labels, placement);
+                let occupied: Vec<Rect> =
+                    banner.into_iter().chain(beacons::places(&overlay.beacons)).collect();
+                labels::paint(ui, &overlay.labels, placement, &occupied);
                 let flashes = model.alarms.as_ref().is_some_and(|alarms| alarms.flashes);
                 beacons::paint(ui, &overlay.beacons, flashes);
                 if let Some(measurement) = &overlay.measurement {

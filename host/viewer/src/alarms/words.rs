@@ -89,7 +89,7 @@ pub(super) fn record(record: &Record, now: SourceTime) -> String {
         words += ", first out";
     }
     if record.from != record.to {
-        words += &format!(": {} \u{2192} {}", record.from.name(), record.to.name());
+        words += &format!("; {}, before: {}", record.to.name(), record.from.name());
     }
     words
 }

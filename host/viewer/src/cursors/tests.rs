@@ -196,3 +196,17 @@ fn ten_thousand_instances_are_chosen_in_no_time() {
     assert!(shown(&cursors).iter().any(|&cursor| cursor > 0));
     assert!(least < Duration::from_millis(5), "{least:?}");
 }
+
+#[test]
+fn what_is_to_be_in_full_detail_is_so_at_any_distance_and_by_any_hand() {
+    let (mut cursors, models) = row(&[0.0, 50.0, 200.0], None);
+    let before = step(&mut cursors, &models, 0.0, true);
+    assert!(before[2] > 0);
+    cursors.set_full_detail([2].into());
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [before[0], before[1], 0]);
+    cursors.set_by_hand(0, Some(0.9));
+    assert_eq!(step(&mut cursors, &models, 0.0, true)[2], 0, "by hand");
+    cursors.set_by_hand(0, None);
+    cursors.set_full_detail(BTreeSet::new());
+    assert_eq!(step(&mut cursors, &models, 0.0, true), before, "as it was");
+}
