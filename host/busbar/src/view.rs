@@ -18,6 +18,8 @@ use crate::{check, output, render};
 const TITLE: &str = "Busbar";
 /// Live values are drawn this often without any input.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
+/// Who acts on alarms, where the session has another name than the account.
+const OPERATOR_VARIABLE: &str = "BUSBAR_OPERATOR";
 /// With input, frames come no faster than this: a display may not pace them.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
@@ -144,7 +146,9 @@ impl OpenWindow {
             Arc::new(event_loop.create_window(attributes).context("cannot open a window")?);
         let size = window.inner_size();
         let options = RendererOptions { validation, ..scene.renderer_options() };
-        let viewer = Viewer::for_window(scene, options, window.clone(), [size.width, size.height])?;
+        let mut viewer =
+            Viewer::for_window(scene, options, window.clone(), [size.width, size.height])?;
+        viewer.set_operator(&operator());
         let egui = egui_winit::State::new(
             viewer.egui_context().clone(),
             egui::ViewportId::ROOT,
@@ -173,4 +177,10 @@ impl OpenWindow {
         }
         Ok(frame.repaint_after)
     }
+}
+
+/// Who sits before the window: by `BUSBAR_OPERATOR`, else the account.
+fn operator() -> String {
+    let name = |variable| std::env::var(variable).ok().filter(|name| !name.trim().is_empty());
+    name(OPERATOR_VARIABLE).or_else(|| name("USER")).or_else(|| name("LOGNAME")).unwrap_or_default()
 }

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::alarms::{AlarmConfig, AlarmHandlingConfig};
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
 use crate::simulate::SimulateConfig;
@@ -34,6 +35,10 @@ pub struct Config {
     pub tags: BTreeMap<String, TagConfig>,
     /// Which tag shows at which node, in the order of the text.
     pub bindings: Vec<BindingConfig>,
+    /// Alarms by id.
+    pub alarms: BTreeMap<String, AlarmConfig>,
+    /// How alarms are handled.
+    pub alarm_handling: AlarmHandlingConfig,
     /// Overlay plugins, drawn in this order.
     pub overlays: Vec<OverlayConfig>,
     /// Cameras by name.

@@ -8,6 +8,8 @@
 //! Invariant: no I/O. Whether a file or a plugin exists is for others to find
 //! out; they place their errors with [`Positions::diagnostic`].
 
+mod alarm_rules;
+mod alarms;
 mod config;
 mod diagnostic;
 mod index;
@@ -30,6 +32,10 @@ mod syntax;
 mod theta;
 mod world;
 
+pub use alarms::{
+    AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
+    LimitConfig, PriorityConfig, StateConfig, WatchConfig,
+};
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
     NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig, SectionConfig,

@@ -36,6 +36,18 @@ pub const MAX_TEMPLATE_DEPTH: usize = 16;
 pub const MAX_TAGS: usize = 1_000_000;
 /// The longest expression of a derived tag, in bytes.
 pub const MAX_EXPRESSION_BYTES: usize = 1_000;
+/// The most alarms.
+pub const MAX_ALARMS: usize = 100_000;
+/// The longest delay of an alarm, in seconds.
+pub const MAX_ALARM_DELAY_SECONDS: f64 = 86_400.0;
+/// The longest text of an alarm, in characters.
+pub const MAX_ALARM_TEXT: usize = 500;
+/// The longest that alarms may be shelved, in minutes: a week.
+pub const MAX_SHELVING_MINUTES: u32 = 10_080;
+/// The largest file of the alarm log, in 10^6 bytes.
+pub const MAX_LOG_MEGABYTES: u32 = 32;
+/// The most files of the alarm log.
+pub const MAX_LOG_FILES: u32 = 1_000;
 /// The most bindings of tags to nodes.
 pub const MAX_BINDINGS: usize = 1_000_000;
 /// The most cameras.

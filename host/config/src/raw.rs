@@ -7,6 +7,7 @@ use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::alarms::{RawAlarm, RawAlarmHandling};
 use crate::config::TagType;
 use crate::limits::*;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
@@ -66,6 +67,13 @@ pub(crate) struct RawConfig {
     #[serde(default)]
     #[schemars(length(max = MAX_BINDINGS))]
     pub(crate) bindings: Vec<RawBinding>,
+    /// Alarms by id.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_ALARMS))]
+    pub(crate) alarms: BTreeMap<String, RawAlarm>,
+    /// How alarms are handled.
+    #[serde(default)]
+    pub(crate) alarm_handling: RawAlarmHandling,
     /// Names of the overlay plugins to draw, in this order.
     #[serde(default)]
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]

@@ -62,6 +62,8 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             role: raw.role,
             pointer,
         }),
+        alarms: named(raw.alarms, "/alarms", |_, raw, pointer| raw.resolve(pointer)),
+        alarm_handling: raw.alarm_handling.resolve(),
         overlays: indexed(raw.overlays, "/overlays", |plugin, pointer| OverlayConfig {
             plugin,
             pointer,

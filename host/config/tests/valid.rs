@@ -1,8 +1,9 @@
 //! A valid configuration and what becomes of it.
 
 use busbar_config::{
-    Band, Config, Isolation, QualityConfig, Severity, TagType, ThetaConfig, ThetaLevelConfig,
-    parse, schema,
+    AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, Isolation, LimitConfig,
+    PriorityConfig, QualityConfig, Severity, StateConfig, TagType, ThetaConfig, ThetaLevelConfig,
+    WatchConfig, parse, schema,
 };
 use serde_json::json;
 
@@ -35,6 +36,44 @@ fn the_example_becomes_typed_values() {
     assert_eq!(config.view.background, [0xd8, 0xda, 0xdd]);
     assert_eq!((config.view.samples, config.view.size), (1, [640, 480]));
     assert_eq!(config.view.theta_scale, 0.5);
+}
+
+#[test]
+fn alarms_are_of_tags_or_of_the_host() {
+    let config = example();
+    let hot = &config.alarms["T1.Hot"];
+    assert_eq!((hot.priority, hot.latched), (PriorityConfig::High, false));
+    assert_eq!(hot.equipment.as_deref(), Some("=S12D1T1-TA1/tank"));
+    assert_eq!((hot.message.as_str(), hot.group.as_deref()), ("Top oil hot", Some("T1")));
+    let limit = |limit, at, deadband| ConditionConfig::Limit { limit, at, deadband };
+    let watch = |tag: &str, condition| WatchConfig { tag: tag.into(), condition };
+    let expected = AlarmOriginConfig::Tag {
+        watch: watch("T1.TopOil", limit(LimitConfig::High, 95.0, 2.0)),
+        on_delay_seconds: 4.5,
+        off_delay_seconds: 0.0,
+        suppressed_by: Some(watch("Q1.Position", ConditionConfig::BadQuality)),
+    };
+    assert_eq!(hot.origin, expected);
+    let text = EXAMPLE.replace("\"high\": 95, \"deadband\": 2", "\"bad_quality\": true");
+    let text = text.replace(
+        "\"Q1.Position\", \"condition\": { \"bad_quality\": true }",
+        "\"Q1.Position\", \"condition\": { \"differs\": \"on\" }",
+    );
+    let AlarmOriginConfig::Tag { suppressed_by: Some(by), .. } =
+        parse(&text).unwrap().alarms["T1.Hot"].origin.clone()
+    else {
+        panic!("it is of a tag and can be suppressed")
+    };
+    let closed = StateConfig::DoublePoint(DoublePointConfig::On);
+    assert_eq!(by.condition, ConditionConfig::Differs(closed));
+    let delay = |name: &str| match &config.alarms[name].origin {
+        AlarmOriginConfig::Tag { on_delay_seconds, .. } => Some(*on_delay_seconds),
+        AlarmOriginConfig::Mirrored => None,
+    };
+    assert_eq!(["T1.Hotter", "T1.Silent", "Host.7"].map(delay), [Some(0.0), Some(5.0), None]);
+    let handling = &config.alarm_handling;
+    assert_eq!(handling.log_directory.as_deref(), Some("log"));
+    assert_eq!((handling.max_shelving_minutes, handling.log_files), (60, 20));
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use egui::{Pos2, Rect, Vec2};
 
+use crate::{AlarmAction, AlarmList};
+
 /// Cameras that numbers go to.
 pub const MAX_BOOKMARKS: usize = 9;
 
@@ -74,6 +76,19 @@ pub enum Command {
     LookFrom(Side),
     /// Select and frame an equipment id.
     Focus(String),
+    /// Select an equipment id and frame it from where nothing stands before it.
+    Reveal(String),
+    /// Choose an alarm, by its number.
+    SelectAlarm(u32),
+    /// Do something to an alarm.
+    ActOnAlarm {
+        /// Its number.
+        alarm: u32,
+        /// What.
+        action: AlarmAction,
+    },
+    /// Show another list of alarms.
+    ShowAlarmList(AlarmList),
     /// Frame the whole scene.
     FitAll,
     /// Frame what is selected.

@@ -8,7 +8,7 @@ use crate::theme;
 const WIDTH: f32 = 420.0;
 
 /// Gestures and keys with what they do, in groups; README has the same table.
-const HELP: [(&str, &[(&str, &str)]); 4] = [
+const HELP: [(&str, &[(&str, &str)]); 5] = [
     (
         "Camera",
         &[
@@ -37,6 +37,15 @@ const HELP: [(&str, &[(&str, &str)]); 4] = [
             ("Ctrl and drag", "select all that shows in a rectangle"),
             ("M", "measure between clicks on surfaces"),
             ("Esc", "end measuring; clear the selection"),
+        ],
+    ),
+    (
+        "Alarms",
+        &[
+            ("F8", "go to the next unacknowledged alarm"),
+            ("F9", "acknowledge the chosen alarm"),
+            ("F10, Shift+F10", "shelve it for 30 minutes; unshelve it"),
+            ("F3", "alarm list"),
         ],
     ),
     ("Window", &[("F1, ?", "these keys"), ("F2", "panels")]),

@@ -27,8 +27,8 @@ const HIDDEN_OPACITY: f32 = 0.7;
 /// Lines of a box, the most urgent first.
 const MAX_LINES: usize = 12;
 
-/// Paints labels over the scene, clipped to the viewport.
-pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement) {
+/// Paints labels over the scene, clipped to the viewport and beside what is occupied.
+pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement, occupied: &[Rect]) {
     let viewport = ui.max_rect();
     let painter = ui.painter().with_clip_rect(viewport);
     let mut ordered: Vec<&Label> =
@@ -52,7 +52,7 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement) {
             anchor: label.anchor,
         })
         .collect();
-    let places = placement.place(&wanted, viewport.shrink(4.0));
+    let places = placement.place(&wanted, viewport.shrink(4.0), occupied);
     let mut boxes = Vec::new();
     let mut crowded = dots.to_vec();
     for ((&label, laid_out), place) in boxed.iter().zip(laid_out).zip(places) {

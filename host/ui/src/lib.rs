@@ -3,6 +3,13 @@
 //! Invariant: nothing here knows Vulkan, plugins or where a value comes from;
 //! a panel never changes state, it asks by a [`Command`].
 
+mod alarm_banner;
+mod alarm_detail;
+mod alarm_keys;
+mod alarm_mark;
+mod alarm_model;
+mod alarm_panel;
+mod beacons;
 mod camera_panel;
 mod command;
 mod hatch;
@@ -20,6 +27,9 @@ mod theme;
 mod view_model;
 mod viewport;
 
+pub use alarm_model::{
+    AlarmAction, AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon,
+};
 pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
 pub use layers::{LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
@@ -38,12 +48,16 @@ use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect,
 const SIDE_PANEL_WIDTH: f32 = 400.0;
 /// Share of the side panel that models, or plugins, may take before they scroll.
 const MAX_PART_OF_PANEL: f32 = 0.35;
+/// Height of the alarm list, points, and the share of the window that it may take.
+const ALARM_LIST_HEIGHT: f32 = 176.0;
+const MAX_PART_OF_WINDOW: f32 = 0.4;
 
 /// The panels and their egui context.
 pub struct Panels {
     context: Context,
     shown: bool,
     helps: bool,
+    lists_alarms: bool,
     /// Where labels were.
     placement: Placement,
 }
@@ -53,6 +67,8 @@ pub struct Panels {
 pub struct SceneOverlay {
     /// Labels at equipment.
     pub labels: Vec<Label>,
+    /// Marks at equipment in alarm.
+    pub beacons: Vec<Beacon>,
     /// What is being measured.
     pub measurement: Option<Measurement>,
     /// Whether the camera has just come to another place: labels are placed anew.
@@ -78,7 +94,7 @@ impl Panels {
         theme::apply(&context);
         // One pass a frame: commands must not count twice.
         context.options_mut(|options| options.max_passes = NonZeroUsize::MIN);
-        Self { context, shown, helps: false, placement: Placement::default() }
+        Self { context, shown, helps: false, lists_alarms: true, placement: Placement::default() }
     }
 
     /// The egui context, for the platform glue and for tessellation.
@@ -94,28 +110,49 @@ impl Panels {
         input: RawInput,
         model: &ViewModel,
         tags: &dyn TagRows,
+        alarms: &dyn AlarmRows,
         mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
         let mut viewport = Rect::NOTHING;
         let (mut shown, mut helps) = (self.shown, self.helps);
+        let mut lists_alarms = self.lists_alarms;
         let placement = &mut self.placement;
         let egui = self.context.run_ui(input, |ui| {
             commands.clear();
+            if let Some(model) = &model.alarms {
+                lists_alarms ^= alarm_keys::handle(ui.ctx(), model, alarms, &mut commands);
+            }
             if shown {
                 Panel::bottom("status").show(ui, |ui| status_bar::show(ui, model));
                 Panel::left("side")
                     .default_size(SIDE_PANEL_WIDTH)
                     .show(ui, |ui| side_panel(ui, model, tags, &mut commands));
+                // Below the scene: values stay in view beside it.
+                if let Some(model) = model.alarms.as_ref().filter(|_| lists_alarms) {
+                    let most = ui.max_rect().height() * MAX_PART_OF_WINDOW;
+                    Panel::bottom("alarms")
+                        .default_size(ALARM_LIST_HEIGHT.min(most))
+                        .resizable(true)
+                        .show(ui, |ui| alarm_panel::show(ui, model, alarms, &mut commands));
+                }
             }
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
                 viewport = ui.max_rect();
                 viewport::handle(ui, model, &mut commands);
+                let banner = model
+                    .alarms
+                    .as_ref()
+                    .and_then(|model| alarm_banner::show(ui, viewport, model, &mut commands));
                 let overlay = overlay(viewport, &commands);
                 if overlay.arrived {
                     *placement = Placement::default();
                 }
-                labels::paint(ui, &overlay.labels, placement);
+                let occupied: Vec<Rect> =
+                    banner.into_iter().chain(beacons::places(&overlay.beacons)).collect();
+                labels::paint(ui, &overlay.labels, placement, &occupied);
+                let flashes = model.alarms.as_ref().is_some_and(|alarms| alarms.flashes);
+                beacons::paint(ui, &overlay.beacons, flashes);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
                 }
@@ -131,7 +168,7 @@ impl Panels {
                 shown = !shown;
             }
         });
-        (self.shown, self.helps) = (shown, helps);
+        (self.shown, self.helps, self.lists_alarms) = (shown, helps, lists_alarms);
         PanelsOutput { commands, viewport, egui }
     }
 }

@@ -17,8 +17,10 @@ pub(crate) const HATCH: Color32 = Color32::from_gray(140);
 /// What is selected.
 pub(crate) const SELECTION: Color32 = Color32::from_rgb(30, 90, 170);
 
-const WARNING: Color32 = Color32::from_rgb(250, 190, 40);
-const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
+/// A value outside its normal band; an alarm of medium priority.
+pub(crate) const WARNING: Color32 = Color32::from_rgb(250, 190, 40);
+/// What needs action at once.
+pub(crate) const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
 
 /// Ground and ink of a value by its mark. Colour is never the only cue: the
 /// symbol of [`symbol`] and the hatching tell marks apart in grey as well.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::Pos2;
 
-use crate::{CameraMode, LayerRow, SectionCut};
+use crate::{AlarmModel, CameraMode, LayerRow, SectionCut};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +31,8 @@ pub struct ViewModel {
     pub section: Option<SectionCut>,
     /// The least and greatest coordinates of the scene, metres.
     pub extent: [[f32; 3]; 2],
+    /// What is said of alarms; none where there are none configured.
+    pub alarms: Option<AlarmModel>,
     /// The line at the bottom.
     pub status: StatusLine,
     /// Equipment id of what is selected, or how many are.

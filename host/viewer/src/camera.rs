@@ -2,6 +2,7 @@
 
 pub(crate) mod navigator;
 mod path;
+mod reveal;
 mod transition;
 
 use busbar_config::{CameraConfig, ProjectionConfig};

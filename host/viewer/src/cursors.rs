@@ -10,6 +10,8 @@
 mod hlod;
 mod morphs;
 
+use std::collections::BTreeSet;
+
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
 use busbar_renderer::Morph;
@@ -67,6 +69,8 @@ pub(crate) struct Cursors {
     groups: Vec<HlodState>,
     /// Where the eye was; none when all must be chosen anew.
     eye: Option<Eye>,
+    /// Instances in full detail, whatever their policies say.
+    full: BTreeSet<usize>,
     /// How many times over errors may show that policies bound, 1 or more.
     coarseness: f32,
     /// Instances that are not shown where they are wanted, or on their way there.
@@ -189,6 +193,7 @@ impl Cursors {
             scale,
             instances,
             eye: None,
+            full: BTreeSet::new(),
             coarseness: 1.0,
             moving: Vec::new(),
             morphs: Morphs::default(),
@@ -217,6 +222,14 @@ impl Cursors {
     pub(crate) fn set_coarseness(&mut self, coarseness: f32) {
         if self.coarseness != coarseness {
             self.coarseness = coarseness;
+            self.eye = None;
+        }
+    }
+
+    /// Shows these instances of the graph, by their indices, in full detail.
+    pub(crate) fn set_full_detail(&mut self, instances: BTreeSet<usize>) {
+        if self.full != instances {
+            self.full = instances;
             self.eye = None;
         }
     }
@@ -262,7 +275,8 @@ impl Cursors {
     fn choose_instance(&mut self, index: usize, eye: Eye, models: &[LoadedModel], anew: bool) {
         let InstanceCursor { model, policy, shown, .. } = self.instances[index];
         let anew = anew || shown == NOWHERE;
-        if let Some(theta) = self.by_hand[model as usize] {
+        let forced = self.full.contains(&index).then_some(0.0);
+        if let Some(theta) = forced.or(self.by_hand[model as usize]) {
             if anew {
                 self.instances[index].level = None;
                 self.want(index, theta, models);

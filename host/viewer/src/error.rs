@@ -40,6 +40,9 @@ pub enum ViewError {
         /// What it says.
         error: PluginError,
     },
+    /// An alarm that the host cannot set.
+    #[error("{0}\n  remedy: mirror alarms that the configuration marks as \"mirrored\"")]
+    Alarm(String),
     /// A camera that the configuration does not have.
     #[error("no camera '{wanted}'\n  remedy: name one of: {}", .known.join(", "))]
     UnknownCamera {

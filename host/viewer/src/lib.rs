@@ -7,6 +7,7 @@
 //!
 //! Invariant: no Vulkan type and no protocol word crosses this façade.
 
+mod alarms;
 mod camera;
 mod color;
 mod cursors;
@@ -31,6 +32,8 @@ mod stats;
 mod surroundings;
 mod viewer;
 
+/// The states of an alarm, by the letters of IEC 62682.
+pub use busbar_alarms::State as AlarmState;
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
 pub use busbar_plugin_host::{
     Catalog, FaultKind, LoadRules, PluginInfo, Refused, Simulation, SimulationStatus, sign_library,
@@ -46,5 +49,5 @@ pub use load::{
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
-pub use stats::{CameraStats, LoadMillis, PluginStats, Stats, TagStats};
+pub use stats::{AlarmStats, CameraStats, LoadMillis, PluginStats, Stats, TagStats};
 pub use viewer::{FrameOutput, MAX_SELECTED, Viewer};

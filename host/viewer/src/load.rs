@@ -1,5 +1,6 @@
 //! From a configuration file to everything a view needs, without a device.
 
+mod alarms;
 mod bindings;
 mod cache;
 mod hlod;
@@ -22,6 +23,7 @@ use busbar_renderer::{Quality, RendererOptions};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
 
+pub(crate) use alarms::LoadedAlarms;
 pub(crate) use hlod::HlodGroup;
 pub use simulate::{SimulatedDevice, SimulatedDevices};
 
@@ -47,6 +49,9 @@ pub struct LoadedScene {
     pub(crate) groups: Vec<HlodGroup>,
     pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Vec<Binding>,
+    pub(crate) alarms: LoadedAlarms,
+    /// Folder of the alarm log.
+    pub(crate) alarm_log: Option<PathBuf>,
     /// The first node that each tag is bound to.
     nodes_of_tags: HashMap<TagHandle, NodeIndex>,
     pub(crate) millis: LoadMillis,
@@ -147,6 +152,13 @@ impl LoadedScene {
         models::take_apart(&config, &mut imported, graph.as_mut());
         let tags = Arc::new(bindings::tags(&config, &mut faults));
         let bindings = bindings::resolve(&config, graph.as_ref(), &imported, &mut faults);
+        let mut nodes_of_tags = HashMap::new();
+        for binding in &bindings {
+            nodes_of_tags.entry(binding.tag).or_insert(binding.node);
+        }
+        let placed = graph.as_ref();
+        let alarms =
+            alarms::resolve(&config, &tags, placed, &imported, &nodes_of_tags, &mut faults);
         millis.insert("scene".into(), millis_since(start));
 
         plugins::check_capabilities(&config, &instances, tags.specs(), &mut faults);
@@ -181,11 +193,9 @@ impl LoadedScene {
                 let start = Instant::now();
                 let groups = hlod::build(&graph, &policies_of(&config), &mut models);
                 millis.insert("proxies".into(), millis_since(start));
-                let mut nodes_of_tags = HashMap::new();
-                for binding in &bindings {
-                    nodes_of_tags.entry(binding.tag).or_insert(binding.node);
-                }
                 let instances_of_models = count_placed(&config);
+                let log = config.alarm_handling.log_directory.as_ref();
+                let alarm_log = log.map(|directory| folder.join(directory));
                 let mut config = config.loaded();
                 config.warnings = diagnostics;
                 Ok(Self {
@@ -197,6 +207,8 @@ impl LoadedScene {
                     groups,
                     tags,
                     bindings,
+                    alarms,
+                    alarm_log,
                     nodes_of_tags,
                     millis,
                     cached_meshes,

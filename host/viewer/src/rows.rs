@@ -138,7 +138,7 @@ fn link_state(link: LinkReport) -> (LinkLamp, String) {
     }
 }
 
-fn value_text(value: Value) -> String {
+pub(crate) fn value_text(value: Value) -> String {
     match value {
         Value::F64(value) if value.abs() >= 1e7 => format!("{value:.3e}"),
         Value::F64(value) if value.abs() >= 1000.0 => format!("{value:.1}"),

@@ -9,6 +9,9 @@ use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
 use busbar_ui::CameraMode;
 use serde::Serialize;
 
+use crate::AlarmState;
+use crate::alarms::Alarming;
+
 /// Milliseconds a stage of loading, in no order.
 pub type LoadMillis = BTreeMap<String, f64>;
 
@@ -61,6 +64,10 @@ pub struct Stats {
     pub plugins: Vec<PluginStats>,
     /// Changes of single points and double-points since the start.
     pub events: u64,
+    /// The alarms that are not normal.
+    pub alarms: Vec<AlarmStats>,
+    /// Id of the alarm that was chosen.
+    pub selected_alarm: Option<String>,
     /// Every tag.
     pub tags: Vec<TagStats>,
     /// Tags a quality.
@@ -142,6 +149,21 @@ pub struct TagStats {
     pub age: Option<f64>,
 }
 
+/// One alarm.
+#[derive(Clone, Debug, Serialize)]
+pub struct AlarmStats {
+    /// Id.
+    pub id: String,
+    /// Its state by the letter of IEC 62682.
+    pub state: AlarmState,
+    /// `critical`, `high`, `medium` or `low`.
+    pub priority: &'static str,
+    /// Whether its tag is good.
+    pub certain: bool,
+    /// Occurrences since the start.
+    pub occurrences: u64,
+}
+
 /// Tags a quality.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct QualityStats {
@@ -163,6 +185,28 @@ impl From<QualityCounts> for QualityStats {
 pub(crate) fn gpu_millis(frame: &FrameStats) -> BTreeMap<&'static str, f64> {
     let whole = frame.gpu_millis.map(|millis| ("frame", millis));
     whole.into_iter().chain(frame.gpu_stages.iter()).collect()
+}
+
+/// The alarms that are not normal.
+pub(crate) fn alarms(alarming: &Alarming) -> Vec<AlarmStats> {
+    let table = alarming.table();
+    let of = |alarm| {
+        let (spec, status) = (table.set().spec(alarm)?, table.status(alarm)?);
+        Some(AlarmStats {
+            id: spec.id.clone(),
+            state: status.state,
+            priority: spec.priority.name(),
+            certain: status.is_certain,
+            occurrences: status.occurrences,
+        })
+    };
+    table.open().filter_map(of).collect()
+}
+
+/// Id of the alarm that was chosen.
+pub(crate) fn selected_alarm(alarming: &Alarming) -> Option<String> {
+    let spec = alarming.table().set().spec(alarming.selected()?);
+    spec.map(|spec| spec.id.clone())
 }
 
 /// One plugin with its link and its last fault.

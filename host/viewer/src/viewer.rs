@@ -1,5 +1,6 @@
 //! One view of one scene, stepped frame by frame.
 
+mod alarming;
 mod commands;
 mod drawing;
 mod opening;
@@ -26,6 +27,7 @@ use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
 use busbar_ui::{Command, ModelRow, Navigation, Panels, SceneOverlay, StatusLine, ViewModel};
 use egui::{Pos2, RawInput, Rect, vec2};
 
+use crate::alarms::{self, Alarming};
 use crate::camera::navigator::{Around, Navigator};
 use crate::camera::{Camera, Projection};
 use crate::color::linear_from_srgb;
@@ -57,6 +59,8 @@ pub struct Viewer {
     tags: TagTable,
     /// What switched, in order.
     events: EventLog,
+    /// None where none is configured.
+    alarms: Option<Alarming>,
     scene: LoadedScene,
     renderer: Renderer,
     recovery: Recovery,
@@ -203,8 +207,9 @@ impl Viewer {
         let snapshot = self.tags.snapshot();
         let patience =
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
-        let overlaid =
+        let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
+        overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
         let model = self.view_model(snapshot);
 
         let rows = rows::Rows::new(&self.scene, snapshot, &overlaid.lines);
@@ -212,8 +217,9 @@ impl Viewer {
         let (panels, navigator, hovered) = (&mut self.panels, &mut self.navigator, self.hovered);
         let (screen, graph) = (self.screen, &scene.graph);
         let selected_bounds = bounds_of(graph, selection);
-        let hidden = &self.hidden_labels;
-        let output = panels.run(input, &model, &rows, |viewport, commands| {
+        let (hidden, alarming) = (&self.hidden_labels, self.alarms.as_ref());
+        let alarm_rows = alarms::Rows { alarming, scene, snapshot };
+        let output = panels.run(input, &model, &rows, &alarm_rows, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
             navigator.steer(commands, &around);
@@ -222,6 +228,8 @@ impl Viewer {
             let sight = labels::Sight { projection, eye: view.eye };
             SceneOverlay {
                 labels: labels::build(&overlaid.lines, snapshot, graph, sight, selection, hidden),
+                beacons: alarming
+                    .map_or_else(Vec::new, |alarms| alarms::beacons(alarms, graph, sight)),
                 arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
@@ -236,6 +244,7 @@ impl Viewer {
         let mut highlights = std::mem::take(&mut self.highlights);
         highlights.update(&self.scene.graph, &overlaid, self.tags(), &self.selection);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
+        self.force_detail();
         self.move_cursors(now);
         let mut instances = std::mem::take(&mut self.drawn);
         self.list_instances(highlights.of_nodes(), &mut instances);

@@ -86,8 +86,7 @@ impl Overlay for EnergisationOverlay {
         self.switch_bindings = switches.map(|id| positions.get(id.as_str()).copied()).collect();
         let feeds = |id: &String| feeds.get(id.as_str()).copied();
         let sources = self.topology.sources.iter();
-        self.source_bindings =
-            sources.map(|source| source.equipment.as_ref().map(feeds)).collect();
+        self.source_bindings = sources.map(|source| source.equipment.as_ref().map(feeds)).collect();
         // Without any bindings the settings are only tried.
         if !bindings.is_empty() {
             self.warn_of_missing_tags();

@@ -15,6 +15,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar_viewer",
         &[
+            "busbar_alarm_log",
+            "busbar_alarms",
             "busbar_config",
             "busbar_geometry",
             "busbar_gltf_export",
@@ -29,6 +31,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_ui",
         ],
     ),
+    ("busbar_alarm_log", &["busbar_alarms", "busbar_tags"]),
+    ("busbar_alarms", &["busbar_tags"]),
     ("busbar_config", &[]),
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),

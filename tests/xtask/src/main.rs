@@ -50,7 +50,7 @@ enum Command {
     Stage(stage::Arguments),
     /// Install what is missing and run all that CI runs.
     Test(test::Arguments),
-    /// Run the long tests: fuzzing.
+    /// Run the long tests: fuzzing, failing calls to Vulkan, kills beside the alarm log.
     Soak(soak::Arguments),
     /// Let every fault of a plugin strike beside a live view, 10,000 times.
     Faults(faults::Arguments),

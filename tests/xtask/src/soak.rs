@@ -14,6 +14,10 @@ use crate::workspace::Workspace;
 /// Tests in which calls to Vulkan fail, and what lets every one of them fail.
 const FAULT_TESTS: [&str; 2] = ["failing_calls", "failing_window"];
 const ALL_FAULTS: &str = "BUSBAR_VULKAN_FAULTS";
+/// The test that kills a process which writes the alarm log, and how often.
+const KILL_TEST: &str = "kills";
+const KILLS_VARIABLE: &str = "BUSBAR_ALARM_KILLS";
+const KILLS: &str = "200";
 const FUZZ_FOLDER: &str = "tests/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
@@ -37,13 +41,32 @@ pub(crate) struct Arguments {
     /// comes after the fuzz targets, unless some are named.
     #[arg(long, conflicts_with = "targets")]
     vulkan_faults: bool,
+    /// Kill a process that writes the alarm log 200 times, and nothing else; without it
+    /// that comes last, unless fuzz targets are named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults"])]
+    alarm_kills: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    if arguments.alarm_kills {
+        return kill_all(workspace);
+    }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
     }
-    if arguments.targets.is_empty() { fail_all_calls(workspace) } else { Ok(()) }
+    if !arguments.targets.is_empty() {
+        return Ok(());
+    }
+    fail_all_calls(workspace)?;
+    if arguments.vulkan_faults { Ok(()) } else { kill_all(workspace) }
+}
+
+/// Kills the process that writes the alarm log again and again.
+fn kill_all(workspace: &Workspace) -> Result<()> {
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(KILLS_VARIABLE, KILLS);
+    command.args(["test", "--workspace", "--test", KILL_TEST]);
+    process::run(command.args(["--", "--nocapture"]))
 }
 
 /// Lets each call to Vulkan fail with each code that it may give.

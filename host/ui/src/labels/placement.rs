@@ -37,9 +37,14 @@ pub(crate) struct Placement {
 }
 
 impl Placement {
-    /// Places for boxes, the most urgent first; none for those without room. As many
-    /// slots are remembered as boxes were placed.
-    pub(super) fn place(&mut self, wanted: &[Wanted<'_>], within: Rect) -> Vec<Option<Rect>> {
+    /// Places for boxes, the most urgent first, beside what is occupied; none for those
+    /// without room. As many slots are remembered as boxes were placed.
+    pub(super) fn place(
+        &mut self,
+        wanted: &[Wanted<'_>],
+        within: Rect,
+        occupied: &[Rect],
+    ) -> Vec<Option<Rect>> {
         let last: Vec<Option<(usize, Rect)>> = wanted
             .iter()
             .map(|wanted| {
@@ -47,7 +52,7 @@ impl Placement {
                 Some((slot, place_at(wanted, slot)))
             })
             .collect();
-        let mut taken: Vec<Rect> = Vec::new();
+        let mut taken: Vec<Rect> = occupied.to_vec();
         let mut slots = HashMap::new();
         let mut places = Vec::with_capacity(wanted.len());
         for (index, wanted) in wanted.iter().enumerate() {
@@ -117,7 +122,7 @@ mod tests {
         let keys = ["a", "b", "c", "d", "e", "f"];
         let size = vec2(120.0, 60.0);
         let wanted = keys.map(|key| Wanted { key, size, anchor: pos2(400.0, 300.0) });
-        let places = Placement::default().place(&wanted, screen());
+        let places = Placement::default().place(&wanted, screen(), &[]);
         for (index, place) in places.iter().enumerate() {
             let place = place.unwrap();
             assert!(screen().contains_rect(place));
@@ -126,10 +131,20 @@ mod tests {
     }
 
     #[test]
+    fn what_is_occupied_stays_free() {
+        let wanted = [Wanted { key: "a", size: vec2(80.0, 40.0), anchor: pos2(400.0, 300.0) }];
+        let above = Rect::from_min_max(pos2(385.0, 255.0), pos2(415.0, 290.0));
+        let free = Placement::default().place(&wanted, screen(), &[])[0].unwrap();
+        assert!(free.intersects(above));
+        let place = Placement::default().place(&wanted, screen(), &[above])[0].unwrap();
+        assert!(!place.intersects(above));
+    }
+
+    #[test]
     fn a_box_larger_than_the_screen_finds_no_place() {
         let within = Rect::from_min_size(Pos2::ZERO, vec2(100.0, 100.0));
         let wanted = [Wanted { key: "a", size: vec2(200.0, 20.0), anchor: pos2(50.0, 50.0) }];
-        assert_eq!(Placement::default().place(&wanted, within), [None]);
+        assert_eq!(Placement::default().place(&wanted, within, &[]), [None]);
     }
 
     #[test]
@@ -137,8 +152,8 @@ mod tests {
         let within = Rect::from_min_size(Pos2::ZERO, vec2(130.0, 120.0));
         let wanted = |key| Wanted { key, size: vec2(120.0, 40.0), anchor: pos2(65.0, 100.0) };
         let mut placement = Placement::default();
-        assert!(placement.place(&[wanted("calm")], within)[0].is_some());
-        let places = placement.place(&[wanted("alarm"), wanted("calm")], within);
+        assert!(placement.place(&[wanted("calm")], within, &[])[0].is_some());
+        let places = placement.place(&[wanted("alarm"), wanted("calm")], within, &[]);
         assert!(places[0].is_some() && places[1].is_none(), "{places:?}");
     }
 
@@ -175,7 +190,7 @@ mod tests {
                 .iter()
                 .map(|(key, anchor, _)| Wanted { key, size: vec2(110.0, 46.0), anchor: *anchor })
                 .collect();
-            let places = placement.place(&wanted, screen());
+            let places = placement.place(&wanted, screen(), &[]);
             for (index, place) in places.iter().enumerate() {
                 let others = places[..index].iter().flatten();
                 assert!(place.is_none_or(|p| others.clone().all(|o| !o.intersects(p))));

@@ -11,7 +11,7 @@ use egui::{Rect, Vec2};
 use glam::{Vec3, vec3};
 
 use super::transition::Transition;
-use super::{Camera, Lens};
+use super::{Camera, Lens, reveal};
 
 /// Height of the eye above the ground, metres: standing, as in ISO 7250-1 for men and
 /// women together.
@@ -182,6 +182,7 @@ impl Navigator {
                 let node = around.graph.find(id);
                 self.frame(node.and_then(|node| around.graph.node(node).bounds()), around);
             }
+            Command::Reveal(id) => self.reveal(id, around),
             Command::UseCamera(name) => {
                 if let Some(config) = around.cameras.get(name) {
                     self.visit(Camera::from_config(config), around);
@@ -280,6 +281,14 @@ impl Navigator {
         let mut camera = self.destination();
         camera.frame(bounds);
         self.visit(camera, around);
+    }
+
+    fn reveal(&mut self, id: &str, around: &Around<'_>) {
+        let node = around.graph.find(id);
+        let Some(bounds) = node.and_then(|node| around.graph.node(node).bounds()) else { return };
+        let equipment: Vec<Bounds> =
+            around.graph.instances().iter().filter_map(|instance| instance.bounds).collect();
+        self.visit(reveal::in_sight(self.destination(), bounds, &equipment), around);
     }
 
     fn go_to_bookmark(&mut self, number: usize, around: &Around<'_>) {

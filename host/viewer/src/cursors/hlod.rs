@@ -112,7 +112,8 @@ impl Cursors {
     /// Whether nothing but the policy decides on the detail of what is in a group.
     fn follows_policy(&self, group: usize) -> bool {
         let by_hand = |&model: &u32| self.by_hand[model as usize].is_some();
-        self.scale == 1.0 && !self.groups[group].models.iter().any(by_hand)
+        let in_full = self.full.range(self.groups[group].instances.clone()).next().is_some();
+        self.scale == 1.0 && !in_full && !self.groups[group].models.iter().any(by_hand)
     }
 
     fn draw_as_wanted(&mut self, group: usize) {

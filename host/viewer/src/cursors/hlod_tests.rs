@@ -126,3 +126,21 @@ fn a_hand_and_the_scale_take_groups_apart() {
     assert_eq!(settled(&mut cursors, 200.0), ALL);
     assert!(cursors.instances[..4].iter().all(|instance| instance.shown == 0));
 }
+
+#[test]
+fn a_group_that_holds_what_is_to_be_in_full_detail_is_taken_apart_however_far() {
+    let (mut cursors, models) = groups();
+    let far = |cursors: &mut Cursors| {
+        step(cursors, &models, 1_000.0, &|_| true);
+        step(cursors, &models, 1_000.0, &|_| true)
+    };
+    assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
+    cursors.set_full_detail([3].into());
+    let apart = [Drawn::Group(1), Drawn::Instance(2), Drawn::Instance(3)];
+    assert_eq!(far(&mut cursors), apart);
+    cursors.for_each_drawn(|drawn, place, _| {
+        assert_eq!(place.cursor == 0, drawn == Drawn::Instance(3), "{drawn:?}");
+    });
+    cursors.set_full_detail(BTreeSet::new());
+    assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
+}

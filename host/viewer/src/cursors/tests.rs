@@ -262,3 +262,17 @@ fn what_is_beyond_the_limit_changes_at_once() {
     cursors.advance(&models, false, 1.0, |_| true);
     assert_eq!((there(&cursors), cursors.is_morphing()), (count, false));
 }
+
+#[test]
+fn what_is_to_be_in_full_detail_is_so_at_any_distance_and_by_any_hand() {
+    let (mut cursors, models) = row(&[0.0, 50.0, 200.0], None);
+    let before = step(&mut cursors, &models, 0.0, true);
+    assert!(before[2] > 0);
+    cursors.set_full_detail([2].into());
+    assert_eq!(step(&mut cursors, &models, 0.0, true), [before[0], before[1], 0]);
+    cursors.set_by_hand(0, Some(0.9));
+    assert_eq!(step(&mut cursors, &models, 0.0, true)[2], 0, "by hand");
+    cursors.set_by_hand(0, None);
+    cursors.set_full_detail(BTreeSet::new());
+    assert_eq!(step(&mut cursors, &models, 0.0, true), before, "as it was");
+}

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_config::{Config, TagType, join_pointer};
 use busbar_plugin_host::OverlayBinding;
-use busbar_scene::{ModelIndex, Placement, SceneGraph, Transform};
+use busbar_scene::{ModelIndex, NodeIndex, Placement, SceneGraph, Transform};
 use busbar_tags::{Scale, SpecFault, TagHandle, TagSet, TagSpec, ValueKind};
 
 use super::models::ImportedModels;
@@ -102,17 +102,28 @@ pub(super) fn resolve(
         let Some(&tag) = handles.get(binding.tag.as_str()) else {
             continue;
         };
-        match graph.find(&binding.node) {
-            Some(node) => resolved.push(Binding { tag, node, role: binding.role.clone() }),
-            None if model_failed(config, imported, &binding.node) => {}
-            None => {
-                let cause = format!("no node '{}' in the scene", binding.node);
-                let remedy = suggest(graph, &binding.node);
-                faults.add(&join_pointer(&binding.pointer, "node"), cause, remedy);
-            }
+        let pointer = join_pointer(&binding.pointer, "node");
+        if let Some(node) = find(config, graph, imported, &binding.node, &pointer, faults) {
+            resolved.push(Binding { tag, node, role: binding.role.clone() });
         }
     }
     resolved
+}
+
+/// The node of an equipment id that stands at a pointer; a fault where there is none.
+pub(super) fn find(
+    config: &Config,
+    graph: &SceneGraph,
+    imported: &ImportedModels,
+    id: &str,
+    pointer: &str,
+    faults: &mut Faults<'_>,
+) -> Option<NodeIndex> {
+    let found = graph.find(id);
+    if found.is_none() && !model_failed(config, imported, id) {
+        faults.add(pointer, format!("no node '{id}' in the scene"), suggest(graph, id));
+    }
+    found
 }
 
 /// Whether the node is part of a model that could not be imported: that fault

@@ -1,5 +1,7 @@
 //! What the operator asks for.
 
+use busbar_alarms::AlarmHandle;
+
 use super::*;
 
 impl Viewer {
@@ -13,7 +15,16 @@ impl Viewer {
                 Command::UsePolicy { model } => self.cursors.set_by_hand(*model, None),
                 Command::SetThetaScale(scale) => self.set_theta_scale(*scale),
                 Command::SetWireframe(wireframe) => self.wireframe = *wireframe,
-                Command::Focus(id) => self.select(self.scene.graph.find(id)),
+                Command::Focus(id) | Command::Reveal(id) => {
+                    self.select(self.scene.graph.find(id));
+                }
+                Command::SelectAlarm(alarm) => {
+                    self.with_alarms(|alarms| alarms.select(AlarmHandle(*alarm)));
+                }
+                Command::ActOnAlarm { alarm, action } => {
+                    self.with_alarms(|alarms| alarms.act(AlarmHandle(*alarm), *action));
+                }
+                Command::ShowAlarmList(list) => self.with_alarms(|alarms| alarms.show_list(*list)),
                 Command::SetLayer { layer, shown } => {
                     if let Some(overlay) = self.overlays.get_mut(*layer) {
                         overlay.is_shown = *shown;
@@ -45,6 +56,12 @@ impl Viewer {
                 | Command::Zoom(_)
                 | Command::Move { .. } => {}
             }
+        }
+    }
+
+    fn with_alarms(&mut self, act: impl FnOnce(&mut Alarming)) {
+        if let Some(alarms) = &mut self.alarms {
+            act(alarms);
         }
     }
 

@@ -56,11 +56,13 @@ impl Viewer {
             Cursors::new(&scene.graph, &scene.models, scene.policies(), &scene.groups, theta_scale);
         cursors.set_morph_seconds(scene.config.view.morph_seconds);
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
+        let alarms = Alarming::of(&scene, in_window, wall_clock());
         Ok(Self {
             telemetry,
             overlays,
             tags,
             events: EventLog::default(),
+            alarms,
             triangles_full: full_triangles(&scene),
             cursors,
             settles: !in_window,

@@ -44,6 +44,8 @@ impl Viewer {
             tags: stats::tags(&self.scene.tags, self.tags.snapshot()),
             quality: self.tags.snapshot().counts().into(),
             events: self.events.count(),
+            alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
+            selected_alarm: self.alarms.as_ref().and_then(stats::selected_alarm),
             picked: match self.selection.len() {
                 1 => self.ids_of(&self.selection).next(),
                 _ => None,
@@ -81,6 +83,8 @@ impl Viewer {
                 orthographic: self.navigator.is_orthographic(),
                 speed: self.navigator.speed(),
             },
+            alarms: alarms::Rows { alarming: self.alarms.as_ref(), scene: &self.scene, snapshot }
+                .model(self.in_window),
             wireframe: self.wireframe,
             theta_scale: self.cursors.scale(),
             max_theta_scale: MAX_THETA_SCALE,

@@ -2,16 +2,23 @@
 
 use super::*;
 
-/// Where samples go: into the tags, and what they switch to the events.
+/// Where samples go: into the tags, and what they change to the events and alarms.
 struct Updates<'a> {
     tags: &'a mut TagTable,
     events: &'a mut EventLog,
+    alarms: Option<&'a mut Alarming>,
 }
 
 impl SampleSink for Updates<'_> {
     #[inline(always)]
     fn take(&mut self, sample: &Sample) {
-        self.tags.apply(sample, |change| self.events.note(change));
+        let Self { tags, events, alarms } = self;
+        tags.apply(sample, |change| {
+            events.note(change);
+            if let Some(alarms) = alarms {
+                alarms.note(change);
+            }
+        });
     }
 }
 
@@ -38,8 +45,18 @@ impl Viewer {
         let (tags, events) = (&mut self.tags, &mut self.events);
         tags.follow_clock(wall_clock(), Moment::now());
         for telemetry in &self.telemetry {
-            telemetry.drain(&mut Updates { tags, events });
+            let alarms = self.alarms.as_mut();
+            telemetry.drain(&mut Updates { tags, events, alarms });
         }
-        tags.advance(Moment::now(), |change| events.note(change));
+        let (now, mut alarms) = (Moment::now(), self.alarms.as_mut());
+        tags.advance(now, |change| {
+            events.note(change);
+            if let Some(alarms) = &mut alarms {
+                alarms.note(change);
+            }
+        });
+        if let Some(alarms) = alarms {
+            alarms.step(tags.snapshot(), now, wall_clock());
+        }
     }
 }

@@ -1,0 +1,156 @@
+//! The log as a viewer has it: a queue, and a thread that writes.
+
+use std::mem;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use busbar_alarms::Record;
+
+use crate::journal::Journal;
+use crate::{LogError, LogRules, Recovered};
+
+/// Records that wait for the disk before new ones are lost.
+pub const MAX_WAITING_RECORDS: usize = 100_000;
+/// Batches, a frame each, that lie in the queue.
+const MAX_BATCHES: usize = 64;
+/// Records that are written and synced at once.
+const MAX_RECORDS_AT_ONCE: usize = 10_000;
+/// Until what could not be written is tried again.
+const RETRY_DELAY: Duration = Duration::from_secs(1);
+
+/// A log that is written.
+#[derive(Debug)]
+pub struct AlarmLog {
+    /// Gone when the log is to end.
+    sender: Option<SyncSender<Vec<Record>>>,
+    thread: Option<JoinHandle<()>>,
+    shared: Arc<Shared>,
+    /// Not handed over yet.
+    waiting: Vec<Record>,
+    lost: u64,
+}
+
+/// What the thread tells.
+#[derive(Debug, Default)]
+struct Shared {
+    durable: AtomicU64,
+    fault: Mutex<Option<String>>,
+    /// Whether nobody waits for a disk any more that refuses to write.
+    is_ending: AtomicBool,
+}
+
+impl AlarmLog {
+    /// Opens a log, and makes it where there is none; what it knew.
+    ///
+    /// # Errors
+    /// A folder that cannot be used, or a log that another viewer writes.
+    pub fn open(rules: LogRules) -> Result<(Self, Recovered), LogError> {
+        let directory = rules.directory.clone();
+        let (journal, found) = Journal::open(rules)?;
+        let shared = Arc::new(Shared::default());
+        shared.durable.store(found.last_number, Ordering::Release);
+        let (sender, receiver) = sync_channel(MAX_BATCHES);
+        let of_thread = shared.clone();
+        let thread = thread::Builder::new()
+            .name("alarm log".into())
+            .spawn(move || write_all(journal, &receiver, &of_thread))
+            .map_err(|source| LogError::Unusable { path: directory, source })?;
+        let (sender, thread) = (Some(sender), Some(thread));
+        Ok((Self { sender, thread, shared, waiting: Vec::new(), lost: 0 }, found))
+    }
+
+    /// Takes a record; [`AlarmLog::flush`] hands it to the disk. Where the disk is behind by
+    /// [`MAX_WAITING_RECORDS`] it is lost and counted.
+    pub fn append(&mut self, record: Record) {
+        if self.waiting.len() < MAX_WAITING_RECORDS {
+            self.waiting.push(record);
+        } else {
+            self.lost += 1;
+        }
+    }
+
+    /// Hands over what was taken, once a frame. Never waits.
+    pub fn flush(&mut self) {
+        if self.waiting.is_empty() {
+            return;
+        }
+        let Some(sender) = &self.sender else { return };
+        match sender.try_send(mem::take(&mut self.waiting)) {
+            Ok(()) => {}
+            // The next frame tries again.
+            Err(TrySendError::Full(records) | TrySendError::Disconnected(records)) => {
+                self.waiting = records;
+            }
+        }
+    }
+
+    /// Number of the newest record that is on the disk; all before it are there too.
+    pub fn durable(&self) -> u64 {
+        self.shared.durable.load(Ordering::Acquire)
+    }
+
+    /// Whether the disk keeps up, so that operators may act.
+    pub fn keeps_up(&self) -> bool {
+        self.lost == 0 && self.waiting.len() < MAX_WAITING_RECORDS / 2
+    }
+
+    /// Why records are not on the disk, while that is so; what was lost for good stays told.
+    pub fn fault(&self) -> Option<String> {
+        let fault = self.shared.fault.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let lost = (self.lost > 0).then(|| format!("{} records were lost", self.lost));
+        match (fault, lost) {
+            (Some(fault), Some(lost)) => Some(format!("{fault}; {lost}")),
+            (fault, lost) => fault.or(lost),
+        }
+    }
+}
+
+impl Drop for AlarmLog {
+    fn drop(&mut self) {
+        self.shared.is_ending.store(true, Ordering::Release);
+        let rest = mem::take(&mut self.waiting);
+        if let Some(sender) = self.sender.take().filter(|_| !rest.is_empty()) {
+            // What a hung disk has no room for is lost with the process.
+            let _ = sender.try_send(rest);
+        }
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Writes what comes, all that lies ready at once, until the other end is gone.
+fn write_all(mut journal: Journal, receiver: &Receiver<Vec<Record>>, shared: &Shared) {
+    while let Ok(mut records) = receiver.recv() {
+        while records.len() < MAX_RECORDS_AT_ONCE {
+            match receiver.try_recv() {
+                Ok(more) => records.extend(more),
+                Err(_) => break,
+            }
+        }
+        if !write(&mut journal, &records, shared) {
+            return;
+        }
+    }
+}
+
+/// Tries until records are written; not so where the log is to end and the disk refuses.
+fn write(journal: &mut Journal, records: &[Record], shared: &Shared) -> bool {
+    loop {
+        let fault = journal.append(records).err().map(|error| format!("not logged: {error}"));
+        let is_written = fault.is_none();
+        *shared.fault.lock().unwrap_or_else(PoisonError::into_inner) = fault;
+        if is_written {
+            let newest = records.last().map_or(0, |record| record.number);
+            shared.durable.fetch_max(newest, Ordering::AcqRel);
+            return true;
+        }
+        if shared.is_ending.load(Ordering::Acquire) {
+            return false;
+        }
+        thread::sleep(RETRY_DELAY);
+    }
+}

@@ -1,0 +1,136 @@
+//! What operators do to alarms.
+
+use std::time::Duration;
+
+use busbar_tags::SourceTime;
+
+use crate::state::Hold;
+use crate::{Happening, Standing, State};
+
+/// The longest name of an operator, in bytes.
+pub const MAX_OPERATOR_BYTES: usize = 100;
+
+/// What an operator does to an alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Say that it was seen.
+    Acknowledge,
+    /// Let go of a latch.
+    Reset,
+    /// Put it on the shelf for so long; one that is there stays so long from now on.
+    Shelve(Duration),
+    /// Take it off the shelf.
+    Unshelve,
+    /// Take it out of service, until somebody puts it back.
+    RemoveFromService,
+    /// Put it back into service.
+    ReturnToService,
+}
+
+/// Why an action cannot be. Nothing has changed then.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ActionError {
+    /// There is no such alarm.
+    #[error("there is no such alarm; the configuration may have been loaded anew")]
+    Unknown,
+    /// Another alarm system decides on it.
+    #[error("'{alarm}' is decided on by the host's alarm system; act there")]
+    Mirrored {
+        /// Id of the alarm.
+        alarm: String,
+    },
+    /// The alarm is in a state in which the action has no meaning.
+    #[error("'{alarm}' is {}: {}", .state.name(), remedy(*.action, *.state))]
+    Illegal {
+        /// Id of the alarm.
+        alarm: String,
+        /// The action.
+        action: Action,
+        /// The state of the alarm.
+        state: State,
+    },
+    /// Nobody may shelve for so long, or for no time at all.
+    #[error(
+        "'{alarm}' cannot be shelved for {} s: choose from 1 to {} s",
+        .asked.as_secs(),
+        .most.as_secs()
+    )]
+    ShelvingTime {
+        /// Id of the alarm.
+        alarm: String,
+        /// How long it was to be.
+        asked: Duration,
+        /// The longest that is allowed.
+        most: Duration,
+    },
+    /// Nobody says who acts.
+    #[error("the operator has no name, or one of more than {MAX_OPERATOR_BYTES} bytes; log in")]
+    Nameless,
+}
+
+/// What to do instead.
+fn remedy(action: Action, state: State) -> &'static str {
+    match (action, state) {
+        (Action::Acknowledge, State::A | State::C | State::F) => "there is nothing to acknowledge",
+        (Action::Acknowledge, _) => "it cannot be acknowledged while it is held back",
+        (Action::Reset, State::B | State::C) => "it can be reset once it has returned to normal",
+        (Action::Reset, State::E) => "acknowledge it first, then reset it",
+        (Action::Reset, _) => "it has no latch to reset",
+        (Action::Shelve(_), _) => "it is held back already",
+        (Action::Unshelve, _) => "it is not on the shelf",
+        (Action::RemoveFromService, _) => "it is out of service already",
+        (Action::ReturnToService, _) => "it is in service",
+    }
+}
+
+impl Action {
+    /// Whether it has a meaning for an alarm that stands so. A reset needs an alarm that
+    /// has returned and was acknowledged (OPC 10000-9, 5.8.5).
+    pub(crate) fn is_legal(self, standing: &Standing) -> bool {
+        let state = standing.state();
+        match self {
+            Self::Acknowledge => state.is_unacknowledged(),
+            Self::Reset => state == State::F,
+            Self::Shelve(_) => state.is_annunciated() || matches!(state, State::A | State::G),
+            Self::Unshelve => standing.is_shelved,
+            Self::RemoveFromService => !standing.is_out_of_service,
+            Self::ReturnToService => standing.is_out_of_service,
+        }
+    }
+
+    /// What it does, and what is said of it. `until` is the end of a shelf; `latches` is
+    /// whether the alarm is one that latches.
+    pub(crate) fn apply(
+        self,
+        standing: &mut Standing,
+        until: Option<SourceTime>,
+        latches: bool,
+    ) -> Happening {
+        match self {
+            Self::Acknowledge => {
+                standing.acknowledge();
+                Happening::Acknowledged
+            }
+            Self::Reset => {
+                standing.reset();
+                Happening::Reset
+            }
+            Self::Shelve(_) => {
+                standing.hold(Hold::Shelf { until });
+                Happening::Shelved
+            }
+            Self::Unshelve => {
+                standing.release(Hold::Shelf { until: None }, latches);
+                Happening::Unshelved
+            }
+            Self::RemoveFromService => {
+                standing.hold(Hold::OutOfService);
+                Happening::RemovedFromService
+            }
+            Self::ReturnToService => {
+                standing.release(Hold::OutOfService, latches);
+                Happening::ReturnedToService
+            }
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Alarms: the state model of IEC 62682 (ANSI/ISA-18.2) on tags.
+//!
+//! An [`AlarmTable`] is told what tags change ([`AlarmTable::note`]), is stepped once a
+//! frame ([`AlarmTable::step`]) and takes what operators do ([`AlarmTable::perform`]).
+//! Whatever happens is a [`Record`], for an audit log. Its cost follows what changes and
+//! what is due, not how many alarms there are.
+//!
+//! A tag of bad quality, stale ones included, neither raises nor clears an alarm: the
+//! alarm stays as it is, is marked as uncertain, and its delays begin anew once values are
+//! usable again. Values of uncertain quality count, and mark the alarm too. Only a
+//! condition on bad quality itself ([`Condition::BadQuality`]) looks at quality alone.
+//!
+//! Invariant: no clock is read, nothing is drawn and nothing is written here; the same
+//! steps give the same records.
+
+mod action;
+mod chatter;
+mod condition;
+mod first_out;
+mod record;
+mod set;
+mod spec;
+mod state;
+mod step;
+mod table;
+mod timers;
+
+pub use action::{Action, ActionError, MAX_OPERATOR_BYTES};
+pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
+pub use condition::{Condition, Limit};
+pub use record::{Happening, Record};
+pub use set::{AlarmFault, AlarmSet};
+pub use spec::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, Watch};
+pub use state::{Standing, State};
+pub use table::{AlarmStatus, AlarmTable, StateCounts};

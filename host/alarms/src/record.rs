@@ -1,0 +1,87 @@
+//! What happened to an alarm.
+
+use busbar_tags::{SourceTime, Value};
+use serde::{Deserialize, Serialize};
+
+use crate::{Standing, State};
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Happening {
+    /// The condition came, and held for its delay.
+    Occurred,
+    /// The condition went, and stayed away for its delay.
+    Returned,
+    /// An operator saw it.
+    Acknowledged,
+    /// An operator reset the latch.
+    Reset,
+    /// An operator shelved it.
+    Shelved,
+    /// An operator took it off the shelf.
+    Unshelved,
+    /// Its time on the shelf is over.
+    ShelfExpired,
+    /// The condition that suppresses it came.
+    Suppressed,
+    /// The condition that suppresses it went.
+    Unsuppressed,
+    /// Somebody took it out of service.
+    RemovedFromService,
+    /// Somebody put it back into service.
+    ReturnedToService,
+    /// Another alarm system said so.
+    Mirrored,
+}
+
+/// Something that happened to an alarm: a line of the audit log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// One more than that of the record before.
+    pub number: u64,
+    /// By the wall clock, nanoseconds since 1970-01-01 UTC.
+    pub time: SourceTime,
+    /// Id of the alarm.
+    pub alarm: String,
+    /// What happened.
+    pub happened: Happening,
+    /// The state before.
+    pub from: State,
+    /// The state after.
+    pub to: State,
+    /// All that the state after rests on.
+    pub standing: Standing,
+    /// Who did it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
+    /// The value that the condition was judged by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<Value>,
+    /// When that was so at its source.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source_time: Option<SourceTime>,
+    /// Whether it was the first of its group.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_first_out: bool,
+}
+
+impl Happening {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Occurred => "occurred",
+            Self::Returned => "returned",
+            Self::Acknowledged => "acknowledged",
+            Self::Reset => "reset",
+            Self::Shelved => "shelved",
+            Self::Unshelved => "unshelved",
+            Self::ShelfExpired => "shelf expired",
+            Self::Suppressed => "suppressed by design",
+            Self::Unsuppressed => "no longer suppressed",
+            Self::RemovedFromService => "out of service",
+            Self::ReturnedToService => "back in service",
+            Self::Mirrored => "mirrored",
+        }
+    }
+}

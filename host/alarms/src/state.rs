@@ -1,0 +1,198 @@
+//! The states of an alarm (IEC 62682, alarm state transition diagram; the same letters in
+//! ANSI/ISA-18.2).
+
+use busbar_tags::SourceTime;
+use serde::{Deserialize, Serialize};
+
+/// The state of an alarm.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub enum State {
+    /// Nothing is wrong.
+    #[default]
+    A,
+    /// Unacknowledged alarm.
+    B,
+    /// Acknowledged alarm.
+    C,
+    /// Returned to normal, unacknowledged.
+    D,
+    /// Latched, unacknowledged: it is over, and must be acknowledged and reset.
+    E,
+    /// Latched, acknowledged: it is over, and must be reset.
+    F,
+    /// Shelved by an operator for some time.
+    G,
+    /// Suppressed by design.
+    H,
+    /// Out of service.
+    I,
+}
+
+/// All that makes the state of an alarm, and what a hold (shelf, suppression, out of
+/// service) hides meanwhile. Holds are independent of each other; the strongest shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Standing {
+    /// Whether the condition holds, delays counted.
+    #[serde(skip_serializing_if = "is_false")]
+    pub is_active: bool,
+    /// Whether an operator has yet to see it.
+    #[serde(skip_serializing_if = "is_false")]
+    pub is_unacknowledged: bool,
+    /// Whether it waits for a reset.
+    #[serde(skip_serializing_if = "is_false")]
+    pub is_latched: bool,
+    /// Whether an operator shelved it.
+    #[serde(skip_serializing_if = "is_false")]
+    pub is_shelved: bool,
+    /// Until when, by the wall clock.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shelved_until: Option<SourceTime>,
+    /// Whether it is suppressed by design.
+    #[serde(skip_serializing_if = "is_false")]
+    pub is_suppressed: bool,
+    /// Whether it is out of service.
+    #[serde(skip_serializing_if = "is_false")]
+    pub is_out_of_service: bool,
+}
+
+/// What keeps an alarm from being annunciated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Hold {
+    Shelf { until: Option<SourceTime> },
+    Suppression,
+    OutOfService,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+impl State {
+    /// All, in the order of their letters.
+    pub const ALL: [Self; 9] =
+        [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F, Self::G, Self::H, Self::I];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A => "normal",
+            Self::B => "unacknowledged",
+            Self::C => "acknowledged",
+            Self::D => "returned, unacknowledged",
+            Self::E => "latched, unacknowledged",
+            Self::F => "latched, acknowledged",
+            Self::G => "shelved",
+            Self::H => "suppressed by design",
+            Self::I => "out of service",
+        }
+    }
+
+    /// Whether an operator has yet to see it.
+    pub fn is_unacknowledged(self) -> bool {
+        matches!(self, Self::B | Self::D | Self::E)
+    }
+
+    /// Whether it is in the alarm list: neither normal nor held back.
+    pub fn is_annunciated(self) -> bool {
+        matches!(self, Self::B | Self::C | Self::D | Self::E | Self::F)
+    }
+
+    /// Whether it is held back.
+    pub fn is_held(self) -> bool {
+        matches!(self, Self::G | Self::H | Self::I)
+    }
+}
+
+impl Standing {
+    /// The state that it makes.
+    pub fn state(&self) -> State {
+        let Self { is_active, is_unacknowledged, is_latched, .. } = *self;
+        match (is_active, is_latched, is_unacknowledged) {
+            _ if self.is_out_of_service => State::I,
+            _ if self.is_suppressed => State::H,
+            _ if self.is_shelved => State::G,
+            (true, _, true) => State::B,
+            (true, _, false) => State::C,
+            (false, true, true) => State::E,
+            (false, true, false) => State::F,
+            (false, false, true) => State::D,
+            (false, false, false) => State::A,
+        }
+    }
+
+    /// The standing of which nothing but the state is known.
+    pub fn of(state: State, shelved_until: Option<SourceTime>) -> Self {
+        Self {
+            is_active: matches!(state, State::B | State::C),
+            is_unacknowledged: state.is_unacknowledged(),
+            is_latched: matches!(state, State::E | State::F),
+            is_shelved: state == State::G,
+            shelved_until: shelved_until.filter(|_| state == State::G),
+            is_suppressed: state == State::H,
+            is_out_of_service: state == State::I,
+        }
+    }
+
+    pub(crate) fn is_held(&self) -> bool {
+        self.is_shelved || self.is_suppressed || self.is_out_of_service
+    }
+
+    /// The condition holds. Behind a shelf it latches still: an operator must learn of it
+    /// later. What is suppressed or out of service is no alarm.
+    pub(crate) fn occur(&mut self, latches: bool) {
+        self.is_active = true;
+        self.is_latched |= latches && !self.is_suppressed && !self.is_out_of_service;
+        self.is_unacknowledged |= !self.is_held();
+    }
+
+    /// The condition is over.
+    pub(crate) fn return_to_normal(&mut self) {
+        self.is_active = false;
+    }
+
+    pub(crate) fn acknowledge(&mut self) {
+        self.is_unacknowledged = false;
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.is_latched = false;
+    }
+
+    /// Holds it back; a hold that is there already is renewed.
+    pub(crate) fn hold(&mut self, hold: Hold) {
+        match hold {
+            Hold::Shelf { until } => (self.is_shelved, self.shelved_until) = (true, until),
+            Hold::Suppression => self.is_suppressed = true,
+            Hold::OutOfService => self.is_out_of_service = true,
+        }
+        self.is_unacknowledged = false;
+    }
+
+    /// Lifts a hold. After the last one, what is wrong still is annunciated anew.
+    pub(crate) fn release(&mut self, hold: Hold, latches: bool) {
+        match hold {
+            Hold::Shelf { .. } => (self.is_shelved, self.shelved_until) = (false, None),
+            Hold::Suppression => self.is_suppressed = false,
+            Hold::OutOfService => self.is_out_of_service = false,
+        }
+        if !self.is_held() {
+            self.is_latched |= latches && self.is_active;
+            self.is_unacknowledged = self.is_active || self.is_latched;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_standing_of_a_state_makes_that_state() {
+        for state in State::ALL {
+            assert_eq!(Standing::of(state, None).state(), state);
+        }
+    }
+}

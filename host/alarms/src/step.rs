@@ -1,0 +1,225 @@
+//! What a frame does to alarms.
+//!
+//! In this order, so that one cause brings no alarm which another cause of the same frame
+//! takes away: suppressions that begin; conditions that came since the last frame, if only
+//! for a moment; conditions as they are; delays that are over (a condition must hold still
+//! in the frame in which its delay ends); shelves that are over; suppressions that end.
+
+use std::time::Duration;
+
+use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagHandle, TagState};
+
+use crate::set::User;
+use crate::state::Hold;
+use crate::table::{AlarmTable, Cause, Pending};
+use crate::{AlarmHandle, AlarmSource, Condition, Happening, Record, Watch};
+
+/// What is done with the records of a step.
+type Each<'a> = &'a mut dyn FnMut(Record);
+
+/// An alarm that looks at a tag, and the tag as it is.
+#[derive(Clone, Copy)]
+struct Look {
+    user: User,
+    state: TagState,
+}
+
+impl AlarmTable {
+    /// Notes a change of a tag as it comes, so that a condition which is over again when the
+    /// next step is made is not missed, and that those of a group keep their order. Changes
+    /// of tags without alarms cost next to nothing.
+    #[inline]
+    pub fn note(&mut self, change: &Change) {
+        if !self.set.users(change.tag).is_empty() {
+            self.note_watched(change);
+        }
+    }
+
+    fn note_watched(&mut self, change: &Change) {
+        let Self { set, cells, pulses, .. } = self;
+        for user in set.users(change.tag).iter().filter(|user| !user.suppresses) {
+            let AlarmSource::Tag { watch, on_delay, .. } =
+                &set.specs()[user.alarm.0 as usize].source
+            else {
+                continue;
+            };
+            let cell = &mut cells[user.alarm.0 as usize];
+            // What is delayed, or holds already, is judged by the step.
+            let is_news = on_delay.is_zero() && !cell.holds && cell.pulse.is_none();
+            if is_news && watch.condition.judge(change.value, change.quality, false) == Some(true) {
+                cell.pulse = Some(Cause::of(change));
+                pulses.push(user.alarm);
+            }
+        }
+    }
+
+    /// Follows the tags to `now`. `wall_clock` is the same instant by the clock on the wall,
+    /// which may jump: it stands in records and decides nothing.
+    pub fn step(
+        &mut self,
+        tags: Snapshot<'_>,
+        now: Moment,
+        wall_clock: SourceTime,
+        mut each: impl FnMut(Record),
+    ) {
+        self.now = self.now.max(now);
+        self.wall_clock = wall_clock;
+        let looks = self.looks(tags);
+        let each: Each<'_> = &mut each;
+        self.suppress(&looks, true, each);
+        self.take_pulses(each);
+        for look in looks.iter().filter(|look| !look.user.suppresses) {
+            self.follow(*look, each);
+        }
+        self.end_delays(each);
+        self.suppress(&looks, false, each);
+    }
+
+    /// The alarms whose tags changed; all of them in the first step.
+    fn looks(&mut self, tags: Snapshot<'_>) -> Vec<Look> {
+        let set = self.set.clone();
+        let looks_of = |tag: TagHandle| {
+            let users = set.users(tag);
+            let state = if users.is_empty() { None } else { tags.state(tag) };
+            users.iter().zip(state.into_iter().cycle()).map(|(&user, state)| Look { user, state })
+        };
+        if std::mem::take(&mut self.is_new) {
+            (0..tags.states().len() as u32).map(TagHandle).flat_map(looks_of).collect()
+        } else {
+            tags.changed().iter().copied().flat_map(looks_of).collect()
+        }
+    }
+
+    /// Suppresses what is to be, or lets go of what is to be no longer.
+    fn suppress(&mut self, looks: &[Look], begins: bool, each: Each<'_>) {
+        for Look { user, state } in looks.iter().filter(|look| look.user.suppresses) {
+            let AlarmSource::Tag { suppressed_by: Some(by), .. } = &self.spec(user.alarm).source
+            else {
+                continue;
+            };
+            let is_suppressed = self.cells[user.alarm.0 as usize].standing.is_suppressed;
+            let Watch { condition, .. } = *by;
+            let verdict = condition.judge(state.value, state.quality, is_suppressed);
+            if verdict != Some(begins) || begins == is_suppressed {
+                continue;
+            }
+            let latches = self.spec(user.alarm).latched;
+            each(self.change(user.alarm, |standing| match begins {
+                true => {
+                    standing.hold(Hold::Suppression);
+                    Happening::Suppressed
+                }
+                false => {
+                    standing.release(Hold::Suppression, latches);
+                    Happening::Unsuppressed
+                }
+            }));
+        }
+    }
+
+    /// Conditions without delay that came since the last step; by their source time, where
+    /// all have one.
+    fn take_pulses(&mut self, each: Each<'_>) {
+        let mut pulses = std::mem::take(&mut self.pulses);
+        let time =
+            |alarm: &AlarmHandle| self.cells[alarm.0 as usize].pulse.and_then(|p| p.source_time);
+        if pulses.iter().all(|alarm| time(alarm).is_some()) {
+            pulses.sort_by_key(time);
+        }
+        for alarm in pulses.drain(..) {
+            let cell = &mut self.cells[alarm.0 as usize];
+            if let Some(cause) = cell.pulse.take() {
+                cell.holds = true;
+                self.turn(alarm, true, cause, each);
+                self.queue(alarm);
+            }
+        }
+        // Kept for its room.
+        self.pulses = pulses;
+    }
+
+    /// Judges a condition by its tag as it is.
+    fn follow(&mut self, Look { user: User { alarm, .. }, state }: Look, each: Each<'_>) {
+        let AlarmSource::Tag { watch: Watch { condition, .. }, on_delay, off_delay, .. } =
+            self.spec(alarm).source
+        else {
+            return;
+        };
+        let now = self.now;
+        let TagState { value, source_time, .. } = state;
+        let cause = Cause { value, source_time };
+        let cell = &mut self.cells[alarm.0 as usize];
+        let is_certain = state.quality.is_good() || condition == Condition::BadQuality;
+        let was_certain = std::mem::replace(&mut cell.is_certain, is_certain);
+        match condition.judge(state.value, state.quality, cell.holds) {
+            None => cell.pending = None,
+            Some(holds) => {
+                cell.holds = holds;
+                let delay = if holds { on_delay } else { off_delay };
+                if holds == cell.standing.is_active {
+                    cell.pending = None;
+                } else if delay == Duration::ZERO {
+                    self.turn(alarm, holds, cause, each);
+                } else if cell.pending.is_none() {
+                    cell.pending = Some(Pending { holds, due: now.after(delay), cause });
+                }
+            }
+        }
+        if is_certain != was_certain {
+            self.touch();
+        }
+        self.queue(alarm);
+    }
+
+    /// The condition came or went, delays counted.
+    fn turn(&mut self, alarm: AlarmHandle, holds: bool, cause: Cause, each: Each<'_>) {
+        let latches = self.spec(alarm).latched;
+        let now = self.now;
+        let cell = &mut self.cells[alarm.0 as usize];
+        (cell.pending, cell.cause) = (None, cause);
+        if cell.standing.is_active == holds {
+            return;
+        }
+        if holds {
+            cell.chatter.note(now);
+        }
+        each(self.change(alarm, |standing| match holds {
+            true => {
+                standing.occur(latches);
+                Happening::Occurred
+            }
+            false => {
+                standing.return_to_normal();
+                Happening::Returned
+            }
+        }));
+    }
+
+    /// Delays and shelves that are over.
+    fn end_delays(&mut self, each: Each<'_>) {
+        while let Some(alarm) = self.timers.first_due(self.now) {
+            let cell = &mut self.cells[alarm.0 as usize];
+            let over = cell.pending.take_if(|pending| pending.due <= self.now);
+            if let Some(Pending { holds, cause, .. }) = over {
+                self.turn(alarm, holds, cause, each);
+            }
+            let latches = self.spec(alarm).latched;
+            let cell = &mut self.cells[alarm.0 as usize];
+            if cell.shelf_ends.take_if(|ends| *ends <= self.now).is_some() {
+                each(self.change(alarm, |standing| {
+                    standing.release(Hold::Shelf { until: None }, latches);
+                    Happening::ShelfExpired
+                }));
+            }
+            self.queue(alarm);
+        }
+    }
+
+    fn spec(&self, alarm: AlarmHandle) -> &crate::AlarmSpec {
+        &self.set.specs()[alarm.0 as usize]
+    }
+}
+
+#[cfg(test)]
+#[path = "step_tests.rs"]
+mod tests;

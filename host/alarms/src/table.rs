@@ -1,0 +1,393 @@
+//! The alarm table: the state of every alarm, and what it rests on.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use busbar_tags::{Change, Moment, SourceTime, Value};
+
+use crate::chatter::Chatter;
+use crate::first_out::Group;
+use crate::state::Hold;
+use crate::timers::Timers;
+use crate::{
+    Action, ActionError, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, Happening,
+    MAX_OPERATOR_BYTES, Priority, Record, Standing, State,
+};
+
+/// The alarms of a scene and their states.
+#[derive(Debug)]
+pub struct AlarmTable {
+    pub(crate) set: Arc<AlarmSet>,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) timers: Timers,
+    pub(crate) groups: Vec<Group>,
+    /// Alarms whose condition came since the last step, in order.
+    pub(crate) pulses: Vec<AlarmHandle>,
+    /// Those that are not normal.
+    open: BTreeSet<AlarmHandle>,
+    counts: [StateCounts; Priority::ALL.len()],
+    /// Of the next record.
+    next_number: u64,
+    pub(crate) now: Moment,
+    pub(crate) wall_clock: SourceTime,
+    max_shelving: Duration,
+    /// Whether no step was made yet: then every alarm is looked at.
+    pub(crate) is_new: bool,
+    revision: u64,
+}
+
+/// An alarm.
+#[derive(Debug, Default)]
+pub(crate) struct Cell {
+    pub(crate) standing: Standing,
+    /// Whether the condition holds, delays aside.
+    pub(crate) holds: bool,
+    /// Whether its tag's quality is good.
+    pub(crate) is_certain: bool,
+    /// The condition came or went, and its delay goes on.
+    pub(crate) pending: Option<Pending>,
+    /// When its time on the shelf is over.
+    pub(crate) shelf_ends: Option<Moment>,
+    /// Where the timers have it.
+    pub(crate) queued: Option<Moment>,
+    pub(crate) chatter: Chatter,
+    pub(crate) is_first_out: bool,
+    /// When its state came about, and when it occurred last.
+    since: Option<SourceTime>,
+    occurred: Option<SourceTime>,
+    pub(crate) cause: Cause,
+    /// Of a condition that came since the last step.
+    pub(crate) pulse: Option<Cause>,
+}
+
+/// A delay that goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pending {
+    /// Whether the condition came, and did not go.
+    pub(crate) holds: bool,
+    pub(crate) due: Moment,
+    pub(crate) cause: Cause,
+}
+
+/// What a condition was judged by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Cause {
+    pub(crate) value: Option<Value>,
+    pub(crate) source_time: Option<SourceTime>,
+}
+
+/// An alarm at the instant of the last step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlarmStatus {
+    /// What its state rests on.
+    pub standing: Standing,
+    /// Its state.
+    pub state: State,
+    /// Whether the tag it rests on is good; a mirrored one is certain always.
+    pub is_certain: bool,
+    /// When its state came about.
+    pub since: Option<SourceTime>,
+    /// When it occurred last.
+    pub occurred: Option<SourceTime>,
+    /// Occurrences since the start.
+    pub occurrences: u64,
+    /// Whether it comes and goes: [`CHATTER_OCCURRENCES`](crate::CHATTER_OCCURRENCES) within
+    /// [`CHATTER_WINDOW`](crate::CHATTER_WINDOW).
+    pub chatters: bool,
+    /// Whether it was the first of its group.
+    pub is_first_out: bool,
+    /// How long it stays on the shelf.
+    pub shelf_left: Option<Duration>,
+    /// The value by which its condition came or went last.
+    pub value: Option<Value>,
+}
+
+/// How many alarms are in which state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StateCounts([usize; State::ALL.len()]);
+
+impl StateCounts {
+    /// How many are in a state.
+    pub fn of(&self, state: State) -> usize {
+        self.0[state as usize]
+    }
+
+    /// How many nobody has acknowledged.
+    pub fn unacknowledged(&self) -> usize {
+        self.sum(State::is_unacknowledged)
+    }
+
+    /// How many are in the alarm list.
+    pub fn annunciated(&self) -> usize {
+        self.sum(State::is_annunciated)
+    }
+
+    fn sum(&self, counts: impl Fn(State) -> bool) -> usize {
+        State::ALL.into_iter().filter(|state| counts(*state)).map(|state| self.of(state)).sum()
+    }
+}
+
+impl AlarmTable {
+    /// All alarms normal, at `now`. Nobody may shelve for longer than `max_shelving`.
+    pub fn new(set: Arc<AlarmSet>, max_shelving: Duration, now: Moment) -> Self {
+        let mut counts = [StateCounts::default(); Priority::ALL.len()];
+        let cell = |spec: &AlarmSpec| {
+            counts[spec.priority as usize].0[State::A as usize] += 1;
+            Cell { is_certain: spec.source == AlarmSource::Mirrored, ..Cell::default() }
+        };
+        Self {
+            cells: set.specs().iter().map(cell).collect(),
+            groups: vec![Group::default(); set.group_count() as usize],
+            timers: Timers::default(),
+            pulses: Vec::new(),
+            open: BTreeSet::new(),
+            counts,
+            next_number: 1,
+            now,
+            wall_clock: SourceTime(0),
+            max_shelving,
+            is_new: true,
+            revision: 0,
+            set,
+        }
+    }
+
+    /// Goes on where an audit log ends: with the standing that each alarm had last, and the
+    /// number of the last record. Alarms that are not there any more are passed over. What
+    /// was active, or suppressed, stays so until a tag says otherwise. Before the first step.
+    pub fn restore<'a>(
+        &mut self,
+        standings: impl IntoIterator<Item = (&'a str, Standing, SourceTime)>,
+        last_number: u64,
+        wall_clock: SourceTime,
+    ) {
+        self.next_number = last_number + 1;
+        self.wall_clock = wall_clock;
+        for (id, standing, since) in standings {
+            let Some(alarm) = self.set.find(id) else { continue };
+            let spec = &self.set.specs()[alarm.0 as usize];
+            let has_suppression = match &spec.source {
+                AlarmSource::Tag { suppressed_by, .. } => suppressed_by.is_some(),
+                AlarmSource::Mirrored => true,
+            };
+            let cell = &mut self.cells[alarm.0 as usize];
+            let before = cell.standing.state();
+            cell.standing = standing;
+            cell.standing.is_latched &= spec.latched || spec.source == AlarmSource::Mirrored;
+            if standing.is_suppressed && !has_suppression {
+                // The configuration no longer suppresses it.
+                cell.standing.release(Hold::Suppression, spec.latched);
+            }
+            cell.holds = standing.is_active;
+            (cell.since, cell.occurred) = (Some(since), standing.is_active.then_some(since));
+            if let Some(until) = standing.shelved_until {
+                let left = until.0.saturating_sub(wall_clock.0).max(0) as u64;
+                let left = Duration::from_nanos(left).min(self.max_shelving);
+                cell.shelf_ends = Some(self.now.after(left));
+            }
+            let after = cell.standing.state();
+            self.recount(alarm, before, after);
+            if let Some(group) = self.set.group(alarm).filter(|_| after.is_annunciated()) {
+                self.groups[group as usize].enter_unordered();
+            }
+            self.queue(alarm);
+        }
+    }
+
+    /// What the alarms are.
+    pub fn set(&self) -> &Arc<AlarmSet> {
+        &self.set
+    }
+
+    /// An alarm as it is.
+    pub fn status(&self, alarm: AlarmHandle) -> Option<AlarmStatus> {
+        let cell = self.cells.get(alarm.0 as usize)?;
+        Some(AlarmStatus {
+            standing: cell.standing,
+            state: cell.standing.state(),
+            is_certain: cell.is_certain,
+            since: cell.since,
+            occurred: cell.occurred,
+            occurrences: cell.chatter.count,
+            chatters: cell.chatter.chatters(self.now),
+            is_first_out: cell.is_first_out,
+            shelf_left: cell.shelf_ends.map(|ends| ends.since(self.now)),
+            value: cell.cause.value,
+        })
+    }
+
+    /// The alarms that are not normal, by handle.
+    pub fn open(&self) -> impl ExactSizeIterator<Item = AlarmHandle> {
+        self.open.iter().copied()
+    }
+
+    /// How many alarms of a priority are in which state.
+    pub fn counts(&self, priority: Priority) -> StateCounts {
+        self.counts[priority as usize]
+    }
+
+    /// Another one whenever something happened, or an alarm became certain or uncertain.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// When a delay or a shelf ends next.
+    pub fn next_due(&self) -> Option<Moment> {
+        self.timers.next()
+    }
+
+    /// Does what an operator asks for, at the instant of the last step.
+    ///
+    /// # Errors
+    /// Whatever has no meaning for the alarm as it is; nothing has changed then.
+    pub fn perform(
+        &mut self,
+        alarm: AlarmHandle,
+        action: Action,
+        operator: &str,
+    ) -> Result<Record, ActionError> {
+        let spec = self.set.spec(alarm).ok_or(ActionError::Unknown)?;
+        let (id, latches) = (|| spec.id.clone(), spec.latched);
+        if spec.source == AlarmSource::Mirrored {
+            return Err(ActionError::Mirrored { alarm: id() });
+        }
+        if operator.trim().is_empty() || operator.len() > MAX_OPERATOR_BYTES {
+            return Err(ActionError::Nameless);
+        }
+        let cell = &mut self.cells[alarm.0 as usize];
+        if !action.is_legal(&cell.standing) {
+            let state = cell.standing.state();
+            return Err(ActionError::Illegal { alarm: id(), action, state });
+        }
+        let mut until = None;
+        if let Action::Shelve(asked) = action {
+            let most = self.max_shelving;
+            if asked.is_zero() || asked > most {
+                return Err(ActionError::ShelvingTime { alarm: id(), asked, most });
+            }
+            cell.shelf_ends = Some(self.now.after(asked));
+            let nanos = i64::try_from(asked.as_nanos()).unwrap_or(i64::MAX);
+            until = Some(SourceTime(self.wall_clock.0.saturating_add(nanos)));
+        }
+        if action == Action::Unshelve {
+            cell.shelf_ends = None;
+        }
+        let mut record = self.change(alarm, |standing| action.apply(standing, until, latches));
+        record.operator = Some(operator.to_owned());
+        self.queue(alarm);
+        Ok(record)
+    }
+
+    /// Sets an alarm to the state that another alarm system says it has; none where it has
+    /// that state already. `until` is the end of its time on the shelf.
+    ///
+    /// # Errors
+    /// [`ActionError::Unknown`], also for an alarm that is decided on here.
+    pub fn mirror(
+        &mut self,
+        alarm: AlarmHandle,
+        state: State,
+        until: Option<SourceTime>,
+        operator: Option<&str>,
+    ) -> Result<Option<Record>, ActionError> {
+        let spec = self.set.spec(alarm).filter(|spec| spec.source == AlarmSource::Mirrored);
+        spec.ok_or(ActionError::Unknown)?;
+        let standing = Standing::of(state, until);
+        let before = self.cells[alarm.0 as usize].standing;
+        if before == standing {
+            return Ok(None);
+        }
+        if standing.is_active && !before.is_active {
+            self.cells[alarm.0 as usize].chatter.note(self.now);
+        }
+        let mut record = self.change(alarm, |now| {
+            *now = standing;
+            Happening::Mirrored
+        });
+        record.operator = operator.map(str::to_owned);
+        Ok(Some(record))
+    }
+
+    /// Changes the standing of an alarm, and all that follows from its state.
+    pub(crate) fn change(
+        &mut self,
+        alarm: AlarmHandle,
+        change: impl FnOnce(&mut Standing) -> Happening,
+    ) -> Record {
+        let cell = &mut self.cells[alarm.0 as usize];
+        let from = cell.standing.state();
+        let was_active = cell.standing.is_active;
+        let happened = change(&mut cell.standing);
+        let (standing, to, cause) = (cell.standing, cell.standing.state(), cell.cause);
+        if from != to {
+            cell.since = Some(self.wall_clock);
+        }
+        if standing.is_active && !was_active {
+            cell.occurred = Some(self.wall_clock);
+        }
+        if let Some(group) = self.set.group(alarm) {
+            let group = &mut self.groups[group as usize];
+            match (from.is_annunciated(), to.is_annunciated()) {
+                (false, true) => {
+                    group.enter(alarm);
+                    cell.is_first_out = group.first == Some(alarm);
+                }
+                (true, false) => {
+                    group.leave(alarm);
+                    cell.is_first_out = false;
+                }
+                _ => {}
+            }
+        }
+        let is_first_out = cell.is_first_out;
+        self.recount(alarm, from, to);
+        let number = self.next_number;
+        self.next_number += 1;
+        let is_of_tag = matches!(happened, Happening::Occurred | Happening::Returned);
+        Record {
+            number,
+            time: self.wall_clock,
+            alarm: self.set.specs()[alarm.0 as usize].id.clone(),
+            happened,
+            from,
+            to,
+            standing,
+            operator: None,
+            value: cause.value.filter(|_| is_of_tag),
+            source_time: cause.source_time.filter(|_| is_of_tag),
+            is_first_out,
+        }
+    }
+
+    pub(crate) fn touch(&mut self) {
+        self.revision += 1;
+    }
+
+    fn recount(&mut self, alarm: AlarmHandle, from: State, to: State) {
+        self.revision += 1;
+        let counts = &mut self.counts[self.set.specs()[alarm.0 as usize].priority as usize];
+        counts.0[from as usize] -= 1;
+        counts.0[to as usize] += 1;
+        if to == State::A {
+            self.open.remove(&alarm);
+        } else {
+            self.open.insert(alarm);
+        }
+    }
+
+    /// Puts an alarm where the timers must look at it next.
+    pub(crate) fn queue(&mut self, alarm: AlarmHandle) {
+        let cell = &mut self.cells[alarm.0 as usize];
+        let pending = cell.pending.map(|pending| pending.due);
+        let due = pending.into_iter().chain(cell.shelf_ends).min();
+        self.timers.set(alarm, cell.queued, due);
+        cell.queued = due;
+    }
+}
+
+impl Cause {
+    pub(crate) fn of(change: &Change) -> Self {
+        Self { value: change.value, source_time: change.source_time }
+    }
+}

@@ -1,0 +1,379 @@
+//! Alarms: as typed, and as used.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+
+use crate::limits::*;
+
+/// Of a condition on bad quality: at the start no tag has a value yet.
+const QUALITY_DELAY_SECONDS: f64 = 5.0;
+
+/// An alarm.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Alarm")]
+pub(crate) struct RawAlarm {
+    /// Tag that it rests on; an alarm has one unless it is mirrored.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["T1.TopOil"]))]
+    pub(crate) tag: Option<String>,
+    /// What must hold of the tag; one of the kinds.
+    #[serde(default)]
+    #[schemars(with = "RawCondition", extend("examples" = [{"high": 95, "deadband": 2}]))]
+    pub(crate) condition: Option<RawCondition>,
+    /// How long it must hold without interruption; where missing 5 for `bad_quality`, else 0.
+    #[serde(default)]
+    #[schemars(with = "f64", range(min = 0.0, max = MAX_ALARM_DELAY_SECONDS), extend("examples" = [5]))]
+    on_delay_seconds: Option<f64>,
+    /// How long it must be over before the alarm has returned to normal.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = MAX_ALARM_DELAY_SECONDS), extend("examples" = [10]))]
+    off_delay_seconds: f64,
+    /// How soon somebody must act.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["high"]))]
+    priority: PriorityConfig,
+    /// Whether it stays, once it occurred, until an operator resets it.
+    #[serde(default)]
+    latched: bool,
+    /// What happened, for people.
+    #[schemars(length(min = 1, max = MAX_ALARM_TEXT), extend("examples" = ["Top oil hot"]))]
+    message: String,
+    /// What comes of it where nobody acts.
+    #[serde(default)]
+    #[schemars(length(max = MAX_ALARM_TEXT), extend("examples" = ["Insulation ages faster"]))]
+    consequence: String,
+    /// What the operator does.
+    #[serde(default)]
+    #[schemars(length(max = MAX_ALARM_TEXT), extend("examples" = ["Start the second fan stage"]))]
+    response: String,
+    /// Equipment id, as in a binding; where missing, what the tag is bound to first.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["=S12D1T1-TA1/tank"]))]
+    pub(crate) equipment: Option<String>,
+    /// Alarms of one group tell which of them came first.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES), extend("examples" = ["T1 trip"]))]
+    group: Option<String>,
+    /// While this holds, the alarm is suppressed by design.
+    #[serde(default)]
+    #[schemars(with = "RawSuppression")]
+    pub(crate) suppressed_by: Option<RawSuppression>,
+    /// Whether its states come from the host's alarm system, and nothing is decided here.
+    #[serde(default)]
+    mirrored: bool,
+}
+
+/// What must hold of a tag: one limit, or `equals`, `differs` or `bad_quality`.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "Condition")]
+pub(crate) struct RawCondition {
+    /// Far above: a number greater than this.
+    #[schemars(with = "f64", extend("examples" = [105]))]
+    high_high: Option<f64>,
+    /// Above: a number greater than this.
+    #[schemars(with = "f64", extend("examples" = [95]))]
+    high: Option<f64>,
+    /// Below: a number less than this.
+    #[schemars(with = "f64", extend("examples" = [20]))]
+    low: Option<f64>,
+    /// Far below: a number less than this.
+    #[schemars(with = "f64", extend("examples" = [10]))]
+    low_low: Option<f64>,
+    /// How far a number must come back from its limit, in the tag's unit.
+    #[schemars(range(min = 0.0), extend("examples" = [2]))]
+    deadband: f64,
+    /// A state: true or false, a whole number, or `intermediate`, `off`, `on`, `bad_state`.
+    #[schemars(with = "RawState")]
+    equals: Option<RawState>,
+    /// Any state but this one.
+    #[schemars(with = "RawState")]
+    differs: Option<RawState>,
+    /// A tag that is bad, by its source or because it is stale.
+    #[schemars(extend("examples" = [true]))]
+    bad_quality: bool,
+}
+
+/// What suppresses an alarm by design.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Suppression")]
+pub(crate) struct RawSuppression {
+    /// Tag id.
+    #[schemars(extend("examples" = ["Q1.Position"]))]
+    tag: String,
+    /// What must hold of it.
+    #[schemars(extend("examples" = [{"equals": "off"}]))]
+    condition: RawCondition,
+}
+
+/// A state of a tag as typed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum RawState {
+    Bool(bool),
+    Integer(i64),
+    DoublePoint(DoublePointConfig),
+}
+
+/// How alarms are handled.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "AlarmHandling")]
+pub(crate) struct RawAlarmHandling {
+    /// Folder of the audit log, relative to this file or absolute; where missing nothing
+    /// is kept, and what operators do is forgotten when the window closes.
+    #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["alarm_log"]))]
+    log_directory: Option<String>,
+    /// Size at which the log begins a new file, in 10^6 bytes.
+    #[schemars(range(min = 1, max = MAX_LOG_MEGABYTES), extend("examples" = [8]))]
+    log_megabytes: u32,
+    /// Files of the log that are kept, the newest included.
+    #[schemars(range(min = 1, max = MAX_LOG_FILES), extend("examples" = [20]))]
+    log_files: u32,
+    /// The longest that an operator may shelve an alarm, in minutes.
+    #[schemars(range(min = 1, max = MAX_SHELVING_MINUTES), extend("examples" = [480]))]
+    max_shelving_minutes: u32,
+}
+
+/// How soon somebody must act, the most urgent first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Priority")]
+pub enum PriorityConfig {
+    /// At once.
+    Critical,
+    /// Promptly.
+    High,
+    /// Soon.
+    #[default]
+    Medium,
+    /// When there is time.
+    Low,
+}
+
+/// Which limit of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LimitConfig {
+    /// Far above.
+    HighHigh,
+    /// Above.
+    High,
+    /// Below.
+    Low,
+    /// Far below.
+    LowLow,
+}
+
+/// Position of a switch (IEC 60870-5-101, 7.2.6.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DoublePointConfig {
+    /// Neither contact.
+    Intermediate,
+    /// Open.
+    Off,
+    /// Closed.
+    On,
+    /// Both contacts.
+    BadState,
+}
+
+/// A state of a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateConfig {
+    /// Of a tag of type bool.
+    Bool(bool),
+    /// Of a tag of type i64.
+    Integer(i64),
+    /// Of a tag of type double_point.
+    DoublePoint(DoublePointConfig),
+}
+
+/// What must hold of a tag, which its type can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConditionConfig {
+    /// A number beyond a limit.
+    Limit {
+        /// Which.
+        limit: LimitConfig,
+        /// Where it is.
+        at: f64,
+        /// How far the number must come back; not negative.
+        deadband: f64,
+    },
+    /// A state that is this one.
+    Equals(StateConfig),
+    /// A state that is not this one.
+    Differs(StateConfig),
+    /// Bad quality.
+    BadQuality,
+}
+
+/// A condition of a tag.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WatchConfig {
+    /// Tag id.
+    pub tag: String,
+    /// What must hold of it.
+    pub condition: ConditionConfig,
+}
+
+/// Where an alarm's states come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AlarmOriginConfig {
+    /// From a tag.
+    Tag {
+        /// When it is an alarm.
+        watch: WatchConfig,
+        /// How long that must hold.
+        on_delay_seconds: f64,
+        /// How long it must be over.
+        off_delay_seconds: f64,
+        /// What suppresses it by design.
+        suppressed_by: Option<WatchConfig>,
+    },
+    /// From the host.
+    Mirrored,
+}
+
+/// An alarm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AlarmConfig {
+    /// What happened, for people.
+    pub message: String,
+    /// What comes of it where nobody acts.
+    pub consequence: String,
+    /// What the operator does.
+    pub response: String,
+    /// Equipment id; whether a part of a model exists is not checked here.
+    pub equipment: Option<String>,
+    /// How soon somebody must act.
+    pub priority: PriorityConfig,
+    /// Whether it stays until somebody resets it.
+    pub latched: bool,
+    /// Alarms of one group tell which of them came first.
+    pub group: Option<String>,
+    /// Where its states come from.
+    pub origin: AlarmOriginConfig,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// How alarms are handled.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AlarmHandlingConfig {
+    /// Folder of the audit log as written; none for no log.
+    pub log_directory: Option<String>,
+    /// Size at which the log begins a new file, in 10^6 bytes.
+    pub log_megabytes: u32,
+    /// Files that are kept.
+    pub log_files: u32,
+    /// The longest that an alarm is shelved, in minutes.
+    pub max_shelving_minutes: u32,
+    /// JSON pointer; of an object that may be absent.
+    pub pointer: String,
+}
+
+/// One schema for all forms: `anyOf` would blur where a fault is.
+impl JsonSchema for RawState {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "State".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": ["boolean", "integer", "string"],
+            "pattern": "^(intermediate|off|on|bad_state)$",
+            "examples": [true, 3, "off"]
+        })
+    }
+}
+
+impl Default for RawAlarmHandling {
+    fn default() -> Self {
+        Self { log_directory: None, log_megabytes: 8, log_files: 20, max_shelving_minutes: 480 }
+    }
+}
+
+impl RawAlarmHandling {
+    pub(crate) fn resolve(self) -> AlarmHandlingConfig {
+        AlarmHandlingConfig {
+            log_directory: self.log_directory,
+            log_megabytes: self.log_megabytes,
+            log_files: self.log_files,
+            max_shelving_minutes: self.max_shelving_minutes,
+            pointer: "/alarm_handling".to_owned(),
+        }
+    }
+}
+
+impl RawAlarm {
+    pub(crate) fn resolve(self, pointer: String) -> AlarmConfig {
+        AlarmConfig {
+            origin: self.origin(),
+            message: self.message,
+            consequence: self.consequence,
+            response: self.response,
+            equipment: self.equipment,
+            priority: self.priority,
+            latched: self.latched,
+            group: self.group,
+            pointer,
+        }
+    }
+
+    /// The rules ensure that there are tag and condition unless it is mirrored.
+    fn origin(&self) -> AlarmOriginConfig {
+        let (false, Some(tag), Some(condition)) = (self.mirrored, &self.tag, &self.condition)
+        else {
+            return AlarmOriginConfig::Mirrored;
+        };
+        let watch = WatchConfig { tag: tag.clone(), condition: condition.resolve() };
+        let usual = match watch.condition {
+            ConditionConfig::BadQuality => QUALITY_DELAY_SECONDS,
+            _ => 0.0,
+        };
+        AlarmOriginConfig::Tag {
+            watch,
+            on_delay_seconds: self.on_delay_seconds.unwrap_or(usual),
+            off_delay_seconds: self.off_delay_seconds,
+            suppressed_by: self
+                .suppressed_by
+                .as_ref()
+                .map(|by| WatchConfig { tag: by.tag.clone(), condition: by.condition.resolve() }),
+        }
+    }
+}
+
+impl RawCondition {
+    /// The rules ensure that it is of one kind.
+    fn resolve(&self) -> ConditionConfig {
+        let limits = [
+            (LimitConfig::HighHigh, self.high_high),
+            (LimitConfig::High, self.high),
+            (LimitConfig::Low, self.low),
+            (LimitConfig::LowLow, self.low_low),
+        ];
+        let limit = limits.into_iter().find_map(|(limit, at)| Some((limit, at?)));
+        match (limit, &self.equals, &self.differs) {
+            (Some((limit, at)), ..) => {
+                ConditionConfig::Limit { limit, at, deadband: self.deadband }
+            }
+            (None, Some(state), _) => ConditionConfig::Equals(state.resolve()),
+            (None, None, Some(state)) => ConditionConfig::Differs(state.resolve()),
+            (None, None, None) => ConditionConfig::BadQuality,
+        }
+    }
+}
+
+impl RawState {
+    fn resolve(&self) -> StateConfig {
+        match self {
+            Self::Bool(state) => StateConfig::Bool(*state),
+            Self::Integer(state) => StateConfig::Integer(*state),
+            Self::DoublePoint(state) => StateConfig::DoublePoint(*state),
+        }
+    }
+}

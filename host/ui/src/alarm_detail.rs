@@ -1,0 +1,93 @@
+//! The alarm that was chosen: what it means, and what can be done.
+
+use std::time::Duration;
+
+use egui::{Button, Label, RichText, ScrollArea, Ui};
+
+use crate::{AlarmAction, AlarmDetail, AlarmModel, Command, theme};
+
+/// Times on the shelf to choose from, and what they are called.
+const SHELVES: [(u64, &str); 4] = [(15, "15 min"), (60, "1 h"), (240, "4 h"), (480, "8 h")];
+
+/// Shows what is said of the chosen alarm, and buttons for what it allows.
+pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>) {
+    if let Some(trouble) = &model.trouble {
+        ui.add(Label::new(RichText::new(format!("× {trouble}")).strong()).wrap());
+        ui.separator();
+    }
+    let Some(detail) = &model.selected else {
+        ui.label(RichText::new("Choose an alarm, or press F8.").color(theme::FAINT_INK));
+        return;
+    };
+    let alarm = &detail.row;
+    ui.add(Label::new(RichText::new(&alarm.message).strong()).truncate());
+    buttons(ui, model, detail, commands);
+    let area = ScrollArea::vertical().id_salt("alarm detail").auto_shrink(false);
+    area.show(ui, |ui| {
+        let state = format!("{} · {}", alarm.priority.name(), alarm.state);
+        line(ui, "State", &state);
+        if let Some(doubt) = &alarm.doubt {
+            line(ui, "Doubt", &format!("× {doubt}: whether it holds still is not known"));
+        }
+        line(ui, "When", &detail.condition);
+        line(ui, "At", alarm.equipment.as_deref().unwrap_or(""));
+        line(ui, "Do", &detail.response);
+        line(ui, "Else", &detail.consequence);
+        line(ui, "Id", &alarm.id);
+    });
+}
+
+fn line(ui: &mut Ui, caption: &str, text: &str) {
+    if text.is_empty() {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.label(RichText::new(caption).color(theme::FAINT_INK));
+        ui.label(text);
+    });
+}
+
+fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut Vec<Command>) {
+    let alarm = detail.row.number;
+    let is_free = !detail.row.is_saving && !detail.is_mirrored;
+    let mut act = |action| commands.push(Command::ActOnAlarm { alarm, action });
+    ui.horizontal_wrapped(|ui| {
+        let mut button = |ui: &mut Ui, enabled: bool, words: &str, action| {
+            if ui.add_enabled(enabled && is_free, Button::new(words)).clicked() {
+                act(action);
+            }
+        };
+        let unacknowledged = detail.row.is_unacknowledged;
+        button(ui, unacknowledged, "Acknowledge", AlarmAction::Acknowledge);
+        if detail.can_reset {
+            button(ui, true, "Reset", AlarmAction::Reset);
+        }
+        match detail.is_out_of_service {
+            true => button(ui, true, "Return to service", AlarmAction::ReturnToService),
+            false => button(ui, true, "Out of service", AlarmAction::RemoveFromService),
+        }
+        if detail.is_shelved {
+            button(ui, true, "Unshelve", AlarmAction::Unshelve);
+        }
+    });
+    if detail.can_shelve && is_free {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Shelve for").color(theme::FAINT_INK));
+            for (minutes, words) in SHELVES {
+                let time = Duration::from_secs(minutes * 60);
+                if time <= model.max_shelving && ui.button(words).clicked() {
+                    let action = AlarmAction::Shelve(time);
+                    commands.push(Command::ActOnAlarm { alarm, action });
+                }
+            }
+        });
+    }
+    if let Some(equipment) = &detail.row.equipment
+        && ui.button("Show the equipment").clicked()
+    {
+        commands.push(Command::Reveal(equipment.clone()));
+    }
+    if detail.is_mirrored {
+        ui.label(RichText::new("The host's alarm system decides.").color(theme::FAINT_INK));
+    }
+}

@@ -1,0 +1,235 @@
+//! The alarm list, what is held back, and what happened last.
+
+use egui::{Align, Layout, Rect, Response};
+use egui::{Button, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
+
+use crate::alarm_mark::{self, Look};
+use crate::view_model::age_text;
+use crate::{
+    AlarmAction, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command, Mark,
+    alarm_detail, hatch, theme,
+};
+
+/// Height of a row, points.
+const ROW_HEIGHT: f32 = 21.0;
+const MARK_RADIUS: f32 = 7.5;
+/// Width of what is said of the alarm that was chosen, points.
+const DETAIL_WIDTH: f32 = 270.0;
+/// The first column, for the mark, points.
+const MARK_WIDTH: f32 = 30.0;
+/// Titles of the others, and their shares of the width.
+const COLUMNS: [(&str, f32); 7] = [
+    ("State", 0.20),
+    ("Time (UTC)", 0.12),
+    ("Since", 0.08),
+    ("Alarm", 0.21),
+    ("Equipment", 0.18),
+    ("Value", 0.11),
+    ("Count", 0.10),
+];
+
+/// Shows the panel: counts and lists above, rows below, the chosen alarm beside them.
+pub(crate) fn show(
+    ui: &mut Ui,
+    model: &AlarmModel,
+    rows: &dyn AlarmRows,
+    commands: &mut Vec<Command>,
+) {
+    let mut seen = Vec::new();
+    egui::Panel::right("alarm detail")
+        .exact_size(DETAIL_WIDTH)
+        .resizable(false)
+        .frame(egui::Frame::NONE.inner_margin(vec2(8.0, 2.0)))
+        .show(ui, |ui| alarm_detail::show(ui, model, commands));
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+        let top = ui.max_rect();
+        let header = Rect::from_min_size(top.min, vec2(top.width(), 24.0));
+        ui.allocate_rect(header, Sense::hover());
+        match model.list {
+            AlarmList::Log => log(ui, model),
+            AlarmList::Alarms | AlarmList::Held => list(ui, model, rows, &mut seen, commands),
+        }
+        let layout = Layout::left_to_right(Align::Center);
+        let mut ui = ui.new_child(UiBuilder::new().max_rect(header).layout(layout));
+        head(&mut ui, model, &seen, commands);
+    });
+}
+
+/// Counts by priority, the lists to choose from, and what is done to all that is in view.
+fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Command>) {
+    let annunciated: usize = model.counts.iter().map(|[_, all]| all).sum();
+    for (list, title) in [
+        (AlarmList::Alarms, format!("Alarms {annunciated}")),
+        (AlarmList::Held, format!("Held back {}", model.held)),
+        (AlarmList::Log, "Log".to_owned()),
+    ] {
+        if ui.selectable_label(model.list == list, RichText::new(title).strong()).clicked() {
+            commands.push(Command::ShowAlarmList(list));
+        }
+    }
+    ui.separator();
+    for (priority, [unacknowledged, all]) in AlarmPriority::ALL.into_iter().zip(model.counts) {
+        let (place, response) = ui.allocate_exact_size(Vec2::splat(20.0), Sense::hover());
+        let look = Look { priority, is_active: all > 0, has_ring: false };
+        alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);
+        let hint = format!("{}: {unacknowledged} unacknowledged of {all}", priority.name());
+        response.on_hover_text(hint);
+        ui.label(format!("{unacknowledged}/{all}"));
+    }
+    ui.separator();
+    if model.list == AlarmList::Alarms {
+        let button = Button::new("Acknowledge what is in view");
+        if ui.add_enabled(!seen.is_empty(), button).clicked() {
+            let act = |&alarm| Command::ActOnAlarm { alarm, action: AlarmAction::Acknowledge };
+            commands.extend(seen.iter().map(act));
+        }
+    }
+}
+
+fn log(ui: &mut Ui, model: &AlarmModel) {
+    let area = ScrollArea::vertical().id_salt("alarm log").auto_shrink(false);
+    area.show_rows(ui, ROW_HEIGHT - 4.0, model.log.len(), |ui, shown| {
+        for line in &model.log[shown] {
+            ui.add(egui::Label::new(line).selectable(false).truncate());
+        }
+    });
+}
+
+/// The rows in view; gives the numbers of those that can be acknowledged.
+fn list(
+    ui: &mut Ui,
+    model: &AlarmModel,
+    rows: &dyn AlarmRows,
+    seen: &mut Vec<u32>,
+    commands: &mut Vec<Command>,
+) {
+    let (head, _) =
+        ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT - 4.0), Sense::hover());
+    for (index, (title, _)) in COLUMNS.into_iter().enumerate() {
+        cell(ui, head, index, RichText::new(title).color(theme::FAINT_INK));
+    }
+    if rows.is_empty() {
+        let nothing = match model.list {
+            AlarmList::Held => "Nothing is held back.",
+            _ => "No alarms.",
+        };
+        ui.label(RichText::new(nothing).color(theme::FAINT_INK));
+        return;
+    }
+    let lit = alarm_mark::is_lit(ui, model.flashes);
+    let selected = model.selected.as_ref().map(|detail| detail.row.number);
+    let area = ScrollArea::vertical().id_salt("alarms").auto_shrink(false);
+    area.show_rows(ui, ROW_HEIGHT, rows.len(), |ui, shown| {
+        for index in shown {
+            let alarm = rows.row(index);
+            if alarm.is_unacknowledged && !alarm.is_saving {
+                seen.push(alarm.number);
+            }
+            let response = row(ui, &alarm, selected == Some(alarm.number), lit);
+            if response.double_clicked() {
+                commands.extend(alarm.equipment.map(Command::Reveal));
+            } else if response.clicked() {
+                commands.push(Command::SelectAlarm(alarm.number));
+            }
+        }
+    });
+}
+
+fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT), Sense::click());
+    if selected {
+        ui.painter().rect_filled(rect, 2.0, ui.visuals().selection.bg_fill);
+    }
+    if let Some(doubt) = &alarm.doubt {
+        let ground = column(rect, 5).union(column(rect, 6)).shrink2(vec2(0.0, 1.0));
+        hatch::ground(ui.painter(), ground, &Mark::Bad { reason: doubt.clone() });
+    }
+    let center = rect.left_center() + vec2(MARK_WIDTH * 0.5, 0.0);
+    let has_ring = alarm.is_unacknowledged && lit;
+    let look = Look { priority: alarm.priority, is_active: alarm.is_active, has_ring };
+    alarm_mark::paint(ui.painter(), center, MARK_RADIUS, look);
+    let ink = state_ground(ui, column(rect, 0).shrink2(vec2(0.0, 2.0)), alarm);
+    let text = |words: &str| RichText::new(words);
+    let state = if alarm.is_saving { "saving…" } else { alarm.state };
+    let value = match &alarm.doubt {
+        Some(_) => format!("× {}", alarm.value),
+        None => alarm.value.clone(),
+    };
+    cell(ui, rect, 0, text(state).color(ink));
+    cell(ui, rect, 1, text(&alarm.time));
+    cell(ui, rect, 2, text(&alarm.age.map_or_else(String::new, age_text)));
+    cell(ui, rect, 3, text(&alarm.message));
+    cell(ui, rect, 4, text(alarm.equipment.as_deref().unwrap_or("–")));
+    cell(ui, rect, 5, text(&value));
+    cell(ui, rect, 6, text(&notes(alarm)));
+    let place = alarm.equipment.as_deref().unwrap_or("no equipment");
+    let more = notes(alarm);
+    response.on_hover_text(format!("{}\n{}\n{place}\n{state}  {more}", alarm.id, alarm.message))
+}
+
+/// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
+/// ink of the state.
+fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
+    match (alarm.is_unacknowledged, alarm.is_active) {
+        (true, true) => {
+            ui.painter().rect_filled(place, 2.0, theme::INK);
+            theme::PAPER
+        }
+        (true, false) => {
+            let line = egui::Stroke::new(1.5, theme::INK);
+            ui.painter().rect_stroke(place, 2.0, line, egui::StrokeKind::Inside);
+            theme::INK
+        }
+        (false, _) => theme::INK,
+    }
+}
+
+/// What else is to be said: `28 min left, 4×, chattering`.
+fn notes(alarm: &AlarmRow) -> String {
+    let count = (alarm.occurrences > 0).then(|| format!("{}×", alarm.occurrences));
+    let left = alarm.shelf_left.map(|left| format!("{} left", age_text(left)));
+    let words = [
+        left,
+        count,
+        alarm.chatters.then(|| "chattering".to_owned()),
+        alarm.is_first_out.then(|| "first out".to_owned()),
+    ];
+    words.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+fn column(rect: Rect, index: usize) -> Rect {
+    let width = rect.width() - MARK_WIDTH;
+    let left: f32 = COLUMNS[..index].iter().map(|(_, share)| share).sum();
+    let x = rect.left() + MARK_WIDTH + left * width;
+    Rect::from_min_size(egui::pos2(x, rect.top()), vec2(COLUMNS[index].1 * width, rect.height()))
+}
+
+fn cell(ui: &mut Ui, rect: Rect, index: usize, text: RichText) {
+    let cell = column(rect, index).shrink2(vec2(4.0, 0.0));
+    let layout = Layout::left_to_right(Align::Center);
+    let mut cell_ui = ui.new_child(UiBuilder::new().max_rect(cell).layout(layout));
+    cell_ui.add(egui::Label::new(text).selectable(false).truncate());
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn columns_fill_the_width() {
+        let sum: f32 = COLUMNS.iter().map(|(_, share)| share).sum();
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    }
+
+    #[test]
+    fn notes_are_what_there_is_to_say() {
+        let mut alarm = AlarmRow { occurrences: 4, chatters: true, ..AlarmRow::default() };
+        assert_eq!(notes(&alarm), "4×, chattering");
+        alarm = AlarmRow { shelf_left: Some(Duration::from_secs(1700)), ..AlarmRow::default() };
+        alarm.is_first_out = true;
+        assert_eq!(notes(&alarm), "28 min left, first out");
+    }
+}

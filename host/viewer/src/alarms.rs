@@ -1,0 +1,272 @@
+//! The alarms of a view: their table, their log, and which of them are shown.
+
+mod listing;
+mod rows;
+mod words;
+
+use std::collections::{BTreeSet, HashMap, VecDeque};
+
+use busbar_alarm_log::{AlarmLog, LogRules, Recovered};
+use busbar_alarms::{Action, AlarmHandle, AlarmTable, Record, State};
+use busbar_plugin_host::OverlayTint;
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_tags::{Change, Moment, Snapshot, SourceTime};
+use busbar_ui::{AlarmAction, AlarmList};
+
+use self::listing::Listing;
+pub(crate) use self::rows::{Rows, beacons};
+use crate::load::LoadedScene;
+
+/// What happened last that is kept to be shown.
+const MAX_TAIL: usize = 200;
+/// Actions of operators that wait for the disk.
+const MAX_UNSAVED: usize = 10_000;
+/// How long is said why an action was refused.
+const REFUSAL_SHOWN: std::time::Duration = std::time::Duration::from_secs(10);
+
+/// The alarms of a view.
+pub(crate) struct Alarming {
+    table: AlarmTable,
+    log: Option<AlarmLog>,
+    /// Why there is no log, or what was wrong with it when it was opened.
+    log_remark: Option<String>,
+    operator: String,
+    selected: Option<AlarmHandle>,
+    list: AlarmList,
+    listing: Listing,
+    /// The equipment of each alarm, and the instances of each piece of equipment.
+    nodes: Vec<Option<NodeIndex>>,
+    instances: HashMap<NodeIndex, Vec<usize>>,
+    /// What operators did that is not on the disk yet.
+    unsaved: VecDeque<Unsaved>,
+    tail: VecDeque<Record>,
+    refusal: Option<(Moment, String)>,
+    now: Moment,
+    wall_clock: SourceTime,
+}
+
+/// An action that is done once its record is on the disk.
+struct Unsaved {
+    alarm: AlarmHandle,
+    number: u64,
+    /// The state that is shown till then.
+    before: State,
+}
+
+impl Alarming {
+    /// The alarms of a scene; none where none is configured. Only who watches a window
+    /// writes the log. A log that cannot be used keeps nobody from seeing alarms.
+    pub(crate) fn of(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
+        let LoadedScene { alarms, config, graph, alarm_log, .. } = scene;
+        if alarms.set.specs().is_empty() {
+            return None;
+        }
+        let handling = &config.alarm_handling;
+        let longest = std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60);
+        let now = Moment::now();
+        let mut table = AlarmTable::new(alarms.set.clone(), longest, now);
+        let rules = alarm_log.as_ref().filter(|_| logs).map(|directory| LogRules {
+            directory: directory.clone(),
+            max_file_bytes: u64::from(handling.log_megabytes) * 1_000_000,
+            max_files: handling.log_files,
+        });
+        let (mut log, mut tail) = (None, VecDeque::new());
+        let log_remark = match rules.map(AlarmLog::open) {
+            None if logs => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
+            None => None,
+            Some(Err(error)) => {
+                tracing::error!("{error}");
+                Some(error.to_string())
+            }
+            Some(Ok((opened, found))) => {
+                let Recovered { open, tail: records, last_number, remarks } = found;
+                let last = open.values().map(|r| (r.alarm.as_str(), r.standing, r.time));
+                table.restore(last, last_number, wall_clock);
+                (log, tail) = (Some(opened), records);
+                (!remarks.is_empty()).then(|| format!("the audit log: {}", remarks.join("; ")))
+            }
+        };
+        tail.drain(..tail.len().saturating_sub(MAX_TAIL));
+        Some(Self {
+            instances: instances_of(graph, alarms.nodes.iter().flatten()),
+            nodes: alarms.nodes.clone(),
+            table,
+            log,
+            log_remark,
+            operator: String::new(),
+            selected: None,
+            list: AlarmList::default(),
+            listing: Listing::default(),
+            unsaved: VecDeque::new(),
+            tail,
+            refusal: None,
+            now,
+            wall_clock,
+        })
+    }
+
+    /// Who acts.
+    pub(crate) fn set_operator(&mut self, name: &str) {
+        name.clone_into(&mut self.operator);
+    }
+
+    pub(crate) fn table(&self) -> &AlarmTable {
+        &self.table
+    }
+
+    pub(crate) fn selected(&self) -> Option<AlarmHandle> {
+        self.selected
+    }
+
+    /// Notes a change of a tag as it comes.
+    #[inline]
+    pub(crate) fn note(&mut self, change: &Change) {
+        self.table.note(change);
+    }
+
+    /// Follows the tags, hands what happened to the log, and lists what is shown.
+    pub(crate) fn step(&mut self, tags: Snapshot<'_>, now: Moment, wall_clock: SourceTime) {
+        (self.now, self.wall_clock) = (now, wall_clock);
+        let Self { table, log, tail, .. } = self;
+        table.step(tags, now, wall_clock, |record| keep(log.as_mut(), tail, record));
+        self.follow();
+    }
+
+    /// What is on the disk by now, and how alarms stand.
+    fn follow(&mut self) {
+        if let Some(log) = &mut self.log {
+            log.flush();
+            let durable = log.durable();
+            self.unsaved.retain(|unsaved| unsaved.number > durable);
+        }
+        self.listing.update(&self.table, &self.nodes);
+    }
+
+    /// Does what an operator asks for; a refusal is shown.
+    pub(crate) fn act(&mut self, alarm: AlarmHandle, action: AlarmAction) {
+        let result = self.perform(alarm, action_of(action));
+        self.refusal = result.err().map(|refusal| (self.now, refusal));
+    }
+
+    fn perform(&mut self, alarm: AlarmHandle, action: Action) -> Result<(), String> {
+        if self.log.as_ref().is_some_and(|log| !log.keeps_up()) {
+            return Err("the audit log does not keep up: wait, or check its disk".to_owned());
+        }
+        if self.unsaved.len() >= MAX_UNSAVED {
+            return Err("too many actions wait for the audit log: check its disk".to_owned());
+        }
+        let before = self.table.status(alarm).map(|status| status.state);
+        let operator = self.operator.as_str();
+        let record =
+            self.table.perform(alarm, action, operator).map_err(|error| error.to_string())?;
+        if let Some(before) = before.filter(|_| self.log.is_some()) {
+            self.unsaved.push_back(Unsaved { alarm, number: record.number, before });
+        }
+        keep(self.log.as_mut(), &mut self.tail, record);
+        self.follow();
+        Ok(())
+    }
+
+    /// Sets an alarm of the host's to a state.
+    pub(crate) fn mirror(
+        &mut self,
+        id: &str,
+        state: State,
+        until: Option<SourceTime>,
+        operator: Option<&str>,
+    ) -> Result<(), String> {
+        let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
+        let record = self.table.mirror(alarm, state, until, operator);
+        if let Some(record) = record.map_err(|error| format!("'{id}': {error}"))? {
+            keep(self.log.as_mut(), &mut self.tail, record);
+        }
+        self.follow();
+        Ok(())
+    }
+
+    pub(crate) fn select(&mut self, alarm: AlarmHandle) {
+        self.selected = self.table.set().spec(alarm).map(|_| alarm);
+    }
+
+    pub(crate) fn show_list(&mut self, list: AlarmList) {
+        self.list = list;
+    }
+
+    /// Colour on equipment in alarm.
+    pub(crate) fn tints(&self) -> &[OverlayTint] {
+        &self.listing.tints
+    }
+
+    /// Instances of equipment in unacknowledged alarm, which are drawn in full detail; none
+    /// where that is as when it was last asked.
+    pub(crate) fn changed_detail(&mut self) -> Option<BTreeSet<usize>> {
+        let nodes = self.listing.take_unacknowledged()?;
+        Some(nodes.iter().filter_map(|node| self.instances.get(node)).flatten().copied().collect())
+    }
+
+    /// The state that an operator sees.
+    fn shown_state(&self, alarm: AlarmHandle, state: State) -> (State, bool) {
+        let unsaved = self.unsaved.iter().find(|unsaved| unsaved.alarm == alarm);
+        unsaved.map_or((state, false), |unsaved| (unsaved.before, true))
+    }
+
+    /// What keeps the log from being written, or an action from being done.
+    fn trouble(&self) -> Option<String> {
+        let fresh = |at: Moment| self.now.since(at) < REFUSAL_SHOWN;
+        let refusal = self.refusal.as_ref().filter(|(at, _)| fresh(*at));
+        let log = self.log.as_ref().and_then(AlarmLog::fault);
+        refusal.map(|(_, words)| words.clone()).or(log).or_else(|| self.log_remark.clone())
+    }
+}
+
+/// Hands a record to the log, and keeps it to be shown.
+fn keep(log: Option<&mut AlarmLog>, tail: &mut VecDeque<Record>, record: Record) {
+    if tail.len() == MAX_TAIL {
+        tail.pop_front();
+    }
+    tail.push_back(record.clone());
+    if let Some(log) = log {
+        log.append(record);
+    }
+}
+
+fn action_of(action: AlarmAction) -> Action {
+    match action {
+        AlarmAction::Acknowledge => Action::Acknowledge,
+        AlarmAction::Reset => Action::Reset,
+        AlarmAction::Shelve(time) => Action::Shelve(time),
+        AlarmAction::Unshelve => Action::Unshelve,
+        AlarmAction::RemoveFromService => Action::RemoveFromService,
+        AlarmAction::ReturnToService => Action::ReturnToService,
+    }
+}
+
+/// The instances that show each of these nodes: those at it or below it; of a feature, the
+/// one that it is a part of.
+fn instances_of<'a>(
+    graph: &SceneGraph,
+    nodes: impl Iterator<Item = &'a NodeIndex>,
+) -> HashMap<NodeIndex, Vec<usize>> {
+    let mut found: HashMap<NodeIndex, Vec<usize>> = nodes.map(|&node| (node, Vec::new())).collect();
+    for (index, instance) in graph.instances().iter().enumerate() {
+        let mut above = Some(instance.node);
+        while let Some(node) = above {
+            if let Some(instances) = found.get_mut(&node) {
+                instances.push(index);
+            }
+            above = graph.node(node).parent();
+        }
+    }
+    let mut of_features: HashMap<NodeIndex, Vec<NodeIndex>> = HashMap::new();
+    for (&node, _) in found.iter().filter(|(_, instances)| instances.is_empty()) {
+        if let Some(parent) = graph.node(node).parent() {
+            of_features.entry(parent).or_default().push(node);
+        }
+    }
+    for (index, instance) in graph.instances().iter().enumerate() {
+        for node in of_features.get(&instance.node).into_iter().flatten() {
+            found.entry(*node).or_default().push(index);
+        }
+    }
+    found
+}

@@ -1,0 +1,164 @@
+//! Alarms as the panels show them.
+
+use std::time::Duration;
+
+use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
+use busbar_scene::SceneGraph;
+use busbar_tags::{Snapshot, SourceTime, TagSet};
+use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon};
+
+use super::{Alarming, words};
+use crate::labels::{Sight, top_of};
+use crate::load::LoadedScene;
+use crate::rows::value_text;
+
+/// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    pub(crate) alarming: Option<&'a Alarming>,
+    pub(crate) scene: &'a LoadedScene,
+    pub(crate) snapshot: Snapshot<'a>,
+}
+
+impl Rows<'_> {
+    fn shown(&self) -> &[AlarmHandle] {
+        self.alarming.map_or(&[], |alarming| match alarming.list {
+            AlarmList::Alarms => &alarming.listing.alarms,
+            AlarmList::Held => &alarming.listing.held,
+            AlarmList::Log => &[],
+        })
+    }
+
+    fn row_of(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<AlarmRow> {
+        let (spec, status) = (alarming.table.set().spec(alarm)?, alarming.table.status(alarm)?);
+        let (state, is_saving) = alarming.shown_state(alarm, status.state);
+        let (value, doubt) = self.value_of(spec, &status);
+        let wall_clock = alarming.wall_clock;
+        Some(AlarmRow {
+            number: alarm.0,
+            id: spec.id.clone(),
+            message: spec.message.clone(),
+            priority: priority(spec.priority),
+            state: state.name(),
+            is_unacknowledged: state.is_unacknowledged(),
+            is_active: status.standing.is_active,
+            doubt,
+            time: status.occurred.map_or_else(String::new, |at| words::time(at, wall_clock)),
+            age: status.since.map(|since| elapsed(since, wall_clock)),
+            value,
+            equipment: self.equipment(alarming, alarm),
+            occurrences: status.occurrences,
+            chatters: status.chatters,
+            is_first_out: status.is_first_out,
+            shelf_left: status.shelf_left.filter(|_| state == State::G),
+            is_saving,
+        })
+    }
+
+    /// The value of an alarm's tag as it is, and why nothing is known of it.
+    fn value_of(&self, spec: &AlarmSpec, status: &AlarmStatus) -> (String, Option<String>) {
+        let AlarmSource::Tag { watch, .. } = &spec.source else {
+            return (String::new(), None);
+        };
+        let tags: &TagSet = &self.scene.tags;
+        let (Some(tag), Some(state)) = (tags.spec(watch.tag), self.snapshot.state(watch.tag))
+        else {
+            return (String::new(), None);
+        };
+        let value = state.value.map_or_else(|| "–".into(), value_text);
+        let value = if tag.unit.is_empty() { value } else { format!("{value} {}", tag.unit) };
+        let reason = || state.quality.reason().map(|reason| reason.to_string());
+        (value, (!status.is_certain).then(reason).flatten())
+    }
+
+    fn equipment(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<String> {
+        let node = alarming.nodes.get(alarm.0 as usize).copied().flatten();
+        let id = |node| self.scene.graph.node(node).id();
+        node.map(id).or_else(|| alarming.table.set().spec(alarm)?.equipment.clone())
+    }
+
+    /// What is said beside the list.
+    pub(crate) fn model(&self, flashes: bool) -> Option<AlarmModel> {
+        let alarming = self.alarming?;
+        let table = &alarming.table;
+        let handling = &self.scene.config.alarm_handling;
+        let of_priority = |priority| {
+            let counts = table.counts(priority);
+            [counts.unacknowledged(), counts.annunciated()]
+        };
+        let newest = alarming.tail.iter().rev().filter(|_| alarming.list == AlarmList::Log);
+        Some(AlarmModel {
+            counts: Priority::ALL.map(of_priority),
+            held: alarming.listing.held.len(),
+            list: alarming.list,
+            selected: alarming.selected.and_then(|alarm| self.detail(alarming, alarm)),
+            banner: alarming.listing.most_urgent.and_then(|alarm| self.row_of(alarming, alarm)),
+            log: newest.map(|record| words::record(record, alarming.wall_clock)).collect(),
+            trouble: alarming.trouble(),
+            max_shelving: Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60),
+            flashes,
+        })
+    }
+
+    fn detail(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<AlarmDetail> {
+        let (spec, status) = (alarming.table.set().spec(alarm)?, alarming.table.status(alarm)?);
+        let is_mirrored = spec.source == AlarmSource::Mirrored;
+        Some(AlarmDetail {
+            row: self.row_of(alarming, alarm)?,
+            condition: words::source(&spec.source, &self.scene.tags),
+            consequence: spec.consequence.clone(),
+            response: spec.response.clone(),
+            is_mirrored,
+            can_reset: status.state == State::F,
+            can_shelve: !matches!(status.state, State::H | State::I) && !is_mirrored,
+            is_shelved: status.standing.is_shelved,
+            is_out_of_service: status.standing.is_out_of_service,
+        })
+    }
+}
+
+impl AlarmRows for Rows<'_> {
+    fn len(&self) -> usize {
+        self.shown().len()
+    }
+
+    fn row(&self, index: usize) -> AlarmRow {
+        let alarm = self.alarming.zip(self.shown().get(index));
+        alarm.and_then(|(alarming, alarm)| self.row_of(alarming, *alarm)).unwrap_or_default()
+    }
+
+    fn next_unacknowledged(&self) -> Option<(u32, Option<String>)> {
+        let alarming = self.alarming?;
+        let alarms = &alarming.listing.alarms;
+        let chosen = alarming.selected.and_then(|chosen| alarms.iter().position(|a| *a == chosen));
+        let (before, after) = alarms.split_at(chosen.map_or(0, |chosen| chosen + 1));
+        let waits = |alarm: &&AlarmHandle| {
+            let status = alarming.table.status(**alarm);
+            status.is_some_and(|status| status.state.is_unacknowledged())
+        };
+        let next = *after.iter().chain(before).find(waits)?;
+        Some((next.0, self.equipment(alarming, next)))
+    }
+}
+
+/// Marks at the equipment in alarm that is before the camera.
+pub(crate) fn beacons(alarming: &Alarming, graph: &SceneGraph, sight: Sight) -> Vec<Beacon> {
+    let of_place = |(node, place): &(_, super::listing::Place)| {
+        Some(Beacon {
+            anchor: sight.projection.to_screen(top_of(graph.node(*node)))?,
+            priority: priority(place.priority),
+            is_unacknowledged: place.is_unacknowledged,
+            is_doubtful: place.is_doubtful,
+            count: place.count,
+        })
+    };
+    alarming.listing.places.iter().filter_map(of_place).collect()
+}
+
+fn priority(priority: Priority) -> AlarmPriority {
+    AlarmPriority::ALL[priority as usize]
+}
+
+fn elapsed(since: SourceTime, now: SourceTime) -> Duration {
+    Duration::from_nanos(now.0.saturating_sub(since.0).max(0) as u64)
+}
