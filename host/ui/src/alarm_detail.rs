@@ -15,10 +15,7 @@ pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>)
         ui.add(Label::new(RichText::new(format!("× {trouble}")).strong()).wrap());
         ui.separator();
     }
-    let Some(detail) = &model.selected else {
-        ui.label(RichText::new("Choose an alarm, or press F8.").color(theme::FAINT_INK));
-        return;
-    };
+    let Some(detail) = &model.selected else { return };
     let alarm = &detail.row;
     ui.add(Label::new(RichText::new(&alarm.message).strong()).truncate());
     buttons(ui, model, detail, commands);

@@ -19,13 +19,13 @@ const DETAIL_WIDTH: f32 = 270.0;
 const MARK_WIDTH: f32 = 30.0;
 /// Titles of the others, and their shares of the width.
 const COLUMNS: [(&str, f32); 7] = [
-    ("State", 0.20),
-    ("Time (UTC)", 0.12),
+    ("State", 0.25),
+    ("UTC", 0.11),
     ("Since", 0.08),
-    ("Alarm", 0.21),
-    ("Equipment", 0.18),
-    ("Value", 0.11),
-    ("Count", 0.10),
+    ("Alarm", 0.19),
+    ("Equipment", 0.16),
+    ("Value", 0.10),
+    ("Count", 0.11),
 ];
 
 /// Shows the panel: counts and lists above, rows below, the chosen alarm beside them.
@@ -36,11 +36,14 @@ pub(crate) fn show(
     commands: &mut Vec<Command>,
 ) {
     let mut seen = Vec::new();
-    egui::Panel::right("alarm detail")
-        .exact_size(DETAIL_WIDTH)
-        .resizable(false)
-        .frame(egui::Frame::NONE.inner_margin(vec2(8.0, 2.0)))
-        .show(ui, |ui| alarm_detail::show(ui, model, commands));
+    // The list has the width where there is nothing to say beside it.
+    if model.selected.is_some() || model.trouble.is_some() {
+        egui::Panel::right("alarm detail")
+            .exact_size(DETAIL_WIDTH)
+            .resizable(false)
+            .frame(egui::Frame::NONE.inner_margin(vec2(8.0, 2.0)))
+            .show(ui, |ui| alarm_detail::show(ui, model, commands));
+    }
     egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
         let top = ui.max_rect();
         let header = Rect::from_min_size(top.min, vec2(top.width(), 24.0));
@@ -78,7 +81,7 @@ fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Comman
     }
     ui.separator();
     if model.list == AlarmList::Alarms {
-        let button = Button::new("Acknowledge what is in view");
+        let button = Button::new("Acknowledge in view");
         if ui.add_enabled(!seen.is_empty(), button).clicked() {
             let act = |&alarm| Command::ActOnAlarm { alarm, action: AlarmAction::Acknowledge };
             commands.extend(seen.iter().map(act));
