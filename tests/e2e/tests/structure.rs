@@ -53,6 +53,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
     ("device_server", &["busbar_plugin_sdk"]),
+    ("dga", &[]),
     ("fault_injector", &["busbar_plugin_sdk"]),
     ("busbar_link", &[]),
     ("iec104", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
