@@ -117,6 +117,11 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarSimulatorStatus { struct_size, fault, clients, message_len, connections, messages,
             message }
         BusbarSimulator { struct_size, start, stop, status }
+        BusbarCommandInfo { struct_size, name, help }
+        BusbarCommandCall { struct_size, argument_count, name, arguments }
+        BusbarCommandStreams { struct_size, context, read, write, diagnose }
+        BusbarCommandResult { struct_size, exit_code }
+        BusbarCommand { struct_size, count, describe, run }
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
     // What a plugin built before wedges came knows of a mesh: it never moves.

@@ -11,7 +11,8 @@
 //! | [`dlt722`] | three-ratio method of DL/T 722-2014 |
 //! | [`triangle_1`], [`triangle_4`], [`triangle_5`] | Duval's triangles |
 //! | [`pentagon`] | Duval's pentagons 1 and 2 |
-//! | [`c57_104`] | status by the tables of IEEE C57.104-2019 |
+//! | [`c57_104`], [`c57_104_2008`] | status by the tables of IEEE C57.104-2019; conditions of 2008 |
+//! | [`indicators`] | ratios that hint at paper, tap changers, oxygen |
 //! | [`typical`] | typical and attention values of IEC 60599, CIGRE and DL/T 722 |
 //! | [`rates`] | how fast gas forms |
 //! | [`uncertainty`] | how probable each result is, given the laboratory's accuracy |
@@ -24,13 +25,16 @@
 //! - A ratio x/0 is infinite, above every limit; 0/0 cannot be computed and meets no
 //!   condition but "any". No result is ever NaN.
 //! - Percentages are `100 * gas / sum` in `f64`, and limits are compared with them as
-//!   they are, without tolerance: whole numbers of ppm are decided exactly.
+//!   they are, without tolerance: whole numbers of ppm are decided exactly, and decimal
+//!   fractions as `f64` has them (0.3/0.1 is a little less than 3).
 
 pub mod c57_104;
+pub mod c57_104_2008;
 pub mod dlt722;
 pub mod doernenburg;
 mod gas;
 pub mod iec60599;
+pub mod indicators;
 pub mod key_gas;
 mod margin;
 pub mod pentagon;

@@ -5,7 +5,7 @@
 use std::ffi::c_void;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Mutex, PoisonError, RwLock};
+use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
 
@@ -14,10 +14,10 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{mesh_optimizer, overlay, simulator, telemetry};
+pub use tables::{command, mesh_optimizer, overlay, simulator, telemetry};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator);`
+/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command);`
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -60,6 +60,7 @@ enum Table {
     Telemetry(abi::BusbarTelemetry),
     Overlay(abi::BusbarOverlay),
     Simulator(abi::BusbarSimulator),
+    Command(abi::BusbarCommand),
 }
 
 impl Table {
@@ -69,6 +70,7 @@ impl Table {
             Self::Telemetry(table) => std::ptr::from_ref(table).cast(),
             Self::Overlay(table) => std::ptr::from_ref(table).cast(),
             Self::Simulator(table) => std::ptr::from_ref(table).cast(),
+            Self::Command(table) => std::ptr::from_ref(table).cast(),
         }
     }
 }
@@ -135,6 +137,8 @@ struct Instance<P> {
     sink: Mutex<Option<SampleSink>>,
     /// Whether a simulation runs.
     is_simulating: Mutex<bool>,
+    /// What `describe` gave, made at its first call.
+    commands: OnceLock<Vec<crate::command::Info>>,
 }
 
 impl<P> Instance<P> {
@@ -191,6 +195,7 @@ unsafe extern "C" fn create<P: Exported>(
             host: host.clone(),
             sink: Mutex::new(None),
             is_simulating: Mutex::new(false),
+            commands: OnceLock::new(),
         };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {
             struct_size: size_of::<abi::BusbarPlugin>() as u32,

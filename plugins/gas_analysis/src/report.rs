@@ -1,0 +1,132 @@
+//! Results of a sample as cells.
+
+use std::io::{self, BufWriter, Write};
+
+use dga::pentagon::{self, PENTAGON_1, PENTAGON_2};
+use dga::{
+    Sample, c57_104, dlt722, doernenburg, iec60599, key_gas, rogers, triangle_1, triangle_4,
+    triangle_5,
+};
+
+use crate::Settings;
+use crate::columns::Columns;
+use crate::row::Cells;
+
+/// Columns of results, after those of the sample.
+pub(crate) const RESULTS: [&str; 15] = [
+    "iec",
+    "rogers",
+    "doernenburg",
+    "keygas",
+    "dlt722",
+    "tri1",
+    "tri4",
+    "tri5",
+    "tri4_applicable",
+    "tri5_applicable",
+    "pent1",
+    "pent2",
+    "pent_x",
+    "pent_y",
+    "c57_status",
+];
+/// Bytes of output that go to the host at once.
+const PIECE_BYTES: usize = 1 << 16;
+/// What stands where there is nothing.
+const NONE: &str = "NA";
+
+/// Writes rows of results.
+pub(crate) struct Report<W: Write> {
+    writer: csv::Writer<BufWriter<W>>,
+    settings: Settings,
+    text: String,
+}
+
+impl<W: Write> Report<W> {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub(crate) fn begin(output: W, columns: &Columns, settings: Settings) -> io::Result<Self> {
+        let mut writer = csv::Writer::from_writer(BufWriter::with_capacity(PIECE_BYTES, output));
+        let identifying = columns.identifying.iter().map(|(name, _)| *name);
+        let gases = columns.gases.iter().map(|(gas, _)| gas.formula());
+        writer.write_record(identifying.chain(gases).chain(RESULTS)).map_err(io::Error::from)?;
+        Ok(Self { writer, settings, text: String::new() })
+    }
+
+    /// Writes the results of a sample whose row has these cells.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub(crate) fn add(
+        &mut self,
+        columns: &Columns,
+        cells: &Cells,
+        sample: &Sample,
+    ) -> io::Result<()> {
+        let identifying = columns.identifying.iter().map(|(_, index)| *index);
+        for index in identifying.chain(columns.gases.iter().map(|(_, index)| *index)) {
+            self.cell(cells.get(index))?;
+        }
+        self.text.clear();
+        for zone in iec60599::zones(sample, self.settings.equipment.into()) {
+            if !self.text.is_empty() {
+                self.text.push('|');
+            }
+            self.text.push_str(zone.name());
+        }
+        self.writer.write_field(&self.text).map_err(io::Error::from)?;
+        let yes = |is: bool| if is { "true" } else { "false" };
+        for cell in [
+            rogers::zone(sample).name(),
+            doernenburg::zone(sample).name(),
+            key_gas::zone(sample).name(),
+            dlt722::zone(sample).name(),
+            triangle_1::zone(sample).name(),
+            triangle_4::zone(sample).name(),
+            triangle_5::zone(sample).name(),
+            yes(triangle_4::is_applicable(sample)),
+            yes(triangle_5::is_applicable(sample)),
+            PENTAGON_1.zone(sample).name(),
+            PENTAGON_2.zone(sample).name(),
+        ] {
+            self.cell(cell)?;
+        }
+        match pentagon::point(sample) {
+            Some(point) => {
+                for percent in point {
+                    self.cell(&number(percent))?;
+                }
+            }
+            None => {
+                self.cell(NONE)?;
+                self.cell(NONE)?;
+            }
+        }
+        match c57_104::status(sample, self.settings.age.into()) {
+            Some(status) => self.cell(&status.to_string())?,
+            None => self.cell(NONE)?,
+        }
+        // An empty record ends the row.
+        self.writer.write_record(None::<&[u8]>).map_err(io::Error::from)
+    }
+
+    fn cell(&mut self, text: &str) -> io::Result<()> {
+        self.writer.write_field(text).map_err(io::Error::from)
+    }
+
+    /// Hands over what is left.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub(crate) fn end(mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+/// With six digits, and no sign of nothing.
+fn number(percent: f64) -> String {
+    let text = format!("{percent:.6}");
+    if text == "-0.000000" { "0.000000".into() } else { text }
+}
