@@ -37,7 +37,9 @@ fn header_is_up_to_date() {
 #[test]
 fn header_names_the_ids() {
     let header = std::fs::read_to_string(header_path()).unwrap();
-    for id in [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID] {
+    for id in
+        [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID, COMMAND_ID]
+    {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }
     assert!(header.contains(ENTRY_SYMBOL.to_str().unwrap()));

@@ -63,23 +63,19 @@ pub(crate) fn place(sample: &Sample, gas: Gas, uncertainty: Uncertainty, at: f64
 }
 
 /// The probability of each result of `method`, which rests on `gases` alone: those that sum
-/// up to 1. Deterministic: points are the additive recurrence whose steps are powers of the
-/// generalised golden ratio (M. Roberts, "The Unreasonable Effectiveness of Quasirandom
-/// Sequences", 2018), [`POINTS`] of them.
+/// up to 1. Deterministic: the first [`POINTS`] points of Halton's sequence (J. H. Halton,
+/// Numerische Mathematik 2, 1960), a gas a dimension.
 pub fn probabilities<T: Ord>(
     sample: &Sample,
     uncertainty: Uncertainty,
     gases: &[Gas],
     method: impl Fn(&Sample) -> T,
 ) -> BTreeMap<T, f64> {
-    let golden = golden_ratio(gases.len());
     let mut found = BTreeMap::new();
-    for point in 0..POINTS {
+    for point in 1..=POINTS {
         let mut varied = *sample;
-        let mut step = 1.0;
-        for &gas in gases {
-            step /= golden;
-            let at = (0.5 + f64::from(point + 1) * step).fract();
+        for (&gas, base) in gases.iter().zip(BASES) {
+            let at = radical_inverse(point, base);
             if let Some(ppm) = place(sample, gas, uncertainty, at) {
                 varied = varied.varied(gas, ppm);
             }
@@ -90,14 +86,18 @@ pub fn probabilities<T: Ord>(
     found.into_iter().map(|(zone, count)| (zone, share(count))).collect()
 }
 
-/// The root above 1 of x^(d+1) = x + 1.
-fn golden_ratio(dimensions: usize) -> f64 {
-    let mut x: f64 = 2.0;
-    // It contracts at least by half a step.
-    for _ in 0..64 {
-        x = (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0));
+/// Bases of the dimensions: primes, one for each gas.
+const BASES: [u32; Gas::ALL.len()] = [2, 3, 5, 7, 11, 13, 17, 19, 23];
+
+/// The digits of a number mirrored at the point: from 0 to below 1.
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut digit, mut sum) = (1.0, 0.0);
+    while number > 0 {
+        digit /= f64::from(base);
+        sum += digit * f64::from(number % base);
+        number /= base;
     }
-    x
+    sum
 }
 
 #[cfg(test)]
@@ -106,9 +106,9 @@ mod tests {
     use crate::{Concentration, triangle_1};
 
     #[test]
-    fn the_ratio_is_the_golden_one() {
-        assert!((golden_ratio(1) - 1.618_033_988_75).abs() < 1e-9);
-        assert!((golden_ratio(2) - 1.324_717_957_24).abs() < 1e-9);
+    fn digits_are_mirrored() {
+        assert_eq!([1, 2, 3, 4, 6].map(|i| radical_inverse(i, 2)), [0.5, 0.25, 0.75, 0.125, 0.375]);
+        assert!((radical_inverse(5, 3) - 7.0 / 9.0).abs() < 1e-15);
     }
 
     #[test]

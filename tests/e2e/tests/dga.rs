@@ -116,7 +116,7 @@ fn what_cannot_be_analysed_is_refused_and_nothing_written() {
     refused(
         dga(&folder, &good).args(["--set", "age=7"]),
         2,
-        &["'gas_analysis'", "7 is not one of \"unknown\"", "remedy"],
+        &["'gas_analysis'", "is not one of \"unknown\"", "remedy"],
     );
     refused(dga(&folder, &good).args(["--", "more"]), 2, &["unknown argument 'more'"]);
     refused(dga(&folder, &good).arg("--no-such-option"), 2, &["--no-such-option", "Usage"]);
