@@ -43,11 +43,14 @@ fn judge(sample: &Sample) -> (Zone, &'static str) {
             "none of H2, CH4, C2H2, C2H4 is above twice L1, or neither C2H6 nor CO above L1",
         );
     }
-    let is_valid = (ch4 > CH4 || h2 > H2)
-        && (c2h2 > C2H2 || c2h4 > C2H4)
-        && (c2h2 > C2H2 || ch4 > CH4)
-        && (c2h6 > C2H6 || c2h2 > C2H2);
-    if !is_valid {
+    // Each ratio needs one of its gases above L1.
+    let ratios = [
+        [ch4 > CH4, h2 > H2],
+        [c2h2 > C2H2, c2h4 > C2H4],
+        [c2h2 > C2H2, ch4 > CH4],
+        [c2h6 > C2H6, c2h2 > C2H2],
+    ];
+    if ratios.contains(&[false; 2]) {
         return (Zone::NotApplicable, "a ratio has neither of its gases above L1");
     }
     let (r1, r2) = (Ratio::new(ch4, h2), Ratio::new(c2h2, c2h4));

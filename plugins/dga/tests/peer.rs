@@ -115,18 +115,19 @@ fn ask_peer(python: &str, samples: &[Gases]) -> Vec<Vec<String>> {
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
-        .unwrap();
+        .expect("the peer runs");
     let mut text = String::from("h2,ch4,c2h6,c2h4,c2h2,co,co2,o2,n2\n");
     for gases in samples {
         let cells = gases.map(|ppm| ppm.map_or(String::new(), |ppm| ppm.to_string()));
         text += &(cells.join(",") + "\n");
     }
-    let mut stdin = child.stdin.take().unwrap();
-    let writer = std::thread::spawn(move || stdin.write_all(text.as_bytes()).unwrap());
-    let output = child.wait_with_output().unwrap();
-    writer.join().unwrap();
+    let mut stdin = child.stdin.take().expect("the peer runs");
+    let writer =
+        std::thread::spawn(move || stdin.write_all(text.as_bytes()).expect("the peer runs"));
+    let output = child.wait_with_output().expect("the peer runs");
+    writer.join().expect("the peer runs");
     assert!(output.status.success(), "the peer failed");
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = String::from_utf8(output.stdout).expect("the peer runs");
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
@@ -154,9 +155,12 @@ fn results_are_those_of_the_second_implementation() {
         let mut theirs: Vec<_> = [&answer[..12], &answer[14..15]].concat();
         if let Some(place) = pentagon::point(&sample) {
             for (ours, theirs) in place.iter().zip(point) {
-                assert!((ours - theirs.parse::<f64>().unwrap()).abs() < 1e-7, "{gases:?}");
+                assert!(
+                    (ours - theirs.parse::<f64>().expect("the peer runs")).abs() < 1e-7,
+                    "{gases:?}"
+                );
             }
-            if UNDECIDED.contains(&edge.parse().unwrap()) {
+            if UNDECIDED.contains(&edge.parse().expect("the peer runs")) {
                 undecided += 1;
                 (ours[10], ours[11]) = (String::new(), String::new());
                 (theirs[10], theirs[11]) = (String::new(), String::new());

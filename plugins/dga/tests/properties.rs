@@ -70,8 +70,8 @@ proptest! {
     #[test]
     fn scale_changes_no_share_and_no_ratio(ppm in prop::array::uniform5(0..2000_u32), power in -10..10_i32) {
         let by = 2.0_f64.powi(power);
-        let one = Sample::of_five(ppm.map(f64::from)).unwrap();
-        let other = Sample::of_five(ppm.map(|ppm| f64::from(ppm) * by)).unwrap();
+        let one = Sample::of_five(ppm.map(f64::from)).expect("it is valid");
+        let other = Sample::of_five(ppm.map(|ppm| f64::from(ppm) * by)).expect("it is valid");
         let methods: [fn(&Sample) -> Zone; 8] = [
             rogers::zone, key_gas::zone, dlt722::zone, triangle_1::zone, triangle_4::zone,
             triangle_5::zone, |sample: &Sample| PENTAGON_1.zone(sample),
@@ -92,7 +92,7 @@ proptest! {
         let mut shuffled = Sample::new();
         for i in order {
             if let Some(ppm) = gases[i] {
-                shuffled = shuffled.with(Gas::ALL[i], dga::Concentration::measured(ppm).unwrap());
+                shuffled = shuffled.with(Gas::ALL[i], dga::Concentration::measured(ppm).expect("it is valid"));
             }
         }
         prop_assert_eq!(zones(&sample(&gases)), zones(&shuffled));
@@ -105,7 +105,7 @@ proptest! {
         part in 0.0..0.999_f64,
     ) {
         let of = |ppm: [f64; 5], co: f64| {
-            Sample::of_five(ppm).unwrap().with(Gas::Co, dga::Concentration::measured(co).unwrap())
+            Sample::of_five(ppm).expect("it is valid").with(Gas::Co, dga::Concentration::measured(co).unwrap())
         };
         for method in [rogers::diagnose, doernenburg::diagnose, key_gas::diagnose, dlt722::diagnose] {
             let verdict = method(&of(ppm, co));

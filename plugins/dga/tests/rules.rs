@@ -6,7 +6,7 @@ use dga::{triangle_1, triangle_4, triangle_5};
 
 /// H2, CH4, C2H6, C2H4, C2H2.
 fn five(ppm: [f64; 5]) -> Sample {
-    Sample::of_five(ppm).unwrap()
+    Sample::of_five(ppm).expect("it is valid")
 }
 
 /// C2H2/C2H4, CH4/H2 and C2H4/C2H6 exactly, for ratios with few digits.
@@ -99,7 +99,7 @@ fn doernenburg_screening_and_table() {
     check([200.0, 240.0, 1000.0, 100.0, 2.0], "NF");
     check([201.0, 0.0, 65.0, 0.0, 0.0], "NF");
     check([0.0, 0.0, 66.0, 0.0, 2.1], "NA");
-    let co = |ppm| Concentration::measured(ppm).unwrap();
+    let co = |ppm| Concentration::measured(ppm).expect("it is valid");
     let little = five([201.0, 10.0, 60.0, 51.0, 1.5]);
     assert_eq!(doernenburg::zone(&little).name(), "NF");
     assert_eq!(doernenburg::zone(&little.with(Gas::Co, co(350.0))).name(), "NF");
@@ -141,7 +141,7 @@ fn key_gas_is_the_greatest() {
     check([1.0, 4.0, 3.0, 2.0, 5.0], "D2");
     check([3.0, 3.0, 3.0, 3.0, 3.0], "PD");
     check([0.0; 5], "NA");
-    let co = Concentration::measured(6.0).unwrap();
+    let co = Concentration::measured(6.0).expect("it is valid");
     assert_eq!(key_gas::zone(&five([5.0, 4.0, 3.0, 2.0, 1.0]).with(Gas::Co, co)).name(), "C");
 }
 
@@ -207,7 +207,7 @@ fn absent_gases_leave_methods_without_input() {
     for absent in Gas::FIVE {
         let mut sample = Sample::new();
         for gas in Gas::FIVE.into_iter().filter(|gas| *gas != absent) {
-            sample = sample.with(gas, Concentration::measured(400.0).unwrap());
+            sample = sample.with(gas, Concentration::measured(400.0).expect("it is valid"));
         }
         for method in [rogers::zone, doernenburg::zone, key_gas::zone, dlt722::zone] {
             assert_eq!(method(&sample), Zone::NotApplicable);
@@ -223,7 +223,7 @@ fn at(gases: [Gas; 3], method: fn(&Sample) -> Zone, shares: [f64; 3]) -> &'stati
     assert_eq!(shares.iter().sum::<f64>(), 100.0);
     let mut sample = Sample::new();
     for (gas, share) in gases.into_iter().zip(shares) {
-        sample = sample.with(gas, Concentration::measured(share * 8.0).unwrap());
+        sample = sample.with(gas, Concentration::measured(share * 8.0).expect("it is valid"));
     }
     method(&sample).name()
 }

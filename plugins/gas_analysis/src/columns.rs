@@ -79,7 +79,7 @@ fn fault(names: &[&str], missing: &[&str]) -> String {
         let is_cut = |name: &&str| {
             name.split(separator).any(|part| part.trim().eq_ignore_ascii_case(missing[0]))
         };
-        if names.iter().any(|name| name.contains(separator) && is_cut(&name)) {
+        if names.iter().any(|name| name.contains(separator) && is_cut(name)) {
             return format!(
                 "columns are separated by {name}; export with commas between columns and points \
                  in numbers"

@@ -8,8 +8,9 @@ use dga::{
     triangle_5,
 };
 
-use crate::Settings;
+use crate::GasAnalysis;
 use crate::columns::Columns;
+use crate::odds;
 use crate::row::Cells;
 
 /// Columns of results, after those of the sample.
@@ -36,23 +37,25 @@ const PIECE_BYTES: usize = 1 << 16;
 const NONE: &str = "NA";
 
 /// Writes rows of results.
-pub(crate) struct Report<W: Write> {
+pub(crate) struct Report<'a, W: Write> {
     writer: csv::Writer<BufWriter<W>>,
-    settings: Settings,
+    plugin: &'a GasAnalysis,
     text: String,
 }
 
-impl<W: Write> Report<W> {
+impl<'a, W: Write> Report<'a, W> {
     /// Writes the header.
     ///
     /// # Errors
     /// Those of the output.
-    pub(crate) fn begin(output: W, columns: &Columns, settings: Settings) -> io::Result<Self> {
+    pub(crate) fn begin(output: W, columns: &Columns, plugin: &'a GasAnalysis) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(BufWriter::with_capacity(PIECE_BYTES, output));
         let identifying = columns.identifying.iter().map(|(name, _)| *name);
         let gases = columns.gases.iter().map(|(gas, _)| gas.formula());
-        writer.write_record(identifying.chain(gases).chain(RESULTS)).map_err(io::Error::from)?;
-        Ok(Self { writer, settings, text: String::new() })
+        let odds = plugin.uncertainty.iter().flat_map(|_| odds::COLUMNS);
+        let names = identifying.chain(gases).chain(RESULTS).chain(odds);
+        writer.write_record(names).map_err(io::Error::from)?;
+        Ok(Self { writer, plugin, text: String::new() })
     }
 
     /// Writes the results of a sample whose row has these cells.
@@ -69,8 +72,9 @@ impl<W: Write> Report<W> {
         for index in identifying.chain(columns.gases.iter().map(|(_, index)| *index)) {
             self.cell(cells.get(index))?;
         }
+        let settings = self.plugin.settings;
         self.text.clear();
-        for zone in iec60599::zones(sample, self.settings.equipment.into()) {
+        for zone in iec60599::zones(sample, settings.equipment.into()) {
             if !self.text.is_empty() {
                 self.text.push('|');
             }
@@ -104,12 +108,19 @@ impl<W: Write> Report<W> {
                 self.cell(NONE)?;
             }
         }
-        match c57_104::status(sample, self.settings.age.into()) {
+        match c57_104::status(sample, settings.age.into()) {
             Some(status) => self.cell(&status.to_string())?,
             None => self.cell(NONE)?,
         }
+        if let Some(uncertainty) = self.plugin.uncertainty {
+            for cell in odds::cells(sample, uncertainty, settings.equipment.into()) {
+                self.cell(&cell)?;
+            }
+        }
         // An empty record ends the row.
-        self.writer.write_record(None::<&[u8]>).map_err(io::Error::from)
+        self.writer.write_record(None::<&[u8]>).map_err(io::Error::from)?;
+        // What takes long shows that it goes on: a host ends a command that does not.
+        if self.plugin.uncertainty.is_some() { self.writer.flush() } else { Ok(()) }
     }
 
     fn cell(&mut self, text: &str) -> io::Result<()> {

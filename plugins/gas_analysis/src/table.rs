@@ -5,7 +5,7 @@ use std::io;
 use busbar_plugin_sdk::{CommandExit, LogLevel, Streams};
 use dga::{Gas, Sample};
 
-use crate::Settings;
+use crate::GasAnalysis;
 use crate::columns::Columns;
 use crate::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::report::Report;
@@ -19,7 +19,7 @@ const UTF_16: [&[u8]; 2] = [b"\xFF\xFE", b"\xFE\xFF"];
 ///
 /// # Errors
 /// Those of the streams.
-pub(crate) fn analyse(streams: &Streams<'_>, settings: &Settings) -> io::Result<CommandExit> {
+pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result<CommandExit> {
     let mut lines = Lines::of(streams.input());
     let mut cells = Cells::new();
     let columns = match header(&mut lines, &mut cells)? {
@@ -32,7 +32,7 @@ pub(crate) fn analyse(streams: &Streams<'_>, settings: &Settings) -> io::Result<
     if let Some(warning) = &columns.warning {
         streams.diagnose(LogLevel::Warning, Some(lines.number), warning);
     }
-    let mut report = Report::begin(streams.output(), &columns, *settings)?;
+    let mut report = Report::begin(streams.output(), &columns, plugin)?;
     let (mut good, mut bad) = (0_u64, 0_u64);
     loop {
         let read = lines.read()?;

@@ -167,7 +167,11 @@ fn columns_without_use_are_named() {
 
 #[test]
 fn settings_choose_limits() {
-    let settings = Settings { age: Age::UpTo9, equipment: Equipment::InstrumentTransformer };
+    let settings = Settings {
+        age: Age::UpTo9,
+        equipment: Equipment::InstrumentTransformer,
+        uncertainty: None,
+    };
     let plugin = GasAnalysis::create(settings, host()).unwrap();
     // CH4/H2 0.15; CH4 above the limit of young transformers alone.
     let input = format!("{HEADER},O2,N2\n400,60,100,1,0,100,5000\n");
@@ -179,6 +183,30 @@ fn settings_choose_limits() {
         rows(&run)[1].last().unwrap().clone()
     };
     assert_eq!((status(&plugin).as_str(), status(&self::plugin()).as_str()), ("2", "1"));
+}
+
+#[test]
+fn probabilities_are_told_where_they_are_asked_for() {
+    let of =
+        |uncertainty| GasAnalysis::create(Settings { uncertainty, ..Settings::default() }, host());
+    for wrong in [-0.1, 1.0, f64::NAN] {
+        assert!(of(Some(wrong)).is_err());
+    }
+    // Methane 98 %: half of what it may be is below. The second is certain.
+    let input = format!("{HEADER}\n1,98,1,1,1\n1,10,1,1,50\n");
+    let run = run_command(&of(Some(0.15)).unwrap(), "dga", &[], input.as_bytes(), (99, 99));
+    let rows = rows(&run.unwrap());
+    let at = rows[0].iter().position(|name| name == "tri1_p").unwrap();
+    assert_eq!(rows[0].len(), 5 + RESULTS.len() + odds::COLUMNS.len());
+    let (zones, odds): (Vec<_>, Vec<f64>) = rows[1][at]
+        .split(';')
+        .map(|part| part.split_once('=').unwrap())
+        .map(|(zone, odds)| (zone, odds.parse::<f64>().unwrap()))
+        .unzip();
+    assert!(zones.contains(&"PD") && zones.contains(&"T1"), "{zones:?}");
+    assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-3 && odds.is_sorted_by(|a, b| a >= b));
+    assert!((odds[0] - 0.5).abs() < 0.05, "{odds:?}");
+    assert_eq!(rows[2][at], "D1=1.0000");
 }
 
 #[test]

@@ -39,7 +39,7 @@ pub(crate) fn sample(ppm: &[Option<f64>; 9]) -> Sample {
     let mut sample = Sample::new();
     for (gas, ppm) in Gas::ALL.into_iter().zip(ppm) {
         if let Some(ppm) = ppm {
-            sample = sample.with(gas, Concentration::measured(*ppm).unwrap());
+            sample = sample.with(gas, Concentration::measured(*ppm).expect("it is valid"));
         }
     }
     sample
