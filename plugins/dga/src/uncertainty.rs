@@ -10,7 +10,7 @@ use std::fmt;
 use crate::{Gas, Sample};
 
 /// Points at which a method is tried: what one question costs. With so many, probabilities
-/// are within 0.01 of the exact ones (`tests/uncertainty.rs` measures it).
+/// are within 0.005 of the exact ones (`tests/uncertainty.rs` measures it).
 pub const POINTS: u32 = 1 << 15;
 
 /// Laboratory accuracy, as a share of what was measured.

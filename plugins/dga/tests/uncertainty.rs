@@ -15,7 +15,7 @@ use dga::{dlt722, doernenburg, key_gas, rogers, triangle_1, triangle_4, triangle
 const DRAWS: u32 = 1_000_000;
 const SEED: u64 = 60_599;
 /// The greatest difference that is allowed.
-const TOLERANCE: f64 = 0.01;
+const TOLERANCE: f64 = 0.005;
 
 type Method = fn(&Sample) -> Vec<Zone>;
 
