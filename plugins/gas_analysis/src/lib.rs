@@ -3,6 +3,7 @@
 //! The methods are those of the crate `dga`; here is what reads samples and writes results.
 
 mod columns;
+mod history;
 mod lines;
 mod odds;
 mod report;
@@ -24,6 +25,9 @@ pub struct Settings {
     age: Age,
     /// What the oil is in, for the limit of partial discharge of IEC 60599.
     equipment: Equipment,
+    /// Compare samples of each transformer, whose columns `equipment` and `time` are needed then:
+    /// columns with the status by all tables of IEEE C57.104-2019 and with rates are added.
+    history: bool,
     /// Accuracy of the laboratory as a share, such as 0.15: columns with the probability of
     /// each zone are added, at some 0.1 s a sample.
     #[schemars(range(min = 0.0, max = 0.99))]

@@ -10,6 +10,7 @@ use dga::{
 
 use crate::GasAnalysis;
 use crate::columns::Columns;
+use crate::history::{self, Trend};
 use crate::odds;
 use crate::row::Cells;
 
@@ -53,7 +54,9 @@ impl<'a, W: Write> Report<'a, W> {
         let identifying = columns.identifying.iter().map(|(name, _)| *name);
         let gases = columns.gases.iter().map(|(gas, _)| gas.formula());
         let odds = plugin.uncertainty.iter().flat_map(|_| odds::COLUMNS);
-        let names = identifying.chain(gases).chain(RESULTS).chain(odds);
+        let history = plugin.settings.history.then_some(history::COLUMNS);
+        let history = history.into_iter().flatten();
+        let names = identifying.chain(gases).chain(RESULTS).chain(history).chain(odds);
         writer.write_record(names).map_err(io::Error::from)?;
         Ok(Self { writer, plugin, text: String::new() })
     }
@@ -67,6 +70,7 @@ impl<'a, W: Write> Report<'a, W> {
         columns: &Columns,
         cells: &Cells,
         sample: &Sample,
+        trend: Option<&Trend>,
     ) -> io::Result<()> {
         let identifying = columns.identifying.iter().map(|(_, index)| *index);
         for index in identifying.chain(columns.gases.iter().map(|(_, index)| *index)) {
@@ -111,6 +115,13 @@ impl<'a, W: Write> Report<'a, W> {
         match c57_104::status(sample, settings.age.into()) {
             Some(status) => self.cell(&status.to_string())?,
             None => self.cell(NONE)?,
+        }
+        if let Some(trend) = trend {
+            let status = c57_104::status_with(sample, settings.age.into(), &trend.history);
+            self.cell(&status.map_or(NONE.to_owned(), |status| status.to_string()))?;
+            for rate in trend.rates {
+                self.cell(&rate.map_or(NONE.to_owned(), |rate| format!("{rate:.3}")))?;
+            }
         }
         if let Some(uncertainty) = self.plugin.uncertainty {
             for cell in odds::cells(sample, uncertainty, settings.equipment.into()) {

@@ -7,6 +7,7 @@ use dga::{Gas, Sample};
 
 use crate::GasAnalysis;
 use crate::columns::Columns;
+use crate::history::Book;
 use crate::lines::{Line, Lines, MAX_LINE_BYTES};
 use crate::report::Report;
 use crate::row::{self, Cells};
@@ -32,6 +33,15 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
     if let Some(warning) = &columns.warning {
         streams.diagnose(LogLevel::Warning, Some(lines.number), warning);
     }
+    let mut book = match plugin.settings.history.then(|| identity(&columns)) {
+        None => None,
+        Some(Some(places)) => Some((Book::default(), places)),
+        Some(None) => {
+            let text = "the history of transformers needs columns equipment and time";
+            streams.diagnose(LogLevel::Error, Some(lines.number), text);
+            return Ok(CommandExit::InputAtFault);
+        }
+    };
     let mut report = Report::begin(streams.output(), &columns, plugin)?;
     let (mut good, mut bad) = (0_u64, 0_u64);
     loop {
@@ -42,10 +52,17 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
         if read == Line::Whole && lines.text.trim_ascii().is_empty() {
             continue;
         }
-        match sample(read, &lines.text, &columns, &mut cells) {
-            Ok(sample) => {
+        let sample = sample(read, &lines.text, &columns, &mut cells);
+        let placed = sample.and_then(|sample| {
+            let trend = book.as_mut().map(|(book, [equipment, time])| {
+                book.add(cells.get(*equipment), cells.get(*time), &sample)
+            });
+            Ok((sample, trend.transpose()?))
+        });
+        match placed {
+            Ok((sample, trend)) => {
                 good += 1;
-                report.add(&columns, &cells, &sample)?;
+                report.add(&columns, &cells, &sample, trend.as_ref())?;
             }
             Err(fault) => {
                 bad += 1;
@@ -67,6 +84,14 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
         streams.diagnose(LogLevel::Info, None, &text);
     }
     Ok(CommandExit::Done)
+}
+
+/// Where equipment and time are, if both are there.
+fn identity(columns: &Columns) -> Option<[usize; 2]> {
+    match columns.identifying.as_slice() {
+        [(_, equipment), (_, time)] => Some([*equipment, *time]),
+        _ => None,
+    }
 }
 
 /// The first line that is not empty; or the fault, with its line.

@@ -170,7 +170,7 @@ fn settings_choose_limits() {
     let settings = Settings {
         age: Age::UpTo9,
         equipment: Equipment::InstrumentTransformer,
-        uncertainty: None,
+        ..Settings::default()
     };
     let plugin = GasAnalysis::create(settings, host()).unwrap();
     // CH4/H2 0.15; CH4 above the limit of young transformers alone.
@@ -207,6 +207,35 @@ fn probabilities_are_told_where_they_are_asked_for() {
     assert!((odds.iter().sum::<f64>() - 1.0).abs() < 1e-3 && odds.is_sorted_by(|a, b| a >= b));
     assert!((odds[0] - 0.5).abs() < 0.05, "{odds:?}");
     assert_eq!(rows[2][at], "D1=1.0000");
+}
+
+#[test]
+fn histories_are_told_where_they_are_asked_for() {
+    let plugin = GasAnalysis::create(Settings { history: true, ..Settings::default() }, host());
+    let plugin = plugin.unwrap();
+    let run =
+        |input: &str| run_command(&plugin, "dga", &[], input.as_bytes(), (99, usize::MAX)).unwrap();
+    let input = "equipment,time,H2,CH4,C2H6,C2H4,C2H2,O2,N2\n\
+                 A,2025-01-01,10,1,1,1,0,100,50000\n\
+                 B,2025-01-01,10,1,1,1,0,100,50000\n\
+                 A,2025-04-01,25,1,1,1,0,100,50000\n\
+                 A,2025-03-01,30,1,1,1,0,100,50000\n\
+                 B,2025-04-01,51,1,1,1,0,100,50000\n\
+                 A,2025-07-02,40,1,1,1,0,100,50000\n";
+    let run_of_input = run(input);
+    let rows = rows(&run_of_input);
+    let at = rows[0].iter().position(|name| name == "c57_status_history").unwrap();
+    assert_eq!(rows[0].len(), at + history::COLUMNS.len());
+    let status: Vec<_> = rows[1..].iter().map(|row| row[at].as_str()).collect();
+    // B has jumped by more than 40 ppm; A grows by more than 50 ppm a year.
+    assert_eq!(status, ["1", "1", "1", "2", "3"]);
+    assert!(rows[5][at + 1].starts_with("60.") && rows[5][at + 2] == "0.000", "{:?}", rows[5]);
+    assert_eq!((rows[4][at + 1].as_str(), rows[5][at - 1].as_str()), ("NA", "1"));
+    let fault = &run_of_input.diagnostics[0];
+    assert!(fault.0 == 5 && fault.1.contains("is not after the sample before of 'A'"), "{fault:?}");
+    let without = run(&format!("{HEADER}\n1,2,3,4,5\n"));
+    assert_eq!(without.exit_code, Some(1));
+    assert!(without.diagnostics[0].1.contains("needs columns equipment and time"));
 }
 
 #[test]

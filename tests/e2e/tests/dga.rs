@@ -98,6 +98,27 @@ fn samples_of_a_file_are_analysed_and_bad_rows_told() {
 }
 
 #[test]
+fn settings_add_columns() {
+    let folder = Folder::new();
+    let text =
+        format!("equipment,time,{HEADER}\nA,2026-01-01,1,98,1,1,1\nA,2026-02-01,1,98,1,1,2\n");
+    let file = folder.file("samples.csv", text);
+    let mut command = dga(&folder, &file);
+    let output = finish(command.args(["--set", "history=true", "--set", "uncertainty=0.15"]));
+    let output = output.expect_code(0);
+    let header = output.stdout.lines().next().expect("there is a header");
+    let added = "c57_status,c57_status_history,h2_rate,ch4_rate,c2h6_rate,c2h4_rate,c2h2_rate,\
+                 co_rate,co2_rate,iec_p,rogers_p,doernenburg_p,keygas_p,dlt722_p,tri1_p,tri4_p,\
+                 tri5_p,pent1_p,pent2_p";
+    assert!(header.ends_with(added), "{header}");
+    assert!(
+        output.stdout.contains("PD=0.") && output.stdout.contains("T1=0."),
+        "{}",
+        output.stdout
+    );
+}
+
+#[test]
 fn what_cannot_be_analysed_is_refused_and_nothing_written() {
     let folder = Folder::new();
     let out = folder.path("results.csv");
