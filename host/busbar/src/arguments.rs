@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -7,6 +8,8 @@ use busbar_viewer::{FaultKind, PluginInstance};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// 3D viewer of live power equipment.
+///
+/// Plugins offer further commands, which `busbar plugin list` names.
 ///
 /// Exit codes: 0 done, 1 input or environment at fault, 2 wrong use, 3 Busbar at fault.
 #[derive(Debug, Parser)]
@@ -43,6 +46,9 @@ pub(crate) enum Command {
     /// Host one plugin for a viewer, which starts this itself
     #[command(hide = true)]
     PluginHost,
+    /// A command that a plugin offers
+    #[command(external_subcommand)]
+    Offered(Vec<OsString>),
 }
 
 #[derive(Debug, Subcommand)]
@@ -268,6 +274,26 @@ pub(crate) struct ImportOptions {
     /// Replace the scene and its reports if they are there
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+/// Exit codes: 0 done, perhaps without some of the input, 1 input or environment at fault,
+/// 2 wrong use, 3 Busbar at fault.
+#[derive(Debug, Parser)]
+pub(crate) struct OfferedOptions {
+    /// What it reads
+    pub(crate) file: PathBuf,
+    /// Write the result here [default: standard output]
+    #[arg(long, value_name = "F")]
+    pub(crate) out: Option<PathBuf>,
+    /// Setting of the plugin; V is JSON, or else text
+    #[arg(long, value_name = "K=V", value_parser = parse_setting)]
+    pub(crate) set: Vec<(String, serde_json::Value)>,
+    /// Directory that holds plugins [default: as for optimize]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) plugin_directory: Vec<PathBuf>,
+    /// What the command gets besides
+    #[arg(last = true)]
+    pub(crate) arguments: Vec<String>,
 }
 
 /// Width and height.

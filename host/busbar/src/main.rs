@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod command;
 mod import;
 mod optimize;
 mod output;
@@ -78,5 +79,6 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
             PluginCommand::RunCase { request } => Ok(plugin::check::case(&request)),
         },
         Command::PluginHost => plugin::host(),
+        Command::Offered(words) => command::run(words),
     }
 }

@@ -1,8 +1,9 @@
 //! What the program prints: results to stdout, everything else to stderr.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
-use std::io::Write;
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -34,21 +35,85 @@ pub(crate) fn json(value: &Value) -> anyhow::Result<ExitCode> {
 
 /// Writes a file whole or not at all.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let temporary = beside(path)?;
+    let written =
+        std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
+    written.with_context(|| {
+        let _ = std::fs::remove_file(&temporary);
+        not_written(path)
+    })
+}
+
+/// Where a file is written before it takes its name.
+fn beside(path: &Path) -> anyhow::Result<PathBuf> {
     let name = path.file_name().with_context(|| {
         format!("cannot write '{}': it names no file; name one", path.display())
     })?;
     let mut temporary = name.to_owned();
     temporary.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(temporary);
-    let written =
-        std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
-    written.with_context(|| {
-        let _ = std::fs::remove_file(&temporary);
-        format!(
-            "cannot write '{}'; check that its folder exists and may be written",
-            path.display()
-        )
-    })
+    Ok(path.with_file_name(temporary))
+}
+
+fn not_written(path: &Path) -> String {
+    format!("cannot write '{}'; check that its folder exists and may be written", path.display())
+}
+
+/// Where a result of any length goes, piece by piece.
+pub(crate) enum Sink {
+    /// To stdout; on a terminal without control characters, which a plugin may have put there.
+    Stdout { is_terminal: bool },
+    /// Into a file, whole or not at all.
+    File { path: PathBuf, temporary: PathBuf, file: Option<BufWriter<File>> },
+}
+
+impl Sink {
+    /// Into this file, or to stdout.
+    pub(crate) fn open(path: Option<&Path>) -> anyhow::Result<Self> {
+        let Some(path) = path else {
+            return Ok(Self::Stdout { is_terminal: io::stdout().is_terminal() });
+        };
+        let temporary = beside(path)?;
+        let file = File::create(&temporary).with_context(|| not_written(path))?;
+        Ok(Self::File { path: path.to_owned(), temporary, file: Some(BufWriter::new(file)) })
+    }
+
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match self {
+            Self::Stdout { is_terminal: false } => io::stdout().write_all(bytes),
+            Self::Stdout { is_terminal: true } => {
+                let is_shown = |byte: u8| byte >= b' ' && byte != 0x7f || b"\n\t".contains(&byte);
+                let shown: Vec<_> =
+                    bytes.iter().map(|&byte| if is_shown(byte) { byte } else { b'?' }).collect();
+                io::stdout().write_all(&shown)
+            }
+            Self::File { file: Some(file), .. } => file.write_all(bytes),
+            Self::File { file: None, .. } => Err(io::Error::other("the file is closed")),
+        }
+    }
+
+    /// All is there: a file takes its name.
+    pub(crate) fn finish(mut self) -> anyhow::Result<()> {
+        match &mut self {
+            // A closed pipe is no failure.
+            Self::Stdout { .. } => drop(io::stdout().flush()),
+            Self::File { path, temporary, file } => {
+                let flushed = file.take().map_or(Ok(()), |mut file| file.flush());
+                flushed
+                    .and_then(|()| std::fs::rename(&temporary, &path))
+                    .with_context(|| not_written(path))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Sink {
+    fn drop(&mut self) {
+        // What was not finished goes; what was has another name.
+        if let Self::File { temporary, .. } = self {
+            let _ = std::fs::remove_file(temporary);
+        }
+    }
 }
 
 /// Writes JSON into a file.

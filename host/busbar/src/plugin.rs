@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use busbar_viewer::{Isolation, LoadRules, PluginCatalog, plugin_catalog};
+use busbar_viewer::{Isolation, LoadRules, PluginCatalog, offered_commands, plugin_catalog};
 
 use crate::output;
 
@@ -19,6 +19,8 @@ pub(crate) fn list(config: Option<&Path>, with_schema: bool) -> anyhow::Result<E
             PluginCatalog::discover(&directories, &LoadRules::default(), Isolation::Process)
         }
     };
+    let (commands, remarks) = offered_commands(&catalog);
+    remarks.iter().for_each(|remark| output::line(&format!("warning: {remark}")));
     for plugin in catalog.plugins() {
         output::result(&format!(
             "{} {}  [{}]  {}\n    {}",
@@ -28,6 +30,9 @@ pub(crate) fn list(config: Option<&Path>, with_schema: bool) -> anyhow::Result<E
             plugin.path.display(),
             plugin.description,
         ));
+        for command in commands.iter().filter(|command| command.plugin == plugin.id) {
+            output::result(&format!("    busbar {}: {}", command.name, command.help));
+        }
         if let (true, Some(schema)) = (with_schema, &plugin.settings_schema) {
             output::result(&serde_json::to_string_pretty(schema)?);
         }

@@ -64,6 +64,14 @@ type SimulatorStatus = unsafe extern "C" fn(
     *mut abi::BusbarError,
 ) -> Status;
 
+type RunCommand = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *const abi::BusbarCommandCall,
+    *const abi::BusbarCommandStreams,
+    *mut abi::BusbarCommandResult,
+    *mut abi::BusbarError,
+) -> Status;
+
 /// Notes the name and makes the call.
 macro_rules! call {
     ($probe:expr, $name:literal, $function:ident($($argument:expr),*)) => {{
@@ -193,6 +201,38 @@ impl Probe {
         error: *mut abi::BusbarError,
     ) -> Status {
         call!(self, "simulation_status", status(plugin, into, error))
+    }
+
+    pub(crate) fn count_commands(
+        &self,
+        count: unsafe extern "C" fn(*const abi::BusbarPlugin) -> u32,
+        plugin: *const abi::BusbarPlugin,
+    ) -> u32 {
+        call!(self, "count_commands", count(plugin))
+    }
+
+    pub(crate) fn describe_command(
+        &self,
+        describe: unsafe extern "C" fn(
+            *const abi::BusbarPlugin,
+            u32,
+        ) -> *const abi::BusbarCommandInfo,
+        plugin: *const abi::BusbarPlugin,
+        index: u32,
+    ) -> *const abi::BusbarCommandInfo {
+        call!(self, "describe_command", describe(plugin, index))
+    }
+
+    pub(crate) fn run_command(
+        &self,
+        run: RunCommand,
+        plugin: *const abi::BusbarPlugin,
+        call: *const abi::BusbarCommandCall,
+        streams: *const abi::BusbarCommandStreams,
+        result: *mut abi::BusbarCommandResult,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "run_command", run(plugin, call, streams, result, error))
     }
 
     pub(crate) fn optimize(

@@ -1,6 +1,7 @@
 //! The cases: a table, and one file for each part of the ABI.
 
 mod arguments;
+mod command;
 mod factory;
 mod instance;
 mod leaks;
@@ -48,6 +49,7 @@ const TELEMETRY: Scope = Scope::Capability(abi::TELEMETRY_ID);
 const OPTIMIZER: Scope = Scope::Capability(abi::MESH_OPTIMIZER_ID);
 const OVERLAY: Scope = Scope::Capability(abi::OVERLAY_ID);
 const SIMULATOR: Scope = Scope::Capability(abi::SIMULATOR_ID);
+const COMMAND: Scope = Scope::Capability(abi::COMMAND_ID);
 
 macro_rules! cases {
     ($($name:literal $scope:expr, $needs:expr, $run:path: $what:literal;)*) => {
@@ -120,6 +122,14 @@ pub(crate) const CASES: &[Case] = cases! {
         "stop before start, start twice and destroy while active do no harm";
     "simulator-stop" SIMULATOR, ["create"], simulator::ends:
         "stop ends within two seconds and frees its place, and start works again";
+    "command-list" COMMAND, ["create"], command::list:
+        "commands have names and help, and stay";
+    "command-arguments" COMMAND, ["create"], command::arguments:
+        "null, misaligned, short and unknown arguments are refused";
+    "command-inputs" COMMAND, ["create"], command::inputs:
+        "any input, in any pieces, comes to an end and an exit code";
+    "command-stop" COMMAND, ["create"], command::stops:
+        "a command that is asked to stop does so at once, and runs again";
 };
 
 /// An instance of the plugin of a case.

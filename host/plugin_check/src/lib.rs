@@ -15,6 +15,7 @@ mod cases;
 mod environment;
 mod fake_host;
 mod fake_sink;
+mod fake_streams;
 mod finding;
 mod journal;
 mod library;

@@ -6,6 +6,7 @@
 //! Invariant: no concrete plugin is named here, or anywhere in the host.
 
 mod catalog;
+mod command;
 mod digest;
 mod error;
 mod instance;
@@ -22,6 +23,10 @@ mod text;
 mod trust;
 
 pub use catalog::{Catalog, Refused};
+pub use command::{
+    CommandExit, CommandInfo, CommandReport, CommandStreams, Commands, Diagnostic, DiagnosticLevel,
+    MAX_DIAGNOSTICS, check_commands,
+};
 pub use digest::Digest;
 pub use error::{PluginError, SettingsFault};
 pub use instance::Instance;

@@ -14,6 +14,7 @@
 //! anybody else sees it.
 
 mod catalog;
+mod command;
 mod confine;
 mod environment;
 mod feed;
@@ -39,6 +40,7 @@ mod supervise;
 mod watch;
 
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
+pub use command::CommandError;
 pub use message::Confinement;
 pub use plugin::{Optimizer, Plugin, RunningOverlay, RunningTelemetry};
 pub use policy::{Deadlines, RestartPolicy};

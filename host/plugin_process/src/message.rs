@@ -5,8 +5,9 @@ use std::time::SystemTime;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    LinkState, OverlayBinding, OverlayDescription, OverlayPicture, PluginError, PluginInfo,
-    SettingsFault, SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
+    CommandInfo, CommandReport, LinkState, OverlayBinding, OverlayDescription, OverlayPicture,
+    PluginError, PluginInfo, SettingsFault, SimulatedTag, Simulation, SimulationStatus, Stage,
+    TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 2;
+pub(crate) const PROTOCOL_VERSION: u32 = 3;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -54,6 +55,10 @@ pub(crate) enum Request {
     Draw { states: Vec<Option<TagState>>, now: SystemTime },
     /// Order collapses; the descriptors of mesh and room for results come along.
     Optimize { sizes: MeshSizes },
+    /// Which commands it offers.
+    Commands,
+    /// Run a command; the descriptors of its input and of a pipe for its output come along.
+    Run { name: String, arguments: Vec<String> },
 }
 
 /// What a plugin's process may use.
@@ -93,6 +98,10 @@ pub(crate) enum Answer {
     Simulating(SimulationStatus),
     /// So many collapses lie in the room for them.
     Optimized { collapses: u32, stages: Vec<Stage> },
+    /// What it offers.
+    Commands(Vec<CommandInfo>),
+    /// A command ran.
+    Ran(CommandReport),
 }
 
 /// A [`PluginError`] on its way.
@@ -134,8 +143,13 @@ impl Fault {
                 PluginError::Violation { id, what: words(what) }
             }
             Self::WrongCapability { wanted, has } => {
-                let known =
-                    [abi::TELEMETRY_ID, abi::OVERLAY_ID, abi::MESH_OPTIMIZER_ID, abi::SIMULATOR_ID];
+                let known = [
+                    abi::TELEMETRY_ID,
+                    abi::OVERLAY_ID,
+                    abi::MESH_OPTIMIZER_ID,
+                    abi::SIMULATOR_ID,
+                    abi::COMMAND_ID,
+                ];
                 let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
                 match known.into_iter().find(|known| *known == wanted) {
                     Some(wanted) => PluginError::WrongCapability { id, wanted, has },
@@ -173,6 +187,8 @@ impl Request {
             Self::Configure { .. } => "configure",
             Self::Draw { .. } => "draw",
             Self::Optimize { .. } => "optimize",
+            Self::Commands => "commands",
+            Self::Run { .. } => "run",
         }
     }
 }

@@ -39,7 +39,7 @@ impl Default for RestartPolicy {
 pub struct Deadlines {
     /// Of loading, creating, checking, starting and configuring.
     pub lifecycle: Duration,
-    /// Between two reports of an optimiser's progress.
+    /// Between two reports of progress of an optimiser or a command.
     pub optimize: Duration,
 }
 

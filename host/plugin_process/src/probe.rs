@@ -5,8 +5,8 @@ use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, OverlayBinding, OverlayDescription, OverlayPicture, PictureRules, PluginError,
-    SampleSink, TelemetryTag, check_stages,
+    LinkReport, MAX_DIAGNOSTICS, OverlayBinding, OverlayDescription, OverlayPicture, PictureRules,
+    PluginError, SampleSink, TelemetryTag, check_commands, check_stages,
 };
 
 use crate::feed::Feed;
@@ -87,6 +87,12 @@ impl HostSide {
         let checked = match result {
             Err(fault) => return Heard::Failed(fault.into_error("plugin")),
             Ok(Answer::Done | Answer::Simulating(_)) => return Heard::Other,
+            Ok(Answer::Commands(commands)) => check_commands(&commands).map(|()| Heard::Other),
+            Ok(Answer::Ran(report)) => {
+                let kept = report.bounded().diagnostics.len();
+                let rule = (kept <= MAX_DIAGNOSTICS).then_some(Heard::Other);
+                rule.ok_or_else(|| format!("{kept} diagnostics are kept"))
+            }
             Ok(Answer::Loaded { plugins, .. }) => check_infos(&plugins).map(|()| Heard::Other),
             Ok(Answer::Configured(description)) => {
                 let checked = description.check().map(|()| Heard::Other);

@@ -17,12 +17,13 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
-    Catalog, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError, SampleReceiver,
-    Simulator, TelemetryStream,
+    Catalog, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError,
+    SampleReceiver, Simulator, TelemetryStream,
 };
 use busbar_tags::Moment;
 use rustix::process::{Signal, getpid, kill_process};
 
+use crate::command::There;
 use crate::confine::{confine, let_go_of_host};
 use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
 use crate::ring::RingWriter;
@@ -153,6 +154,10 @@ impl Session {
                         self.link.answer(call, Err(fault));
                     }
                 }
+                Request::Run { name, arguments } => {
+                    let outcome = self.run_command(call, &name, &arguments, files);
+                    self.link.answer(call, outcome);
+                }
                 request => {
                     let outcome = self.obey(request, files);
                     self.link.answer(call, outcome);
@@ -213,12 +218,31 @@ impl Session {
                 let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;
                 Ok(Answer::Drawn(overlay.draw_states(&states, now)?))
             }
-            Request::Optimize { .. } => Err(lie("optimising is not done here")),
+            Request::Commands => {
+                Ok(Answer::Commands(Commands::of(self.instance()?.clone())?.list()?))
+            }
+            Request::Optimize { .. } | Request::Run { .. } => Err(lie("not done here")),
         }
     }
 
     fn instance(&self) -> Result<&Arc<Instance>, Fault> {
         self.instance.as_ref().ok_or_else(|| lie("there is no instance"))
+    }
+
+    /// Runs a command; its output is closed before the answer goes.
+    fn run_command(
+        &self,
+        call: u64,
+        name: &str,
+        arguments: &[String],
+        files: Vec<File>,
+    ) -> Outcome {
+        let [input, output]: [File; 2] =
+            files.try_into().map_err(|_| lie("a descriptor is missing"))?;
+        let tell = |fraction| self.link.send(&FromPlugin::Progress { call, fraction });
+        let mut streams = There::new(input, output, tell);
+        let commands = Commands::of(self.instance()?.clone())?;
+        Ok(Answer::Ran(commands.run(name, arguments, &mut streams)?))
     }
 
     /// Optimises on a thread of its own, which answers the call.

@@ -210,7 +210,7 @@ impl Shared {
     pub(crate) fn expect(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
         let allowance = match request {
             Request::Draw { .. } => DRAW_DEADLINE,
-            Request::Optimize { .. } => state.deadlines.optimize,
+            Request::Optimize { .. } | Request::Run { .. } => state.deadlines.optimize,
             _ => state.deadlines.lifecycle,
         };
         let call = self.next_call.fetch_add(1, Ordering::Relaxed);

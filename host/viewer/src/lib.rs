@@ -10,6 +10,7 @@
 mod alarms;
 mod camera;
 mod color;
+mod commands;
 mod cursors;
 mod error;
 mod highlight;
@@ -36,13 +37,17 @@ mod viewer;
 pub use busbar_alarms::State as AlarmState;
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
 pub use busbar_plugin_host::{
-    Catalog, FaultKind, LoadRules, PluginInfo, Refused, Simulation, SimulationStatus, sign_library,
+    Catalog, CommandExit, CommandReport, DiagnosticLevel, FaultKind, LoadRules, PluginInfo,
+    Refused, Simulation, SimulationStatus, sign_library,
 };
-pub use busbar_plugin_process::{Isolation, PluginCatalog, serve as serve_plugin};
+pub use busbar_plugin_process::{
+    CommandError, Isolation, Plugin, PluginCatalog, serve as serve_plugin,
+};
 pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
     Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
+pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,

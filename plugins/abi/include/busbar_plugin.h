@@ -42,6 +42,7 @@
 #define BUSBAR_TELEMETRY_ID "busbar.telemetry/1-draft"
 #define BUSBAR_OVERLAY_ID "busbar.overlay/1-draft"
 #define BUSBAR_SIMULATOR_ID "busbar.simulator/1-draft"
+#define BUSBAR_COMMAND_ID "busbar.command/1-draft"
 
 // Marks the one symbol that a library exports:
 //   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
@@ -50,6 +51,24 @@
 #else
 #define BUSBAR_EXPORT __attribute__((visibility("default")))
 #endif
+
+// Commands of one plugin at most.
+#define BUSBAR_MAX_COMMANDS 16
+
+// Bytes of a command's name at most.
+#define BUSBAR_MAX_COMMAND_NAME 32
+
+// Bytes of one `write` at most.
+#define BUSBAR_MAX_CHUNK (1 << 20)
+
+// Exit code: done.
+#define BUSBAR_EXIT_DONE 0
+
+// Exit code: the input is at fault, and nothing could be done.
+#define BUSBAR_EXIT_INPUT 1
+
+// Exit code: the arguments are at fault.
+#define BUSBAR_EXIT_USAGE 2
 
 // Major version: host and plugin must have the same.
 #define BUSBAR_ABI_MAJOR 1
@@ -740,6 +759,82 @@ typedef struct BusbarSimulator {
                          struct BusbarSimulatorStatus *status,
                          struct BusbarError *error);
 } BusbarSimulator;
+
+// A command that a plugin offers. Valid until `destroy`.
+typedef struct BusbarCommandInfo {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // What users type: a lower-case letter, then lower-case letters, digits and `-`.
+  struct BusbarStr name;
+  // One line: what it does.
+  struct BusbarStr help;
+} BusbarCommandInfo;
+
+// What a command is to do.
+typedef struct BusbarCommandCall {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Number of arguments.
+  uint32_t argument_count;
+  // Name of the command.
+  struct BusbarStr name;
+  // What users wrote for the plugin, besides files.
+  const struct BusbarStr *arguments;
+} BusbarCommandCall;
+
+// Input, output and diagnostics of a command. Valid during `run`, on its thread alone.
+typedef struct BusbarCommandStreams {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // Passed back in every call.
+  void *context;
+  // `[the thread of the call]` Puts at most `capacity` bytes of the input into `buffer`.
+  // Returns how many; 0 at the end, and less than 0 if the plugin must stop and return
+  // `BUSBAR_CANCELLED`.
+  int64_t (*read)(void *context, uint8_t *buffer, size_t capacity);
+  // `[the thread of the call]` Takes `len` bytes of output, at most
+  // [`BUSBAR_MAX_CHUNK`], copying them. Returns 0 if the plugin must stop and return
+  // `BUSBAR_CANCELLED`.
+  uint32_t (*write)(void *context, const uint8_t *bytes, size_t len);
+  // `[the thread of the call]` Says something of the input: `level` is a
+  // `BUSBAR_LOG_*`, `line` the line of the input that it is about, 1 the first, 0 for
+  // none. Messages beyond the host's limit are counted, not kept. Cannot fail.
+  void (*diagnose)(void *context, uint32_t level, uint64_t line, struct BusbarStr message);
+} BusbarCommandStreams;
+
+// What a command came to. The caller owns it and fills in `struct_size`.
+typedef struct BusbarCommandResult {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // `BUSBAR_EXIT_*`.
+  uint32_t exit_code;
+} BusbarCommandResult;
+
+// Table of `busbar.command/1-draft`.
+typedef struct BusbarCommand {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Number of commands, at most [`BUSBAR_MAX_COMMANDS`].
+  uint32_t (*count)(const struct BusbarPlugin *plugin);
+  // `[main-thread]` One of them, valid until `destroy`, or null if `index` is too large.
+  const struct BusbarCommandInfo *(*describe)(const struct BusbarPlugin *plugin, uint32_t index);
+  // `[main-thread]` Does a command: reads the input as far as it needs, writes its output
+  // in order, and fills in the exit code. Everything is borrowed for the call. What is
+  // wrong with the input is a diagnostic and at worst `BUSBAR_EXIT_INPUT`, no failure.
+  // Fails with `BUSBAR_INVALID_ARGUMENT` for a name that it does not offer, with
+  // `BUSBAR_CANCELLED`, `BUSBAR_FAILED` or `BUSBAR_INTERNAL`.
+  BusbarStatus (*run)(const struct BusbarPlugin *plugin,
+                      const struct BusbarCommandCall *call,
+                      const struct BusbarCommandStreams *streams,
+                      struct BusbarCommandResult *result,
+                      struct BusbarError *error);
+} BusbarCommand;
 
 // Done.
 #define BUSBAR_OK 0

@@ -41,12 +41,14 @@
 
 #![no_std]
 
+mod command;
 mod entry;
 mod mesh_optimizer;
 mod overlay;
 mod simulator;
 mod telemetry;
 
+pub use command::*;
 pub use entry::*;
 pub use mesh_optimizer::*;
 pub use overlay::*;

@@ -62,7 +62,7 @@ fn frozen_codes_and_names_keep_their_values() {
 /// A capability is a draft until its layout is listed in this file.
 #[test]
 fn capabilities_are_drafts() {
-    for id in [MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID] {
+    for id in [MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID, COMMAND_ID] {
         assert!(id.ends_with("/1-draft"), "{id}");
     }
 }

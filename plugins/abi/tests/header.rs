@@ -37,7 +37,9 @@ fn header_is_up_to_date() {
 #[test]
 fn header_names_the_ids() {
     let header = std::fs::read_to_string(header_path()).unwrap();
-    for id in [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID] {
+    for id in
+        [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID, COMMAND_ID]
+    {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }
     assert!(header.contains(ENTRY_SYMBOL.to_str().unwrap()));
@@ -119,6 +121,11 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarSimulatorStatus { struct_size, fault, clients, message_len, connections, messages,
             message }
         BusbarSimulator { struct_size, start, stop, status }
+        BusbarCommandInfo { struct_size, name, help }
+        BusbarCommandCall { struct_size, argument_count, name, arguments }
+        BusbarCommandStreams { struct_size, context, read, write, diagnose }
+        BusbarCommandResult { struct_size, exit_code }
+        BusbarCommand { struct_size, count, describe, run }
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
     // What a plugin built before wedges came knows of a mesh: it never moves.

@@ -116,6 +116,8 @@ named! {
         SimulationStatus,
         /// `BusbarSimulator.stop`.
         StopSimulation,
+        /// `BusbarCommand.run`.
+        RunCommand,
     }
 }
 
@@ -137,9 +139,12 @@ impl Kind {
                     | Optimize
                     | Simulate
                     | SimulationStatus
+                    | RunCommand
             ),
             Self::NotFinite => matches!(at, Publish | Optimize),
-            Self::OutOfRange => matches!(at, Count | Descriptor | Publish | Draw | Optimize),
+            Self::OutOfRange => {
+                matches!(at, Count | Descriptor | Publish | Draw | Optimize | RunCommand)
+            }
             Self::NullResult => matches!(at, GetFactory | Descriptor | Create | GetCapability),
             Self::Overrun => matches!(at, Draw | Optimize),
             Self::Flood | Self::AfterStop => at == Publish,
@@ -149,9 +154,12 @@ impl Kind {
 }
 
 impl At {
-    /// Whether a view calls it; a simulator has no part in one.
+    /// Whether a view calls it; simulators and commands have no part in one.
     pub fn is_in_view(self) -> bool {
-        !matches!(self, Self::Simulate | Self::SimulationStatus | Self::StopSimulation)
+        !matches!(
+            self,
+            Self::Simulate | Self::SimulationStatus | Self::StopSimulation | Self::RunCommand
+        )
     }
 
     /// Whether settings have come by then.

@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
 use busbar_plugin_sdk::{
-    Binding, Canvas, Collapse, CollapseList, DoublePoint, Error, Host, LinkState, Mesh,
-    MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, Running, Sample, SampleSink, Severity,
-    Simulation, SimulationStatus, Simulator, TagSpec, Telemetry, Value, ValueKind, Worker, export,
+    Binding, Canvas, Collapse, CollapseList, Command, CommandExit, CommandInfo, DoublePoint, Error,
+    Host, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, Running, Sample,
+    SampleSink, Severity, Simulation, SimulationStatus, Simulator, Streams, TagSpec, Telemetry,
+    Value, ValueKind, Worker, export,
 };
 
 use crate::fault::{At, Fault, Kind, set};
@@ -143,6 +144,23 @@ impl Simulator for FaultInjector {
     }
 }
 
+/// Hands its input on.
+impl Command for FaultInjector {
+    const COMMANDS: &'static [CommandInfo] =
+        &[CommandInfo { name: "inject-faults", help: "copy the input, and misbehave as told to" }];
+
+    fn run(
+        &self,
+        _name: &str,
+        _arguments: &[&str],
+        streams: &Streams<'_>,
+    ) -> Result<CommandExit, Error> {
+        strike(At::RunCommand);
+        let copied = std::io::copy(&mut streams.input(), &mut streams.output());
+        copied.map(|_| CommandExit::Done).map_err(|error| Error::failed(error.to_string()))
+    }
+}
+
 impl Overlay for FaultInjector {
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
         strike(At::Configure);
@@ -199,6 +217,7 @@ impl Exported for FaultInjector {
         export::overlay::<Self>(),
         export::mesh_optimizer::<Self>(),
         export::simulator::<Self>(),
+        export::command::<Self>(),
     ];
 
     fn descriptor() -> &'static Descriptor {

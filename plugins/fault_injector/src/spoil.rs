@@ -1,5 +1,7 @@
 //! The tables of capabilities, whose results are spoiled on their way to the host.
 
+mod command;
+
 use std::ffi::c_void;
 use std::time::{Duration, Instant};
 
@@ -97,6 +99,7 @@ pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
         Ok(abi::OVERLAY_ID) => std::ptr::from_ref(&OVERLAY[index]).cast(),
         Ok(abi::MESH_OPTIMIZER_ID) => std::ptr::from_ref(&OPTIMIZER[index]).cast(),
         Ok(abi::SIMULATOR_ID) => std::ptr::from_ref(&SIMULATOR[index]).cast(),
+        Ok(abi::COMMAND_ID) => std::ptr::from_ref(&command::TABLE[index]).cast(),
         _ => std::ptr::null(),
     }
 }

@@ -8,9 +8,10 @@
 //! 6. [Settings](settings): settings and addresses that explain themselves
 //! 7. [Testing](testing): without a device, without waiting
 //! 8. [Simulation](simulation): a plugin that is its own device
-//! 9. [In C](c): the header alone
-//! 10. [Versions](versions): what stays, what changes
-//! 11. [Before a release](checklist): a list to go through
+//! 9. [Commands](commands): subcommands of the program
+//! 10. [In C](c): the header alone
+//! 11. [Versions](versions): what stays, what changes
+//! 12. [Before a release](checklist): a list to go through
 
 #[doc = include_str!("book/start.md")]
 pub mod start {}
@@ -35,6 +36,9 @@ pub mod testing {}
 
 #[doc = include_str!("book/simulation.md")]
 pub mod simulation {}
+
+#[doc = include_str!("book/commands.md")]
+pub mod commands {}
 
 #[doc = include_str!("book/c.md")]
 pub mod c {}

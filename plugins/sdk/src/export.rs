@@ -15,10 +15,10 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{mesh_optimizer, overlay, simulator, telemetry};
+pub use tables::{command, mesh_optimizer, overlay, simulator, telemetry};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator);`
+/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command);`
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -61,6 +61,7 @@ enum Table {
     Telemetry(abi::BusbarTelemetry),
     Overlay(abi::BusbarOverlay),
     Simulator(abi::BusbarSimulator),
+    Command(abi::BusbarCommand),
 }
 
 impl Table {
@@ -70,6 +71,7 @@ impl Table {
             Self::Telemetry(table) => std::ptr::from_ref(table).cast(),
             Self::Overlay(table) => std::ptr::from_ref(table).cast(),
             Self::Simulator(table) => std::ptr::from_ref(table).cast(),
+            Self::Command(table) => std::ptr::from_ref(table).cast(),
         }
     }
 }
@@ -138,6 +140,8 @@ struct Instance<P> {
     is_simulating: Mutex<bool>,
     /// What an overlay shows, once it was asked for.
     description: OnceLock<RawDescription>,
+    /// What `describe` gave, made at its first call.
+    commands: OnceLock<Vec<crate::command::Info>>,
 }
 
 impl<P> Instance<P> {
@@ -195,6 +199,7 @@ unsafe extern "C" fn create<P: Exported>(
             sink: Mutex::new(None),
             is_simulating: Mutex::new(false),
             description: OnceLock::new(),
+            commands: OnceLock::new(),
         };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {
             struct_size: size_of::<abi::BusbarPlugin>() as u32,

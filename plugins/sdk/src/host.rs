@@ -20,6 +20,17 @@ pub enum LogLevel {
     Debug,
 }
 
+impl LogLevel {
+    pub(crate) fn to_abi(self) -> u32 {
+        match self {
+            Self::Error => abi::BUSBAR_LOG_ERROR,
+            Self::Warning => abi::BUSBAR_LOG_WARNING,
+            Self::Info => abi::BUSBAR_LOG_INFO,
+            Self::Debug => abi::BUSBAR_LOG_DEBUG,
+        }
+    }
+}
+
 /// A handle to the host: a log. Clones share it; any thread may use it. Once
 /// the plugin is gone it does nothing, so that a straggling thread does no harm.
 #[derive(Clone, Debug)]
@@ -69,12 +80,7 @@ impl Host {
 
     /// Writes one line to the host's log.
     pub fn log(&self, level: LogLevel, message: &str) {
-        let level = match level {
-            LogLevel::Error => abi::BUSBAR_LOG_ERROR,
-            LogLevel::Warning => abi::BUSBAR_LOG_WARNING,
-            LogLevel::Info => abi::BUSBAR_LOG_INFO,
-            LogLevel::Debug => abi::BUSBAR_LOG_DEBUG,
-        };
+        let level = level.to_abi();
         if let Some(raw) = &*self.raw.read().unwrap_or_else(PoisonError::into_inner) {
             // SAFETY: context and function belong together, and `close`, which
             // waits for this guard, runs before they go; the text outlives the call.

@@ -1,7 +1,7 @@
 //! Safe Rust for plugin authors.
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
-//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`].
+//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
 //! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
@@ -50,6 +50,7 @@ pub use busbar_plugin_abi as abi;
 pub mod book;
 mod border;
 mod clock;
+mod command;
 mod error;
 pub mod export;
 mod host;
@@ -63,6 +64,7 @@ pub mod testing;
 mod value;
 mod worker;
 
+pub use command::{Command, CommandExit, CommandInfo, MAX_CHUNK, Streams};
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};

@@ -12,6 +12,7 @@
 //! ```
 
 mod clock;
+mod command;
 mod mesh;
 mod overlay;
 mod recorder;
@@ -23,6 +24,7 @@ use busbar_plugin_abi as abi;
 use crate::{Host, Progress, TagSpec, ValueKind};
 
 pub use clock::TestClock;
+pub use command::{CommandRun, run_command};
 pub use mesh::{Grid, check_sequence};
 pub use overlay::{Drawing, DrawnLine, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};

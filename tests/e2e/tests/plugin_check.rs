@@ -43,6 +43,8 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::Segfault, At::Simulate),
     (Kind::LeakMemory, At::StopSimulation),
     (Kind::NotUtf8, At::SimulationStatus),
+    (Kind::OutOfRange, At::RunCommand),
+    (Kind::LeakDescriptor, At::RunCommand),
 ];
 
 fn transformer() -> Value {
@@ -153,6 +155,7 @@ fn shipped_plugins_pass() {
         ("transformer_thermal", json!({ "settings": transformer() }), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
+        ("gas_analysis", json!({}), 0),
         ("fault_injector", good_sample(), 0),
     ] {
         let (mut command, folder) = check(&library(plugin), &sample);
@@ -292,9 +295,13 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
         Kind::LieAboutSize => says(&["says that it has 8 bytes"]),
         Kind::NotUtf8 => says(&["not UTF-8"]),
         Kind::NotFinite => says(&["NaN", "not finite"]),
-        Kind::OutOfRange => {
-            says(&["1000", "which `start` did not give", "which is not there", "names position"])
-        }
+        Kind::OutOfRange => says(&[
+            "1000",
+            "which `start` did not give",
+            "which is not there",
+            "names position",
+            "unknown exit code",
+        ]),
         Kind::NullResult => says(&["null", "failed where it must not"]),
         Kind::Overrun => says(&["beyond the end"]),
         Kind::Flood => says(&["flood"]),

@@ -11,8 +11,13 @@ use crate::text;
 /// Plugins of one library, and capabilities of one plugin.
 const MAX_ITEMS: u32 = 64;
 /// Capabilities of this host.
-const CAPABILITIES: [&str; 4] =
-    [abi::MESH_OPTIMIZER_ID, abi::TELEMETRY_ID, abi::OVERLAY_ID, abi::SIMULATOR_ID];
+const CAPABILITIES: [&str; 5] = [
+    abi::MESH_OPTIMIZER_ID,
+    abi::TELEMETRY_ID,
+    abi::OVERLAY_ID,
+    abi::SIMULATOR_ID,
+    abi::COMMAND_ID,
+];
 
 pub(crate) fn factory(probe: &Probe) -> Outcome {
     let factory = probe.initialised()?;

@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 
 use super::Instance;
-use super::{leaks, optimizer, overlay, simulator, telemetry};
+use super::{command, leaks, optimizer, overlay, simulator, telemetry};
 use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
 use crate::text;
@@ -34,10 +34,22 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
                 super::required(table.stop, "stop")?;
                 super::required(table.status, "status")?;
             }
+            abi::COMMAND_ID => {
+                let table: &abi::BusbarCommand = instance.capability(abi::COMMAND_ID)?;
+                super::required(table.count, "count")?;
+                super::required(table.describe, "describe")?;
+                super::required(table.run, "run")?;
+            }
             _ => {}
         }
     }
-    let all = [abi::TELEMETRY_ID, abi::MESH_OPTIMIZER_ID, abi::OVERLAY_ID, abi::SIMULATOR_ID];
+    let all = [
+        abi::TELEMETRY_ID,
+        abi::MESH_OPTIMIZER_ID,
+        abi::OVERLAY_ID,
+        abi::SIMULATOR_ID,
+        abi::COMMAND_ID,
+    ];
     for known in all {
         if !subject.capabilities.iter().any(|id| id == known) {
             let hidden = !instance.ask(abi::BusbarStr::from_static(known)).is_null();
@@ -87,6 +99,7 @@ fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Out
             abi::MESH_OPTIMIZER_ID => optimizer::use_briefly(probe, instance)?,
             abi::OVERLAY_ID => overlay::use_briefly(probe, instance)?,
             abi::SIMULATOR_ID => simulator::use_briefly(probe, instance)?,
+            abi::COMMAND_ID => command::use_briefly(probe, instance)?,
             _ => {}
         }
     }

@@ -8,7 +8,7 @@ use busbar_plugin_abi as abi;
 use super::{Capability, Instance, Table, instance};
 use crate::border::{given, given_mut, guard};
 use crate::overlay::RawDescription;
-use crate::{Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
+use crate::{Command, Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
 
 /// `busbar.mesh-optimizer/1-draft` of a type.
 pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
@@ -250,6 +250,57 @@ pub const fn simulator<P: Simulator>() -> Capability {
             start: Some(start::<P>),
             stop: Some(stop::<P>),
             status: Some(status::<P>),
+        }),
+    }
+}
+
+/// `busbar.command/1-draft` of a type.
+pub const fn command<P: Command>() -> Capability {
+    unsafe extern "C" fn count<P: Command>(_plugin: *const abi::BusbarPlugin) -> u32 {
+        P::COMMANDS.len() as u32
+    }
+    unsafe extern "C" fn describe<P: Command>(
+        plugin: *const abi::BusbarPlugin,
+        index: u32,
+    ) -> *const abi::BusbarCommandInfo {
+        let mut found = std::ptr::null();
+        // SAFETY: the host passes what `create` made.
+        unsafe {
+            guard(std::ptr::null_mut(), || {
+                let infos = &instance::<P>(plugin)?.commands;
+                let infos = infos.get_or_init(|| crate::command::infos::<P>());
+                if let Some(info) = infos.get(index as usize) {
+                    found = &raw const info.0;
+                }
+                Ok(())
+            })
+        };
+        found
+    }
+    unsafe extern "C" fn run<P: Command>(
+        plugin: *const abi::BusbarPlugin,
+        call: *const abi::BusbarCommandCall,
+        streams: *const abi::BusbarCommandStreams,
+        result: *mut abi::BusbarCommandResult,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.read();
+                let plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::command::run(&*plugin, call, streams, result)
+            })
+        }
+    }
+    Capability {
+        id: abi::COMMAND_ID,
+        table: Table::Command(abi::BusbarCommand {
+            struct_size: size_of::<abi::BusbarCommand>() as u32,
+            reserved: 0,
+            count: Some(count::<P>),
+            describe: Some(describe::<P>),
+            run: Some(run::<P>),
         }),
     }
 }

@@ -1,0 +1,128 @@
+//! Dissolved gas analysis as a command: `busbar dga FILE.csv [--out F.csv]`.
+//!
+//! The methods are those of the crate `dga`; here is what reads samples and writes results.
+
+mod columns;
+mod history;
+mod lines;
+mod odds;
+mod report;
+mod row;
+mod table;
+
+use busbar_plugin_sdk::{
+    Command, CommandExit, CommandInfo, Error, Host, LogLevel, Plugin, Streams,
+};
+use dga::c57_104;
+use dga::iec60599;
+use dga::uncertainty::Uncertainty;
+
+/// What holds for all samples of a run.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Age of the transformers in years, for the limits of IEEE C57.104-2019.
+    age: Age,
+    /// What the oil is in, for the limit of partial discharge of IEC 60599.
+    equipment: Equipment,
+    /// Compare samples of each transformer, whose columns `equipment` and `time` are needed then:
+    /// columns with the status by all tables of IEEE C57.104-2019 and with rates are added.
+    history: bool,
+    /// Accuracy of the laboratory as a share, such as 0.15: columns with the probability of
+    /// each zone are added, at some 0.1 s a sample.
+    #[schemars(range(min = 0.0, max = 0.99))]
+    uncertainty: Option<f64>,
+}
+
+// Without documentation of their own, variants are one `enum` in the schema, whose faults
+// name them all.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
+enum Age {
+    #[default]
+    #[serde(rename = "unknown")]
+    Unknown,
+    #[serde(rename = "1-9")]
+    UpTo9,
+    #[serde(rename = "10-30")]
+    From10To30,
+    #[serde(rename = ">30")]
+    Over30,
+}
+
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Equipment {
+    #[default]
+    Transformer,
+    InstrumentTransformer,
+    Bushing,
+}
+
+impl From<Age> for c57_104::Age {
+    fn from(age: Age) -> Self {
+        match age {
+            Age::Unknown => Self::Unknown,
+            Age::UpTo9 => Self::UpTo9,
+            Age::From10To30 => Self::From10To30,
+            Age::Over30 => Self::Over30,
+        }
+    }
+}
+
+impl From<Equipment> for iec60599::Equipment {
+    fn from(equipment: Equipment) -> Self {
+        match equipment {
+            Equipment::Transformer => Self::Transformer,
+            Equipment::InstrumentTransformer => Self::InstrumentTransformer,
+            Equipment::Bushing => Self::Bushing,
+        }
+    }
+}
+
+/// The plugin.
+pub struct GasAnalysis {
+    settings: Settings,
+    uncertainty: Option<Uncertainty>,
+}
+
+impl Plugin for GasAnalysis {
+    const ID: &'static str = "gas_analysis";
+    const NAME: &'static str = "Gas analysis";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str = "Analyses gases dissolved in transformer oil by IEC 60599, IEEE C57.104, DL/T 722 and \
+         Duval.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
+        let uncertainty = settings.uncertainty.map(Uncertainty::new).transpose();
+        let uncertainty = uncertainty.map_err(|error| Error::settings(error.to_string()))?;
+        Ok(Self { settings, uncertainty })
+    }
+}
+
+impl Command for GasAnalysis {
+    const COMMANDS: &'static [CommandInfo] = &[CommandInfo {
+        name: "dga",
+        help: "analyse gases dissolved in transformer oil: CSV with H2, CH4, C2H6, C2H4, C2H2 in \
+               ppm, a row a sample",
+    }];
+
+    fn run(
+        &self,
+        _name: &str,
+        arguments: &[&str],
+        streams: &Streams<'_>,
+    ) -> Result<CommandExit, Error> {
+        if let Some(argument) = arguments.first() {
+            let text = format!("unknown argument '{argument}'; settings are given by --set K=V");
+            streams.diagnose(LogLevel::Error, None, &text);
+            return Ok(CommandExit::WrongUse);
+        }
+        table::analyse(streams, self).map_err(|error| Error::failed(error.to_string()))
+    }
+}
+
+busbar_plugin_sdk::export_plugin!(GasAnalysis: command);
+
+#[cfg(test)]
+mod tests;
