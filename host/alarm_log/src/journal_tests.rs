@@ -91,8 +91,8 @@ fn files_are_bounded_and_the_newest_tells_how_all_alarms_stand() {
     let folder = tempfile::tempdir().unwrap();
     let (mut journal, _) = open(&folder);
     journal.append(&[record(1, "long ago", State::I)]).unwrap();
-    for number in 2..=500 {
-        let state = if number % 2 == 0 { State::B } else { State::A };
+    for number in 2..=500_u64 {
+        let state = if number.is_multiple_of(2) { State::B } else { State::A };
         journal.append(&[record(number, "bell", state)]).unwrap();
     }
     drop(journal);

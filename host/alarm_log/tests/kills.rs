@@ -53,14 +53,14 @@ fn tables(now: Moment) -> (TagTable, AlarmTable) {
     };
     let tags = Arc::new(TagSet::new((0..ALARMS).map(tag).collect()).expect("they can be"));
     let condition = Condition::Equals(Value::Bool(true));
-    let alarm = |index| AlarmSpec {
+    let alarm = |index: u32| AlarmSpec {
         id: format!("alarm {index}"),
         message: String::new(),
         consequence: String::new(),
         response: String::new(),
         equipment: None,
         priority: Priority::High,
-        latched: index % 3 == 0,
+        latched: index.is_multiple_of(3),
         group: None,
         source: AlarmSource::Tag {
             watch: Watch { tag: TagHandle(index), condition },

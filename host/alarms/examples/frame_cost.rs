@@ -46,14 +46,14 @@ fn site() -> Site {
         response: String::new(),
         equipment: None,
         priority: Priority::ALL[index as usize % 4],
-        latched: index % 7 == 0,
-        group: (index % 5 == 0).then(|| format!("{}", index % 100)),
+        latched: index.is_multiple_of(7),
+        group: index.is_multiple_of(5).then(|| format!("{}", index % 100)),
         source: AlarmSource::Tag {
             watch: Watch {
                 tag: TagHandle(index),
                 condition: Condition::Limit { limit: Limit::High, at: 1_000.0, deadband: 20.0 },
             },
-            on_delay: Duration::from_millis(if index % 2 == 0 { 0 } else { 500 }),
+            on_delay: Duration::from_millis(if index.is_multiple_of(2) { 0 } else { 500 }),
             off_delay: Duration::from_secs(5),
             suppressed_by: None,
         },
