@@ -122,7 +122,7 @@ fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     let phase = abs(fract(along) - 0.5) * 2.0;
     // Stripes; stripes both ways, thinner; dots where both ways have one.
     let marks = select(
-        select(max(phase.x, phase.y) * 1.0 - 0.15, min(phase.x, phase.y) + 0.2, pattern == 3.0),
+        select(max(phase.x, phase.y) - 0.15, min(phase.x, phase.y) + 0.2, pattern == 3.0),
         phase.x,
         pattern == 1.0,
     );

@@ -81,6 +81,13 @@ struct Step<'a> {
     start: u32,
 }
 
+impl Step<'_> {
+    /// The mesh where the way ends.
+    fn coarser(&self) -> IndexKey {
+        IndexKey { cursor: self.way.coarser, ..self.key }
+    }
+}
+
 impl Morpher {
     /// Whether a way to or from a cursor can be drawn without resolving anything first.
     pub(crate) fn is_ready(&self, coarser: IndexKey) -> bool {
@@ -126,10 +133,10 @@ impl Morpher {
             return Ok(());
         };
         let vertices = u64::from(last.start + last.count);
-        for Step { mesh, key, way, .. } in &steps {
-            let coarser = IndexKey { cursor: way.coarser, ..*key };
+        for step in &steps {
+            let coarser = step.coarser();
             if !self.is_ready(coarser) {
-                let standing = mesh.stacks.standing_wedges(way.coarser);
+                let standing = step.mesh.stacks.standing_wedges(coarser.cursor);
                 self.insert(recorder, models, coarser, &standing)?;
             }
         }
@@ -142,8 +149,7 @@ impl Morpher {
         let Some(moved) = &self.moved else { return Ok(()) };
         let mut pass = recorder.compute_pass("morph");
         for step in &steps {
-            let coarser = IndexKey { cursor: step.way.coarser, ..step.key };
-            let Some(standing) = self.standing.get_mut(&coarser) else { continue };
+            let Some(standing) = self.standing.get_mut(&step.coarser()) else { continue };
             standing.used_at = self.clock;
             let constants = MorphStep {
                 vertices: step.count,
@@ -212,7 +218,9 @@ impl Morpher {
             if self.standing_bytes <= MAX_STANDING_BYTES {
                 break;
             }
-            self.remove_where(|of| *of == key);
+            if let Some(entry) = self.standing.remove(&key) {
+                self.standing_bytes -= entry.bytes;
+            }
         }
     }
 

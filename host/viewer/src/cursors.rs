@@ -3,9 +3,10 @@
 //! A frame chooses a level of detail for the instances whose policy follows
 //! the camera, and so the cursor that each is *wanted* at. It is *shown* there
 //! as soon as the mesh at that cursor is ready; until then it stays where it
-//! is, and on the way there it goes by degrees. Popping and pushing (the paper's S1 and S2) are a cursor that grows or
-//! shrinks: no mesh is edited. A group far away is drawn as one mesh, its proxy, which
-//! has a cursor too; its instances are then shown nowhere.
+//! is, and on the way there it goes by degrees. Popping and pushing (the paper's
+//! S1 and S2) are a cursor that grows or shrinks: no mesh is edited. A group far
+//! away is drawn as one mesh, its proxy, which has a cursor too; its instances are
+//! then shown nowhere.
 
 mod hlod;
 mod morphs;

@@ -1,15 +1,45 @@
 //! What Duval's triangles share.
 
 use crate::plane::{self, Point};
-use crate::{Gas, Margin, Sample};
+use crate::verdict::NO_INPUT;
+use crate::{Gas, Margin, Sample, Verdict, Zone};
 
 /// Shares of three gases, percent: they sum up to 100.
 pub(crate) type Shares = [f64; 3];
 /// A straight border between two zones, from one point to another.
 pub(crate) type Border = [Shares; 2];
 
+/// One of the triangles.
+pub(crate) struct Triangle {
+    /// Whose shares it is drawn of.
+    pub(crate) gases: [Gas; 3],
+    /// The zone of a point, and the rule that gives it.
+    pub(crate) judge: fn(Shares) -> (Zone, &'static str),
+    /// Where zones meet.
+    pub(crate) borders: &'static [Border],
+    /// Where it is published.
+    pub(crate) source: &'static str,
+}
+
+impl Triangle {
+    pub(crate) fn zone(&self, sample: &Sample) -> Zone {
+        shares(sample, self.gases).map_or(Zone::NotApplicable, |shares| (self.judge)(shares).0)
+    }
+
+    pub(crate) fn diagnose(&self, sample: &Sample) -> Verdict {
+        let (zone, rule, margin) = match shares(sample, self.gases) {
+            None => (Zone::NotApplicable, NO_INPUT, None),
+            Some(shares) => {
+                let (zone, rule) = (self.judge)(shares);
+                (zone, rule, Some(margin(shares, self.borders)))
+            }
+        };
+        Verdict { zone, rule, margin, source: self.source }
+    }
+}
+
 /// Percentages of three gases; `None` if one is absent or all are 0.
-pub(crate) fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
+fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
     let ppm = sample.all(gases)?;
     let sum: f64 = ppm.iter().sum();
     // In this order a share that is a whole number comes out as one.
@@ -22,7 +52,7 @@ fn place([_, b, c]: Shares) -> Point {
 }
 
 /// Distance to the nearest border, which is always one of the zone that the point is in.
-pub(crate) fn margin(shares: Shares, borders: &[Border]) -> Margin {
+fn margin(shares: Shares, borders: &[Border]) -> Margin {
     let segments = borders.iter().map(|&[a, b]| [place(a), place(b)]);
     Margin::Distance(plane::nearest(place(shares), segments))
 }
@@ -32,12 +62,12 @@ pub(crate) mod testing {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Zone;
 
     /// Borders are where zones change, all of them and nothing else: beside the middle of
     /// each there are two zones, and points with different zones are no nearer to each
     /// other than a border is to them.
-    pub(crate) fn check_borders(judge: fn(Shares) -> Zone, borders: &[Border]) {
+    pub(crate) fn check_borders(triangle: &Triangle) {
+        let (judge, borders) = (|shares| (triangle.judge)(shares).0, triangle.borders);
         for &[a, b] in borders {
             let along = std::array::from_fn::<_, 3, _>(|i| b[i] - a[i]);
             let middle: Shares = std::array::from_fn(|i| a[i] + along[i] * 0.47);

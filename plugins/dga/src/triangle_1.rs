@@ -1,12 +1,7 @@
 //! Duval's triangle 1: methane, ethylene, acetylene.
 
-use crate::triangle::{Border, Shares, margin, shares};
-use crate::verdict::NO_INPUT;
+use crate::triangle::{Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone};
-
-const SOURCE: &str = "Duval triangle 1 (IEC 60599:2015, annex B; IEEE C57.104-2019, annex D)";
-
-const GASES: [Gas; 3] = [Gas::Ch4, Gas::C2h4, Gas::C2h2];
 
 /// Where zones meet, as shares of CH4, C2H4, C2H2.
 const BORDERS: [Border; 13] = [
@@ -24,6 +19,13 @@ const BORDERS: [Border; 13] = [
     [[64.0, 23.0, 13.0], [48.0, 23.0, 29.0]],
     [[48.0, 23.0, 29.0], [0.0, 23.0, 77.0]],
 ];
+
+const TRIANGLE: Triangle = Triangle {
+    gases: [Gas::Ch4, Gas::C2h4, Gas::C2h2],
+    judge,
+    borders: &BORDERS,
+    source: "Duval triangle 1 (IEC 60599:2015, annex B; IEEE C57.104-2019, annex D)",
+};
 
 fn judge([m, e, a]: Shares) -> (Zone, &'static str) {
     if m >= 98.0 {
@@ -53,16 +55,12 @@ fn judge([m, e, a]: Shares) -> (Zone, &'static str) {
 
 /// The zone of a sample. Each limit belongs to the side of the greater share.
 pub fn zone(sample: &Sample) -> Zone {
-    shares(sample, GASES).map_or(Zone::NotApplicable, |shares| judge(shares).0)
+    TRIANGLE.zone(sample)
 }
 
 /// As [`zone`], with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
-    let Some(shares) = shares(sample, GASES) else {
-        return Verdict { zone: Zone::NotApplicable, rule: NO_INPUT, margin: None, source: SOURCE };
-    };
-    let (zone, rule) = judge(shares);
-    Verdict { zone, rule, margin: Some(margin(shares, &BORDERS)), source: SOURCE }
+    TRIANGLE.diagnose(sample)
 }
 
 #[cfg(test)]
@@ -71,6 +69,6 @@ mod tests {
 
     #[test]
     fn borders_are_where_zones_change() {
-        crate::triangle::testing::check_borders(|shares| judge(shares).0, &BORDERS);
+        crate::triangle::testing::check_borders(&TRIANGLE);
     }
 }

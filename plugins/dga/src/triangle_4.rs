@@ -1,12 +1,7 @@
 //! Duval's triangle 4: hydrogen, methane, ethane, for faults of low temperature.
 
-use crate::triangle::{Border, Shares, margin, shares};
-use crate::verdict::NO_INPUT;
+use crate::triangle::{Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone, triangle_1};
-
-const SOURCE: &str = "Duval triangle 4 (IEEE C57.104-2019, annex D; Duval 2008)";
-
-const GASES: [Gas; 3] = [Gas::H2, Gas::Ch4, Gas::C2h6];
 
 /// Where zones meet, as shares of H2, CH4, C2H6.
 const BORDERS: [Border; 10] = [
@@ -21,6 +16,13 @@ const BORDERS: [Border; 10] = [
     [[15.0, 61.0, 24.0], [40.0, 36.0, 24.0]],
     [[64.0, 36.0, 0.0], [40.0, 36.0, 24.0]],
 ];
+
+const TRIANGLE: Triangle = Triangle {
+    gases: [Gas::H2, Gas::Ch4, Gas::C2h6],
+    judge,
+    borders: &BORDERS,
+    source: "Duval triangle 4 (IEEE C57.104-2019, annex D; Duval 2008)",
+};
 
 fn judge([h, m, e]: Shares) -> (Zone, &'static str) {
     if (2.0..15.0).contains(&m) && e < 1.0 {
@@ -52,16 +54,12 @@ pub fn is_applicable(sample: &Sample) -> bool {
 
 /// The zone of a sample, applicable or not.
 pub fn zone(sample: &Sample) -> Zone {
-    shares(sample, GASES).map_or(Zone::NotApplicable, |shares| judge(shares).0)
+    TRIANGLE.zone(sample)
 }
 
 /// As [`zone`], with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
-    let Some(shares) = shares(sample, GASES) else {
-        return Verdict { zone: Zone::NotApplicable, rule: NO_INPUT, margin: None, source: SOURCE };
-    };
-    let (zone, rule) = judge(shares);
-    Verdict { zone, rule, margin: Some(margin(shares, &BORDERS)), source: SOURCE }
+    TRIANGLE.diagnose(sample)
 }
 
 #[cfg(test)]
@@ -70,6 +68,6 @@ mod tests {
 
     #[test]
     fn borders_are_where_zones_change() {
-        crate::triangle::testing::check_borders(|shares| judge(shares).0, &BORDERS);
+        crate::triangle::testing::check_borders(&TRIANGLE);
     }
 }

@@ -1,12 +1,7 @@
 //! Duval's triangle 5: methane, ethylene, ethane, for faults of higher temperature.
 
-use crate::triangle::{Border, Shares, margin, shares};
-use crate::verdict::NO_INPUT;
+use crate::triangle::{Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone, triangle_1};
-
-const SOURCE: &str = "Duval triangle 5 (IEEE C57.104-2019, annex D)";
-
-const GASES: [Gas; 3] = [Gas::Ch4, Gas::C2h4, Gas::C2h6];
 
 /// Where zones meet, as shares of CH4, C2H4, C2H6.
 const BORDERS: [Border; 14] = [
@@ -25,6 +20,13 @@ const BORDERS: [Border; 14] = [
     [[36.0, 50.0, 14.0], [16.0, 70.0, 14.0]],
     [[16.0, 70.0, 14.0], [0.0, 70.0, 30.0]],
 ];
+
+const TRIANGLE: Triangle = Triangle {
+    gases: [Gas::Ch4, Gas::C2h4, Gas::C2h6],
+    judge,
+    borders: &BORDERS,
+    source: "Duval triangle 5 (IEEE C57.104-2019, annex D)",
+};
 
 fn judge([_, y, e]: Shares) -> (Zone, &'static str) {
     if y < 1.0 && (2.0..15.0).contains(&e) {
@@ -62,16 +64,12 @@ pub fn is_applicable(sample: &Sample) -> bool {
 
 /// The zone of a sample, applicable or not.
 pub fn zone(sample: &Sample) -> Zone {
-    shares(sample, GASES).map_or(Zone::NotApplicable, |shares| judge(shares).0)
+    TRIANGLE.zone(sample)
 }
 
 /// As [`zone`], with reasons.
 pub fn diagnose(sample: &Sample) -> Verdict {
-    let Some(shares) = shares(sample, GASES) else {
-        return Verdict { zone: Zone::NotApplicable, rule: NO_INPUT, margin: None, source: SOURCE };
-    };
-    let (zone, rule) = judge(shares);
-    Verdict { zone, rule, margin: Some(margin(shares, &BORDERS)), source: SOURCE }
+    TRIANGLE.diagnose(sample)
 }
 
 #[cfg(test)]
@@ -80,6 +78,6 @@ mod tests {
 
     #[test]
     fn borders_are_where_zones_change() {
-        crate::triangle::testing::check_borders(|shares| judge(shares).0, &BORDERS);
+        crate::triangle::testing::check_borders(&TRIANGLE);
     }
 }
