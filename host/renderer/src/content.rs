@@ -21,6 +21,7 @@ use crate::outline::Outlines;
 use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
 use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
+use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::{Drawn, Shadows, Sun};
 use crate::stream::FrameStream;
@@ -58,8 +59,22 @@ pub(crate) struct Content {
     /// Once something was outlined.
     outlines: Option<Outlines>,
     streams: Vec<FrameStream>,
-    /// One a stream, kept for its room.
-    plans: Vec<Plan>,
+    /// Those of frames and of picks.
+    views: [View; 2],
+}
+
+/// Who looks at the content.
+#[derive(Clone, Copy)]
+enum Viewing {
+    Frame,
+    Pick,
+}
+
+/// What is drawn in order, and what of it was seen last.
+#[derive(Default)]
+struct View {
+    roster: Roster,
+    plan: Plan,
 }
 
 /// What high quality adds.
@@ -102,7 +117,7 @@ impl Content {
             pipelines,
             high,
             outlines: None,
-            plans: (0..=PICK_STREAM).map(|_| Plan::default()).collect(),
+            views: <[View; 2]>::default(),
             streams,
         })
     }
@@ -113,7 +128,7 @@ impl Content {
         self.cache.drop_all();
         self.morpher.drop_all();
         self.resolver.drop_where(|_| true);
-        self.forget_layers();
+        self.forget_order();
     }
 
     /// What was recorded last never ran: images hold nothing.
@@ -121,6 +136,12 @@ impl Content {
         self.cache.abandon_frame();
         // Among it may be what was never filled.
         self.morpher.drop_all();
+        self.forget_layers();
+    }
+
+    /// Models are not what they were.
+    pub(crate) fn forget_order(&mut self) {
+        self.views.iter_mut().for_each(|view| view.roster.forget());
         self.forget_layers();
     }
 
@@ -200,14 +221,16 @@ impl Content {
     fn prepare(
         &mut self,
         recorder: &mut Recorder<'_>,
-        stream: usize,
+        (viewing, stream): (Viewing, usize),
         frame: &Frame<'_>,
         area: &PixelArea,
     ) -> Result<Plan, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
-        let mut plan = std::mem::take(&mut self.plans[stream]);
+        let View { roster, plan } = &mut self.views[viewing as usize];
+        let mut plan = std::mem::take(plan);
         let seen = area.clip_from_picture() * frame.camera.clip_from_world();
-        plan.fill(&self.models, frame, &Frustum::of(&seen))?;
+        roster.follow(&self.models, frame.instances)?;
+        plan.fill(&self.models, roster, frame.object_highlights, &Frustum::of(&seen))?;
         self.pipelines.ready(recorder.gpu(), &self.layouts, frame.section.is_some())?;
         let layout = (&self.layouts.frame, &*bindings_of(self.high.as_ref()));
         let uniform = frame_uniform(frame, area.viewport(), self.sun_of(frame).as_ref());
@@ -250,7 +273,8 @@ impl Content {
         let resolving = Instant::now();
         let stream = recorder.slot();
         let ways = self.upload_resolved(recorder)?;
-        let plan = self.prepare(recorder, stream, frame, &PixelArea::whole(targets.size()))?;
+        let area = PixelArea::whole(targets.size());
+        let plan = self.prepare(recorder, (Viewing::Frame, stream), frame, &area)?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
         let _span = tracing::debug_span!("scene").entered();
@@ -270,7 +294,7 @@ impl Content {
             recorder.end_stage("occlusion");
         }
         self.record_outlines(recorder, targets, frame)?;
-        self.plans[stream] = plan;
+        self.views[Viewing::Frame as usize].plan = plan;
         Ok(FrameStats {
             triangles,
             draw_calls,
@@ -366,13 +390,13 @@ impl Content {
         area: &PixelArea,
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
-        let plan = self.prepare(recorder, PICK_STREAM, frame, area)?;
+        let plan = self.prepare(recorder, (Viewing::Pick, PICK_STREAM), frame, area)?;
         let drawer = self.drawer(&plan, PICK_STREAM, frame);
         let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
         let pick = &self.pipelines.looks(frame.section.is_some()).pick;
         drawer.draw(&mut pass, pick, Sections::All)?;
         drop(pass);
-        self.plans[PICK_STREAM] = plan;
+        self.views[Viewing::Pick as usize].plan = plan;
         Ok(())
     }
 }

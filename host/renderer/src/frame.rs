@@ -4,7 +4,7 @@ use busbar_geometry::Bounds;
 use busbar_gpu::StageMillis;
 use glam::Mat4;
 
-use crate::{CameraView, Ground, ModelHandle, SectionPlane};
+use crate::{CameraView, Ground, Instances, ModelHandle, SectionPlane};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -12,7 +12,7 @@ pub struct Frame<'a> {
     /// The camera.
     pub camera: CameraView,
     /// What is drawn; may be empty.
-    pub instances: &'a [DrawInstance],
+    pub instances: Instances<'a>,
     /// Tints of the objects 1, 2 and so on, as [`DrawInstance::highlight`]; read
     /// for features only. Empty where none of them is tinted.
     pub object_highlights: &'a [[f32; 4]],
@@ -39,11 +39,11 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Instances alone, before black.
+    /// Instances alone, before black, listed for this frame.
     pub fn of(camera: CameraView, instances: &'a [DrawInstance]) -> Self {
         Self {
             camera,
-            instances,
+            instances: Instances::Listed(instances),
             object_highlights: &[],
             wireframe: false,
             background: [0.0; 3],
@@ -105,7 +105,8 @@ pub struct DrawInstance {
     pub highlight: [f32; 4],
     /// Object of the mesh's feature 0, those of the others after it. Features
     /// then stand in for this instance, in picking and in
-    /// [`Frame::object_highlights`]; `None` shows the mesh as one piece.
+    /// [`Frame::object_highlights`]; `None`, or 0,
+    /// shows the mesh as one piece.
     pub first_feature: Option<u32>,
 }
 

@@ -13,6 +13,7 @@
 mod batch;
 mod camera;
 mod content;
+mod draw_list;
 mod error;
 mod features;
 mod frame;
@@ -31,6 +32,7 @@ mod pipelines;
 mod recipe;
 mod renderer;
 mod resolver;
+mod roster;
 mod scene_pass;
 mod section;
 mod shadows;
@@ -42,6 +44,7 @@ mod words;
 pub use busbar_gpu::{Cure, GpuError, MAX_STAGES, StageMillis, ValidationLog, WindowHandles};
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
+pub use draw_list::{DrawList, Instances, MAX_DRAW_CHANGES};
 pub use error::RenderError;
 pub use frame::{
     DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Morph, OutlineKind, Outlined,

@@ -29,7 +29,7 @@ pub const VERTEX_BYTES: u64 = size_of::<Vertex>() as u64;
 const MAX_STANDING_BYTES: u64 = 64 << 20;
 
 /// The way that instances are on, and how far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Way {
     /// The coarser cursor.
     pub(crate) coarser: u32,

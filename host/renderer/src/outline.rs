@@ -15,11 +15,12 @@ use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
 use crate::pipelines::{Layouts, MaskShading};
 use crate::recipe::screen_pipeline;
+use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::Drawn;
 use crate::stream::{FrameStream, MAX_FEATURE_HIGHLIGHTS};
 use crate::targets::{Mask, SceneTargets, whole};
-use crate::{DrawInstance, Frame, Outlined, RenderError};
+use crate::{DrawInstance, Frame, Instances, Outlined, RenderError};
 
 /// As `TILE` of the shader.
 const TILE_PIXELS: u32 = 8;
@@ -31,6 +32,7 @@ pub(crate) struct Outlines {
     tiles: Pipeline,
     lines: Pipeline,
     streams: Vec<FrameStream>,
+    roster: Roster,
     plan: Plan,
     /// The kinds of the objects 1, 2 and so on, as highlights.
     kinds: Vec<[f32; 4]>,
@@ -57,6 +59,7 @@ impl Outlines {
             tiles: screen_pipeline(gpu, tiles, &groups[..2], (ID_FORMAT, Blend::Replace))?,
             lines: screen_pipeline(gpu, lines, &groups, over)?,
             streams,
+            roster: Roster::default(),
             plan: Plan::default(),
             kinds: Vec::new(),
             instances: Vec::new(),
@@ -74,14 +77,9 @@ impl Outlines {
         (frame, uniform): (&Frame<'_>, &FrameUniform),
     ) -> Result<(), RenderError> {
         self.choose(drawn_with.models, frame)?;
-        let outlined = Frame {
-            instances: &self.instances,
-            object_highlights: &self.kinds,
-            outlined: &[],
-            ..*frame
-        };
         let frustum = Frustum::of(&frame.camera.clip_from_world());
-        self.plan.fill(drawn_with.models, &outlined, &frustum)?;
+        self.roster.follow(drawn_with.models, Instances::Listed(&self.instances))?;
+        self.plan.fill(drawn_with.models, &self.roster, &self.kinds, &frustum)?;
         let stream = &mut self.streams[recorder.slot()];
         stream.write(recorder.gpu(), (&layouts.frame, more), uniform, &self.plan)?;
         let frame_group = &self.streams[recorder.slot()].group;

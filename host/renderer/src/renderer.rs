@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Models that one renderer ever takes, removed ones included.
-pub(crate) const MAX_MODELS: usize = 1 << 20;
+const MAX_MODELS: usize = 1 << 20;
 
 /// What a picture may cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -202,6 +202,7 @@ impl Renderer {
             self.content.resolver.drop_where(|request| request.key().model == model.0);
             self.content.morpher.remove_where(|key| key.model == model.0);
             self.content.cache.remove_model(model.0);
+            self.content.forget_order();
         }
     }
 

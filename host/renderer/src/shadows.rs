@@ -14,9 +14,10 @@ use crate::frustum::Frustum;
 use crate::model::GpuModel;
 use crate::morph::Morpher;
 use crate::pipelines::Shading;
+use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::stream::FrameStream;
-use crate::{CameraView, Frame, ModelHandle, RenderError, SectionPlane};
+use crate::{CameraView, Frame, Instances, ModelHandle, RenderError, SectionPlane};
 
 /// Texels along a side of the map: 16 MiB of depth.
 pub(crate) const MAP_TEXELS: u32 = 2048;
@@ -98,6 +99,8 @@ struct Caster {
 /// What the map shows.
 #[derive(Default)]
 struct Shown {
+    /// Of the list that casters come from, where it is one that is kept.
+    revision: Option<u64>,
     sun: Option<Sun>,
     section: Option<SectionPlane>,
     casters: Vec<Caster>,
@@ -108,6 +111,7 @@ pub(crate) struct Shadows {
     map: Image,
     sampler: Sampler,
     streams: Vec<FrameStream>,
+    roster: Roster,
     plan: Plan,
     shown: Option<Shown>,
 }
@@ -123,8 +127,8 @@ impl Shadows {
                 size: [MAP_TEXELS; 2],
             },
         )?;
-        let sampler = Sampler::comparing(gpu)?;
-        Ok(Self { map, sampler, streams: Vec::new(), plan: Plan::default(), shown: None })
+        let (sampler, roster) = (Sampler::comparing(gpu)?, Roster::default());
+        Ok(Self { map, sampler, streams: Vec::new(), roster, plan: Plan::default(), shown: None })
     }
 
     /// What frames bind after their own.
@@ -135,10 +139,15 @@ impl Shadows {
     /// The map holds nothing any more.
     pub(crate) fn forget(&mut self) {
         self.shown = None;
+        self.roster.forget();
     }
 
     /// Whether the map is to be drawn for this frame; notes what it will show then.
     fn is_outdated(&mut self, frame: &Frame<'_>, sun: Option<Sun>) -> bool {
+        let revision = match frame.instances {
+            Instances::Listed(_) => None,
+            Instances::Kept(list) => Some(list.revision()),
+        };
         let casters = || {
             frame.instances.iter().map(|drawn| Caster {
                 model: drawn.model,
@@ -149,12 +158,13 @@ impl Shadows {
         };
         if let Some(shown) = &self.shown
             && (shown.sun, shown.section) == (sun, frame.section)
-            && casters().eq(shown.casters.iter().copied())
+            && (revision.is_some() && shown.revision == revision
+                || casters().eq(shown.casters.iter().copied()))
         {
             return false;
         }
         let mut shown = self.shown.take().unwrap_or_default();
-        (shown.sun, shown.section) = (sun, frame.section);
+        (shown.sun, shown.section, shown.revision) = (sun, frame.section, revision);
         shown.casters.clear();
         shown.casters.extend(casters());
         self.shown = Some(shown);
@@ -198,7 +208,8 @@ impl Shadows {
         }
         let seen = Frame { camera: sun.camera, ..*frame };
         let frustum = Frustum::of(&sun.camera.clip_from_world());
-        self.plan.fill(drawn_with.models, &seen, &frustum)?;
+        self.roster.follow(drawn_with.models, frame.instances)?;
+        self.plan.fill(drawn_with.models, &self.roster, &[], &frustum)?;
         let slot = recorder.slot();
         let size = [MAP_TEXELS as f32; 2];
         let bindings = [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)];

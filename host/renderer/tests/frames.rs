@@ -160,17 +160,6 @@ fn panels_with_changing_text_and_textures_stay_whole() {
     });
 }
 
-/// A small deterministic generator (Knuth's MMIX constants).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: u32) -> u32 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) % u64::from(limit)) as u32
-    }
-}
-
 #[test]
 fn two_hundred_frames_with_random_sizes() {
     with_renderer(4, |renderer| {

@@ -4,7 +4,7 @@ mod common;
 
 use busbar_geometry::Bounds;
 use busbar_renderer::{
-    CameraView, DrawInstance, Frame, Ground, Picture, Quality, Renderer, SectionPlane,
+    CameraView, DrawInstance, Frame, Ground, Instances, Picture, Quality, Renderer, SectionPlane,
 };
 use busbar_scene::Material;
 use common::*;
@@ -86,7 +86,10 @@ fn the_map_is_drawn_again_only_when_shadows_changed() {
         let mut drawn = [instance(model, Mat4::IDENTITY, 1)];
         let first = Frame { shadow_bounds: Some(BOUNDS), ..Frame::of(camera(), &[]) };
         let mut is_drawn = |frame: Frame<'_>, drawn: &[DrawInstance]| {
-            renderer.draw(&Frame { instances: drawn, ..frame }).unwrap().shadows_drawn
+            renderer
+                .draw(&Frame { instances: Instances::Listed(drawn), ..frame })
+                .unwrap()
+                .shadows_drawn
         };
         assert!(is_drawn(first, &drawn));
         assert!(!is_drawn(first, &drawn));

@@ -8,6 +8,7 @@
 //! away is drawn as one mesh, its proxy, which has a cursor too; its instances are
 //! then shown nowhere.
 
+mod drawn;
 mod hlod;
 mod morphs;
 
@@ -15,13 +16,13 @@ use std::collections::BTreeSet;
 
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
-use busbar_renderer::Morph;
 use busbar_scene::{
     Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
     distance_to_bounds, greatest_stretch,
 };
 use glam::Vec3;
 
+use self::drawn::Told;
 use self::hlod::HlodState;
 use self::morphs::{Morphs, ON_NONE};
 use crate::load::{HlodGroup, LoadedModel};
@@ -79,6 +80,7 @@ pub(crate) struct Cursors {
     morphs: Morphs,
     /// Instances shown at another cursor than in the last frame.
     moved: Vec<usize>,
+    told: Told,
     /// Whether all were shown where they were wanted once.
     has_settled: bool,
     /// Whether counts by model are out of date.
@@ -86,7 +88,7 @@ pub(crate) struct Cursors {
 }
 
 /// What is drawn: an instance of the graph, or a group as one, by their indices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Drawn {
     Instance(usize),
     Group(usize),
@@ -199,6 +201,7 @@ impl Cursors {
             moving: Vec::new(),
             morphs: Morphs::default(),
             moved: Vec::new(),
+            told: Told::nothing(),
             has_settled: false,
             has_changed: true,
         }
@@ -344,6 +347,7 @@ impl Cursors {
         self.moving = moving;
         self.has_changed |= !self.moved.is_empty();
         self.change_groups();
+        self.note_bent();
     }
 
     /// Moves an instance on, if it can; tells whether it has not arrived.
@@ -398,14 +402,6 @@ impl Cursors {
             let triangles = triangles_at(instance.at(instance.shown));
             instance.triangles = triangles.unwrap_or(instance.triangles);
             triangles.is_none()
-        });
-    }
-
-    /// What is drawn, at which cursor, and whether it is on its way from or to another.
-    pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(Drawn, Place, Option<Morph>)) {
-        self.walk(0..self.own, 0, &mut |drawn, index| {
-            let instance = &self.instances[index];
-            each(drawn, instance.at(instance.shown), self.morph_of(instance));
         });
     }
 

@@ -42,6 +42,8 @@ enum Condition {
 pub(crate) struct Highlights {
     /// Empty where none has any.
     of_nodes: Vec<Highlight>,
+    /// How often they changed.
+    revision: u64,
     /// What they come of.
     conditions: HashMap<u32, Condition>,
     states: HashMap<u32, Highlight>,
@@ -70,6 +72,7 @@ impl Highlights {
             return;
         }
         (self.conditions, self.states, self.selection) = (conditions, states, selection.clone());
+        self.revision += 1;
         let is_normal = |condition: &Condition| *condition == Condition::Normal;
         let has_states = !self.states.is_empty();
         if !has_states && selection.is_empty() && self.conditions.values().all(is_normal) {
@@ -87,6 +90,10 @@ impl Highlights {
             });
         }
         self.of_nodes = inherited.into_iter().map(color).collect();
+    }
+
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Those of all nodes in their order; none where no node has any.

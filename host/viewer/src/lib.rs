@@ -12,6 +12,7 @@ mod camera;
 mod color;
 mod commands;
 mod cursors;
+mod drawn;
 mod error;
 mod highlight;
 mod labels;

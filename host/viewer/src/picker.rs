@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use busbar_renderer::{CameraView, DrawInstance, PixelArea};
+use busbar_renderer::{CameraView, DrawList, PixelArea};
 
 /// Questions of the operator that wait; beyond that the oldest is forgotten.
 const MAX_WAITING: usize = 8;
@@ -37,7 +37,7 @@ pub(crate) struct Question {
 /// Questions that wait, and the one that is under way.
 #[derive(Default)]
 pub(crate) struct Picker {
-    waiting: VecDeque<(Question, Vec<DrawInstance>)>,
+    waiting: VecDeque<(Question, DrawList)>,
     under_way: Option<Question>,
     /// What was last asked for the pointer, and for labels.
     hover: Option<Question>,
@@ -46,15 +46,15 @@ pub(crate) struct Picker {
 
 impl Picker {
     /// Asks about a picture with what it showed.
-    pub(crate) fn ask(&mut self, question: Question, shown: &[DrawInstance]) {
+    pub(crate) fn ask(&mut self, question: Question, shown: &DrawList) {
         if self.waiting.len() == MAX_WAITING {
             self.waiting.pop_front();
         }
-        self.waiting.push_back((question, shown.to_vec()));
+        self.waiting.push_back((question, shown.clone()));
     }
 
     /// The next that waits, with what its picture showed.
-    pub(crate) fn next(&mut self) -> Option<(Question, Vec<DrawInstance>)> {
+    pub(crate) fn next(&mut self) -> Option<(Question, DrawList)> {
         self.waiting.pop_front()
     }
 
@@ -115,7 +115,7 @@ mod tests {
     fn clicks_are_answered_in_order_and_only_so_many_wait() {
         let mut picker = Picker::default();
         for x in 0..MAX_WAITING as u32 + 2 {
-            picker.ask(question(Purpose::Select, x), &[]);
+            picker.ask(question(Purpose::Select, x), &DrawList::default());
         }
         assert_eq!(picker.next().unwrap().0, question(Purpose::Select, 2));
         assert_eq!(picker.next().unwrap().0, question(Purpose::Select, 3));

@@ -8,7 +8,7 @@ mod picking;
 mod report;
 mod values;
 
-pub(crate) use drawing::node_of;
+pub(crate) use drawing::{node_of, object_of};
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -19,8 +19,9 @@ use busbar_geometry::Bounds;
 use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
-    CameraView, DeviceChoice, DrawInstance, EguiFrame, Frame, FrameStats, PickState, Picture,
-    PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted, WindowHandles,
+    CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, Instances, PickState,
+    Picture, PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted,
+    WindowHandles,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
@@ -32,7 +33,8 @@ use crate::camera::navigator::{Around, Navigator};
 use crate::camera::{Camera, Projection};
 use crate::color::linear_from_srgb;
 use crate::cursors::{Cursors, Drawn, Eye, Needed};
-use crate::highlight::{self, Highlight, Highlights};
+use crate::drawn::DrawnScene;
+use crate::highlight::{Highlight, Highlights};
 use crate::load::LoadedScene;
 use crate::measuring::Measuring;
 use crate::outlines::Outlines;
@@ -97,8 +99,8 @@ pub struct Viewer {
     pixels_per_point: f32,
     highlights: Highlights,
     outlines: Outlines,
-    /// What the last frame drew, kept for its room.
-    drawn: Vec<DrawInstance>,
+    /// What the last frame drew.
+    drawn: DrawnScene,
     /// The panels of the last frame, to draw it again.
     painted: Vec<egui::ClippedPrimitive>,
     last: FrameStats,
@@ -241,13 +243,12 @@ impl Viewer {
         let mut egui = output.egui;
         let shapes = std::mem::take(&mut egui.shapes);
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
-        let mut highlights = std::mem::take(&mut self.highlights);
-        highlights.update(&self.scene.graph, &overlaid, self.tags(), &self.selection);
+        let (graph, snapshot) = (&self.scene.graph, self.tags.snapshot());
+        self.highlights.update(graph, &overlaid, snapshot, &self.selection);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
         self.force_detail();
         self.move_cursors(now);
-        let mut instances = std::mem::take(&mut self.drawn);
-        self.list_instances(highlights.of_nodes(), &mut instances);
+        self.update_drawn();
         let overlay = EguiFrame {
             textures_delta: &egui.textures_delta,
             primitives: &primitives,
@@ -255,7 +256,8 @@ impl Viewer {
         };
         let prepared_millis = millis_since(started);
         let view = self.view();
-        let shown = self.picture_of(view, &instances, highlights.of_nodes(), Some(overlay));
+        let of_nodes = self.highlights.of_nodes();
+        let shown = self.picture_of(view, self.drawn.list(), of_nodes, Some(overlay));
         let frame = Frame { outlined: self.outlines.list(), ..shown };
         let in_window = self.in_window;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
@@ -273,7 +275,6 @@ impl Viewer {
         // Cleared in any case: egui panics when a delta is dropped full.
         egui.textures_delta.clear();
         let Some(drawn) = drawn? else {
-            (self.highlights, self.drawn) = (highlights, instances);
             let repaint_after = self.recovery.next_try().unwrap_or(Duration::ZERO);
             let platform = egui.platform_output;
             return Ok(FrameOutput { platform, repaint_after, trouble: self.recovery.trouble() });
@@ -285,8 +286,7 @@ impl Viewer {
         self.pace.note(&self.last);
         self.rests = self.shown.replace(view) == Some(view);
         self.labelled = labels::nodes_of(&overlaid.lines);
-        self.step_picks(&instances, highlights.of_nodes())?;
-        (self.highlights, self.drawn) = (highlights, instances);
+        self.step_picks()?;
         self.count_frame(started);
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
         let is_coming = self.cursors.is_morphing()

@@ -154,3 +154,14 @@ pub(crate) fn blended(rgb: [f32; 3], alpha: f32) -> Material {
     material.alpha = AlphaMode::Blend;
     material
 }
+
+/// A small deterministic generator (Knuth's MMIX constants).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn below(&mut self, limit: u32) -> u32 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) % u64::from(limit)) as u32
+    }
+}

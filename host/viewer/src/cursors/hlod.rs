@@ -123,6 +123,7 @@ impl Cursors {
         }
         state.is_one = state.wants_one;
         self.has_changed = true;
+        self.told.is_regrouped = true;
         if state.is_one {
             let (instances, after) = (state.instances.clone(), state.after);
             self.instances[instances].iter_mut().for_each(InstanceCursor::hide);

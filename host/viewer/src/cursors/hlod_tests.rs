@@ -12,7 +12,7 @@ const INNER_ERROR: f64 = 0.01;
 const OUTER_ERROR: f64 = 0.05;
 
 /// Four strips at 0 m; two groups of two in one of four.
-fn groups() -> (Cursors, Vec<LoadedModel>) {
+pub(super) fn groups() -> (Cursors, Vec<LoadedModel>) {
     let policy = ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.1));
     let (graph, mut models) = row_of(&[0.0; 4], None);
     models.extend([loaded(strip()), loaded(strip())]);

@@ -72,6 +72,11 @@ impl Cursors {
         Some(Morph { coarser: way.coarser(), weight })
     }
 
+    /// What is on its way is bent otherwise in each frame.
+    pub(super) fn note_bent(&mut self) {
+        self.told.changed.extend(self.morphs.ways.iter().map(|way| way.index));
+    }
+
     /// Ends the ways that are gone; all of them, to settle.
     pub(super) fn end_morphs(&mut self, now: f64, settle: bool) {
         self.morphs.now = now;
@@ -94,6 +99,7 @@ impl Cursors {
         let way = self.morphs.ways.swap_remove(at);
         self.morphs.bytes -= way.bytes;
         self.instances[way.index].way = ON_NONE;
+        self.told.changed.push(way.index);
         if let Some(moved) = self.morphs.ways.get(at) {
             self.instances[moved.index].way = at as u32;
         }
@@ -105,6 +111,7 @@ impl Cursors {
         if instance.shown != cursor {
             instance.shown = cursor;
             self.moved.push(index);
+            self.told.changed.push(index);
         }
     }
 

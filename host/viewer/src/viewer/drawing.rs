@@ -14,8 +14,12 @@ impl Viewer {
             primitives: &self.painted,
             pixels_per_point: self.pixels_per_point,
         };
-        let shown =
-            self.picture_of(self.view(), &self.drawn, self.highlights.of_nodes(), Some(overlay));
+        let shown = self.picture_of(
+            self.view(),
+            self.drawn.list(),
+            self.highlights.of_nodes(),
+            Some(overlay),
+        );
         let frame = Frame { outlined: self.outlines.list(), ..shown };
         let has_drawn = self.frames > 0;
         let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
@@ -60,32 +64,10 @@ impl Viewer {
         }
     }
 
-    pub(super) fn list_instances(&self, highlights: &[Highlight], into: &mut Vec<DrawInstance>) {
-        let graph = &self.scene.graph;
-        into.clear();
-        self.cursors.for_each_drawn(|drawn, place, morph| {
-            let (node, world_from_mesh, first_feature) = match drawn {
-                Drawn::Instance(index) => {
-                    let instance = &graph.instances()[index];
-                    (instance.node, graph.world_from_mesh(instance), instance.first_feature)
-                }
-                Drawn::Group(index) => {
-                    let group = &self.scene.groups[index].group;
-                    let top = NodeIndex(group.nodes.start);
-                    (top, group.world_from_group, Some(top))
-                }
-            };
-            into.push(DrawInstance {
-                model: self.models[place.model].handle,
-                mesh: place.mesh as u32,
-                cursor: place.cursor,
-                morph,
-                world_from_mesh,
-                object: object_of(node),
-                highlight: highlights.get(node.0 as usize).copied().unwrap_or(highlight::NONE),
-                first_feature: first_feature.map(object_of),
-            });
-        });
+    /// Takes over what is to be drawn otherwise than before.
+    pub(super) fn update_drawn(&mut self) {
+        let Self { drawn, scene, models, cursors, highlights, .. } = self;
+        drawn.update(scene, models, cursors, highlights);
     }
 
     /// What is seen now.
@@ -99,13 +81,13 @@ impl Viewer {
     pub(super) fn picture_of<'a>(
         &self,
         camera: CameraView,
-        instances: &'a [DrawInstance],
+        instances: &'a DrawList,
         object_highlights: &'a [Highlight],
         overlay: Option<EguiFrame<'a>>,
     ) -> Frame<'a> {
         Frame {
             camera,
-            instances,
+            instances: Instances::Kept(instances),
             object_highlights,
             wireframe: self.wireframe,
             background: self.scene.config.view.background.map(linear_from_srgb),
@@ -120,7 +102,7 @@ impl Viewer {
 }
 
 /// Objects count from 1, nodes from 0.
-pub(super) fn object_of(node: NodeIndex) -> u32 {
+pub(crate) fn object_of(node: NodeIndex) -> u32 {
     node.0 + 1
 }
 

@@ -92,7 +92,7 @@ impl Viewer {
             pixels_per_point: 1.0,
             highlights: Highlights::default(),
             outlines: Outlines::default(),
-            drawn: Vec::new(),
+            drawn: DrawnScene::default(),
             painted: Vec::new(),
             last: FrameStats::default(),
             cpu_millis: 0.0,

@@ -8,9 +8,8 @@ impl Viewer {
     /// # Errors
     /// The device's.
     pub fn pick(&mut self, pixel: [u32; 2]) -> Result<Option<String>, ViewError> {
-        let mut instances = Vec::new();
-        self.list_instances(&[], &mut instances);
-        let frame = self.picture_of(self.view(), &instances, &[], None);
+        self.update_drawn();
+        let frame = self.picture_of(self.view(), self.drawn.list(), &[], None);
         let pick = |renderer: &mut Renderer| renderer.pick(&frame, pixel);
         if let Some(object) = self.recovery.run(&mut self.renderer, &self.scene, pick)? {
             self.select(node_of(object));
@@ -26,9 +25,8 @@ impl Viewer {
     /// The device's, or a pixel outside the picture.
     pub fn pick_many(&mut self, pixels: &[[u32; 2]]) -> Result<Vec<Option<String>>, ViewError> {
         let size = self.renderer.picked_size();
-        let mut instances = Vec::new();
-        self.list_instances(&[], &mut instances);
-        let frame = self.picture_of(self.view(), &instances, &[], None);
+        self.update_drawn();
+        let frame = self.picture_of(self.view(), self.drawn.list(), &[], None);
         let objects = self.recovery.run(&mut self.renderer, &self.scene, |r| r.pick_all(&frame))?;
         let objects = objects.ok_or(ViewError::Render(RenderError::NoPicture))?;
         let id_at = |&pixel: &[u32; 2]| {
@@ -69,7 +67,7 @@ impl Viewer {
 
     fn ask(&mut self, purpose: Purpose, area: PixelArea) {
         if let Some(view) = self.shown {
-            self.picker.ask(Question { purpose, area, view }, &self.drawn);
+            self.picker.ask(Question { purpose, area, view }, self.drawn.list());
         }
     }
 
@@ -86,13 +84,8 @@ impl Viewer {
         }
     }
 
-    /// Takes an answer, and asks the next question; waits for neither. `instances` are
-    /// those of the frame that was just drawn.
-    pub(super) fn step_picks(
-        &mut self,
-        instances: &[DrawInstance],
-        highlights: &[Highlight],
-    ) -> Result<(), ViewError> {
+    /// Takes an answer, and asks the next question; waits for neither.
+    pub(super) fn step_picks(&mut self) -> Result<(), ViewError> {
         if self.navigator.is_moving() {
             // What was under the pointer is somewhere else.
             self.hovered = None;
@@ -111,10 +104,10 @@ impl Viewer {
             }
         }
         if let Some((question, shown)) = self.picker.next() {
-            return self.begin(question, &shown, highlights);
+            return self.begin(question, Some(&shown));
         }
         match self.idle_question().filter(|_| !self.navigator.is_moving()) {
-            Some(question) => self.begin(question, instances, highlights),
+            Some(question) => self.begin(question, None),
             None => Ok(()),
         }
     }
@@ -134,13 +127,10 @@ impl Viewer {
         [hover, labels].into_iter().flatten().find(|question| self.picker.is_new(question))
     }
 
-    fn begin(
-        &mut self,
-        question: Question,
-        instances: &[DrawInstance],
-        highlights: &[Highlight],
-    ) -> Result<(), ViewError> {
-        let frame = self.picture_of(question.view, instances, highlights, None);
+    /// Asks about a picture that showed this, or the last one.
+    fn begin(&mut self, question: Question, shown: Option<&DrawList>) -> Result<(), ViewError> {
+        let shown = shown.unwrap_or(self.drawn.list());
+        let frame = self.picture_of(question.view, shown, &[], None);
         let begin = |renderer: &mut Renderer| renderer.begin_pick(&frame, &question.area);
         match self.recovery.run(&mut self.renderer, &self.scene, begin) {
             Ok(Some(())) => self.picker.begin(question),

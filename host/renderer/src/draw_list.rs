@@ -1,0 +1,183 @@
+//! What is drawn, kept between frames.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::DrawInstance;
+
+/// Changes that a list remembers; who has not seen older ones looks through all of it.
+pub const MAX_DRAW_CHANGES: usize = 1 << 14;
+
+/// What is drawn, in numbered places that may be empty. It knows what changed, so that a
+/// frame costs by what changed and not by what there is.
+///
+/// Its revisions are like no other list's: a copy goes its own way from where it was made.
+#[derive(Clone, Debug, Default)]
+pub struct DrawList {
+    places: Vec<Option<DrawInstance>>,
+    revision: u64,
+    /// The revision before the first of `changes`.
+    base: u64,
+    /// Revisions, and the place that each changed.
+    changes: VecDeque<(u64, u32)>,
+}
+
+impl DrawList {
+    /// How many places it has, empty ones included.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether it has no places.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// What is in a place.
+    pub fn get(&self, place: usize) -> Option<&DrawInstance> {
+        self.places.get(place)?.as_ref()
+    }
+
+    /// All that is drawn.
+    pub fn iter(&self) -> impl Iterator<Item = &DrawInstance> {
+        self.places.iter().flatten()
+    }
+
+    /// Puts something into a place, or empties it; places up to it are made.
+    pub fn set(&mut self, place: usize, drawn: Option<DrawInstance>) {
+        if place >= self.places.len() {
+            self.places.resize(place + 1, None);
+        } else if self.places[place] == drawn {
+            return;
+        }
+        self.places[place] = drawn;
+        self.note(place);
+    }
+
+    /// Tints what is in a place.
+    pub fn set_highlight(&mut self, place: usize, highlight: [f32; 4]) {
+        if let Some(Some(drawn)) = self.places.get_mut(place)
+            && drawn.highlight != highlight
+        {
+            drawn.highlight = highlight;
+            self.note(place);
+        }
+    }
+
+    fn note(&mut self, place: usize) {
+        // No two lists that differ are of the same revision.
+        static LAST: AtomicU64 = AtomicU64::new(0);
+        self.revision = LAST.fetch_add(1, Ordering::Relaxed) + 1;
+        if self.changes.len() == MAX_DRAW_CHANGES
+            && let Some((oldest, _)) = self.changes.pop_front()
+        {
+            self.base = oldest;
+        }
+        self.changes.push_back((self.revision, place as u32));
+    }
+
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// The places that changed since a revision, with repetitions; `None` where the list
+    /// was never there, or too long ago.
+    pub(crate) fn changed_since(&self, revision: u64) -> Option<impl Iterator<Item = usize>> {
+        let seen = if revision == self.base {
+            0
+        } else {
+            self.changes.binary_search_by_key(&revision, |&(revision, _)| revision).ok()? + 1
+        };
+        Some(self.changes.range(seen..).map(|&(_, place)| place as usize))
+    }
+}
+
+/// What a frame draws.
+#[derive(Clone, Copy, Debug)]
+pub enum Instances<'a> {
+    /// Listed for this frame.
+    Listed(&'a [DrawInstance]),
+    /// Kept between frames, for as many as there may be.
+    Kept(&'a DrawList),
+}
+
+impl<'a> Instances<'a> {
+    /// All of it, in order.
+    pub fn iter(self) -> impl Iterator<Item = &'a DrawInstance> {
+        let (listed, kept) = match self {
+            Self::Listed(listed) => (Some(listed), None),
+            Self::Kept(kept) => (None, Some(kept)),
+        };
+        listed.into_iter().flatten().chain(kept.into_iter().flat_map(DrawList::iter))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Mat4;
+
+    use super::*;
+    use crate::ModelHandle;
+
+    fn drawn(object: u32) -> Option<DrawInstance> {
+        Some(DrawInstance {
+            model: ModelHandle(0),
+            mesh: 0,
+            cursor: 0,
+            morph: None,
+            world_from_mesh: Mat4::IDENTITY,
+            object,
+            highlight: [0.0; 4],
+            first_feature: None,
+        })
+    }
+
+    fn changed(list: &DrawList, since: u64) -> Option<Vec<usize>> {
+        Some(list.changed_since(since)?.collect())
+    }
+
+    #[test]
+    fn what_changed_is_told_and_what_did_not_is_not() {
+        let mut list = DrawList::default();
+        let empty = list.revision();
+        list.set(2, drawn(1));
+        assert_eq!((list.len(), list.iter().count()), (3, 1));
+        let one = list.revision();
+        list.set(2, drawn(1));
+        list.set_highlight(2, [0.0; 4]);
+        list.set_highlight(0, [1.0; 4]);
+        assert_eq!(changed(&list, one), Some(vec![]));
+        list.set(0, drawn(2));
+        list.set_highlight(2, [1.0; 4]);
+        list.set(0, None);
+        assert_eq!(changed(&list, one), Some(vec![0, 2, 0]));
+        assert_eq!(changed(&list, empty), Some(vec![2, 0, 2, 0]));
+        assert_eq!((list.get(0), list.get(9)), (None, None));
+    }
+
+    #[test]
+    fn a_copy_that_went_its_own_way_is_another_list() {
+        let mut list = DrawList::default();
+        list.set(0, drawn(1));
+        let mut copy = list.clone();
+        let common = list.revision();
+        copy.set(0, drawn(2));
+        list.set(0, drawn(3));
+        assert_eq!(changed(&list, common), Some(vec![0]));
+        assert_eq!(changed(&list, copy.revision()), None);
+        assert_eq!(changed(&copy, list.revision()), None);
+    }
+
+    #[test]
+    fn only_so_many_changes_are_remembered() {
+        let mut list = DrawList::default();
+        list.set(0, drawn(1));
+        let first = list.revision();
+        for object in 0..MAX_DRAW_CHANGES as u32 {
+            list.set(0, drawn(object + 2));
+        }
+        assert_eq!(changed(&list, first).map(|places| places.len()), Some(MAX_DRAW_CHANGES));
+        list.set(0, drawn(1));
+        assert_eq!(changed(&list, first), None);
+    }
+}

@@ -1,0 +1,230 @@
+//! What is drawn in order: same mesh at the same cursor together, whoever looks.
+//!
+//! It follows a list from frame to frame and moves what changed. The order depends on
+//! what is drawn alone, not on how it came to be, so that the same frame gives the same
+//! picture.
+
+use busbar_shaders::{Instance, NONE};
+use glam::Mat4;
+
+use crate::frustum::Ball;
+use crate::index_cache::IndexKey;
+use crate::model::{GpuMesh, GpuModel};
+use crate::morph::Way;
+use crate::{DrawInstance, DrawList, Instances, Morph, PATTERNS, RenderError};
+
+/// What is drawn together, the most important first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Kind {
+    pub(crate) key: IndexKey,
+    /// Where it is on its way to, if it is.
+    pub(crate) way: Option<Way>,
+    /// The transforms mirror.
+    pub(crate) mirrored: bool,
+}
+
+/// Instances of a kind.
+#[derive(Debug)]
+pub(crate) struct Members {
+    pub(crate) kind: Kind,
+    /// Their places, in order.
+    pub(crate) places: Vec<u32>,
+}
+
+/// A list in order.
+#[derive(Default)]
+pub(crate) struct Roster {
+    /// That of the list, where it is one that is kept.
+    revision: Option<u64>,
+    /// The kind in each place, `None` where it is empty.
+    kinds: Vec<Option<Kind>>,
+    /// By place, world space.
+    pub(crate) balls: Vec<Ball>,
+    /// By place; features are named, but not tinted yet.
+    pub(crate) instances: Vec<Instance>,
+    /// In order.
+    members: Vec<Members>,
+}
+
+impl Roster {
+    /// Takes over what a list came to.
+    pub(crate) fn follow(
+        &mut self,
+        models: &[Option<GpuModel>],
+        instances: Instances<'_>,
+    ) -> Result<(), RenderError> {
+        // After an error nothing is known.
+        let known = self.revision.take();
+        match instances {
+            Instances::Listed(listed) => self.fill(models, listed.iter().map(Some)),
+            Instances::Kept(list) => {
+                match known.and_then(|revision| list.changed_since(revision)) {
+                    Some(changed) => self.follow_changes(models, list, changed)?,
+                    None => self.fill(models, (0..list.len()).map(|place| list.get(place)))?,
+                }
+                self.revision = Some(list.revision());
+                Ok(())
+            }
+        }
+    }
+
+    /// Looks through the next list from the beginning: models are not what they were.
+    pub(crate) fn forget(&mut self) {
+        self.revision = None;
+    }
+
+    pub(crate) fn members(&self) -> &[Members] {
+        &self.members
+    }
+
+    fn fill<'a>(
+        &mut self,
+        models: &[Option<GpuModel>],
+        drawn: impl Iterator<Item = Option<&'a DrawInstance>>,
+    ) -> Result<(), RenderError> {
+        self.kinds.clear();
+        self.balls.clear();
+        self.instances.clear();
+        self.members.clear();
+        let mut order: Vec<(Kind, u32)> = Vec::new();
+        for (drawn, place) in drawn.zip(0..) {
+            let kind = drawn.map(|drawn| self.push(models, drawn)).transpose()?;
+            if kind.is_none() {
+                self.balls.push(Ball::default());
+                self.instances.push(Instance::default());
+            }
+            self.kinds.push(kind);
+            order.extend(kind.map(|kind| (kind, place)));
+        }
+        order.sort_unstable();
+        let of_kinds = order.chunk_by(|(a, _), (b, _)| a == b);
+        self.members.extend(of_kinds.map(|of_kind| Members {
+            kind: of_kind[0].0,
+            places: of_kind.iter().map(|&(_, place)| place).collect(),
+        }));
+        Ok(())
+    }
+
+    fn push(
+        &mut self,
+        models: &[Option<GpuModel>],
+        drawn: &DrawInstance,
+    ) -> Result<Kind, RenderError> {
+        let mesh = mesh_of(models, drawn)?;
+        let kind = kind_of(mesh, drawn);
+        self.balls.push(mesh.ball.transformed(&drawn.world_from_mesh));
+        self.instances.push(instance_of(mesh, drawn, kind.mirrored));
+        Ok(kind)
+    }
+
+    fn follow_changes(
+        &mut self,
+        models: &[Option<GpuModel>],
+        list: &DrawList,
+        changed: impl Iterator<Item = usize>,
+    ) -> Result<(), RenderError> {
+        self.kinds.resize(list.len(), None);
+        self.balls.resize(list.len(), Ball::default());
+        self.instances.resize(list.len(), Instance::default());
+        for place in changed {
+            let mut kind = None;
+            if let Some(drawn) = list.get(place) {
+                let mesh = mesh_of(models, drawn)?;
+                let is = kind_of(mesh, drawn);
+                self.balls[place] = mesh.ball.transformed(&drawn.world_from_mesh);
+                self.instances[place] = instance_of(mesh, drawn, is.mirrored);
+                kind = Some(is);
+            }
+            let was = std::mem::replace(&mut self.kinds[place], kind);
+            if was != kind {
+                was.into_iter().for_each(|kind| self.leave(kind, place as u32));
+                kind.into_iter().for_each(|kind| self.join(kind, place as u32));
+            }
+        }
+        Ok(())
+    }
+
+    fn leave(&mut self, kind: Kind, place: u32) {
+        let Ok(at) = self.members.binary_search_by_key(&kind, |members| members.kind) else {
+            return;
+        };
+        let places = &mut self.members[at].places;
+        if let Ok(index) = places.binary_search(&place) {
+            places.remove(index);
+        }
+        if places.is_empty() {
+            self.members.remove(at);
+        }
+    }
+
+    fn join(&mut self, kind: Kind, place: u32) {
+        match self.members.binary_search_by_key(&kind, |members| members.kind) {
+            Ok(at) => {
+                let places = &mut self.members[at].places;
+                if let Err(index) = places.binary_search(&place) {
+                    places.insert(index, place);
+                }
+            }
+            Err(at) => self.members.insert(at, Members { kind, places: vec![place] }),
+        }
+    }
+}
+
+/// That of the last pattern, fully.
+const MAX_STRENGTH: f32 = 2.0 * (PATTERNS - 1) as f32 + 1.0;
+
+fn mesh_of<'a>(
+    models: &'a [Option<GpuModel>],
+    drawn: &DrawInstance,
+) -> Result<&'a GpuMesh, RenderError> {
+    let model = drawn.model.0;
+    let meshes = &models
+        .get(model as usize)
+        .and_then(Option::as_ref)
+        .ok_or(RenderError::UnknownModel(model))?
+        .meshes;
+    meshes.get(drawn.mesh as usize).ok_or_else(|| RenderError::BadReference {
+        place: format!("an instance of model {model}"),
+        what: "mesh",
+        index: drawn.mesh,
+        count: meshes.len(),
+    })
+}
+
+fn kind_of(mesh: &GpuMesh, drawn: &DrawInstance) -> Kind {
+    let cursor = drawn.cursor.min(mesh.stacks.collapse_count());
+    Kind {
+        key: IndexKey { model: drawn.model.0, mesh: drawn.mesh, cursor },
+        way: drawn.morph.and_then(|morph| way_of(mesh, cursor, morph)),
+        mirrored: mirrors(&drawn.world_from_mesh),
+    }
+}
+
+/// `None` where there is nowhere to go.
+fn way_of(mesh: &GpuMesh, cursor: u32, morph: Morph) -> Option<Way> {
+    let coarser = morph.coarser.min(mesh.stacks.collapse_count());
+    let weight = morph.weight.clamp(0.0, 1.0);
+    (coarser > cursor && weight > 0.0).then_some(Way { coarser, weight: weight.to_bits() })
+}
+
+fn mirrors(world_from_mesh: &Mat4) -> bool {
+    let [x, y, z] = [0, 1, 2].map(|column| world_from_mesh.col(column).truncate());
+    x.cross(y).dot(z) < 0.0
+}
+
+fn instance_of(mesh: &GpuMesh, drawn: &DrawInstance, mirrored: bool) -> Instance {
+    let rows = drawn.world_from_mesh.transpose().to_cols_array_2d();
+    let first_feature = drawn.first_feature.filter(|_| mesh.features.is_some());
+    Instance {
+        world_from_mesh: [rows[0], rows[1], rows[2]],
+        highlight: clamped(drawn.highlight),
+        object: drawn.object,
+        first_feature_object: first_feature.unwrap_or(0),
+        first_feature_highlight: NONE,
+        mirrored: mirrored.into(),
+    }
+}
+
+pub(crate) fn clamped([r, g, b, strength]: [f32; 4]) -> [f32; 4] {
+    [r, g, b, strength.clamp(0.0, MAX_STRENGTH)]
+}

@@ -1,0 +1,93 @@
+//! What frames draw of a scene, kept between them: a frame costs by what changed.
+
+use busbar_renderer::{DrawInstance, DrawList, Morph};
+use busbar_scene::NodeIndex;
+
+use crate::cursors::{Cursors, Drawn, Place};
+use crate::highlight::{self, Highlights};
+use crate::load::LoadedScene;
+use crate::shown_model::ShownModel;
+use crate::viewer::object_of;
+
+/// The instances of the graph, in their order, then its groups.
+#[derive(Default)]
+pub(crate) struct DrawnScene {
+    list: DrawList,
+    /// The revision of the highlights that it shows.
+    highlighted: u64,
+}
+
+impl DrawnScene {
+    pub(crate) fn list(&self) -> &DrawList {
+        &self.list
+    }
+
+    /// Takes over what changed.
+    pub(crate) fn update(
+        &mut self,
+        scene: &LoadedScene,
+        models: &[ShownModel],
+        cursors: &mut Cursors,
+        highlights: &Highlights,
+    ) {
+        let own = scene.graph.instances().len();
+        let place_of = |drawn| match drawn {
+            Drawn::Instance(index) => index,
+            Drawn::Group(index) => own + index,
+        };
+        cursors.for_each_changed(|drawn, shown| {
+            let instance = shown
+                .map(|(place, morph)| instance_of(scene, models, highlights, drawn, place, morph));
+            self.list.set(place_of(drawn), instance);
+        });
+        if self.highlighted != highlights.revision() {
+            self.highlighted = highlights.revision();
+            for place in 0..self.list.len() {
+                let drawn = match place.checked_sub(own) {
+                    None => Drawn::Instance(place),
+                    Some(group) => Drawn::Group(group),
+                };
+                self.list.set_highlight(place, highlight_of(highlights, node_of(scene, drawn)));
+            }
+        }
+    }
+}
+
+fn node_of(scene: &LoadedScene, drawn: Drawn) -> NodeIndex {
+    match drawn {
+        Drawn::Instance(index) => scene.graph.instances()[index].node,
+        Drawn::Group(index) => NodeIndex(scene.groups[index].group.nodes.start),
+    }
+}
+
+fn highlight_of(highlights: &Highlights, node: NodeIndex) -> [f32; 4] {
+    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(highlight::NONE)
+}
+
+fn instance_of(
+    scene: &LoadedScene,
+    models: &[ShownModel],
+    highlights: &Highlights,
+    drawn: Drawn,
+    place: Place,
+    morph: Option<Morph>,
+) -> DrawInstance {
+    let node = node_of(scene, drawn);
+    let (world_from_mesh, first_feature) = match drawn {
+        Drawn::Instance(index) => {
+            let instance = &scene.graph.instances()[index];
+            (scene.graph.world_from_mesh(instance), instance.first_feature)
+        }
+        Drawn::Group(index) => (scene.groups[index].group.world_from_group, Some(node)),
+    };
+    DrawInstance {
+        model: models[place.model].handle,
+        mesh: place.mesh as u32,
+        cursor: place.cursor,
+        morph,
+        world_from_mesh,
+        object: object_of(node),
+        highlight: highlight_of(highlights, node),
+        first_feature: first_feature.map(object_of),
+    }
+}
