@@ -3,14 +3,19 @@
 //!
 //! Tags are updated one after the other, round after round. In round `n` a whole number
 //! is `n`, a number 0 or 100 in turn, a single point off or on, a double-point open or
-//! closed; the source time is that of publishing.
+//! closed; the source time is that of publishing. Or a script words them (`script.rs`).
 
+mod script;
+
+use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
     DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleSink, TagSpec,
     Telemetry, Value, ValueKind, Worker, export_plugin,
 };
+
+use crate::script::Script;
 
 /// The most updates that are published at once.
 const MAX_BATCH: u64 = 1 << 17;
@@ -32,11 +37,19 @@ pub struct Settings {
     pub delay_millis: u64,
     /// Updates in all; none for no end.
     pub updates: Option<u64>,
+    /// A file that words the samples, instead of all that.
+    pub script: Option<PathBuf>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { updates_per_second: 1000.0, batch_millis: 1, delay_millis: 0, updates: None }
+        Self {
+            updates_per_second: 1000.0,
+            batch_millis: 1,
+            delay_millis: 0,
+            updates: None,
+            script: None,
+        }
     }
 }
 
@@ -70,8 +83,12 @@ impl Plugin for SampleGenerator {
 impl Telemetry for SampleGenerator {
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         let settings = self.settings.clone();
+        let script = settings.script.as_deref().map(Script::read).transpose()?;
         let worker = Worker::start(&self.host, "samples", move |running| {
             sink.report_link(LinkState::Up, "generating");
+            if let Some(script) = script {
+                return script.play(&tags, &sink, running);
+            }
             if running.wait(Duration::from_millis(settings.delay_millis)) {
                 publish(&settings, &tags, &sink, running);
             }
@@ -152,6 +169,52 @@ mod tests {
             values,
             [(0, number(0)), (1, point(false)), (0, number(1)), (1, point(true)), (0, number(2))]
         );
+    }
+
+    #[test]
+    fn a_script_is_played_from_now_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("script.json");
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+        let good = |value: serde_json::Value, age: Option<i64>| {
+            serde_json::json!([{ "tag": "t", "value": value, "quality": "good",
+                "age_millis": age }])
+        };
+        let script = serde_json::json!({
+            // What is due in the first seconds is past.
+            "start_unix_millis": now.as_millis() as u64 - 2_000,
+            "sent": "sent", "first": "first",
+            "batches": [
+                { "at_millis": 0, "samples": good(1.into(), None) },
+                { "at_millis": 2_200, "samples": good("nan".into(), Some(500)) },
+                { "at_millis": 2_210, "samples": good(2.into(), None) },
+            ],
+        });
+        std::fs::write(&path, script.to_string()).unwrap();
+        let settings = Settings { script: Some(path.clone()), ..Settings::default() };
+        let clock = TestClock::new();
+        let mut generator = SampleGenerator::create(settings.clone(), clock.host()).unwrap();
+        let kinds = [("t", ValueKind::F64), ("sent", ValueKind::I64), ("first", ValueKind::I64)];
+        let tags = kinds.into_iter().zip(0..);
+        let tags: Vec<_> =
+            tags.map(|((id, kind), tag)| tag_spec(tag, id, kind, serde_json::json!({}))).collect();
+        let recorder = Recorder::new();
+        generator.start(tags.clone(), recorder.sink()).unwrap();
+        for _ in 0..100 {
+            clock.advance(Duration::from_secs(1));
+            if recorder.wait_until(Duration::from_millis(20), |seen| seen.samples.len() >= 6) {
+                break;
+            }
+        }
+        generator.stop();
+        let samples = recorder.recording().samples;
+        assert!(matches!(samples[0].value, Some(Value::F64(value)) if value.is_nan()));
+        assert!(samples[0].source_time.is_some() && samples[3].source_time.is_none());
+        let counts = [1, 2, 4, 5].map(|index: usize| samples[index].value);
+        assert_eq!(counts, [1, 2, 1, 3].map(|count| Some(Value::I64(count))));
+        std::fs::write(&path, "{").unwrap();
+        let mut broken = SampleGenerator::create(settings, clock.host()).unwrap();
+        assert!(broken.start(tags, recorder.sink()).is_err());
     }
 
     #[test]

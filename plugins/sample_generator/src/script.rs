@@ -1,0 +1,145 @@
+//! Samples as a script words them, each at its time.
+//!
+//! What is due before the process that reads it began is left out: nobody sends the past.
+//! Two tags tell how far it came, so that who watches knows what has arrived.
+
+use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_sdk::{
+    DoublePoint, Error, Quality, Reason, Running, Sample, SampleSink, TagSpec, Value, ValueKind,
+};
+use serde::Deserialize;
+
+/// Bytes of a script.
+const MAX_SCRIPT_BYTES: u64 = 64 << 20;
+
+/// What is sent, in order of time.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Script {
+    /// When the time of batches begins, milliseconds since 1970-01-01 UTC.
+    start_unix_millis: u64,
+    /// A whole number: how many batches were sent, those left out included.
+    sent: String,
+    /// A whole number: the first batch that this process sent.
+    first: String,
+    batches: Vec<Batch>,
+}
+
+/// Samples that are sent together.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Batch {
+    at_millis: u64,
+    samples: Vec<Line>,
+}
+
+/// A sample.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Line {
+    tag: String,
+    value: Option<Worded>,
+    quality: Worth,
+    /// By how much its source time is before the batch; without it, it has none.
+    age_millis: Option<i64>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Worth {
+    Good,
+    Uncertain,
+    Bad,
+}
+
+/// A value.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Worded {
+    Number(f64),
+    Word(Word),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Word {
+    /// Not a number.
+    Nan,
+    On,
+    Off,
+}
+
+impl Script {
+    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+        let fault = |what: String| Error::settings(format!("script {}: {what}", path.display()));
+        let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?.len();
+        if size > MAX_SCRIPT_BYTES {
+            return Err(fault(format!("{size} bytes; {MAX_SCRIPT_BYTES} are allowed")));
+        }
+        let text = std::fs::read(path).map_err(|error| fault(error.to_string()))?;
+        serde_json::from_slice(&text).map_err(|error| fault(error.to_string()))
+    }
+
+    /// Sends all that is due from now on; tags that are not served are left out.
+    pub(crate) fn play(&self, tags: &[TagSpec], sink: &SampleSink, running: &Running) {
+        let known = |id: &str| tags.iter().find(|tag| tag.id == id);
+        let start = UNIX_EPOCH + Duration::from_millis(self.start_unix_millis);
+        let mut first = None;
+        for (number, batch) in self.batches.iter().enumerate() {
+            let due = start + Duration::from_millis(batch.at_millis);
+            match due.duration_since(SystemTime::now()) {
+                Ok(left) if !running.wait(left) => return,
+                Err(_) if first.is_none() => continue,
+                _ => {}
+            }
+            let first = *first.get_or_insert(number);
+            let lines = batch.samples.iter();
+            let mut samples: Vec<Sample> =
+                lines.filter_map(|line| Some(line.sample(known(&line.tag)?, due))).collect();
+            let progress = [(&self.first, first), (&self.sent, number + 1)];
+            samples.extend(progress.into_iter().filter_map(|(id, count)| {
+                Some(Sample::good(known(id)?.tag, Value::I64(count as i64)))
+            }));
+            sink.publish(&samples);
+        }
+    }
+}
+
+impl Line {
+    fn sample(&self, tag: &TagSpec, due: SystemTime) -> Sample {
+        let age = self.age_millis.map(|age| (age, Duration::from_millis(age.unsigned_abs())));
+        Sample {
+            tag: tag.tag,
+            value: self.value.map(|value| value.of(tag.kind)),
+            quality: match self.quality {
+                Worth::Good => Quality::Good,
+                Worth::Uncertain => Quality::Uncertain(Reason::Unknown),
+                Worth::Bad => Quality::Bad(Reason::Unknown),
+            },
+            source_time: age.map(|(age, by)| if age < 0 { due + by } else { due - by }),
+        }
+    }
+}
+
+impl Worded {
+    fn of(self, kind: ValueKind) -> Value {
+        let number = match self {
+            Self::Number(number) => number,
+            Self::Word(Word::Nan) => f64::NAN,
+            Self::Word(Word::On) => 1.0,
+            Self::Word(Word::Off) => 0.0,
+        };
+        match kind {
+            ValueKind::F64 => Value::F64(number),
+            ValueKind::I64 => Value::I64(number as i64),
+            ValueKind::Bool => Value::Bool(number != 0.0),
+            ValueKind::DoublePoint => Value::DoublePoint(match self {
+                Self::Word(Word::On) => DoublePoint::On,
+                Self::Word(Word::Off) => DoublePoint::Off,
+                _ => DoublePoint::BadState,
+            }),
+        }
+    }
+}

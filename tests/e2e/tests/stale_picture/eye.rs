@@ -1,0 +1,137 @@
+//! Reads a picture as an operator does: by hatching and colour.
+
+use std::collections::BTreeMap;
+
+use busbar_viewer::{Picture, Viewer};
+
+use crate::script::SHOWN;
+
+/// The cell that a gauge's label lies in: so far to the left, right, up and down of the
+/// gauge's middle, pixels.
+const CELL: [usize; 4] = [130, 290, 90, 90];
+/// Levels by which pixels of the same look may differ.
+const ALIKE_LEVELS: u8 = 8;
+/// Share of a shape's pixels that decides.
+const MOST: f64 = 0.9;
+/// Levels between the strongest and the weakest channel of what has a colour.
+const COLORED: u8 = 60;
+const COLORED_SHARE: f64 = 0.2;
+/// Pixels of a stripe, diagonally.
+const STRIPE: usize = 4;
+/// Stripes that make a hatched ground.
+const MIN_STRIPES: usize = 2;
+
+/// Knows where everything is.
+pub(crate) struct Eye {
+    size: [usize; 2],
+    /// Pixels of each piece of equipment, by id.
+    shapes: BTreeMap<String, Vec<usize>>,
+}
+
+impl Eye {
+    /// For pictures of this size.
+    pub(crate) fn new(viewer: &mut Viewer, size: [u32; 2]) -> Self {
+        let pixels: Vec<_> = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y])).collect();
+        let ids = viewer.pick_many(&pixels).expect("ids are drawn");
+        let mut shapes: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for (at, id) in ids.into_iter().enumerate() {
+            if let Some(id) = id {
+                let equipment = id.split('/').next().unwrap_or_default().to_owned();
+                shapes.entry(equipment).or_default().push(at);
+            }
+        }
+        Self { size: size.map(|side| side as usize), shapes }
+    }
+
+    /// What a picture shows of a piece of equipment: a lamp, by how it looked when it was
+    /// known to be off and on, or a gauge with its label.
+    pub(crate) fn see(
+        &self,
+        picture: &Picture,
+        looks: &[Picture; 2],
+        equipment: &str,
+        is_lamp: bool,
+    ) -> Seen {
+        if is_lamp {
+            let known = looks.iter().position(|look| self.looks_as(picture, look, equipment));
+            return known.map_or(Seen::NotGood, |look| Seen::Good(SHOWN[look]));
+        }
+        match (self.is_hatched(picture, equipment), self.is_colored(picture, equipment)) {
+            (true, false) => Seen::NotGood,
+            (false, colored) => Seen::Good(colored),
+            (true, true) => Seen::Unclear,
+        }
+    }
+
+    fn shape(&self, equipment: &str) -> &[usize] {
+        self.shapes.get(equipment).unwrap_or_else(|| panic!("{equipment} is not seen"))
+    }
+
+    /// Whether a piece of equipment looks in a picture as it did in another.
+    fn looks_as(&self, picture: &Picture, other: &Picture, equipment: &str) -> bool {
+        let shape = self.shape(equipment);
+        let alike = |&&at: &&usize| {
+            let channels = rgb(picture, at).into_iter().zip(rgb(other, at));
+            channels.into_iter().all(|(now, then)| now.abs_diff(then) <= ALIKE_LEVELS)
+        };
+        shape.iter().filter(alike).count() as f64 >= MOST * shape.len() as f64
+    }
+
+    /// Whether it has a colour, as of an alarm.
+    fn is_colored(&self, picture: &Picture, equipment: &str) -> bool {
+        let shape = self.shape(equipment);
+        let colored = |&&at: &&usize| {
+            let [r, g, b] = rgb(picture, at);
+            r.max(g).max(b) - r.min(g).min(b) > COLORED
+        };
+        shape.iter().filter(colored).count() as f64 > COLORED_SHARE * shape.len() as f64
+    }
+
+    /// Whether anything in the cell around a piece of equipment is hatched: stripes
+    /// under 45 degrees, darker than what is beside them.
+    fn is_hatched(&self, picture: &Picture, equipment: &str) -> bool {
+        let shape = self.shape(equipment);
+        let count = shape.len();
+        let [width, height] = self.size;
+        let middle = |of: fn(usize, usize) -> usize| {
+            shape.iter().map(|&at| of(at, width)).sum::<usize>() / count
+        };
+        let [x, y] = [middle(|at, width| at % width), middle(|at, width| at / width)];
+        let range = |middle: usize, before: usize, after: usize, end: usize| {
+            middle.saturating_sub(before)..(middle + after).min(end)
+        };
+        let grey = |x: usize, y: usize| rgb(picture, y * width + x)[1];
+        let is_stripe = |x: usize, y: usize| {
+            (0..STRIPE).all(|i| {
+                let (x, y) = (x + i, y.wrapping_sub(i));
+                let inside = x + 2 < width && x >= 2 && y < height;
+                inside && {
+                    let dark = grey(x, y);
+                    (120..=200).contains(&dark)
+                        && grey(x - 2, y) > dark.saturating_add(20)
+                        && grey(x + 2, y) > dark.saturating_add(20)
+                }
+            })
+        };
+        let [left, right, up, down] = CELL;
+        let rows = range(y, up, down, height);
+        rows.flat_map(|y| range(x, left, right, width).map(move |x| (x, y)))
+            .filter(|&(x, y)| is_stripe(x, y))
+            .take(MIN_STRIPES)
+            .count()
+            == MIN_STRIPES
+    }
+}
+
+/// What is seen of a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Seen {
+    Good(bool),
+    NotGood,
+    /// Neither the one nor the other.
+    Unclear,
+}
+
+fn rgb(picture: &Picture, at: usize) -> [u8; 3] {
+    [0, 1, 2].map(|channel| picture.rgba8[at * 4 + channel])
+}

@@ -1,0 +1,170 @@
+//! What may be known of a tag from what was sent and when, and from nothing else.
+//!
+//! It makes no claim where a sample may or may not have arrived. What it claims follows
+//! from the promise: a value past its limit, of bad quality, no number, or from a plugin
+//! that is dead or stands still is not good.
+
+use crate::script::{STEP_MILLIS, Said, Script, Sent, Worth};
+
+/// How old a value may be, milliseconds.
+pub(crate) const FRESHNESS_MILLIS: u64 = 300;
+/// How long a value must stay good after a frame for the frame to be claimed good.
+const MARGIN_NANOS: i64 = 50_000_000;
+/// Samples of a tag that are looked at: those before have gone stale.
+const MAX_SAMPLES: usize = 64;
+const MILLI: i64 = 1_000_000;
+
+/// What a picture must show of a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Claim {
+    /// Not as good, whatever else.
+    NotGood,
+    /// As good, with this value.
+    Good(bool),
+    /// Nothing can be said.
+    Nothing,
+}
+
+/// When a frame began and ended, nanoseconds since 1970.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Times {
+    pub(crate) began: i64,
+    pub(crate) ended: i64,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Arrival {
+    /// It may be on its way.
+    Unknown,
+    /// Before this, if at all.
+    Lost(i64),
+    /// For certain, before this.
+    Before(i64),
+}
+
+/// Knows what was sent and what came of it.
+pub(crate) struct Oracle {
+    script: Script,
+    start: i64,
+    /// Of each batch.
+    arrivals: Vec<Arrival>,
+    /// Batches up to here are no longer unknown.
+    known: usize,
+    first: usize,
+    /// When the plugin was last disturbed.
+    disturbed: i64,
+}
+
+impl Oracle {
+    pub(crate) fn new(script: Script, start_unix_millis: u64) -> Self {
+        let last = script.tags.iter().filter_map(|sent| sent.last());
+        let batches = last.map(|sent| sent.batch + 1).max().unwrap_or(0);
+        let start = start_unix_millis as i64 * MILLI;
+        let arrivals = vec![Arrival::Unknown; batches];
+        Self { script, start, arrivals, known: 0, first: 0, disturbed: 0 }
+    }
+
+    /// The plugin was stopped, started or killed.
+    pub(crate) fn note_disturbance(&mut self, now: i64) {
+        self.disturbed = now;
+    }
+
+    /// A frame showed that batches from `first` on and before `sent` have come.
+    pub(crate) fn note_progress(&mut self, first: usize, sent: usize, times: Times) {
+        if first > self.first {
+            // Those before were lost with the process, or came before that.
+            self.first = first;
+            self.settle(first, Arrival::Lost(times.ended));
+        }
+        self.settle(sent, Arrival::Before(times.ended));
+    }
+
+    fn settle(&mut self, until: usize, arrival: Arrival) {
+        let until = until.min(self.arrivals.len());
+        if self.known < until {
+            self.arrivals[self.known..until].fill(arrival);
+            self.known = until;
+        }
+    }
+
+    /// What a frame must show of a tag.
+    pub(crate) fn claim(&self, tag: usize, times: Times) -> Claim {
+        let sent = &self.script.tags[tag];
+        let begun = sent.partition_point(|sent| self.due(sent) <= times.ended);
+        let possible = &sent[begun.saturating_sub(MAX_SAMPLES)..begun];
+        let may_be_fresh = possible
+            .iter()
+            .any(|sent| matches!(sent.said, Said::Value(_)) && !self.is_stale(sent, times.began));
+        if !may_be_fresh {
+            return Claim::NotGood;
+        }
+        let is_certain = |sent: &Sent| matches!(self.arrivals[sent.batch], Arrival::Before(_));
+        let Some(last) = possible.iter().rposition(is_certain) else { return Claim::Nothing };
+        let (before, after) = (&possible[..last], &possible[last + 1..]);
+        let last = &possible[last];
+        if !self.is_taken(last, before) {
+            return Claim::Nothing;
+        }
+        let may_be_good = after.iter().any(|sent| sent.worth == Worth::Good);
+        let may_be_number = after.iter().any(|sent| matches!(sent.said, Said::Value(_)));
+        match last.said {
+            _ if last.worth != Worth::Good && !may_be_good => Claim::NotGood,
+            Said::NotANumber if !may_be_number => Claim::NotGood,
+            Said::Value(value) if self.stays_good(last, times) && after.is_empty() => {
+                Claim::Good(value)
+            }
+            _ => Claim::Nothing,
+        }
+    }
+
+    /// The last that was sent of a tag: by how many milliseconds before a frame's beginning,
+    /// by how many its arrival is known, and what it was.
+    pub(crate) fn last_sent(&self, tag: usize, times: Times) -> Vec<(i64, Option<i64>, Sent)> {
+        let sent = &self.script.tags[tag];
+        let begun = sent.partition_point(|sent| self.due(sent) <= times.ended);
+        let ago = |time: i64| (times.began - time) / MILLI;
+        let told = |sent: &Sent| {
+            let arrival = match self.arrivals[sent.batch] {
+                Arrival::Unknown => None,
+                Arrival::Lost(time) | Arrival::Before(time) => Some(ago(time)),
+            };
+            (ago(self.due(sent)), arrival, *sent)
+        };
+        sent[begun.saturating_sub(6)..begun].iter().map(told).collect()
+    }
+
+    fn due(&self, sent: &Sent) -> i64 {
+        self.start + (sent.batch as u64 * STEP_MILLIS) as i64 * MILLI
+    }
+
+    /// Its own time; none where it has none or that lies in the future.
+    fn source_time(&self, sent: &Sent) -> Option<i64> {
+        sent.age.filter(|&age| age >= 0).map(|age| self.due(sent) - age * MILLI)
+    }
+
+    /// Whether its value is past its limit for certain.
+    fn is_stale(&self, sent: &Sent, now: i64) -> bool {
+        let of_arrival = match self.arrivals[sent.batch] {
+            Arrival::Unknown => None,
+            Arrival::Lost(before) | Arrival::Before(before) => Some(before),
+        };
+        let since = [self.source_time(sent), of_arrival].into_iter().flatten().min();
+        since.is_some_and(|since| since + FRESHNESS_MILLIS as i64 * MILLI < now)
+    }
+
+    /// Whether a sample that came was not passed over for being older than another.
+    fn is_taken(&self, sent: &Sent, before: &[Sent]) -> bool {
+        let Some(age) = sent.age else { return true };
+        let time = |sent: &Sent, age: i64| self.due(sent) - age * MILLI;
+        let newest = before.iter().filter_map(|sent| Some(time(sent, sent.age?))).max();
+        sent.said == Said::Nothing || newest.is_none_or(|newest| time(sent, age) >= newest)
+    }
+
+    fn stays_good(&self, sent: &Sent, times: Times) -> bool {
+        let since = self.source_time(sent).unwrap_or(self.due(sent));
+        sent.worth == Worth::Good
+            && sent.age.is_none_or(|age| age >= 0)
+            && since + FRESHNESS_MILLIS as i64 * MILLI > times.ended + MARGIN_NANOS
+            && self.disturbed < self.due(sent)
+    }
+}
