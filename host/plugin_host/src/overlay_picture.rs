@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::OverlayBinding;
 
+const MAX_BINDINGS_A_STATE: usize = busbar_plugin_abi::BUSBAR_MAX_BINDINGS_A_STATE as usize;
 /// Primitives that one overlay may draw in a frame, a binding.
 const MAX_PRIMITIVES_A_BINDING: usize = 8;
 /// Bytes of one caption or value.
@@ -119,7 +120,7 @@ pub struct OverlayState {
     pub equipment: u32,
     /// The legend's entry.
     pub entry: u32,
-    /// The tag that it rests on.
+    /// A tag that it rests on; one that rests on several is named for each, in a row.
     pub tag: TagHandle,
 }
 
@@ -146,7 +147,8 @@ pub struct PictureRules {
 
 /// Primitives that an overlay may draw in a frame.
 pub(crate) fn max_primitives(bindings: usize, description: &OverlayDescription) -> usize {
-    (bindings + 1) * MAX_PRIMITIVES_A_BINDING + description.equipment.len()
+    let states = description.equipment.len() * bindings.clamp(1, MAX_BINDINGS_A_STATE);
+    (bindings + 1) * MAX_PRIMITIVES_A_BINDING + states
 }
 
 impl PictureRules {

@@ -138,8 +138,11 @@ fn color(inherited: Inherited) -> Highlight {
 
 /// Of the states that several overlays give a node, the last one's shows.
 fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
-    let highlight = |state: &ShownState| {
-        let good = snapshot.state(state.tag).is_some_and(|state| state.quality.is_good());
+    let is_good =
+        |state: &ShownState| snapshot.state(state.tag).is_some_and(|state| state.quality.is_good());
+    let highlight = |run: &[ShownState]| {
+        let state = run.last()?;
+        let good = run.iter().all(is_good);
         let pattern = match state.pattern {
             Pattern::Solid => 0,
             Pattern::Striped => STRIPED,
@@ -148,9 +151,9 @@ fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, High
         };
         let strength = if pattern == 0 { PLAIN_STRENGTH } else { PATTERN_STRENGTH };
         let known = patterned(state.color.map(linear_from_srgb), strength, pattern);
-        (state.node.0, if good { known } else { UNKNOWN })
+        Some((state.node.0, if good { known } else { UNKNOWN }))
     };
-    states.iter().map(highlight).collect()
+    states.chunk_by(|a, b| a.node == b.node).filter_map(highlight).collect()
 }
 
 #[cfg(test)]

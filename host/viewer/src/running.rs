@@ -41,7 +41,7 @@ pub(crate) struct Overlaid {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ShownState {
     pub(crate) node: NodeIndex,
-    /// The tag that it rests on.
+    /// A tag that it rests on; one that rests on several is named for each, in a row.
     pub(crate) tag: TagHandle,
     /// sRGB.
     pub(crate) color: [u8; 3],

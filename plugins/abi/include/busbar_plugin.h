@@ -97,8 +97,12 @@
 // Primitive: the node and all under it drawn in the colour of the severity.
 #define BUSBAR_OVERLAY_TINT 2
 
-// Primitive: a piece of equipment, and all under it, in a state of the legend.
+// Primitive: a piece of equipment, and all under it, in a state of the legend. What rests
+// on several bindings is named once for each, one after the other.
 #define BUSBAR_OVERLAY_STATE 3
+
+// Bindings that one state may rest on.
+#define BUSBAR_MAX_BINDINGS_A_STATE 64
 
 // Pattern: plain colour.
 #define BUSBAR_PATTERN_SOLID 0

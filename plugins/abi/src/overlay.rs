@@ -69,8 +69,12 @@ pub const BUSBAR_OVERLAY_LINE: u32 = 1;
 /// Primitive: the node and all under it drawn in the colour of the severity.
 pub const BUSBAR_OVERLAY_TINT: u32 = 2;
 
-/// Primitive: a piece of equipment, and all under it, in a state of the legend.
+/// Primitive: a piece of equipment, and all under it, in a state of the legend. What rests
+/// on several bindings is named once for each, one after the other.
 pub const BUSBAR_OVERLAY_STATE: u32 = 3;
+
+/// Bindings that one state may rest on.
+pub const BUSBAR_MAX_BINDINGS_A_STATE: u32 = 64;
 
 /// Pattern: plain colour.
 pub const BUSBAR_PATTERN_SOLID: u32 = 0;

@@ -6,16 +6,16 @@ mod topology;
 mod union_find;
 
 use std::cmp::Reverse;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, DoublePoint, Error, Host, LogLevel, Overlay, OverlayFrame,
-    Plugin, Quality, TagValue, Value,
+    Binding, Canvas, Description, DoublePoint, Error, Host, LogLevel, MAX_BINDINGS_A_STATE,
+    Overlay, OverlayFrame, Plugin, Quality, TagValue, Value,
 };
 pub use settings::{
     BranchSettings, Color, EarthSettings, LevelSettings, NodeSettings, Settings, SourceSettings,
 };
-pub use state::{Energisation, Position, State};
+pub use state::{Energisation, Input, Position, State};
 pub use topology::{
     Branch, Earth, Equipment, MAX_BRANCHES, MAX_NODES, Node, Source, Switch, Topology,
     TopologyError,
@@ -115,17 +115,19 @@ impl Overlay for EnergisationOverlay {
         };
         let positions: Vec<Position> = self.switch_bindings.iter().map(of_switch).collect();
         let sources: Vec<Position> = self.source_bindings.iter().map(of_source).collect();
-        let states = self.energisation.states(&self.topology, &positions, &sources);
+        let states = self.energisation.states(&self.topology, &positions, &sources).to_vec();
 
         let Topology { branches, earths, at_nodes, equipment, levels, .. } = &self.topology;
         // Of what is between nodes, the more urgent one shows; then the first level.
         let mut shown: Vec<Option<(State, Reverse<usize>)>> = vec![None; equipment.len()];
+        let mut at: Vec<Vec<usize>> = vec![Vec::new(); equipment.len()];
         let ends =
             branches.iter().flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
         let earthed = earths.iter().map(|earth| (earth.equipment, earth.node));
         for (piece, node) in at_nodes.iter().copied().chain(ends).chain(earthed) {
             let here = Some((states[node], Reverse(levels[node])));
             shown[piece] = shown[piece].max(here);
+            at[piece].push(node);
         }
         for (piece, shown) in shown.into_iter().enumerate() {
             let Some((state, Reverse(level))) = shown else { continue };
@@ -137,7 +139,33 @@ impl Overlay for EnergisationOverlay {
                 State::Earthed => entry + 1,
                 State::Unknown => entry + 2,
             };
-            canvas.state(own.unwrap_or(any), piece, entry)?;
+            // What is energised at one end is so whatever becomes of the other.
+            let decides = |&&node: &&usize| {
+                state != State::Energised || (states[node], levels[node]) == (state, level)
+            };
+            let mut basis: BTreeSet<usize> = own.into_iter().collect();
+            for &node in at[piece].iter().filter(decides) {
+                self.energisation.basis(node, |input| {
+                    basis.extend(match input {
+                        Input::Switch(switch) => self.switch_bindings[switch],
+                        Input::Source(source) => self.source_bindings[source].flatten(),
+                    });
+                });
+                if state == State::Energised {
+                    break;
+                }
+            }
+            let unknown = self.settings.levels.len() + 2;
+            match basis.len() {
+                0 => canvas.state(any, piece, entry)?,
+                1..=MAX_BINDINGS_A_STATE => {
+                    basis
+                        .into_iter()
+                        .try_for_each(|binding| canvas.state(binding, piece, entry))?;
+                }
+                // Nobody could tell in time when it holds no longer.
+                _ => canvas.state(any, piece, unknown)?,
+            }
         }
         Ok(())
     }

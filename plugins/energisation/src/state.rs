@@ -49,6 +49,28 @@ pub struct Energisation {
     fed: [Vec<bool>; 2],
     earthed: [Vec<bool>; 2],
     states: Vec<State>,
+    /// Why nodes are fed, and why they are earthed.
+    ways: [Vec<Option<Step>>; 2],
+    /// What keeps each set of nodes, by its root, from being fed.
+    borders: Vec<Vec<Input>>,
+}
+
+/// What a state may rest on, by its index in the topology.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Input {
+    /// The position of a switch.
+    Switch(usize),
+    /// Whether a source feeds.
+    Source(usize),
+}
+
+/// How a node is joined to what feeds or earths it.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    /// What holds the step; none where it always holds.
+    by: Option<Input>,
+    /// The next node on the way; none where it is at its end.
+    to: Option<usize>,
 }
 
 impl Energisation {
@@ -94,6 +116,96 @@ impl Energisation {
                 (false, false) => State::Dead,
             });
         }
+        self.find_ways(topology, positions, sources);
+        self.find_borders(topology, positions);
         &self.states
+    }
+
+    /// What the state of a node rests on: while all of it stays as it is known now, and
+    /// whatever becomes of the rest, the node stays in its state. Nothing for what is
+    /// unknown.
+    pub fn basis(&mut self, node: usize, mut each: impl FnMut(Input)) {
+        let state = self.states[node];
+        if matches!(state, State::Dead | State::Earthed) {
+            let root = self.sets[1].root(node);
+            self.borders[root].iter().copied().for_each(&mut each);
+        }
+        let ways = match state {
+            State::Energised => &self.ways[0],
+            State::Earthed => &self.ways[1],
+            State::Dead | State::Unknown => return,
+        };
+        let mut at = Some(node);
+        while let Some(step) = at.and_then(|node| ways[node]) {
+            step.by.into_iter().for_each(&mut each);
+            at = step.to;
+        }
+    }
+
+    /// The shortest ways over closed switches to what feeds and earths for certain.
+    fn find_ways(&mut self, topology: &Topology, positions: &[Position], sources: &[Position]) {
+        let closed = |position: Position| position == Position::Closed;
+        let feeding = topology.sources.iter().zip(sources).enumerate();
+        let feeding = feeding.filter(|(_, (_, feeds))| closed(**feeds));
+        let feeding = feeding.map(|(index, (source, _))| {
+            (source.node, source.equipment.as_ref().map(|_| Input::Source(index)))
+        });
+        let earthing = topology.earths.iter().filter(|earth| closed(positions[earth.switch]));
+        let earthing = earthing.map(|earth| (earth.node, Some(Input::Switch(earth.switch))));
+        spread(&mut self.ways[0], topology, positions, feeding);
+        spread(&mut self.ways[1], topology, positions, earthing);
+    }
+
+    /// Open switches between sets that may each be joined within, and sources that do not
+    /// feed.
+    fn find_borders(&mut self, topology: &Topology, positions: &[Position]) {
+        let perhaps = &mut self.sets[1];
+        self.borders.iter_mut().for_each(Vec::clear);
+        self.borders.resize(topology.nodes.len(), Vec::new());
+        for branch in &topology.branches {
+            let Some(switch) = branch.switch else { continue };
+            let [a, b] = branch.ends.map(|end| perhaps.root(end));
+            if positions[switch] == Position::Open && a != b {
+                self.borders[a].push(Input::Switch(switch));
+                self.borders[b].push(Input::Switch(switch));
+            }
+        }
+        for (index, source) in topology.sources.iter().enumerate() {
+            if source.equipment.is_some() {
+                let root = perhaps.root(source.node);
+                self.borders[root].push(Input::Source(index));
+            }
+        }
+    }
+}
+
+/// Fills in the next step of each node towards one of some ends, breadth first.
+fn spread(
+    ways: &mut Vec<Option<Step>>,
+    topology: &Topology,
+    positions: &[Position],
+    ends: impl Iterator<Item = (usize, Option<Input>)>,
+) {
+    ways.clear();
+    ways.resize(topology.nodes.len(), None);
+    let mut reached = Vec::new();
+    for (node, by) in ends {
+        if ways[node].is_none() {
+            ways[node] = Some(Step { by, to: None });
+            reached.push(node);
+        }
+    }
+    let mut next = 0;
+    while let Some(&node) = reached.get(next) {
+        next += 1;
+        for &branch in &topology.branches_at[node] {
+            let Branch { ends: [a, b], switch, .. } = topology.branches[branch];
+            let other = if a == node { b } else { a };
+            let is_closed = switch.is_none_or(|switch| positions[switch] == Position::Closed);
+            if is_closed && ways[other].is_none() {
+                ways[other] = Some(Step { by: switch.map(Input::Switch), to: Some(node) });
+                reached.push(other);
+            }
+        }
     }
 }

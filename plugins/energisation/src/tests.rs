@@ -122,8 +122,9 @@ proptest! {
             topology.earths.push(Earth { node: node % nodes, switch: next(), equipment: 0 });
         }
         for (node, _) in &sources {
-            topology.sources.push(Source { node: node % nodes, equipment: None });
+            topology.sources.push(Source { node: node % nodes, equipment: Some("=G".into()) });
         }
+        topology.find_branches_at();
         let feeds: Vec<Position> = sources.iter().map(|(_, feeds)| *feeds).collect();
         // Where many are unknown, there are too many cases to go through.
         let mut positions = positions[..switches].to_vec();
@@ -134,6 +135,22 @@ proptest! {
         prop_assert_eq!(energisation.states(&topology, &positions, &feeds), &*expected);
         // And again in the room of the last one.
         prop_assert_eq!(energisation.states(&topology, &positions, &feeds), &*expected);
+        for node in 0..nodes {
+            let mut basis = Vec::new();
+            energisation.basis(node, |input| basis.push(input));
+            prop_assert!(expected[node] != State::Unknown || basis.is_empty());
+            // All else may be anything.
+            let kept = |known: &[Position], input: fn(usize) -> Input| -> Vec<Position> {
+                let known = known.iter().enumerate();
+                let keep = |(at, position): (usize, &Position)| {
+                    if basis.contains(&input(at)) { *position } else { Position::Unknown }
+                };
+                known.map(keep).collect()
+            };
+            let (positions, feeds) = (kept(&positions, Input::Switch), kept(&feeds, Input::Source));
+            let now = Energisation::default().states(&topology, &positions, &feeds)[node];
+            prop_assert_eq!(now, expected[node], "node {} by {:?}", node, basis);
+        }
     }
 }
 
@@ -155,8 +172,8 @@ fn binding(id: &str) -> Binding {
     }
 }
 
-/// What the overlay shows of each piece of equipment, and the binding that it rests on.
-fn shown(values: [(Value, Quality); 4]) -> Vec<(String, String, usize)> {
+/// What the overlay shows of each piece of equipment, and the bindings that it rests on.
+fn shown(values: [(Value, Quality); 4]) -> Vec<(String, String, Vec<usize>)> {
     let settings = settings(NETWORK);
     let mut overlay =
         EnergisationOverlay::create(settings, busbar_plugin_sdk::testing::host()).unwrap();
@@ -168,14 +185,15 @@ fn shown(values: [(Value, Quality); 4]) -> Vec<(String, String, usize)> {
         age: Duration::ZERO,
     });
     let drawing = draw(&mut overlay, bindings, &values).unwrap();
-    let name = |state: &busbar_plugin_sdk::testing::DrawnState| {
-        let entry = legend[state.entry].name.clone();
-        (equipment[state.equipment].clone(), entry, state.binding)
+    let name = |states: &[busbar_plugin_sdk::testing::DrawnState]| {
+        let entry = legend[states[0].entry].name.clone();
+        let bindings = states.iter().map(|state| state.binding).collect();
+        (equipment[states[0].equipment].clone(), entry, bindings)
     };
-    drawing.states.iter().map(name).collect()
+    drawing.states.chunk_by(|a, b| a.equipment == b.equipment).map(name).collect()
 }
 
-fn states_of(shown: &[(String, String, usize)]) -> Vec<(&str, &str)> {
+fn states_of(shown: &[(String, String, Vec<usize>)]) -> Vec<(&str, &str)> {
     shown.iter().map(|(id, state, _)| (id.as_str(), state.as_str())).collect()
 }
 
@@ -193,6 +211,13 @@ fn equipment_shows_the_more_urgent_of_its_ends() {
         ("=QC9", "earthed"),
     ];
     assert_eq!(states_of(&all), expected);
+    // On what each rests: the second busbar on what parts it from the first, the earth
+    // switch on itself and on what parts the load.
+    let basis = |at: usize| all[at].2.as_slice();
+    assert_eq!(
+        [0, 1, 2, 4, 5, 6].map(basis),
+        [&[0][..], &[1, 2], &[0], &[0, 1], &[1, 2, 3], &[2, 3]]
+    );
 }
 
 #[test]
@@ -204,9 +229,9 @@ fn what_rests_on_an_unknown_position_is_unknown() {
         assert_eq!(states[0], ("=WA1", "220 kV energised"), "whatever the coupler does");
         assert_eq!(states[1], ("=WA2", "unknown"));
         assert_eq!(states[6], ("=QC9", "dead"), "not earthed");
-        // A switch rests on its own position, all else on one that is good.
-        assert_eq!((all[4].0.as_str(), all[4].2), ("=QA30", 1));
-        assert_eq!(all[1].2, 0);
+        // A switch rests on its own position, too; what is unknown on one that is good.
+        assert_eq!((all[4].0.as_str(), all[4].2.as_slice()), ("=QA30", &[0, 1][..]));
+        assert_eq!(all[1].2, [0]);
     }
 }
 

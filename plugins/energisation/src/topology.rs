@@ -25,6 +25,8 @@ pub struct Topology {
     pub levels: Vec<usize>,
     /// What joins two nodes.
     pub branches: Vec<Branch>,
+    /// Branches at each node.
+    pub branches_at: Vec<Vec<usize>>,
     /// Earth switches.
     pub earths: Vec<Earth>,
     /// Nodes that are fed, and by what.
@@ -194,9 +196,20 @@ impl Topology {
             return Err(TopologyError::NoSource);
         }
         topology.nodes = nodes.names;
+        topology.find_branches_at();
         topology.switches = switches.names;
         topology.equipment = equipment.names;
         Ok(topology)
+    }
+}
+
+impl Topology {
+    /// Lists branches by their ends.
+    pub(crate) fn find_branches_at(&mut self) {
+        self.branches_at = vec![Vec::new(); self.nodes.len()];
+        for (index, branch) in self.branches.iter().enumerate() {
+            branch.ends.into_iter().for_each(|end| self.branches_at[end].push(index));
+        }
     }
 }
 

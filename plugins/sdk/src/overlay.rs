@@ -10,6 +10,9 @@ use crate::{Error, Plugin, Quality, Value, ValueKind};
 /// Bytes of a caption, and of a value; the canvas cuts what is longer.
 pub const MAX_LINE_TEXT: usize = 256;
 
+/// Bindings that one state may rest on.
+pub const MAX_BINDINGS_A_STATE: usize = abi::BUSBAR_MAX_BINDINGS_A_STATE as usize;
+
 /// Shows values and states at equipment.
 pub trait Overlay: Plugin {
     /// Says what it shows besides values: asked for once, before `configure`.
@@ -222,7 +225,9 @@ impl Canvas<'_> {
 
     /// A piece of the equipment described in a state of the legend, by their indices. The
     /// host shows it as unknown when the value of `binding`, which it rests on, is not
-    /// good.
+    /// good. What rests on several is named once for each, one after the other, at most
+    /// [`MAX_BINDINGS_A_STATE`] times: the host marks it in the very frame in which any of
+    /// them is not good, and does not wait for the overlay to hear of it.
     ///
     /// # Errors
     /// When the host's buffers are full.

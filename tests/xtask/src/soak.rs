@@ -9,7 +9,8 @@ use anyhow::{Context, Result, bail};
 
 use crate::packages::{self, Purpose};
 use crate::process;
-use crate::workspace::Workspace;
+use crate::stage;
+use crate::workspace::{Profile, Workspace};
 
 /// Tests in which calls to Vulkan fail, and what lets every one of them fail.
 const FAULT_TESTS: [&str; 2] = ["failing_calls", "failing_window"];
@@ -18,6 +19,11 @@ const ALL_FAULTS: &str = "BUSBAR_VULKAN_FAULTS";
 const KILL_TEST: &str = "kills";
 const KILLS_VARIABLE: &str = "BUSBAR_ALARM_KILLS";
 const KILLS: &str = "200";
+/// The test that reads pictures for what is stale and looks live, and how many sequences
+/// of values it reads.
+const STALE_TEST: &str = "stale_picture";
+const STALE_VARIABLE: &str = "BUSBAR_STALE_SEQUENCES";
+const STALE_SEQUENCES: &str = "100000";
 const FUZZ_FOLDER: &str = "tests/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
@@ -45,11 +51,19 @@ pub(crate) struct Arguments {
     /// that comes last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults"])]
     alarm_kills: bool,
+    /// Read pictures of 100,000 sequences of values for what is stale and looks live, and
+    /// nothing else (some 25 minutes); without it that comes last, unless fuzz targets are
+    /// named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills"])]
+    stale_pictures: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     if arguments.alarm_kills {
         return kill_all(workspace);
+    }
+    if arguments.stale_pictures {
+        return read_pictures(workspace);
     }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
@@ -58,7 +72,22 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     fail_all_calls(workspace)?;
-    if arguments.vulkan_faults { Ok(()) } else { kill_all(workspace) }
+    if arguments.vulkan_faults {
+        return Ok(());
+    }
+    kill_all(workspace)?;
+    read_pictures(workspace)
+}
+
+/// Reads the pictures of very many sequences of values.
+fn read_pictures(workspace: &Workspace) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
+    stage::stage(workspace, Profile::Dev)?;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(STALE_VARIABLE, STALE_SEQUENCES);
+    command.args(["test", "--workspace", "--test", STALE_TEST]);
+    process::run(command.args(["--", "--nocapture"]))
 }
 
 /// Kills the process that writes the alarm log again and again.

@@ -68,7 +68,7 @@ impl Eye {
     }
 
     /// Whether a piece of equipment looks in a picture as it did in another.
-    fn looks_as(&self, picture: &Picture, other: &Picture, equipment: &str) -> bool {
+    pub(crate) fn looks_as(&self, picture: &Picture, other: &Picture, equipment: &str) -> bool {
         let shape = self.shape(equipment);
         let alike = |&&at: &&usize| {
             let channels = rgb(picture, at).into_iter().zip(rgb(other, at));
