@@ -29,6 +29,9 @@ pub(crate) struct Members {
     pub(crate) kind: Kind,
     /// Their places, in order.
     pub(crate) places: Vec<u32>,
+    /// Around each, world space: beside each other, since whoever looks goes through all
+    /// of them while the caches hold the last picture.
+    pub(crate) balls: Vec<Ball>,
 }
 
 /// A list in order.
@@ -38,8 +41,6 @@ pub(crate) struct Roster {
     revision: Option<u64>,
     /// The kind in each place, `None` where it is empty.
     kinds: Vec<Option<Kind>>,
-    /// By place, world space.
-    pub(crate) balls: Vec<Ball>,
     /// By place; features are named, but not tinted yet.
     pub(crate) instances: Vec<Instance>,
     /// In order.
@@ -83,38 +84,26 @@ impl Roster {
         drawn: impl Iterator<Item = Option<&'a DrawInstance>>,
     ) -> Result<(), RenderError> {
         self.kinds.clear();
-        self.balls.clear();
         self.instances.clear();
         self.members.clear();
         let mut order: Vec<(Kind, u32)> = Vec::new();
+        let mut balls: Vec<Ball> = Vec::new();
         for (drawn, place) in drawn.zip(0..) {
-            let kind = drawn.map(|drawn| self.push(models, drawn)).transpose()?;
-            if kind.is_none() {
-                self.balls.push(Ball::default());
-                self.instances.push(Instance::default());
-            }
-            self.kinds.push(kind);
+            let drawn = drawn.map(|drawn| InOrder::of(models, drawn)).transpose()?;
+            let kind = drawn.as_ref().map(|drawn| drawn.kind);
             order.extend(kind.map(|kind| (kind, place)));
+            self.kinds.push(kind);
+            balls.push(drawn.as_ref().map_or(Ball::default(), |drawn| drawn.ball));
+            self.instances.push(drawn.map_or(Instance::default(), |drawn| drawn.instance));
         }
         order.sort_unstable();
         let of_kinds = order.chunk_by(|(a, _), (b, _)| a == b);
         self.members.extend(of_kinds.map(|of_kind| Members {
             kind: of_kind[0].0,
             places: of_kind.iter().map(|&(_, place)| place).collect(),
+            balls: of_kind.iter().map(|&(_, place)| balls[place as usize]).collect(),
         }));
         Ok(())
-    }
-
-    fn push(
-        &mut self,
-        models: &[Option<GpuModel>],
-        drawn: &DrawInstance,
-    ) -> Result<Kind, RenderError> {
-        let mesh = mesh_of(models, drawn)?;
-        let kind = kind_of(mesh, drawn);
-        self.balls.push(mesh.ball.transformed(&drawn.world_from_mesh));
-        self.instances.push(instance_of(mesh, drawn, kind.mirrored));
-        Ok(kind)
     }
 
     fn follow_changes(
@@ -124,21 +113,17 @@ impl Roster {
         changed: impl Iterator<Item = usize>,
     ) -> Result<(), RenderError> {
         self.kinds.resize(list.len(), None);
-        self.balls.resize(list.len(), Ball::default());
         self.instances.resize(list.len(), Instance::default());
         for place in changed {
-            let mut kind = None;
-            if let Some(drawn) = list.get(place) {
-                let mesh = mesh_of(models, drawn)?;
-                let is = kind_of(mesh, drawn);
-                self.balls[place] = mesh.ball.transformed(&drawn.world_from_mesh);
-                self.instances[place] = instance_of(mesh, drawn, is.mirrored);
-                kind = Some(is);
-            }
+            let drawn = list.get(place).map(|drawn| InOrder::of(models, drawn)).transpose()?;
+            let kind = drawn.as_ref().map(|drawn| drawn.kind);
             let was = std::mem::replace(&mut self.kinds[place], kind);
             if was != kind {
                 was.into_iter().for_each(|kind| self.leave(kind, place as u32));
-                kind.into_iter().for_each(|kind| self.join(kind, place as u32));
+            }
+            if let Some(InOrder { kind, ball, instance }) = drawn {
+                self.instances[place] = instance;
+                self.join(kind, place as u32, ball);
             }
         }
         Ok(())
@@ -148,25 +133,54 @@ impl Roster {
         let Ok(at) = self.members.binary_search_by_key(&kind, |members| members.kind) else {
             return;
         };
-        let places = &mut self.members[at].places;
+        let Members { places, balls, .. } = &mut self.members[at];
         if let Ok(index) = places.binary_search(&place) {
             places.remove(index);
+            balls.remove(index);
         }
         if places.is_empty() {
             self.members.remove(at);
         }
     }
 
-    fn join(&mut self, kind: Kind, place: u32) {
+    /// Takes it in, or moves it where it is in already.
+    fn join(&mut self, kind: Kind, place: u32, ball: Ball) {
         match self.members.binary_search_by_key(&kind, |members| members.kind) {
             Ok(at) => {
-                let places = &mut self.members[at].places;
-                if let Err(index) = places.binary_search(&place) {
-                    places.insert(index, place);
+                let Members { places, balls, .. } = &mut self.members[at];
+                match places.binary_search(&place) {
+                    Ok(index) => balls[index] = ball,
+                    Err(index) => {
+                        places.insert(index, place);
+                        balls.insert(index, ball);
+                    }
                 }
             }
-            Err(at) => self.members.insert(at, Members { kind, places: vec![place] }),
+            Err(at) => {
+                let (places, balls) = (vec![place], vec![ball]);
+                self.members.insert(at, Members { kind, places, balls });
+            }
         }
+    }
+}
+
+/// What becomes of an instance.
+struct InOrder {
+    kind: Kind,
+    ball: Ball,
+    /// Features are named, but not tinted yet.
+    instance: Instance,
+}
+
+impl InOrder {
+    fn of(models: &[Option<GpuModel>], drawn: &DrawInstance) -> Result<Self, RenderError> {
+        let mesh = mesh_of(models, drawn)?;
+        let kind = kind_of(mesh, drawn);
+        Ok(Self {
+            kind,
+            ball: mesh.ball.transformed(&drawn.world_from_mesh),
+            instance: instance_of(mesh, drawn, kind.mirrored),
+        })
     }
 }
 
