@@ -36,8 +36,8 @@ pub fn judge(hot: f64, normal: f64, ambient: f64) -> Verdict {
     let difference = (rise >= LEAST_RISE).then(|| (hot - normal) / rise * 100.0);
     let all = [Defect::General, Defect::Serious, Defect::Critical];
     let by_difference = difference.and_then(|difference| {
-        let reached = all.into_iter().zip(DIFFERENCES).filter(|(_, from)| difference >= *from);
-        reached.map(|(defect, _)| defect).last()
+        let reached = |(_, from): &(Defect, f64)| difference >= *from;
+        all.into_iter().zip(DIFFERENCES).filter(reached).map(|(defect, _)| defect).max()
     });
     let [serious, critical] = HOT;
     let by_heat = match hot {
@@ -58,7 +58,7 @@ mod tests {
             let found = judge(hot, normal, ambient);
             assert_eq!(found.defect, defect, "{hot} {normal} {ambient}");
             let close = found.difference.zip(difference).map(|(a, b)| (a - b).abs() < 0.05);
-            assert_eq!(close.unwrap_or(true), true, "{found:?}");
+            assert!(close.unwrap_or(true), "{found:?}");
             assert_eq!(found.difference.is_some(), difference.is_some());
         };
         let [general, serious, critical] =
