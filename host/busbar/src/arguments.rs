@@ -198,6 +198,9 @@ pub(crate) struct SimulateOptions {
     /// Simulate the device of this plugin instance alone
     #[arg(long, value_name = "INSTANCE")]
     pub(crate) plugin: Option<String>,
+    /// Let happen what this file says, counted from the start
+    #[arg(long, value_name = "F.json")]
+    pub(crate) scenario: Option<PathBuf>,
     /// Let this go wrong now and then: `all`, or some of link-loss, slow, half-open,
     /// reset, garbage, late, clock-jump
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse_fault)]

@@ -27,8 +27,12 @@ pub(crate) fn run(options: &SimulateOptions) -> anyhow::Result<ExitCode> {
     }
     let ending = ending_by_signal()?;
     let started = Instant::now();
-    let simulated =
-        SimulatedDevices::start(&options.config, options.plugin.as_deref(), &simulation(options))?;
+    let simulated = SimulatedDevices::start(
+        &options.config,
+        options.plugin.as_deref(),
+        &simulation(options),
+        options.scenario.as_deref(),
+    )?;
     simulated.remarks().iter().for_each(|remark| output::line(&format!("remark: {remark}")));
     let mut told: Vec<_> = simulated.devices().iter().map(Told::new).collect();
     output::result("ready");

@@ -22,6 +22,7 @@ mod raw;
 mod report;
 mod resolve;
 mod rules;
+mod scenario;
 mod scene;
 mod scene_rules;
 mod schema;
@@ -46,6 +47,9 @@ pub use limits::*;
 pub use plugins::{Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
+pub use scenario::{
+    LinkFaultConfig, LinkFaultKind, ScenarioConfig, ScenarioEventConfig, parse_scenario,
+};
 pub use scene::{SceneConfig, SceneNodes};
 pub use schema::schema;
 pub use simulate::{SimulateConfig, SimulatedShape};
@@ -65,7 +69,7 @@ pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
     let mut report = Report::new(&document.positions);
     report.extend(document.duplicate_keys);
     report.count_more(document.more_duplicate_keys);
-    structure::check(&document.value, &mut report);
+    structure::check(&document.value, &schema::CONFIGURATION, &mut report);
     rules::check(&document.value, &mut report);
     if report.has_errors() {
         return Err(report.into_diagnostics());

@@ -85,3 +85,9 @@ pub const MAX_COORDINATE_METRES: f32 = 1.0e7;
 pub const MIN_SCALE: f32 = 1.0e-6;
 /// The greatest magnitude of a scale factor.
 pub const MAX_SCALE: f32 = 1.0e6;
+/// Events of a scenario.
+pub const MAX_SCENARIO_EVENTS: usize = 100_000;
+/// How long a scenario takes at most, in seconds: a week.
+pub const MAX_SCENARIO_SECONDS: f64 = 604_800.0;
+/// Roles that one overlay names.
+pub const MAX_OVERLAY_ROLES: usize = 100;

@@ -1,10 +1,14 @@
 //! Plugin instances: as typed, and as used.
 
+use std::collections::BTreeSet;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
 use crate::limits::*;
+use crate::report::Report;
+use crate::{join_pointer, suggest};
 
 /// Where plugins run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -49,6 +53,12 @@ pub(crate) struct RawPlugin {
     #[schemars(regex(pattern = "^[0-9a-fA-F]{64}$"))]
     #[schemars(extend("examples" = ["9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"]))]
     sha256: Option<String>,
+    /// Of an overlay: the roles of the bindings that it gets; all where there are none. What
+    /// it does not need is work in each frame.
+    #[serde(default)]
+    #[schemars(length(max = MAX_OVERLAY_ROLES), inner(length(min = 1, max = MAX_NAME_BYTES)))]
+    #[schemars(extend("examples" = [["position"]]))]
+    roles: Vec<String>,
 }
 
 /// How plugins whose process died are started again.
@@ -106,6 +116,8 @@ pub struct PluginConfig {
     pub network: Option<bool>,
     /// SHA-256 of its library in hexadecimal.
     pub sha256: Option<String>,
+    /// The roles of the bindings that an overlay gets; all where there are none.
+    pub roles: Vec<String>,
     /// JSON pointer; the settings are at its `/settings`.
     pub pointer: String,
 }
@@ -145,7 +157,26 @@ impl RawPlugin {
             memory_megabytes: self.memory_megabytes,
             network: self.network,
             sha256: self.sha256,
+            roles: self.roles,
             pointer,
+        }
+    }
+}
+
+/// Reports roles of overlays that no binding has.
+pub(crate) fn check_roles(document: &Value, report: &mut Report<'_>) {
+    let bindings = document["bindings"].as_array().into_iter().flatten();
+    let bound: BTreeSet<&str> = bindings.filter_map(|of| of["role"].as_str()).collect();
+    for (name, plugin) in document["plugins"].as_object().into_iter().flatten() {
+        let roles = plugin["roles"].as_array().into_iter().flatten();
+        for (index, role) in roles.enumerate() {
+            let Some(role) = role.as_str().filter(|role| !bound.contains(role)) else { continue };
+            let pointer = join_pointer(&join_pointer("/plugins", name), "roles");
+            let remedy = suggest::remedy(role, bound.iter().copied(), || {
+                "name a role of a binding, or remove it".to_owned()
+            });
+            let cause = format!("no binding has the role '{}'", suggest::shown(role));
+            report.error(&join_pointer(&pointer, index), cause, remedy);
         }
     }
 }

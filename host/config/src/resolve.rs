@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_path_to_error::Segment;
 
@@ -19,8 +20,8 @@ pub(crate) struct Refused {
     pub(crate) remedy: String,
 }
 
-/// Reads the raw configuration from a value that has been checked.
-pub(crate) fn deserialize(value: Value) -> Result<RawConfig, Refused> {
+/// Reads raw values from a value that has been checked.
+pub(crate) fn deserialize<T: DeserializeOwned>(value: Value) -> Result<T, Refused> {
     serde_path_to_error::deserialize(value).map_err(|error| {
         let pointer = error.path().iter().fold(String::new(), |pointer, segment| match segment {
             Segment::Seq { index } => join_pointer(&pointer, index),

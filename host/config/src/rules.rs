@@ -10,7 +10,9 @@ use serde_json::{Map, Value};
 
 use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
-use crate::{MAX_NAME_BYTES, alarm_rules, join_pointer, scene_rules, simulate, suggest, theta};
+use crate::{
+    MAX_NAME_BYTES, alarm_rules, join_pointer, plugins, scene_rules, simulate, suggest, theta,
+};
 
 /// One of the parts of a direction is at least so long.
 const MIN_NORMAL_PART: f32 = 1e-3;
@@ -28,6 +30,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     let equipment = placing_rules::check(document, rules.report);
     rules.check_bindings(&equipment);
     alarm_rules::check(document, &equipment, rules.report);
+    plugins::check_roles(document, rules.report);
 }
 
 struct Rules<'d, 'r, 'p> {

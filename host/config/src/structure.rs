@@ -1,29 +1,25 @@
 //! The shape of a configuration, by its JSON Schema: keys, types, ranges.
 
 use std::collections::HashSet;
-use std::sync::LazyLock;
 
 use jsonschema::error::{TypeKind, ValidationErrorKind};
-use jsonschema::{JsonType, ValidationError, Validator};
+use jsonschema::{JsonType, ValidationError};
 use serde_json::Value;
 
 use crate::report::Report;
-use crate::{join_pointer, pointer, schema, suggest};
-
-/// None only if the schema itself were wrong, which the tests rule out.
-static VALIDATOR: LazyLock<Option<Validator>> =
-    LazyLock::new(|| jsonschema::draft202012::new(schema::shared()).ok());
+use crate::schema::Form;
+use crate::{join_pointer, pointer, suggest};
 
 /// Reports every value whose shape the schema refuses.
-pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
-    let Some(validator) = &*VALIDATOR else { return };
+pub(crate) fn check(document: &Value, form: &'static Form, report: &mut Report<'_>) {
+    let Some(validator) = &form.validator else { return };
     if validator.is_valid(document) {
         return;
     }
     // A value may break two rules at once (not 1 or 4, and below 0): one tells.
     let mut told = HashSet::new();
     for error in validator.iter_errors(document) {
-        let fault = Fault::of(&error);
+        let fault = Fault::of(&error, form);
         match error.kind() {
             ValidationErrorKind::AdditionalProperties { unexpected } => {
                 for key in unexpected {
@@ -50,13 +46,13 @@ struct Fault<'e> {
 }
 
 impl<'e> Fault<'e> {
-    fn of(error: &'e ValidationError<'_>) -> Self {
+    fn of(error: &'e ValidationError<'_>, form: &'static Form) -> Self {
         let keyword_path = error.schema_path().as_str();
         let path = keyword_path.rsplit_once('/').map_or("", |(path, _)| path);
         Self {
             pointer: error.instance_path().as_str(),
             value: error.instance(),
-            schema: schema::shared().pointer(path).unwrap_or(&Value::Null),
+            schema: form.schema.pointer(path).unwrap_or(&Value::Null),
         }
     }
 
@@ -150,7 +146,11 @@ impl<'e> Fault<'e> {
         let cause = match name.parse::<usize>() {
             Ok(index) => format!("element {index} must be {expected}, not {found}"),
             Err(_) if name.is_empty() => {
-                format!("the configuration must be {expected}, not {found}")
+                let title = self.schema["title"].as_str().unwrap_or("text");
+                format!(
+                    "the {} must be {expected}, not {found}",
+                    title.trim_start_matches("Busbar ")
+                )
             }
             Err(_) => format!("'{}' must be {expected}, not {found}", suggest::shown(&name)),
         };

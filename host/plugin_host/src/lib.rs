@@ -40,7 +40,8 @@ pub use overlay_picture::{
 pub use sample_check::{SampleCheck, SampleSink};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
-    Behaviour, FaultKind, Shape, SimulatedTag, Simulation, SimulationStatus, Simulator,
+    Behaviour, DeviceScenario, FaultKind, Shape, SimulatedEvent, SimulatedLinkFault, SimulatedTag,
+    Simulation, SimulationStatus, Simulator,
 };
 pub use telemetry::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleReceiver, Telemetry, TelemetryStream,

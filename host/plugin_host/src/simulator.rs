@@ -1,9 +1,10 @@
 //! Capability `busbar.simulator/1-draft`.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
+use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
 use crate::{Instance, PluginError, TelemetryTag, telemetry, text};
@@ -117,6 +118,45 @@ pub struct Simulation {
     pub fault_length: Duration,
 }
 
+/// What a scenario has one device do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceScenario {
+    /// When it began.
+    pub begun: SystemTime,
+    /// What happens to its tags, in the order of time.
+    pub events: Vec<SimulatedEvent>,
+    /// What happens to its link, in the order of time.
+    pub link_faults: Vec<SimulatedLinkFault>,
+}
+
+impl DeviceScenario {
+    /// Nothing happens.
+    pub const NONE: Self = Self { begun: UNIX_EPOCH, events: Vec::new(), link_faults: Vec::new() };
+}
+
+/// Something that happens to a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulatedEvent {
+    /// The tag.
+    pub tag: TagHandle,
+    /// Seconds since the scenario began; not negative.
+    pub at_seconds: f64,
+    /// The value that it goes to, in the tag's unit, and how many seconds the way takes;
+    /// none where it moves by its own shape again.
+    pub value: Option<(f64, f64)>,
+}
+
+/// A time in which a link fails.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulatedLinkFault {
+    /// How.
+    pub kind: FaultKind,
+    /// Seconds since the scenario began; not negative.
+    pub at_seconds: f64,
+    /// How long it holds, seconds; more than 0.
+    pub for_seconds: f64,
+}
+
 /// How a simulation goes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SimulationStatus {
@@ -148,6 +188,7 @@ impl Simulator {
         instance: Arc<Instance>,
         tags: &[SimulatedTag],
         simulation: &Simulation,
+        scenario: &DeviceScenario,
     ) -> Result<Self, PluginError> {
         let table: &abi::BusbarSimulator = instance.capability(abi::SIMULATOR_ID)?;
         let (Some(start), Some(_), Some(_)) = (table.start, table.stop, table.status) else {
@@ -155,6 +196,9 @@ impl Simulator {
         };
         let raw: Vec<_> = tags.iter().map(to_abi).collect();
         let millis = |duration: Duration| u64::try_from(duration.as_millis()).unwrap_or(u64::MAX);
+        let events: Vec<_> = scenario.events.iter().map(event_to_abi).collect();
+        let link_faults: Vec<_> = scenario.link_faults.iter().map(link_fault_to_abi).collect();
+        let begun = scenario.begun.duration_since(UNIX_EPOCH).unwrap_or_default();
         let simulation = abi::BusbarSimulation {
             struct_size: size_of::<abi::BusbarSimulation>() as u32,
             faults: simulation.faults.iter().fold(0, |sum, fault| sum | fault.to_abi()),
@@ -162,10 +206,15 @@ impl Simulator {
             update_millis: millis(simulation.update),
             fault_period_millis: millis(simulation.fault_period),
             fault_millis: millis(simulation.fault_length),
+            scenario_unix_nanos: i64::try_from(begun.as_nanos()).unwrap_or(i64::MAX),
+            event_count: events.len() as u32,
+            link_fault_count: link_faults.len() as u32,
+            events: events.as_ptr(),
+            link_faults: link_faults.as_ptr(),
         };
         let mut error = abi::BusbarError::empty();
         let serial = instance.serialise();
-        // SAFETY: tags, simulation and error live for the call.
+        // SAFETY: tags, simulation, its arrays and error live for the call.
         let status =
             unsafe { start(instance.as_ptr(), raw.as_ptr(), raw.len(), &simulation, &mut error) };
         drop(serial);
@@ -228,5 +277,28 @@ fn to_abi(tag: &SimulatedTag) -> abi::BusbarSimulatedTag {
         base,
         amplitude,
         period_seconds: period.as_secs_f64(),
+    }
+}
+
+fn event_to_abi(event: &SimulatedEvent) -> abi::BusbarSimulatedEvent {
+    let (value, over_seconds) = event.value.unwrap_or_default();
+    abi::BusbarSimulatedEvent {
+        tag: event.tag.0,
+        kind: match event.value {
+            Some(_) => abi::BUSBAR_EVENT_VALUE,
+            None => abi::BUSBAR_EVENT_RELEASE,
+        },
+        at_seconds: event.at_seconds,
+        over_seconds,
+        value,
+    }
+}
+
+fn link_fault_to_abi(fault: &SimulatedLinkFault) -> abi::BusbarLinkFault {
+    abi::BusbarLinkFault {
+        fault: fault.kind.to_abi(),
+        reserved: 0,
+        at_seconds: fault.at_seconds,
+        for_seconds: fault.for_seconds,
     }
 }

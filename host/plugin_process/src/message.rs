@@ -5,9 +5,9 @@ use std::time::SystemTime;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    CommandInfo, CommandReport, LinkState, OverlayBinding, OverlayDescription, OverlayPicture,
-    PluginError, PluginInfo, SettingsFault, SimulatedTag, Simulation, SimulationStatus, Stage,
-    TelemetryTag, shown,
+    CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding, OverlayDescription,
+    OverlayPicture, PluginError, PluginInfo, SettingsFault, SimulatedTag, Simulation,
+    SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ pub(crate) enum Request {
     /// Serve tags; the descriptor of the ring comes along.
     Start { tags: Vec<TelemetryTag> },
     /// Be the device of tags.
-    Simulate { tags: Vec<SimulatedTag>, simulation: Simulation },
+    Simulate { tags: Vec<SimulatedTag>, simulation: Simulation, scenario: DeviceScenario },
     /// How that goes.
     SimulationStatus,
     /// Take bindings.

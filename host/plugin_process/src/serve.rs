@@ -198,9 +198,10 @@ impl Session {
                 self.stream = Some(stream);
                 Ok(Answer::Done)
             }
-            Request::Simulate { tags, simulation } => {
+            Request::Simulate { tags, simulation, scenario } => {
                 let instance = self.instance()?.clone();
-                self.simulator = Some(Simulator::start(instance, &tags, &simulation)?);
+                let simulator = Simulator::start(instance, &tags, &simulation, &scenario)?;
+                self.simulator = Some(simulator);
                 Ok(Answer::Done)
             }
             Request::SimulationStatus => {

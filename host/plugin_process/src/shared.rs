@@ -10,7 +10,9 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use busbar_plugin_host::{LibraryFile, OverlayDescription, PluginError, SimulatedTag, Simulation};
+use busbar_plugin_host::{
+    DeviceScenario, LibraryFile, OverlayDescription, PluginError, SimulatedTag, Simulation,
+};
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::environment::Environment;
@@ -47,6 +49,14 @@ pub(crate) struct Shared {
 pub(crate) struct Simulated {
     pub(crate) tags: Vec<SimulatedTag>,
     pub(crate) simulation: Simulation,
+    pub(crate) scenario: DeviceScenario,
+}
+
+impl Simulated {
+    pub(crate) fn into_request(self) -> Request {
+        let Self { tags, simulation, scenario } = self;
+        Request::Simulate { tags, simulation, scenario }
+    }
 }
 
 pub(crate) struct State {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    PluginError, SimulatedTag, Simulation, SimulationStatus, Simulator, shown,
+    DeviceScenario, PluginError, SimulatedTag, Simulation, SimulationStatus, Simulator, shown,
 };
 
 use crate::message::{Answer, Request};
@@ -37,13 +37,15 @@ impl RunningSimulator {
         plugin: &Plugin,
         tags: Vec<SimulatedTag>,
         simulation: &Simulation,
+        scenario: DeviceScenario,
     ) -> Result<Self, PluginError> {
         match plugin {
             Plugin::InProcess(instance) => {
-                Simulator::start(instance.clone(), &tags, simulation).map(Self::InProcess)
+                Simulator::start(instance.clone(), &tags, simulation, &scenario)
+                    .map(Self::InProcess)
             }
             Plugin::Isolated(process) => {
-                process.simulate(tags, simulation.clone())?;
+                process.simulate(Simulated { tags, simulation: simulation.clone(), scenario })?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
@@ -70,10 +72,10 @@ impl RunningSimulator {
 }
 
 impl PluginProcess {
-    fn simulate(&self, tags: Vec<SimulatedTag>, simulation: Simulation) -> Result<(), PluginError> {
-        let request = Request::Simulate { tags: tags.clone(), simulation: simulation.clone() };
+    fn simulate(&self, simulated: Simulated) -> Result<(), PluginError> {
+        let request = simulated.clone().into_request();
         // First: one that dies is started again as that device.
-        *self.shared.simulation() = Some(Simulated { tags, simulation });
+        *self.shared.simulation() = Some(simulated);
         self.done(request, &[]).inspect_err(|_| *self.shared.simulation() = None)
     }
 

@@ -133,8 +133,7 @@ fn set_up(shared: &Shared, spawned: Spawned) -> Result<Spawned, String> {
         requests.push((Request::Configure { bindings: slot.bindings().to_vec() }, None));
     }
     if let Some(simulated) = shared.simulation().clone() {
-        let (tags, simulation) = (simulated.tags, simulated.simulation);
-        requests.push((Request::Simulate { tags, simulation }, None));
+        requests.push((simulated.into_request(), None));
     }
     state.life = Life::Starting(requests.len());
     state.pid = Some(spawned.child.id());

@@ -3,6 +3,7 @@
 
 mod placement;
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use egui::{
@@ -33,13 +34,7 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement, occupi
     let painter = ui.painter().with_clip_rect(viewport);
     let mut ordered: Vec<&Label> =
         labels.iter().filter(|label| viewport.contains(label.anchor)).collect();
-    ordered.sort_by(|a, b| {
-        b.selected
-            .cmp(&a.selected)
-            .then(urgency(b).cmp(&urgency(a)))
-            .then(a.distance.total_cmp(&b.distance))
-            .then(a.title.cmp(&b.title))
-    });
+    ordered.sort_by(|a, b| by_priority(a, b));
     let (boxed, dots) = ordered.split_at(ordered.len().min(MAX_BOXES));
     let laid_out: Vec<LabelBox> =
         boxed.iter().map(|label| LabelBox::lay_out(&painter, label)).collect();
@@ -76,6 +71,16 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement, occupi
         painter.rect_filled(place, CORNER, theme::PAPER);
         laid_out.paint(&fading(&painter, label), label, place);
     }
+}
+
+/// Which of two labels the other gives way to: what is selected, then what is in alarm, then
+/// what is not as it should be; of equals the nearer one.
+fn by_priority(a: &Label, b: &Label) -> Ordering {
+    let rank = |label: &Label| (label.selected, label.alarmed, urgency(label));
+    rank(b)
+        .cmp(&rank(a))
+        .then(a.distance.total_cmp(&b.distance))
+        .then_with(|| a.title.cmp(&b.title))
 }
 
 fn urgency(label: &Label) -> u8 {
@@ -209,4 +214,31 @@ fn anchor_dot(painter: &Painter, label: &Label) {
         theme::small_font(),
         ink,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_give_way_to_selection_alarm_urgency_and_nearness() {
+        let label = |title: &str, distance, mark, alarmed, selected| Label {
+            title: title.into(),
+            distance,
+            lines: vec![LabelLine { mark, ..LabelLine::default() }],
+            alarmed,
+            selected,
+            ..Label::default()
+        };
+        let mut labels = [
+            label("near", 1.0, Mark::Normal, false, false),
+            label("far", 9.0, Mark::Normal, false, false),
+            label("warned", 20.0, Mark::Warning, false, false),
+            label("alarmed", 30.0, Mark::Normal, true, false),
+            label("selected", 40.0, Mark::Normal, false, true),
+        ];
+        labels.sort_by(by_priority);
+        let titles = labels.map(|label| label.title);
+        assert_eq!(titles, ["selected", "alarmed", "warned", "near", "far"]);
+    }
 }

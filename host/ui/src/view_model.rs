@@ -149,6 +149,8 @@ pub struct Label {
     pub lines: Vec<LabelLine>,
     /// Whether the equipment is selected.
     pub selected: bool,
+    /// Whether the equipment is in alarm: its label comes before others.
+    pub alarmed: bool,
     /// Whether the equipment is behind other equipment.
     pub hidden: bool,
 }

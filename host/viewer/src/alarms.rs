@@ -14,7 +14,7 @@ use busbar_tags::{Change, Moment, Snapshot, SourceTime};
 use busbar_ui::{AlarmAction, AlarmList};
 
 use self::listing::Listing;
-pub(crate) use self::rows::{Rows, beacons};
+pub(crate) use self::rows::{Rows, beacons, nodes_in_alarm};
 use crate::load::LoadedScene;
 
 /// What happened last that is kept to be shown.

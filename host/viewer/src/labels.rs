@@ -18,14 +18,23 @@ pub(crate) struct Sight {
     pub(crate) eye: Vec3,
 }
 
+/// What labels say of their nodes besides lines.
+#[derive(Clone, Copy)]
+pub(crate) struct Marked<'a> {
+    pub(crate) selection: &'a BTreeSet<NodeIndex>,
+    /// Behind other equipment.
+    pub(crate) hidden: &'a BTreeSet<NodeIndex>,
+    /// In alarm.
+    pub(crate) alarmed: &'a BTreeSet<NodeIndex>,
+}
+
 /// Labels of all nodes that lines name and that are before the camera.
 pub(crate) fn build(
     lines: &[OverlayLine],
     snapshot: Snapshot<'_>,
     graph: &SceneGraph,
     sight: Sight,
-    selection: &BTreeSet<NodeIndex>,
-    hidden: &BTreeSet<NodeIndex>,
+    marked: Marked<'_>,
 ) -> Vec<Label> {
     let nodes = nodes_of(lines);
     let mut labels: Vec<Option<Label>> = nodes
@@ -38,8 +47,9 @@ pub(crate) fn build(
                 anchor: sight.projection.to_screen(top)?,
                 distance: sight.eye.distance(top),
                 lines: Vec::new(),
-                hidden: hidden.contains(&index),
-                selected: selection.contains(&index),
+                hidden: marked.hidden.contains(&index),
+                selected: marked.selection.contains(&index),
+                alarmed: marked.alarmed.contains(&index),
             })
         })
         .collect();

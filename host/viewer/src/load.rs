@@ -287,9 +287,10 @@ impl LoadedScene {
         plugins::telemetry_tags(&self.config, self.tags.specs(), plugin)
     }
 
-    /// The bindings as overlays get them.
-    pub(crate) fn overlay_bindings(&self) -> Vec<OverlayBinding> {
-        bindings::for_overlays(self)
+    /// The bindings that an overlay gets.
+    pub(crate) fn overlay_bindings(&self, overlay: &str) -> Vec<OverlayBinding> {
+        let roles = self.config.plugins.get(overlay).map_or(&[][..], |plugin| &plugin.roles);
+        bindings::for_overlay(self, roles)
     }
 }
 

@@ -93,7 +93,8 @@ pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, V
     let mut overlays = Vec::new();
     for overlay in &scene.config.overlays {
         if let Some(plugin) = scene.instances.get(&overlay.plugin) {
-            let overlay = RunningOverlay::configure(plugin, scene.overlay_bindings())?;
+            let bindings = scene.overlay_bindings(&overlay.plugin);
+            let overlay = RunningOverlay::configure(plugin, bindings)?;
             overlays.push(ShownOverlay::new(overlay));
         }
     }

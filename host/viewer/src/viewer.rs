@@ -221,6 +221,8 @@ impl Viewer {
         let selected_bounds = bounds_of(graph, selection);
         let (hidden, alarming) = (&self.hidden_labels, self.alarms.as_ref());
         let alarm_rows = alarms::Rows { alarming, scene, snapshot };
+        let alarmed = alarming.map(alarms::nodes_in_alarm).unwrap_or_default();
+        let marked = labels::Marked { selection, hidden, alarmed: &alarmed };
         let output = panels.run(input, &model, &rows, &alarm_rows, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
@@ -229,7 +231,7 @@ impl Viewer {
             let projection = Projection::new(&view, screen);
             let sight = labels::Sight { projection, eye: view.eye };
             SceneOverlay {
-                labels: labels::build(&overlaid.lines, snapshot, graph, sight, selection, hidden),
+                labels: labels::build(&overlaid.lines, snapshot, graph, sight, marked),
                 beacons: alarming
                     .map_or_else(Vec::new, |alarms| alarms::beacons(alarms, graph, sight)),
                 arrived: navigator.take_arrival(),

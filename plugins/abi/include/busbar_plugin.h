@@ -164,6 +164,12 @@
 // Bytes of the text of a [`BusbarSimulatorStatus`].
 #define BUSBAR_SIMULATOR_MESSAGE_CAPACITY 512
 
+// Event: the tag goes to a value and stays there.
+#define BUSBAR_EVENT_VALUE 0
+
+// Event: the tag moves by its own shape again.
+#define BUSBAR_EVENT_RELEASE 1
+
 // Value kind: none; the sample says something about quality only.
 #define BUSBAR_VALUE_NONE 0
 
@@ -702,6 +708,33 @@ typedef struct BusbarSimulatedTag {
   double period_seconds;
 } BusbarSimulatedTag;
 
+// Something that happens to a simulated tag. Array element.
+typedef struct BusbarSimulatedEvent {
+  // Handle of the tag.
+  uint32_t tag;
+  // `BUSBAR_EVENT_*`.
+  uint32_t kind;
+  // When, seconds since the scenario began; not negative.
+  double at_seconds;
+  // How long the way to the value takes, seconds; not negative, 0 for bool and
+  // double-point.
+  double over_seconds;
+  // The value in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
+  double value;
+} BusbarSimulatedEvent;
+
+// A time in which the link fails. Array element.
+typedef struct BusbarLinkFault {
+  // `BUSBAR_FAULT_*`, one of them.
+  uint32_t fault;
+  // Zero.
+  uint32_t reserved;
+  // When it begins, seconds since the scenario began; not negative.
+  double at_seconds;
+  // How long it holds, seconds; more than 0.
+  double for_seconds;
+} BusbarLinkFault;
+
 // What holds for all tags of a simulation.
 typedef struct BusbarSimulation {
   // Size of this struct, bytes.
@@ -718,6 +751,17 @@ typedef struct BusbarSimulation {
   uint64_t fault_period_millis;
   // How long a fault holds at most, milliseconds; more than 0.
   uint64_t fault_millis;
+  // When the scenario began, nanoseconds since 1970-01-01 UTC; a plugin that is started
+  // again goes on with it.
+  int64_t scenario_unix_nanos;
+  // Number of events.
+  uint32_t event_count;
+  // Number of link faults.
+  uint32_t link_fault_count;
+  // What happens to tags, in the order of time.
+  const struct BusbarSimulatedEvent *events;
+  // What happens to the link, in the order of time.
+  const struct BusbarLinkFault *link_faults;
 } BusbarSimulation;
 
 // How a simulation goes.

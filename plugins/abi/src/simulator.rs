@@ -2,8 +2,8 @@
 //! it, so that a configuration can be tried without its devices.
 //!
 //! The plugin listens where its settings say that the device is, and has every tag at
-//! its address. What value a tag has at an instant follows from the seed, the tag's id
-//! and its behaviour alone (`busbar_plugin_sdk::simulation` has the formulas).
+//! its address. What value a tag has at an instant follows from the seed, the tag's id,
+//! its behaviour and the scenario alone (`busbar_plugin_sdk::simulation` has the formulas).
 
 use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarTagSpec};
 
@@ -75,6 +75,53 @@ pub struct BusbarSimulation {
     pub fault_period_millis: u64,
     /// How long a fault holds at most, milliseconds; more than 0.
     pub fault_millis: u64,
+    /// When the scenario began, nanoseconds since 1970-01-01 UTC; a plugin that is started
+    /// again goes on with it.
+    pub scenario_unix_nanos: i64,
+    /// Number of events.
+    pub event_count: u32,
+    /// Number of link faults.
+    pub link_fault_count: u32,
+    /// What happens to tags, in the order of time.
+    pub events: *const BusbarSimulatedEvent,
+    /// What happens to the link, in the order of time.
+    pub link_faults: *const BusbarLinkFault,
+}
+
+/// Event: the tag goes to a value and stays there.
+pub const BUSBAR_EVENT_VALUE: u32 = 0;
+/// Event: the tag moves by its own shape again.
+pub const BUSBAR_EVENT_RELEASE: u32 = 1;
+
+/// Something that happens to a simulated tag. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarSimulatedEvent {
+    /// Handle of the tag.
+    pub tag: u32,
+    /// `BUSBAR_EVENT_*`.
+    pub kind: u32,
+    /// When, seconds since the scenario began; not negative.
+    pub at_seconds: f64,
+    /// How long the way to the value takes, seconds; not negative, 0 for bool and
+    /// double-point.
+    pub over_seconds: f64,
+    /// The value in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
+    pub value: f64,
+}
+
+/// A time in which the link fails. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarLinkFault {
+    /// `BUSBAR_FAULT_*`, one of them.
+    pub fault: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// When it begins, seconds since the scenario began; not negative.
+    pub at_seconds: f64,
+    /// How long it holds, seconds; more than 0.
+    pub for_seconds: f64,
 }
 
 /// How a simulation goes.

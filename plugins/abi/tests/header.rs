@@ -117,7 +117,9 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarOverlay { struct_size, configure, draw, describe }
         BusbarSimulatedTag { spec, shape, base, amplitude, period_seconds }
         BusbarSimulation { struct_size, faults, seed, update_millis, fault_period_millis,
-            fault_millis }
+            fault_millis, scenario_unix_nanos, event_count, link_fault_count, events, link_faults }
+        BusbarSimulatedEvent { tag, kind, at_seconds, over_seconds, value }
+        BusbarLinkFault { fault, reserved, at_seconds, for_seconds }
         BusbarSimulatorStatus { struct_size, fault, clients, message_len, connections, messages,
             message }
         BusbarSimulator { struct_size, start, stop, status }

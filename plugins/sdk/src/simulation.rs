@@ -19,10 +19,12 @@
 //! A [`FaultPlan`] says which [`FaultKind`] holds at a time since the start; a server
 //! applies what makes sense for its protocol.
 
+mod course;
 mod fault;
 mod signal;
 
-pub use fault::{ActiveFault, FaultKind, FaultPlan};
+pub use course::{Course, CourseEvent};
+pub use fault::{ActiveFault, FaultKind, FaultPlan, LinkFault};
 pub use signal::{Behaviour, Shape, Signal};
 
 /// A number from a number, evenly spread (SplitMix64: G. L. Steele, D. Lea and

@@ -1,11 +1,14 @@
 //! Capability `busbar.simulator/1-draft`.
 
-use std::time::Duration;
+use std::collections::HashMap;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
 use crate::border::{given, given_mut, slice};
-use crate::simulation::{Behaviour, FaultKind, FaultPlan, Shape, Signal};
+use crate::simulation::{
+    Behaviour, Course, CourseEvent, FaultKind, FaultPlan, LinkFault, Shape, Signal,
+};
 use crate::telemetry::read_spec;
 use crate::{Error, Plugin, TagSpec};
 
@@ -93,17 +96,78 @@ pub(crate) unsafe fn read_simulation(
     if simulation.update_millis == 0 {
         return Err(Error::argument("the update period is 0"));
     }
+    let faults = faults.map_err(|error| Error::argument(error.message()))?;
+    // SAFETY: the host gives as many elements as it says.
+    let (events, link_faults) = unsafe {
+        let link_faults = slice(simulation.link_faults, simulation.link_fault_count as usize)?;
+        (slice(simulation.events, simulation.event_count as usize)?, link_faults)
+    };
+    let nanos = u64::try_from(simulation.scenario_unix_nanos).unwrap_or_default();
+    let begun = UNIX_EPOCH + Duration::from_nanos(nanos);
+    let mut courses = courses(begun, events)?;
     let mut tags = Vec::with_capacity(raw.len());
     for tag in raw {
         // SAFETY: the host's texts are valid for the call.
-        tags.push(unsafe { read_tag(tag, simulation.seed)? });
+        let mut tag = unsafe { read_tag(tag, simulation.seed)? };
+        if let Some(course) = courses.remove(&tag.spec.tag) {
+            tag.signal = tag.signal.with_course(course)?;
+        }
+        tags.push(tag);
+    }
+    if let Some(tag) = courses.keys().next() {
+        return Err(Error::argument(format!("an event of the unknown tag {tag}")));
     }
     Ok(Simulation {
         tags,
-        faults: faults.map_err(|error| Error::argument(error.message()))?,
+        faults: faults.with_link_faults(since(begun), read_link_faults(link_faults)?),
         update: millis(simulation.update_millis),
         seed: simulation.seed,
     })
+}
+
+/// How long ago it was; nothing where the clock was set back.
+fn since(begun: SystemTime) -> Duration {
+    SystemTime::now().duration_since(begun).unwrap_or_default()
+}
+
+/// The events of each tag.
+fn courses(
+    begun: SystemTime,
+    events: &[abi::BusbarSimulatedEvent],
+) -> Result<HashMap<u32, Course>, Error> {
+    let mut courses: HashMap<u32, Course> = HashMap::new();
+    for event in events {
+        let at = seconds(event.at_seconds)?;
+        let happening = match event.kind {
+            abi::BUSBAR_EVENT_VALUE if event.value.is_finite() => {
+                CourseEvent::Value { value: event.value, over: seconds(event.over_seconds)? }
+            }
+            abi::BUSBAR_EVENT_RELEASE => CourseEvent::Release,
+            _ => {
+                let (kind, value) = (event.kind, event.value);
+                return Err(Error::argument(format!("an event of kind {kind} to {value}")));
+            }
+        };
+        courses.entry(event.tag).or_insert_with(|| Course::new(begun)).push(at, happening)?;
+    }
+    Ok(courses)
+}
+
+fn read_link_faults(raw: &[abi::BusbarLinkFault]) -> Result<Vec<LinkFault>, Error> {
+    let read = |fault: &abi::BusbarLinkFault| {
+        let kinds = FaultKind::from_abi(fault.fault);
+        let [kind] = kinds.as_deref().unwrap_or_default() else {
+            return Err(Error::argument(format!("unknown link fault {:#x}", fault.fault)));
+        };
+        let (begins, length) = (seconds(fault.at_seconds)?, seconds(fault.for_seconds)?);
+        Ok(LinkFault { kind: *kind, begins, ends: begins.saturating_add(length) })
+    };
+    raw.iter().map(read).collect()
+}
+
+fn seconds(seconds: f64) -> Result<Duration, Error> {
+    let wrong = |_| Error::argument(format!("a time of {seconds} s"));
+    Duration::try_from_secs_f64(seconds).map_err(wrong)
 }
 
 /// # Safety

@@ -51,6 +51,17 @@ fn transformer() -> Value {
     json!({ "transformers": [{ "equipment": "=T1" }] })
 }
 
+fn gas() -> Value {
+    json!({ "equipment": ["=Q1-QA1"], "filling": 7.0, "alarm": 6.4, "lock_out": 6.0 })
+}
+
+fn quantities() -> Value {
+    json!({
+        "quantities": [{ "name": "Core current", "role": "core", "attention": 100, "alarm": 300 }],
+        "equipment": ["=T1-TA1"],
+    })
+}
+
 /// A source, and a switch between it and another node.
 fn network() -> Value {
     json!({
@@ -153,6 +164,9 @@ fn shipped_plugins_pass() {
         ("power_overlay", json!({}), 0),
         ("energisation", json!({ "settings": network() }), 0),
         ("transformer_thermal", json!({ "settings": transformer() }), 0),
+        ("sf6_density", json!({ "settings": gas() }), 0),
+        ("thermography", json!({ "settings": { "equipment": ["=Q1-QB1-L1"] } }), 0),
+        ("condition", json!({ "settings": quantities() }), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("gas_analysis", json!({}), 0),

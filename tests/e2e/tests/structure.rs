@@ -56,6 +56,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_ui", &[]),
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
+    ("condition", &["busbar_plugin_sdk"]),
     ("device_server", &["busbar_plugin_sdk"]),
     ("dga", &[]),
     ("energisation", &["busbar_plugin_sdk"]),
@@ -68,7 +69,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("quadric_collapse", &["busbar_plugin_sdk"]),
     ("replay", &["busbar_plugin_sdk"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
+    ("sf6_density", &["busbar_plugin_sdk"]),
     ("sql_adapter", &["busbar_link", "busbar_plugin_sdk"]),
+    ("thermography", &["busbar_plugin_sdk"]),
     ("transformer_thermal", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),
     (

@@ -283,7 +283,7 @@ impl<R: Rig> Year<R> {
     }
 
     fn signal(&self, tag: u32) -> Signal {
-        self.rig.tags()[tag as usize].signal
+        self.rig.tags()[tag as usize].signal.clone()
     }
 
     fn note_heap(&mut self, day: u32, info: AllocationInfo) {

@@ -3,9 +3,10 @@
 //!
 //! [`Station::generate`] makes the models and where each stands. It is written
 //! in two forms of the same triangles: as a configuration that places a few
-//! dozen models ([`Station::configuration`]; with live positions of its switches,
+//! dozen models ([`Station::configuration`]; with all points live,
 //! [`Station::live_configuration`]), and flattened into one mesh with
-//! the paper's counts ([`Station::flatten`]). [`points`] is the point list.
+//! the paper's counts ([`Station::flatten`]). [`points`] is the point list,
+//! [`scenarios`] is what may happen to it.
 //!
 //! World space is metres, y up, origin on the ground between the transformers;
 //! 220 kV lines leave towards -z, 110 kV lines towards +z.
@@ -17,10 +18,12 @@ mod configuration;
 mod error;
 mod flatten;
 mod layout;
+mod live;
 mod models;
 mod network;
 mod points;
 mod scatter;
+mod scenarios;
 mod station;
 
 pub use catalogue::{Catalogue, Counts, Entry};
@@ -29,5 +32,6 @@ pub use error::StationError;
 pub use flatten::{FlatStation, Run};
 pub use layout::Placement;
 pub use network::{Network, NetworkSwitch, network};
-pub use points::{Point, PointKind, csv, points};
+pub use points::{Gateway, Point, PointKind, Usual, csv, points};
+pub use scenarios::{Scenario, scenarios};
 pub use station::Station;

@@ -9,6 +9,9 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use substation::Station;
 
+/// Folder of the scenarios, beside the configuration.
+const SCENARIO_FOLDER: &str = "scenarios";
+
 /// Makes the 220 kV substation of the paper.
 #[derive(Parser)]
 struct Arguments {
@@ -45,6 +48,12 @@ fn main() -> Result<()> {
     let live = station.live_configuration(|switch| switch.closed);
     write(&out_dir.join("live.json"), serde_json::to_string_pretty(&live)?.as_bytes())?;
     progress.inc(1);
+    fs::create_dir_all(out_dir.join(SCENARIO_FOLDER))?;
+    for scenario in substation::scenarios() {
+        let json = serde_json::to_string_pretty(&scenario.events)?;
+        let file = format!("{SCENARIO_FOLDER}/{}.json", scenario.name);
+        write(&out_dir.join(file), json.as_bytes())?;
+    }
     let points = substation::points();
     write(&out_dir.join("points.csv"), substation::csv(&points).as_bytes())?;
     progress.inc(1);

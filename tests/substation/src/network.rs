@@ -1,15 +1,9 @@
 //! The station as a network: what joins which connectivity nodes, and how its switches
 //! stand in normal operation.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-use crate::Station;
 use crate::layout::{BayKind, YARDS, Yard};
-
-/// Port of the simulated station.
-const PORT: u16 = 15_021;
-/// Milliseconds after which a position is stale.
-const FRESHNESS_MILLIS: u32 = 3000;
 
 /// A switch, and how it stands in normal operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -158,43 +152,4 @@ pub fn network() -> Network {
         "sources": sources,
     });
     Network { settings, switches }
-}
-
-impl Station {
-    /// The configuration with the position of every switch, from a simulated station,
-    /// and what they energise. `closed` may have switches stand otherwise than in normal
-    /// operation.
-    pub fn live_configuration(&self, closed: impl Fn(&NetworkSwitch) -> bool) -> Value {
-        let Network { settings, switches } = network();
-        let mut configuration = self.configuration();
-        let plugins = &mut configuration["plugins"];
-        plugins["station"] = json!({
-            "plugin": "modbus_adapter",
-            "settings": { "host": "127.0.0.1", "port": PORT, "poll_millis": 500 },
-        });
-        plugins["energised"] = json!({ "plugin": "energisation", "settings": settings });
-        let mut tags = Map::new();
-        let mut bindings = Vec::new();
-        for (index, switch) in switches.iter().enumerate() {
-            let id = format!("{}.Pos", switch.equipment.trim_start_matches('='));
-            // Double-points as IEC 61850-7-3 counts them: 1 is off, 2 is on.
-            let base = if closed(switch) { 2 } else { 1 };
-            let tag = json!({
-                "name": "Position",
-                "type": "double_point",
-                "freshness_millis": FRESHNESS_MILLIS,
-                "source": {
-                    "plugin": "station",
-                    "address": { "table": "discrete", "register": 2 * index },
-                },
-                "simulate": { "shape": "constant", "base": base },
-            });
-            tags.insert(id.clone(), tag);
-            bindings.push(json!({ "tag": id, "node": switch.equipment, "role": "position" }));
-        }
-        configuration["tags"] = Value::Object(tags);
-        configuration["bindings"] = Value::Array(bindings);
-        configuration["overlays"] = json!(["energised"]);
-        configuration
-    }
 }

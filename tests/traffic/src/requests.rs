@@ -10,7 +10,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
-use busbar_plugin_host::{Behaviour, Shape, SimulatedTag, Simulation, TelemetryTag};
+use busbar_plugin_host::{
+    Behaviour, DeviceScenario, Shape, SimulatedTag, Simulation, TelemetryTag,
+};
 use busbar_plugin_process::{RunningSimulator, RunningTelemetry};
 use busbar_tags::Sample;
 use serde::Serialize;
@@ -93,7 +95,8 @@ fn device(
         fault_length: UPDATE,
     };
     let plugin = site.plugin(plugin, settings)?;
-    Ok(RunningSimulator::start(&plugin, tags.iter().map(simulated).collect(), &simulation)?)
+    let tags = tags.iter().map(simulated).collect();
+    Ok(RunningSimulator::start(&plugin, tags, &simulation, DeviceScenario::NONE)?)
 }
 
 /// Good values that came since the last call.

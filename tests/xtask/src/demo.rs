@@ -1,7 +1,8 @@
-//! `demo`: from a fresh machine to the demo scene with live values.
+//! `demo`: from a fresh machine to the station with live values.
 
 use std::env;
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result};
@@ -10,13 +11,14 @@ use crate::packages::{self, Purpose};
 use crate::process;
 use crate::simulator;
 use crate::stage;
+use crate::station::Station;
 use crate::summary;
 use crate::workspace::{Profile, Workspace};
 
-/// The scene shown.
-pub(crate) const SCENE: &str = "config/demo.json";
-/// How the demo's pictures are made: values need time to arrive.
-pub(crate) const PICTURE_OPTIONS: [&str; 4] = ["--seconds", "3", "--size", "1280x720"];
+/// How a picture is made: values need time to arrive.
+const PICTURE_OPTIONS: [&str; 4] = ["--seconds", "4", "--size", "1280x720"];
+/// The same of a scenario: until it is all to be seen.
+const SCENARIO_OPTIONS: [&str; 4] = ["--seconds", "36", "--size", "1280x720"];
 
 /// Options of `demo`.
 #[derive(clap::Args)]
@@ -24,6 +26,9 @@ pub(crate) struct Arguments {
     /// Make a picture even where there is a display.
     #[arg(long)]
     picture: bool,
+    /// Let something happen: breaker_trip, overload, transformer_heating, sf6_leak or link_loss
+    #[arg(long, value_name = "NAME")]
+    scenario: Option<String>,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -31,8 +36,15 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(if window { Purpose::Window } else { Purpose::Picture })?;
     stage::build(workspace, Profile::Release)?;
     stage::stage(workspace, Profile::Release)?;
-    let _simulator = simulator::start(workspace)?;
-    if window { show_window(workspace) } else { make_picture(workspace) }
+    let station = Station::generate(workspace)?;
+    let scenario = arguments.scenario.as_deref().map(|name| station.scenario(name)).transpose()?;
+    let live = station.live();
+    let _simulator = simulator::start_station(workspace, &live, scenario.as_deref())?;
+    if window {
+        show_window(workspace, &live)
+    } else {
+        make_picture(workspace, &live, scenario.is_some())
+    }
 }
 
 fn has_display() -> bool {
@@ -47,18 +59,19 @@ pub(crate) fn busbar(workspace: &Workspace) -> Command {
     command
 }
 
-fn show_window(workspace: &Workspace) -> Result<()> {
-    process::run(busbar(workspace).args(["view", SCENE]))
+fn show_window(workspace: &Workspace, scene: &Path) -> Result<()> {
+    process::run(busbar(workspace).arg("view").arg(scene))
         .context("the view ended early; `cargo xtask demo --picture` needs no display")
 }
 
-fn make_picture(workspace: &Workspace) -> Result<()> {
+fn make_picture(workspace: &Workspace, scene: &Path, in_scenario: bool) -> Result<()> {
     let folder = workspace.path("target/demo");
     fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let (picture, stats) = (folder.join("demo.png"), folder.join("demo.json"));
     let mut command = busbar(workspace);
-    command.args(["render", SCENE]).args(PICTURE_OPTIONS);
+    let options = if in_scenario { SCENARIO_OPTIONS } else { PICTURE_OPTIONS };
+    command.arg("render").arg(scene).args(options);
     command.arg("--out").arg(&picture);
     process::run(command.arg("--stats").arg(&stats))?;
 

@@ -20,6 +20,7 @@ mod scan;
 mod simulator;
 mod soak;
 mod stage;
+mod station;
 mod steps;
 mod summary;
 mod test;
@@ -44,7 +45,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Install what is missing, build, and show the demo scene.
+    /// Install what is missing, build, and show the live station.
     Demo(demo::Arguments),
     /// Build the plugins and models and put them where the demo scene looks.
     Stage(stage::Arguments),

@@ -8,15 +8,20 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use serde_json::{Map, Value};
 
-use crate::demo::{PICTURE_OPTIONS, SCENE, busbar};
+use crate::demo::busbar;
 use crate::packages::{self, Purpose};
 use crate::process::{self, Process};
 use crate::simulator;
 use crate::stage;
+use crate::station::Station;
 use crate::workspace::{Profile, Workspace};
 use crate::x_server::XServer;
 
 const FOLDER: &str = "tests/pictures";
+/// The small scene that most pictures show.
+pub(crate) const SCENE: &str = "config/demo.json";
+/// How its pictures are made: values need time to arrive.
+const PICTURE_OPTIONS: [&str; 4] = ["--seconds", "3", "--size", "1280x720"];
 
 /// Rendered pictures: name, and what is added to the options of the demo.
 const RENDERED: &[(&str, &[&str])] = &[
@@ -52,8 +57,16 @@ const SUBSTATION: &[(&str, &[&str])] = &[
     ("substation_bay", &["--camera", "bay"]),
     ("substation_theta70", &["--camera", "bay", "--theta", "0.7"]),
 ];
-/// Where the substation is generated.
-const SUBSTATION_FOLDER: &str = "target/substation";
+/// Half a megabyte at most.
+const SCENARIO_SIZE: &str = "960x540";
+/// Pictures of scenarios: name, camera, and seconds until it is all to be seen.
+const SCENARIOS: &[(&str, &str, &str)] = &[
+    ("breaker_trip", "yard_110", "10"),
+    ("overload", "overload", "30"),
+    ("transformer_heating", "transformer_1", "36"),
+    ("sf6_leak", "sf6", "36"),
+    ("link_loss", "yard_110", "14"),
+];
 
 const SCREEN: &str = "1280x720";
 /// From the window's start to its first frame, on a software rasteriser.
@@ -73,7 +86,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     render_substation(workspace, &folder)?;
     let (name, options) = LINK_DOWN;
     render(workspace, options, &picture(&folder, name))?;
-    let _simulator = simulator::start(workspace)?;
+    let _simulator = simulator::start_demo(workspace)?;
     for (name, options) in RENDERED {
         render(workspace, options, &picture(&folder, name))?;
     }
@@ -114,20 +127,20 @@ fn render_view(workspace: &Workspace, view: &str, options: &[&str], out: &Path) 
     rendered
 }
 
-/// Generates the substation, lends it the staged plugins, and renders it.
+/// Generates the substation, renders it, and then each scenario of it.
 fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
-    let station = workspace.path(SUBSTATION_FOLDER);
-    let mut generate = process::cargo();
-    generate.args(["run", "--release", "-p", "substation", "--"]).arg(&station);
-    process::run(generate.current_dir(&workspace.root))?;
-    let plugins = station.join("plugins");
-    if !plugins.exists() {
-        std::os::unix::fs::symlink(workspace.path("config/plugins"), &plugins)
-            .with_context(|| format!("cannot make {}", plugins.display()))?;
-    }
+    let station = Station::generate(workspace)?;
     for (name, options) in SUBSTATION {
         let mut command = busbar(workspace);
-        command.arg("render").arg(station.join("station.json")).args(*options);
+        command.arg("render").arg(station.scene()).args(*options);
+        process::run(command.arg("--out").arg(picture(pictures, name)))?;
+    }
+    for (name, camera, seconds) in SCENARIOS {
+        let (live, scenario) = (station.live(), station.scenario(name)?);
+        let _simulator = simulator::start_station(workspace, &live, Some(&scenario))?;
+        let mut command = busbar(workspace);
+        command.arg("render").arg(&live).args(["--camera", camera, "--seconds", seconds]);
+        command.args(["--size", SCENARIO_SIZE]);
         process::run(command.arg("--out").arg(picture(pictures, name)))?;
     }
     Ok(())

@@ -1,28 +1,58 @@
-//! The simulated device that the demo scene reads: `busbar simulate` is it.
+//! The simulated devices that a scene reads: `busbar simulate` is them.
 
 use std::io::ErrorKind;
 use std::net::TcpListener;
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
-use crate::demo::{SCENE, busbar};
+use crate::demo::busbar;
 use crate::process::Process;
 use crate::workspace::Workspace;
 
-/// Where `config/demo.json` expects the device.
-const ADDRESS: &str = "127.0.0.1:15020";
+/// Where `config/demo.json` expects the device, and the station its first gateway.
+const DEMO_PORT: u16 = 15_020;
+const STATION_PORT: u16 = 15_021;
+/// Gateways of the station.
+const STATION_GATEWAYS: u16 = 5;
 /// From its start until it listens.
 const MAX_START: Duration = Duration::from_secs(20);
 
-/// Starts the simulator; it listens when this returns, and ends when dropped.
-pub(crate) fn start(workspace: &Workspace) -> Result<Process> {
-    ensure_free(ADDRESS)?;
-    let mut simulator = Process::start_listening(busbar(workspace).args(["simulate", SCENE]))?;
+/// Starts the device of `config/demo.json`; it listens when this returns, and ends when
+/// dropped.
+pub(crate) fn start_demo(workspace: &Workspace) -> Result<Process> {
+    start(workspace, Path::new(crate::pictures::SCENE), None, DEMO_PORT..DEMO_PORT + 1)
+}
+
+/// Starts the gateways of the generated station, which do what a scenario says.
+pub(crate) fn start_station(
+    workspace: &Workspace,
+    scene: &Path,
+    scenario: Option<&Path>,
+) -> Result<Process> {
+    start(workspace, scene, scenario, STATION_PORT..STATION_PORT + STATION_GATEWAYS)
+}
+
+fn start(
+    workspace: &Workspace,
+    scene: &Path,
+    scenario: Option<&Path>,
+    ports: std::ops::Range<u16>,
+) -> Result<Process> {
+    for port in ports.clone() {
+        ensure_free(&format!("127.0.0.1:{port}"))?;
+    }
+    let mut command = busbar(workspace);
+    command.arg("simulate").arg(scene);
+    if let Some(scenario) = scenario {
+        command.arg("--scenario").arg(scenario);
+    }
+    let mut simulator = Process::start_listening(&mut command)?;
     simulator
         .wait_for_line(MAX_START, |line| line == "ready")
         .context("the simulator did not start; see its messages above")?;
-    println!("a simulated device at {ADDRESS}");
+    println!("{} simulated devices from port {} on", ports.len(), ports.start);
     Ok(simulator)
 }
 

@@ -53,6 +53,11 @@ pub(crate) fn simulation() -> abi::BusbarSimulation {
         update_millis: 100,
         fault_period_millis: 10_000,
         fault_millis: 1000,
+        scenario_unix_nanos: 0,
+        event_count: 0,
+        link_fault_count: 0,
+        events: std::ptr::null(),
+        link_faults: std::ptr::null(),
     }
 }
 

@@ -44,6 +44,20 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let unknown = abi::BusbarSimulation { faults: 1 << 30, ..usual };
     let no_update = abi::BusbarSimulation { update_millis: 0, ..usual };
     let no_rest = abi::BusbarSimulation { fault_period_millis: 1000, ..usual };
+    let no_events = abi::BusbarSimulation { event_count: 2, ..usual };
+    let no_link_faults = abi::BusbarSimulation { link_fault_count: 2, ..usual };
+    let stranger = abi::BusbarSimulatedEvent {
+        tag: u32::MAX,
+        kind: abi::BUSBAR_EVENT_VALUE,
+        at_seconds: 0.0,
+        over_seconds: 0.0,
+        value: 0.0,
+    };
+    let strange_event = abi::BusbarSimulation { event_count: 1, events: &stranger, ..usual };
+    let strike =
+        abi::BusbarLinkFault { fault: 1 << 30, reserved: 0, at_seconds: 0.0, for_seconds: 1.0 };
+    let strange_link_fault =
+        abi::BusbarSimulation { link_fault_count: 1, link_faults: &strike, ..usual };
     let (refused, texts) = ([ARGUMENT], [ARGUMENT, SETTINGS, OK]);
     let values = [ARGUMENT, SETTINGS];
     let (tags, all) = (good.as_parts(), &raw const usual);
@@ -58,6 +72,10 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
         ("an unknown fault", plugin, tags, &raw const unknown, &refused),
         ("no update period", plugin, tags, &raw const no_update, &refused),
         ("faults without a rest", plugin, tags, &raw const no_rest, &refused),
+        ("events that are null", plugin, tags, &raw const no_events, &refused),
+        ("link faults that are null", plugin, tags, &raw const no_link_faults, &refused),
+        ("an event of an unknown tag", plugin, tags, &raw const strange_event, &refused),
+        ("an unknown link fault", plugin, tags, &raw const strange_link_fault, &refused),
         ("an unknown value kind", plugin, kind.as_parts(), all, &values),
         ("a tag id that is not UTF-8", plugin, id.as_parts(), all, &texts),
         ("an unknown shape", plugin, shape.as_parts(), all, &values),

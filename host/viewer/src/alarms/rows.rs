@@ -1,9 +1,10 @@
 //! Alarms as the panels show them.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
-use busbar_scene::SceneGraph;
+use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Snapshot, SourceTime, TagSet};
 use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon};
 
@@ -153,6 +154,11 @@ pub(crate) fn beacons(alarming: &Alarming, graph: &SceneGraph, sight: Sight) -> 
         })
     };
     alarming.listing.places.iter().filter_map(of_place).collect()
+}
+
+/// The equipment that beacons stand at.
+pub(crate) fn nodes_in_alarm(alarming: &Alarming) -> BTreeSet<NodeIndex> {
+    alarming.listing.places.iter().map(|(node, _)| *node).collect()
 }
 
 fn priority(priority: Priority) -> AlarmPriority {

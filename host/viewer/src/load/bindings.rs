@@ -152,11 +152,12 @@ fn suggest(graph: &SceneGraph, node: &str) -> String {
     format!("'{placement}' has the parts '{shown}")
 }
 
-/// The bindings as overlays get them.
-pub(super) fn for_overlays(scene: &LoadedScene) -> Vec<OverlayBinding> {
+/// The bindings in these roles, or all where there are none, as overlays get them.
+pub(super) fn for_overlay(scene: &LoadedScene, roles: &[String]) -> Vec<OverlayBinding> {
     scene
         .bindings
         .iter()
+        .filter(|binding| roles.is_empty() || roles.contains(&binding.role))
         .map(|binding| {
             let spec = &scene.tags.specs()[binding.tag.0 as usize];
             let limits = scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();

@@ -1,12 +1,13 @@
 //! A configuration without its devices: plugins that can be them are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-use busbar_config::{Config, SimulatedShape, TagConfig};
+use busbar_config::{Config, LinkFaultKind, ScenarioConfig, SimulatedShape, TagConfig};
 use busbar_plugin_host::{
-    Behaviour, PluginError, Shape, SimulatedTag, Simulation, SimulationStatus,
+    Behaviour, DeviceScenario, FaultKind, PluginError, Shape, SimulatedEvent, SimulatedLinkFault,
+    SimulatedTag, Simulation, SimulationStatus,
 };
 use busbar_plugin_process::{Plugin, RunningSimulator};
 
@@ -43,19 +44,24 @@ impl SimulatedDevice {
 
 impl SimulatedDevices {
     /// Starts the device of every plugin instance that is the source of a tag and can be
-    /// one, or of the one named alone.
+    /// one, or of the one named alone. They do what the scenario in a file says from now on.
     ///
     /// # Errors
-    /// Every fault of the file and of what it asks of plugins; also when there is no
+    /// Every fault of the files and of what they ask of plugins; also when there is no
     /// device to start.
     pub fn start(
         path: &Path,
         only: Option<&str>,
         simulation: &Simulation,
+        scenario: Option<&Path>,
     ) -> Result<Self, LoadError> {
         let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
         let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
         let config = busbar_config::parse(&text).map_err(faulty)?;
+        let scenario = match scenario {
+            Some(path) => read_scenario(path, &config)?,
+            None => ScenarioConfig::default(),
+        };
         let mut faults = Faults { found: Vec::new(), ..Faults::of(&config) };
         let is_wanted = |name: &str| {
             let mut sources = config.tags.values().filter_map(TagConfig::source);
@@ -64,7 +70,7 @@ impl SimulatedDevices {
         let instances = plugins::create_some(&config, &folder_of(path), &mut faults, &is_wanted);
         let mut started = Self { devices: Vec::new(), instances, remarks: Vec::new() };
         if faults.found.is_empty() {
-            started.start_all(&config, simulation, &mut faults);
+            started.start_all(&config, simulation, &scenario, &mut faults);
         }
         if faults.found.is_empty() && started.devices.is_empty() {
             faults.add("/plugins", started.nothing(only), NOTHING_REMEDY);
@@ -75,8 +81,15 @@ impl SimulatedDevices {
         }
     }
 
-    fn start_all(&mut self, config: &Config, simulation: &Simulation, faults: &mut Faults<'_>) {
+    fn start_all(
+        &mut self,
+        config: &Config,
+        simulation: &Simulation,
+        scenario: &ScenarioConfig,
+        faults: &mut Faults<'_>,
+    ) {
         let specs = bindings::tag_specs(config);
+        let begun = SystemTime::now();
         for (name, plugin) in &self.instances {
             let tags = plugins::telemetry_tags(config, &specs, name);
             if !RunningSimulator::is_offered_by(plugin) {
@@ -96,7 +109,8 @@ impl SimulatedDevices {
                 })
                 .collect();
             let tag_count = simulated.len();
-            match RunningSimulator::start(plugin, simulated, simulation) {
+            let scenario = device_scenario(scenario, begun, name, &simulated, config);
+            match RunningSimulator::start(plugin, simulated, simulation, scenario) {
                 Ok(simulator) => self.devices.push(SimulatedDevice { simulator, tag_count }),
                 Err(error) => {
                     let pointer = config.plugins.get(name).map_or("", |plugin| &plugin.pointer);
@@ -136,10 +150,56 @@ impl Drop for SimulatedDevices {
     }
 }
 
+fn read_scenario(path: &Path, config: &Config) -> Result<ScenarioConfig, LoadError> {
+    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
+    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+    busbar_config::parse_scenario(&text, config).map_err(faulty)
+}
+
+/// What a scenario has one device do.
+fn device_scenario(
+    scenario: &ScenarioConfig,
+    begun: SystemTime,
+    name: &str,
+    tags: &[SimulatedTag],
+    config: &Config,
+) -> DeviceScenario {
+    let handles: HashMap<&str, _> =
+        tags.iter().map(|simulated| (simulated.tag.id.as_str(), simulated.tag.tag)).collect();
+    let events = scenario.events.iter().filter_map(|event| {
+        let [factor, offset] = scale(config.tags.get(&event.tag)?);
+        Some(SimulatedEvent {
+            tag: *handles.get(event.tag.as_str())?,
+            at_seconds: event.at_seconds,
+            value: event.value.map(|(value, over)| ((value - offset) / factor, over)),
+        })
+    });
+    let own = scenario.link_faults.iter().filter(|fault| fault.plugin == name);
+    let link_faults = own.map(|fault| SimulatedLinkFault {
+        kind: match fault.kind {
+            LinkFaultKind::LinkLoss => FaultKind::LinkLoss,
+            LinkFaultKind::Slow => FaultKind::Slow,
+            LinkFaultKind::HalfOpen => FaultKind::HalfOpen,
+            LinkFaultKind::Reset => FaultKind::Reset,
+            LinkFaultKind::Garbage => FaultKind::Garbage,
+            LinkFaultKind::Late => FaultKind::Late,
+            LinkFaultKind::ClockJump => FaultKind::ClockJump,
+        },
+        at_seconds: fault.at_seconds,
+        for_seconds: fault.for_seconds,
+    });
+    DeviceScenario { begun, events: events.collect(), link_faults: link_faults.collect() }
+}
+
+/// From the device's number to the host's: factor and offset.
+fn scale(tag: &TagConfig) -> [f64; 2] {
+    tag.scale.filter(|[factor, _]| *factor != 0.0).unwrap_or([1.0, 0.0])
+}
+
 /// How the device's number moves: the host's view of the tag, its scale undone.
 fn behaviour(tag: &TagConfig) -> Behaviour {
     let simulate = &tag.simulate;
-    let [factor, offset] = tag.scale.filter(|[factor, _]| *factor != 0.0).unwrap_or([1.0, 0.0]);
+    let [factor, offset] = scale(tag);
     Behaviour {
         shape: match simulate.shape {
             SimulatedShape::Constant => Shape::Constant,

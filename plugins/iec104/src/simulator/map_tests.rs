@@ -34,7 +34,8 @@ pub(crate) fn map(tags: &[(TagSpec, Signal)]) -> Result<(StationMap, Option<Stri
     let settings: Settings = serde_json::from_value(json!({"host": "127.0.0.1"})).unwrap();
     let specs: Vec<_> = tags.iter().map(|(spec, _)| spec.clone()).collect();
     let points = Points::parse(&specs, &settings.parse().unwrap()).unwrap();
-    let signal_of = |tag| tags.iter().find(|(spec, _)| spec.tag == tag).map(|(_, signal)| *signal);
+    let signal_of =
+        |tag| tags.iter().find(|(spec, _)| spec.tag == tag).map(|(_, signal)| signal.clone());
     StationMap::new(&points, signal_of)
 }
 

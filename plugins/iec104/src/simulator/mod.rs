@@ -64,7 +64,7 @@ fn share(config: &Config, simulation: &Simulation) -> Result<(Shared, Option<Str
         let at = simulation.tags.binary_search_by_key(&tag, |simulated| simulated.spec.tag);
         let found = at.ok().and_then(|index| simulation.tags.get(index));
         let slow = || simulation.tags.iter().find(|simulated| simulated.spec.tag == tag);
-        found.or_else(slow).map(|simulated| simulated.signal)
+        found.or_else(slow).map(|simulated| simulated.signal.clone())
     };
     let (map, remark) = StationMap::new(&points, signal_of)?;
     let shared = Shared {

@@ -48,7 +48,7 @@ pub(crate) fn bank(
     simulation: &Simulation,
 ) -> Result<(Bank, Option<String>), Error> {
     let points = address::parse(&simulation.specs(), config)?;
-    let signals = simulation.tags.iter().map(|tag| tag.signal);
+    let signals = simulation.tags.iter().map(|tag| tag.signal.clone());
     Bank::new(points.into_iter().zip(signals).collect())
 }
 

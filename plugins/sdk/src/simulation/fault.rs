@@ -64,9 +64,21 @@ impl FaultKind {
     }
 }
 
-/// Which fault holds when: in each period one, the kinds in turn.
+/// A fault that a scenario has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkFault {
+    /// What goes wrong.
+    pub kind: FaultKind,
+    /// When it begins, since the scenario did.
+    pub begins: Duration,
+    /// When it is over.
+    pub ends: Duration,
+}
+
+/// Which fault holds when: those of a scenario, and in each period one, the kinds in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultPlan {
+    told: Vec<ActiveFault>,
     key: u64,
     kinds: Vec<FaultKind>,
     period: Duration,
@@ -90,7 +102,13 @@ pub struct ActiveFault {
 impl FaultPlan {
     /// A device that never fails.
     pub fn none() -> Self {
-        Self { key: 0, kinds: Vec::new(), period: Duration::MAX, longest: Duration::ZERO }
+        Self {
+            told: Vec::new(),
+            key: 0,
+            kinds: Vec::new(),
+            period: Duration::MAX,
+            longest: Duration::ZERO,
+        }
     }
 
     /// In each `period` one fault of a random length, at most `longest`, at a random
@@ -110,20 +128,39 @@ impl FaultPlan {
                  than the period"
             )));
         }
-        Ok(Self { key: mix(seed), kinds: kinds.to_vec(), period, longest })
+        Ok(Self { told: Vec::new(), key: mix(seed), kinds: kinds.to_vec(), period, longest })
+    }
+
+    /// The same with the faults of a scenario that began so long before the simulation;
+    /// they come before all others.
+    pub fn with_link_faults(mut self, under_way: Duration, faults: Vec<LinkFault>) -> Self {
+        let told = faults.into_iter().map(|fault| ActiveFault {
+            kind: fault.kind,
+            begins: fault.begins.saturating_sub(under_way),
+            ends: fault.ends.saturating_sub(under_way),
+            clock_ahead_seconds: match fault.kind {
+                FaultKind::ClockJump => jump(mix(self.key)),
+                _ => 0,
+            },
+        });
+        self.told = told.collect();
+        self
     }
 
     /// The fault that holds at a time since the start.
     pub fn at(&self, since_start: Duration) -> Option<ActiveFault> {
-        let fault = self.fault_of(self.number_at(since_start))?;
-        (fault.begins..fault.ends).contains(&since_start).then_some(fault)
+        let holds = |fault: &ActiveFault| (fault.begins..fault.ends).contains(&since_start);
+        let told = self.told.iter().copied().find(holds);
+        told.or_else(|| self.fault_of(self.number_at(since_start)).filter(holds))
     }
 
     /// The first fault that begins or ends after a time since the start, and when.
     pub fn next_change(&self, since_start: Duration) -> Option<Duration> {
         let number = self.number_at(since_start);
         let changes = [number, number + 1].into_iter().filter_map(|n| self.fault_of(n));
-        changes.flat_map(|fault| [fault.begins, fault.ends]).find(|&change| change > since_start)
+        let all = self.told.iter().copied().chain(changes);
+        let changes = all.flat_map(|fault| [fault.begins, fault.ends]);
+        changes.filter(|&change| change > since_start).min()
     }
 
     fn number_at(&self, since_start: Duration) -> u64 {

@@ -69,3 +69,20 @@ fn sums_are_kinds() {
     assert_eq!(FaultKind::from_abi(4), Some(vec![FaultKind::HalfOpen]));
     assert_eq!(FaultKind::from_abi(1 << 20), None);
 }
+
+#[test]
+fn the_faults_of_a_scenario_hold_when_told() {
+    let seconds = Duration::from_secs;
+    let fault =
+        |kind, begins, ends| LinkFault { kind, begins: seconds(begins), ends: seconds(ends) };
+    let told = vec![fault(FaultKind::LinkLoss, 10, 20), fault(FaultKind::HalfOpen, 30, 40)];
+    // The simulation was started again 12 s into the scenario.
+    let plan = FaultPlan::none().with_link_faults(seconds(12), told);
+    let kind = |since| plan.at(seconds(since)).map(|fault| fault.kind);
+    assert_eq!(kind(0), Some(FaultKind::LinkLoss));
+    assert_eq!([kind(8), kind(17)], [None, None]);
+    assert_eq!([kind(18), kind(27)], [Some(FaultKind::HalfOpen); 2]);
+    assert_eq!(kind(28), None);
+    let changes = [0, 8, 18, 28].map(|since| plan.next_change(seconds(since)));
+    assert_eq!(changes, [Some(seconds(8)), Some(seconds(18)), Some(seconds(28)), None]);
+}

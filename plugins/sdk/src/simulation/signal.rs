@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use super::{draw, mix, unit};
+use super::{Course, draw, mix, unit};
 use crate::{DoublePoint, Error, Value, ValueKind};
 
 /// How long a switch travels at most.
@@ -73,11 +73,12 @@ impl Behaviour {
 }
 
 /// The value of one tag at any instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Signal {
     key: u64,
     kind: ValueKind,
     behaviour: Behaviour,
+    course: Option<Course>,
 }
 
 impl Signal {
@@ -96,7 +97,30 @@ impl Signal {
         let hash = id.bytes().fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
         });
-        Ok(Self { key: mix(hash ^ mix(seed)), kind, behaviour })
+        Ok(Self { key: mix(hash ^ mix(seed)), kind, behaviour, course: None })
+    }
+
+    /// The same that also does what a scenario has it do.
+    ///
+    /// # Errors
+    /// [`Error::settings`] for values that its kind does not have.
+    pub fn with_course(self, course: Course) -> Result<Self, Error> {
+        let most = match self.kind {
+            ValueKind::Bool => Some(1.0),
+            ValueKind::DoublePoint => Some(3.0),
+            ValueKind::F64 | ValueKind::I64 => None,
+        };
+        let is_state = |(value, over): (f64, Duration)| {
+            most.is_none_or(|most| {
+                (0.0..=most).contains(&value) && value.fract() == 0.0 && over.is_zero()
+            })
+        };
+        if !course.values().all(is_state) {
+            return Err(Error::settings(
+                "a bool goes to 0 or 1 and a double point to 0, 1, 2 or 3, at once",
+            ));
+        }
+        Ok(Self { course: Some(course), ..self })
     }
 
     /// What kind of value it gives.
@@ -106,6 +130,15 @@ impl Signal {
 
     /// The value at an instant, whoever asks and how often.
     pub fn at(&self, time: SystemTime) -> Value {
+        let told = self.course.as_ref().and_then(|course| course.at(time, |at| self.own_at(at)));
+        if let Some(told) = told {
+            return match self.kind {
+                ValueKind::F64 => Value::F64(told),
+                ValueKind::I64 => Value::I64(told.round() as i64),
+                ValueKind::Bool => Value::Bool(told != 0.0),
+                ValueKind::DoublePoint => Value::DoublePoint(DoublePoint::from_bits(told as u64)),
+            };
+        }
         match self.kind {
             ValueKind::F64 => Value::F64(self.number_at(time)),
             ValueKind::I64 => Value::I64(self.number_at(time).round() as i64),
@@ -118,13 +151,16 @@ impl Signal {
     /// 3 for a double point.
     pub fn range(&self) -> (f64, f64) {
         let Behaviour { shape, base, amplitude, .. } = self.behaviour;
-        let (low, high) = match (self.kind, shape) {
+        let own = match (self.kind, shape) {
             (ValueKind::Bool, _) => return (0.0, 1.0),
             (ValueKind::DoublePoint, _) => return (0.0, 3.0),
             (_, Shape::Constant) => (base, base),
             (_, Shape::Counter) => (base, base + amplitude.floor()),
             _ => (base - amplitude, base + amplitude),
         };
+        let told = self.course.iter().flat_map(Course::values);
+        let (low, high) =
+            told.fold(own, |(low, high), (value, _)| (low.min(value), high.max(value)));
         if self.kind == ValueKind::I64 { (low.round(), high.round()) } else { (low, high) }
     }
 
@@ -132,12 +168,20 @@ impl Signal {
     pub fn max_slope(&self) -> Option<f64> {
         let Behaviour { shape, amplitude, period, .. } = self.behaviour;
         match shape {
-            _ if self.kind != ValueKind::F64 => None,
+            _ if self.kind != ValueKind::F64 || self.course.is_some() => None,
             Shape::Constant => Some(0.0),
             Shape::Sine => Some(TAU * amplitude / period.as_secs_f64()),
             // From one end to the other, and 3/2 of the mean slope in the middle.
             Shape::Walk => Some(3.0 * amplitude / period.as_secs_f64()),
             Shape::Steps | Shape::Counter => None,
+        }
+    }
+
+    /// By its own shape; a state as a number is of no use to a course, which jumps.
+    fn own_at(&self, time: SystemTime) -> f64 {
+        match self.kind {
+            ValueKind::F64 | ValueKind::I64 => self.number_at(time),
+            ValueKind::Bool | ValueKind::DoublePoint => self.behaviour.base,
         }
     }
 

@@ -1,0 +1,196 @@
+//! The station live: every point a tag that a simulated gateway serves, and what is shown
+//! and alarmed of it.
+
+mod alarms;
+mod monitoring;
+
+use std::collections::{BTreeMap, HashMap};
+
+use serde_json::{Map, Value, json};
+
+use crate::points::{Gateway, MAIN_TRANSFORMERS, Point, PointKind, Usual, points};
+use crate::{Network, NetworkSwitch, Station, network};
+
+/// Port of the first simulated gateway; the others follow.
+const FIRST_PORT: u16 = 15_021;
+/// A value is stale once so many of its scans are missing.
+const MISSED_SCANS: u32 = 3;
+/// What is scanned less often than each second is a poll group of its own.
+const FAST_MILLIS: u32 = 1000;
+const SLOW_GROUP: &str = "monitoring";
+/// First register of that group: far from the others, so that none is read in vain.
+const SLOW_REGISTER: u16 = 2000;
+/// Seconds in which what wanders finds a new aim.
+const WALK_SECONDS: f64 = 30.0;
+const AMBIENT: &str = "S12Z1MON/MMET1.EnvTmp";
+
+impl Station {
+    /// The configuration with all points, from simulated gateways, and what is made of
+    /// them. `closed` may have switches stand otherwise than in normal operation.
+    pub fn live_configuration(&self, closed: impl Fn(&NetworkSwitch) -> bool) -> Value {
+        let Network { settings, switches } = network();
+        let stands: HashMap<&str, bool> =
+            switches.iter().map(|switch| (switch.equipment.as_str(), closed(switch))).collect();
+        let points = points();
+        let mut configuration = self.configuration();
+        let plugins = &mut configuration["plugins"];
+        for (gateway, port) in Gateway::ALL.into_iter().zip(FIRST_PORT..) {
+            plugins[gateway.name()] = json!({
+                "plugin": "modbus_adapter",
+                "settings": {
+                    "host": "127.0.0.1",
+                    "port": port,
+                    "poll_millis": FAST_MILLIS / 2,
+                    "poll_groups": { SLOW_GROUP: { "poll_millis": FAST_MILLIS } },
+                },
+            });
+        }
+        plugins["energised"] = json!({ "plugin": "energisation", "settings": settings });
+        plugins["thermal"] = json!({ "plugin": "transformer_thermal", "settings": thermal() });
+        for (name, plugin, settings, roles) in monitoring::overlays(&points) {
+            plugins[name] = json!({ "plugin": plugin, "settings": settings, "roles": roles });
+        }
+        for (overlay, roles) in ROLES {
+            plugins[overlay]["roles"] = json!(roles);
+        }
+        let mut registers = Registers::default();
+        let mut tags = Map::new();
+        for point in &points {
+            let stands = stands.get(point.equipment.as_str()).filter(|_| point.role == "position");
+            let address = registers.address(point);
+            tags.insert(point.id.clone(), tag(point, address, stands.copied()));
+        }
+        configuration["tags"] = Value::Object(tags);
+        configuration["bindings"] = Value::Array(bindings(&points));
+        configuration["alarms"] = Value::Object(alarms::alarms(&points));
+        configuration["overlays"] = json!([
+            // What comes later lies over what comes before.
+            "energised",
+            "contacts",
+            "monitored",
+            "gas",
+            "thermal",
+            "values"
+        ]);
+        for (name, eye, target) in CAMERAS {
+            configuration["cameras"][name] =
+                json!({ "eye": eye, "target": target, "fov_degrees": 50 });
+        }
+        configuration
+    }
+}
+
+/// What overlays that are not of condition monitoring need of the station's points.
+const ROLES: [(&str, &[&str]); 3] = [
+    ("energised", &["position"]),
+    ("thermal", &["load", "ambient"]),
+    ("values", &["active_power", "load", "top_oil", "hot_spot"]),
+];
+
+/// What a camera sees best: the place of a scenario, by its name.
+type Camera = (&'static str, [f64; 3], [f64; 3]);
+
+const CAMERAS: [Camera; 4] = [
+    ("yard_110", [0.0, 40.0, 80.0], [0.0, 0.0, 29.0]),
+    ("overload", [-44.0, 9.0, 62.0], [-44.0, 4.5, 40.0]),
+    ("sf6", [-8.0, 8.0, -74.0], [-14.0, 4.5, -57.0]),
+    ("transformer_1", [-33.6, 10.2, -14.0], [-27.6, 4.2, 0.0]),
+];
+
+/// Where points are read: cells of each unit, one after another.
+#[derive(Default)]
+struct Registers {
+    next: BTreeMap<(Gateway, u8, &'static str), u16>,
+}
+
+impl Registers {
+    fn address(&mut self, point: &Point) -> Value {
+        let (gateway, unit) = point.read_by;
+        let is_slow = point.scan_millis > FAST_MILLIS;
+        let (table, space, cells) = match point.kind {
+            PointKind::Analog | PointKind::Monitoring if is_slow => ("holding", SLOW_GROUP, 2),
+            PointKind::Analog | PointKind::Monitoring => ("holding", "holding", 2),
+            PointKind::Double => ("discrete", "discrete", 2),
+            PointKind::Single => ("discrete", "discrete", 1),
+            PointKind::Control => ("coil", "coil", 1),
+        };
+        let first = if space == SLOW_GROUP { SLOW_REGISTER } else { 0 };
+        let next = self.next.entry((gateway, unit, space)).or_insert(first);
+        let mut address = json!({ "unit": unit, "table": table, "register": *next });
+        *next += cells;
+        if table == "holding" {
+            address["type"] = json!("f32");
+        }
+        if space == SLOW_GROUP {
+            address["poll_group"] = json!(SLOW_GROUP);
+        }
+        json!({ "plugin": gateway.name(), "address": address })
+    }
+}
+
+fn tag(point: &Point, source: Value, closed: Option<bool>) -> Value {
+    let usual = match closed {
+        // Double-points as IEC 61850-7-3 counts them: 1 is off, 2 is on.
+        Some(closed) => Usual::Constant(if closed { 2.0 } else { 1.0 }),
+        None => point.usual,
+    };
+    let simulate = match usual {
+        Usual::Constant(base) => json!({ "shape": "constant", "base": base }),
+        Usual::Walk(base, amplitude) => json!({
+            "shape": "walk", "base": base, "amplitude": amplitude, "period_seconds": WALK_SECONDS,
+        }),
+        Usual::Counter(base, seconds) => json!({
+            "shape": "counter", "base": base, "amplitude": 1.0e6, "period_seconds": seconds,
+        }),
+    };
+    let mut tag = json!({
+        "name": capitalised(&point.name),
+        "freshness_millis": MISSED_SCANS * point.scan_millis,
+        "source": source,
+        "simulate": simulate,
+    });
+    match point.kind {
+        PointKind::Double => tag["type"] = json!("double_point"),
+        PointKind::Single | PointKind::Control => tag["type"] = json!("bool"),
+        PointKind::Analog | PointKind::Monitoring => {
+            tag["type"] = json!("f64");
+            tag["unit"] = json!(if point.unit == "1" { "" } else { point.unit });
+            tag["range"] = json!({ "low": point.low, "high": point.high });
+            let [low, high] = point.limits;
+            if low.is_some() || high.is_some() {
+                tag["limits"] = json!({ "low": low, "high": high });
+            }
+        }
+    }
+    tag
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+/// Every point at its equipment; the ambient temperature also at the transformers.
+fn bindings(points: &[Point]) -> Vec<Value> {
+    let binding =
+        |tag: &str, node: &str, role: &str| json!({ "tag": tag, "node": node, "role": role });
+    let own = points.iter().map(|point| binding(&point.id, &point.equipment, point.role));
+    let ambient = (1..=MAIN_TRANSFORMERS)
+        .map(|number| binding(AMBIENT, &format!("=S12T{number}-TA1"), "ambient"));
+    own.chain(ambient).collect()
+}
+
+/// Forced-air cooling, as transformers of this size have.
+fn thermal() -> Value {
+    let transformer = |number: usize| {
+        json!({
+            "equipment": format!("=S12T{number}-TA1"),
+            "cooling": "ONAF",
+            "top_oil_rise": 45.0,
+            "gradient": 14.5,
+            "loss_ratio": 6.0,
+        })
+    };
+    json!({ "transformers": (1..=MAIN_TRANSFORMERS).map(transformer).collect::<Vec<_>>() })
+}

@@ -1,0 +1,161 @@
+//! Points of condition monitoring.
+
+use super::{List, Place, PointKind, Quantity, Usual};
+
+/// Milliseconds between two values of condition monitoring: as a demonstration needs them.
+/// Stations read gas each 1 to 10 minutes, currents and temperatures each 5 to 30.
+const SCAN: u32 = 5000;
+
+const PRESSURE: Quantity = ("SIMG.Pres", "SF6 pressure", "bar", 0.0, 12.0, SCAN);
+const GAS_TEMPERATURE: Quantity = ("SIMG.Tmp", "SF6 temperature", "°C", -40.0, 100.0, SCAN);
+const TOTAL: Quantity = ("SARC.TotA", "arrester leakage current", "mA", 0.0, 20.0, SCAN);
+const RESISTIVE: Quantity = ("SARC.RisA", "arrester resistive current", "mA", 0.0, 10.0, SCAN);
+const OPERATIONS: Quantity = ("SARC.OpCnt", "arrester operations", "1", 0.0, 9999.0, SCAN);
+const CONTACT: Quantity = ("STMP.Tmp", "contact temperature", "°C", -40.0, 200.0, SCAN);
+const LEAKAGE: Quantity = ("SINS.LeakA", "insulator leakage current", "mA", 0.0, 50.0, SCAN);
+
+/// Filling pressure of a breaker at 20 °C, bar absolute.
+pub(crate) const SF6_FILLING: f64 = 7.0;
+/// Where an alarm is raised, and where the breaker is locked, bar absolute at 20 °C.
+pub(crate) const SF6_ALARM: f64 = 6.4;
+pub(crate) const SF6_LOCK_OUT: f64 = 6.0;
+/// Temperature of gas and of contacts without current, °C.
+const OUTSIDE: f64 = 22.0;
+
+/// What is monitored in a bay: devices of each pole.
+pub(super) struct Monitored<'a> {
+    pub(super) bay: &'a str,
+    /// Breaker with SF6.
+    pub(super) breaker: bool,
+    pub(super) arrester: bool,
+    /// Devices with a contact that may heat up.
+    pub(super) contacts: &'a [&'a str],
+    /// Devices whose insulator leaks.
+    pub(super) insulators: &'a [&'a str],
+    /// Share of the rated current that flows, for temperatures.
+    pub(super) loading: f64,
+}
+
+impl Monitored<'_> {
+    pub(super) fn add(&self, list: &mut List) {
+        for pole in 1..=3_usize {
+            let mut add = |quantity: Quantity, device: &str, node, role, usual| {
+                let equipment = format!("{}-{device}-L{pole}", self.bay);
+                let place = Place { bay: self.bay, equipment, node, role };
+                list.add(PointKind::Monitoring, quantity, place, usual);
+            };
+            if self.breaker {
+                let temperature = OUTSIDE + 1.0;
+                // The gas law: pressure goes with the absolute temperature.
+                let pressure = SF6_FILLING * (temperature + 273.15) / 293.15;
+                add(PRESSURE, "QA1", pole, "sf6_pressure", Usual::Walk(pressure, 0.005));
+                add(GAS_TEMPERATURE, "QA1", pole, "sf6_temperature", walk(temperature, 0.2));
+            }
+            if self.arrester {
+                add(TOTAL, "FA1", pole, "arrester_total_current", walk(0.9, 0.02));
+                add(RESISTIVE, "FA1", pole, "arrester_resistive_current", walk(0.12, 0.01));
+                let operations = Usual::Constant((3 * pole + self.bay.len()) as f64);
+                add(OPERATIONS, "FA1", pole, "arrester_operations", operations);
+            }
+            for (index, device) in self.contacts.iter().enumerate() {
+                // Contacts heat up with the square of the current.
+                let base = OUTSIDE + 25.0 * self.loading * self.loading + 0.3 * index as f64;
+                let node = 3 * index + pole;
+                add(CONTACT, device, node, "contact_temperature", walk(base, 0.4));
+            }
+            for (index, device) in self.insulators.iter().enumerate() {
+                let node = 3 * index + pole;
+                add(LEAKAGE, device, node, "leakage_current", walk(0.4, 0.05));
+            }
+        }
+    }
+}
+
+fn walk(base: f64, amplitude: f64) -> Usual {
+    Usual::Walk(base, amplitude)
+}
+
+/// A point of a transformer: its quantity, role, value, and how many sensors there are.
+type OfTransformer = (Quantity, &'static str, f64, f64, usize);
+
+/// 51 points.
+const TRANSFORMER: [OfTransformer; 17] = [
+    (("SIML.H2", "hydrogen", "ppm", 0.0, 5000.0, SCAN), "hydrogen", 24.0, 0.4, 1),
+    (("SIML.CH4", "methane", "ppm", 0.0, 5000.0, SCAN), "methane", 11.0, 0.2, 1),
+    (("SIML.C2H2", "acetylene", "ppm", 0.0, 1000.0, SCAN), "acetylene", 0.3, 0.02, 1),
+    (("SIML.C2H4", "ethylene", "ppm", 0.0, 5000.0, SCAN), "ethylene", 8.0, 0.2, 1),
+    (("SIML.C2H6", "ethane", "ppm", 0.0, 5000.0, SCAN), "ethane", 6.0, 0.2, 1),
+    (("SIML.CO", "carbon monoxide", "ppm", 0.0, 10_000.0, SCAN), "carbon_monoxide", 310.0, 3.0, 1),
+    (("SIML.CO2", "carbon dioxide", "ppm", 0.0, 50_000.0, SCAN), "carbon_dioxide", 2100.0, 9.0, 1),
+    (("SIML.H2O", "moisture in oil", "ppm", 0.0, 100.0, SCAN), "moisture", 9.0, 0.1, 1),
+    (("SIML.Tmp", "top-oil temperature", "°C", -40.0, 150.0, 1000), "top_oil", 44.0, 0.2, 2),
+    (("YPTR.HPTmp", "winding hot-spot", "°C", -40.0, 200.0, 1000), "hot_spot", 54.0, 0.3, 2),
+    (("SIML.Lev", "oil level", "%", 0.0, 100.0, SCAN), "oil_level", 58.0, 0.2, 2),
+    (("SCUR.Core", "core earth current", "mA", 0.0, 1000.0, SCAN), "core_current", 12.0, 0.5, 2),
+    (("SIMB.TanD", "bushing loss factor", "%", 0.0, 5.0, SCAN), "loss_factor", 0.34, 0.01, 9),
+    (
+        ("SPDC.Lev", "partial discharge", "pC", 0.0, 10_000.0, SCAN),
+        "partial_discharge",
+        35.0,
+        4.0,
+        4,
+    ),
+    (("CCGR.Amp", "fan current", "A", 0.0, 10.0, SCAN), "fan_current", 2.1, 0.05, 16),
+    (("SVBR.Lev", "tank vibration", "m/s2", 0.0, 50.0, SCAN), "vibration", 3.2, 0.2, 5),
+    (("YLTC.OilTmp", "tap changer oil", "°C", -40.0, 150.0, SCAN), "tap_changer_oil", 41.0, 0.3, 1),
+];
+
+/// Adds what is monitored at a transformer.
+pub(super) fn add_of_transformer(bay: &str, list: &mut List) {
+    for (quantity, role, base, amplitude, sensors) in TRANSFORMER {
+        for node in 1..=sensors {
+            let is_second = node > 1 && matches!(role, "top_oil" | "hot_spot" | "oil_level");
+            let role = if is_second { "second_sensor" } else { role };
+            let place = Place { bay, equipment: format!("{bay}-TA1"), node, role };
+            let point = list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
+            point.limits[1] = match role {
+                "top_oil" => Some(95.0),
+                "hot_spot" => Some(118.0),
+                _ => None,
+            };
+        }
+    }
+}
+
+/// A point of the station: its quantity, value, and how many sensors there are.
+type OfStation = (Quantity, f64, f64, usize);
+
+/// Weather, batteries, fire detection, gas in the switch room, cameras: 102 points.
+const STATION: [OfStation; 9] = [
+    (("MMET.EnvTmp", "ambient temperature", "°C", -50.0, 60.0, 1000), OUTSIDE, 0.2, 2),
+    (("MMET.EnvHum", "humidity", "%", 0.0, 100.0, SCAN), 54.0, 0.5, 2),
+    (("MMET.HorWdSpd", "wind speed", "m/s", 0.0, 60.0, SCAN), 3.0, 1.0, 2),
+    (("MMET.EnvPres", "air pressure", "hPa", 800.0, 1100.0, SCAN), 1012.0, 0.3, 1),
+    (("MMET.RnfInt", "rain", "mm/h", 0.0, 200.0, SCAN), 0.0, 0.0, 1),
+    (("ZBAT.Vol", "battery voltage", "V", 0.0, 300.0, SCAN), 231.0, 0.4, 12),
+    (("SFIR.Lev", "smoke density", "%", 0.0, 100.0, 1000), 0.4, 0.1, 40),
+    (("SIMG.Room", "SF6 in the room", "ppm", 0.0, 2000.0, SCAN), 2.0, 0.5, 2),
+    (("SCAM.Rate", "video stream rate", "Mbit/s", 0.0, 100.0, SCAN), 8.0, 0.6, 40),
+];
+
+/// Adds what is monitored for the station as a whole.
+pub(super) fn add_of_station(bay: &str, equipment: &str, list: &mut List) {
+    for (quantity, base, amplitude, sensors) in STATION {
+        for node in 1..=sensors {
+            let place = Place { bay, equipment: equipment.to_owned(), node, role: "environment" };
+            list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
+        }
+    }
+}
+
+/// Adds what is monitored at a 35 kV feeder: 6 points.
+pub(super) fn add_of_feeder(bay: &str, equipment: &str, list: &mut List) {
+    let contacts = (1..=3).map(|node| (CONTACT, node, 31.0, 0.4));
+    let others = [(PRESSURE, 1, 1.4, 0.002), (GAS_TEMPERATURE, 1, OUTSIDE, 0.2)];
+    for (quantity, node, base, amplitude) in
+        others.into_iter().chain(contacts).chain([(LEAKAGE, 1, 0.1, 0.02)])
+    {
+        let place = Place { bay, equipment: equipment.to_owned(), node, role: "environment" };
+        list.add(PointKind::Monitoring, quantity, place, walk(base, amplitude));
+    }
+}

@@ -1,0 +1,60 @@
+//! The generated station: where it is, and what may happen in it.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+
+use crate::process;
+use crate::workspace::Workspace;
+
+/// Where the station is generated.
+const FOLDER: &str = "target/substation";
+
+/// Files of the generated station.
+pub(crate) struct Station {
+    folder: PathBuf,
+}
+
+impl Station {
+    /// Generates the station and lends it the staged plugins.
+    pub(crate) fn generate(workspace: &Workspace) -> Result<Self> {
+        let folder = workspace.path(FOLDER);
+        let mut generate = process::cargo();
+        generate.args(["run", "--release", "-p", "substation", "--"]).arg(&folder);
+        process::run(generate.current_dir(&workspace.root))?;
+        let plugins = folder.join("plugins");
+        if !plugins.exists() {
+            std::os::unix::fs::symlink(workspace.path("config/plugins"), &plugins)
+                .with_context(|| format!("cannot make {}", plugins.display()))?;
+        }
+        Ok(Self { folder })
+    }
+
+    /// The station without tags.
+    pub(crate) fn scene(&self) -> PathBuf {
+        self.folder.join("station.json")
+    }
+
+    /// The station with all of its points.
+    pub(crate) fn live(&self) -> PathBuf {
+        self.folder.join("live.json")
+    }
+
+    /// The file of a scenario.
+    ///
+    /// # Errors
+    /// A name that none has; the message lists them.
+    pub(crate) fn scenario(&self, name: &str) -> Result<PathBuf> {
+        let folder = self.folder.join("scenarios");
+        let file = folder.join(format!("{name}.json"));
+        if file.is_file() {
+            return Ok(file);
+        }
+        let mut known: Vec<String> = fs::read_dir(&folder)?
+            .filter_map(|entry| entry.ok()?.path().file_stem()?.to_str().map(str::to_owned))
+            .collect();
+        known.sort();
+        bail!("there is no scenario '{name}': name one of {}", known.join(", "))
+    }
+}
