@@ -24,7 +24,7 @@ pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Re
         let pointer = item_pointer("alarms", name);
         check_name_key(name, &pointer, "alarm", report);
         if let Some(id) = alarm["equipment"].as_str() {
-            check_equipment(id, equipment, &pointer, report);
+            check_equipment(id, equipment, &join_pointer(&pointer, "equipment"), report);
         }
         let suppression = &alarm["suppressed_by"];
         if alarm["mirrored"] == true {
@@ -55,12 +55,18 @@ pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Re
     }
 }
 
-fn check_equipment(id: &str, equipment: &Equipment<'_>, pointer: &str, report: &mut Report<'_>) {
+/// Reports equipment that is not in the scene; `pointer` is where it is named.
+pub(crate) fn check_equipment(
+    id: &str,
+    equipment: &Equipment<'_>,
+    pointer: &str,
+    report: &mut Report<'_>,
+) {
     let placement = id.split_once('/').map_or(id, |(placement, _)| placement);
     if equipment.contains_key(placement) {
         return;
     }
-    report.error_with(&join_pointer(pointer, "equipment"), || {
+    report.error_with(pointer, || {
         let cause = format!("no scene node has the id '{}'", suggest::shown(placement));
         let add = || "add a node with that id to the scene".to_owned();
         (cause, suggest::remedy(placement, equipment.keys().map(AsRef::as_ref), add))

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::alarms::{AlarmConfig, AlarmHandlingConfig};
+use crate::equipment::EquipmentConfig;
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
 use crate::simulate::SimulateConfig;
@@ -31,6 +32,8 @@ pub struct Config {
     pub models: BTreeMap<String, ModelConfig>,
     /// Scene nodes.
     pub scene: SceneConfig,
+    /// What equipment is called, by id.
+    pub equipment: BTreeMap<String, EquipmentConfig>,
     /// Tags by id.
     pub tags: BTreeMap<String, TagConfig>,
     /// Which tag shows at which node, in the order of the text.
@@ -54,9 +57,14 @@ pub struct Config {
 }
 
 impl Config {
-    /// Without what only loading needs, which is most of it: nodes and positions.
+    /// Without what only loading needs, which is most of it: nodes, names and positions.
     pub fn loaded(self) -> Self {
-        Self { scene: SceneConfig::default(), positions: Positions::default(), ..self }
+        Self {
+            scene: SceneConfig::default(),
+            equipment: BTreeMap::new(),
+            positions: Positions::default(),
+            ..self
+        }
     }
 }
 
@@ -312,10 +320,29 @@ pub struct ViewConfig {
     pub transition_seconds: f32,
     /// Whether a window's camera turns on for a moment after a drag.
     pub inertia: bool,
+    /// Colours of panels and labels.
+    pub theme: ThemeConfig,
+    /// Factor on the size of panels and labels.
+    pub scale: f32,
+    /// Path of a font as written, relative to the configuration file; none for the one
+    /// built in.
+    pub font: Option<String>,
     /// Graphics device, by number or part of its name; none for the best.
     pub device: Option<String>,
     /// JSON pointer; of a view that may be absent.
     pub pointer: String,
+}
+
+/// Colours of panels and labels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Theme")]
+pub enum ThemeConfig {
+    /// Light grey.
+    #[default]
+    Light,
+    /// Dark grey, for night shifts.
+    Dark,
 }
 
 /// What a picture may cost.

@@ -12,6 +12,7 @@ mod alarm_rules;
 mod alarms;
 mod config;
 mod diagnostic;
+mod equipment;
 mod index;
 mod limits;
 mod placing_rules;
@@ -40,9 +41,11 @@ pub use alarms::{
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
     NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig, SectionConfig,
-    SourceConfig, TagConfig, TagType, ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
+    SourceConfig, TagConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, TransformConfig,
+    ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
+pub use equipment::EquipmentConfig;
 pub use limits::*;
 pub use plugins::{Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;

@@ -48,6 +48,14 @@ pub const MAX_SHELVING_MINUTES: u32 = 10_080;
 pub const MAX_LOG_MEGABYTES: u32 = 32;
 /// The most files of the alarm log.
 pub const MAX_LOG_FILES: u32 = 1_000;
+/// The most pieces of equipment that have names of their own.
+pub const MAX_EQUIPMENT: usize = 1_000_000;
+/// The most aliases of one piece of equipment.
+pub const MAX_ALIASES: usize = 32;
+/// The least factor on the size of panels and labels.
+pub const MIN_PANEL_SCALE: f32 = 0.5;
+/// The greatest.
+pub const MAX_PANEL_SCALE: f32 = 4.0;
 /// The most bindings of tags to nodes.
 pub const MAX_BINDINGS: usize = 1_000_000;
 /// The most cameras.

@@ -8,7 +8,8 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::alarms::{RawAlarm, RawAlarmHandling};
-use crate::config::TagType;
+use crate::config::{TagType, ThemeConfig};
+use crate::equipment::RawEquipment;
 use crate::limits::*;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::simulate::RawSimulate;
@@ -59,6 +60,10 @@ pub(crate) struct RawConfig {
     /// The equipment shown.
     #[schemars(extend("examples" = [[]]))]
     pub(crate) scene: Vec<RawNode>,
+    /// What equipment is called besides its id, by id.
+    #[serde(default)]
+    #[schemars(extend("maxProperties" = MAX_EQUIPMENT))]
+    pub(crate) equipment: BTreeMap<String, RawEquipment>,
     /// Live values, by tag id.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_TAGS))]
@@ -394,6 +399,17 @@ pub(crate) struct RawView {
     /// Whether a window's camera turns on for a moment after a drag.
     #[schemars(extend("examples" = [true]))]
     pub(crate) inertia: bool,
+    /// Colours of panels and labels: `light`, or `dark` for night shifts. `N` in a window
+    /// changes them.
+    #[schemars(extend("examples" = ["dark"]))]
+    pub(crate) theme: ThemeConfig,
+    /// Factor on the size of panels and labels.
+    #[schemars(range(min = MIN_PANEL_SCALE, max = MAX_PANEL_SCALE), extend("examples" = [1.25]))]
+    pub(crate) scale: f32,
+    /// A TrueType or OpenType font for panels and labels, relative to this file; where
+    /// missing, one that is built in. What it has no sign for comes from that.
+    #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["fonts/site.ttf"]))]
+    pub(crate) font: Option<String>,
     /// Graphics device: its number among those there are, or a part of its name; where
     /// missing, the best. `BUSBAR_DEVICE` in the environment goes before.
     #[schemars(length(min = 1, max = 256), extend("examples" = ["llvmpipe"]))]
@@ -470,6 +486,9 @@ impl Default for RawView {
             morph_seconds: 0.25,
             transition_seconds: 0.6,
             inertia: false,
+            theme: ThemeConfig::default(),
+            scale: 1.0,
+            font: None,
             device: None,
         }
     }

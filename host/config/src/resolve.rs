@@ -56,6 +56,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             pointer,
         }),
         scene: SceneConfig::new(raw.scene, raw.templates),
+        equipment: named(raw.equipment, "/equipment", |_, raw, pointer| raw.resolve(pointer)),
         tags: named(raw.tags, "/tags", tag),
         bindings: indexed(raw.bindings, "/bindings", |raw, pointer| BindingConfig {
             tag: raw.tag,
@@ -141,6 +142,9 @@ fn view(raw: RawView) -> ViewConfig {
         morph_seconds: raw.morph_seconds,
         transition_seconds: raw.transition_seconds,
         inertia: raw.inertia,
+        theme: raw.theme,
+        scale: raw.scale,
+        font: raw.font,
         device: raw.device,
         pointer: "/view".to_owned(),
     }

@@ -29,6 +29,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     scene_rules::check(document, rules.report);
     let equipment = placing_rules::check(document, rules.report);
     rules.check_bindings(&equipment);
+    crate::equipment::check(document, &equipment, rules.report);
     alarm_rules::check(document, &equipment, rules.report);
     plugins::check_roles(document, rules.report);
 }

@@ -311,3 +311,25 @@ fn ten_different_faults_are_ten_diagnostics() {
 fn a_root_that_is_no_object_is_refused() {
     check("«[]", &[("", "the configuration must be an object, not an array", "write an object")]);
 }
+
+#[test]
+fn equipment_must_exist_and_an_alias_means_one_piece() {
+    let text = r#"{
+  "version": 1,
+  "scene": [{ "id": "=Q1" }, { "id": "=Q2" }],
+  "equipment": {
+    "=Q1": { "name": "Line 1", "aliases": ["2211", "=Q2"] },
+    "=Q2": { "aliases": ["2211", "S1/Q2"] },
+    "=Q3": { "name": "Nowhere" }
+  }
+}"#;
+    let faults = busbar_config::parse(text).unwrap_err();
+    let causes: Vec<(usize, &str)> =
+        faults.iter().map(|fault| (fault.line as usize, fault.cause.as_str())).collect();
+    let expected = [
+        (5, "the alias '=Q2' is one of '=Q2' already"),
+        (6, "the alias '2211' is one of '=Q1' already"),
+        (7, "no scene node has the id '=Q3'"),
+    ];
+    assert_eq!(causes, expected);
+}

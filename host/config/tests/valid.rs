@@ -2,8 +2,8 @@
 
 use busbar_config::{
     AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, Isolation, LimitConfig,
-    PriorityConfig, QualityConfig, Severity, StateConfig, TagType, ThetaConfig, ThetaLevelConfig,
-    WatchConfig, parse, schema,
+    PriorityConfig, QualityConfig, Severity, StateConfig, TagType, ThemeConfig, ThetaConfig,
+    ThetaLevelConfig, WatchConfig, parse, schema,
 };
 use serde_json::json;
 
@@ -288,4 +288,23 @@ fn the_schema_describes_every_property() {
         }
     }
     assert!(count > 30, "{count}");
+}
+
+#[test]
+fn equipment_has_names_and_panels_a_look() {
+    let text = r#"{
+        "version": 1,
+        "scene": [{ "id": "=Q1" }],
+        "equipment": { "=Q1": { "name": "Line 1", "aliases": ["2211"] } },
+        "view": { "theme": "dark", "scale": 1.25, "font": "site.ttf" }
+    }"#;
+    let config = parse(text).unwrap();
+    let equipment = &config.equipment["=Q1"];
+    assert_eq!(
+        (equipment.name.as_str(), equipment.aliases.as_slice()),
+        ("Line 1", &["2211".to_owned()][..])
+    );
+    let view = &config.view;
+    assert_eq!((view.theme, view.scale), (ThemeConfig::Dark, 1.25));
+    assert_eq!(view.font.as_deref(), Some("site.ttf"));
 }

@@ -192,9 +192,9 @@ impl RunningOverlay {
         state: impl Fn(TagHandle) -> Option<TagState>,
         now: SystemTime,
         patience: Duration,
-    ) -> Result<OverlayPicture, PluginError> {
+    ) -> Result<Arc<OverlayPicture>, PluginError> {
         match self {
-            Self::InProcess(overlay) => overlay.draw(state, now),
+            Self::InProcess(overlay) => overlay.draw(state, now).map(Arc::new),
             Self::Isolated { process, tags } => {
                 let states = tags.iter().map(|&tag| state(tag)).collect();
                 process.draw(states, now, patience)

@@ -140,7 +140,7 @@ impl PluginProcess {
         states: Vec<Option<TagState>>,
         now: SystemTime,
         patience: Duration,
-    ) -> Result<OverlayPicture, PluginError> {
+    ) -> Result<Arc<OverlayPicture>, PluginError> {
         let number = match &mut *self.shared.slot() {
             Some(slot) => slot.want(states, now),
             None => return Err(self.failed("it is not configured".into())),
@@ -165,8 +165,8 @@ impl PluginProcess {
 
     fn picture(
         &self,
-        picture: Option<Result<OverlayPicture, String>>,
-    ) -> Result<OverlayPicture, PluginError> {
+        picture: Option<Result<Arc<OverlayPicture>, String>>,
+    ) -> Result<Arc<OverlayPicture>, PluginError> {
         let lost = |reason| Err(PluginError::Lost { id: self.info.id.clone(), reason });
         match picture {
             Some(Ok(picture)) => Ok(picture),

@@ -31,7 +31,7 @@ pub(crate) struct Wanted {
 struct Drawn {
     number: u64,
     since: Instant,
-    picture: Result<OverlayPicture, String>,
+    picture: Result<Arc<OverlayPicture>, String>,
 }
 
 /// One overlay's wishes and pictures.
@@ -102,7 +102,7 @@ impl Slot {
                 Err(violation.to_string())
             }
         });
-        self.drawn = Some(Drawn { number, since, picture: checked });
+        self.drawn = Some(Drawn { number, since, picture: checked.map(Arc::new) });
     }
 
     /// The plugin is gone: so is its picture, and nothing is under way.
@@ -116,7 +116,7 @@ impl Slot {
     }
 
     /// The last whole picture, if it is not too old to be shown.
-    pub(crate) fn picture(&self) -> Option<Result<OverlayPicture, String>> {
+    pub(crate) fn picture(&self) -> Option<Result<Arc<OverlayPicture>, String>> {
         let drawn = self.drawn.as_ref()?;
         (drawn.since.elapsed() <= MAX_PICTURE_AGE).then(|| drawn.picture.clone())
     }

@@ -55,12 +55,22 @@ pub struct SceneNode<'a> {
     place: Place,
 }
 
-impl SceneNode<'_> {
+impl<'a> SceneNode<'a> {
     /// Equipment id; model nodes are called `placement/node`, features of their
     /// meshes `placement/feature` or, where that would be ambiguous within the
     /// model, `placement/node/feature`.
     pub fn id(&self) -> EquipmentId {
         self.nodes.id(self.place)
+    }
+
+    /// The last part of its id: what a part is called, or the id of a placement.
+    pub fn name(&self) -> &'a str {
+        self.nodes.name(self.place)
+    }
+
+    /// Whether it is a part of a model that is placed.
+    pub fn is_part(&self) -> bool {
+        self.place.part.is_some()
     }
 
     /// Parent, an earlier node.

@@ -213,6 +213,13 @@ impl Nodes {
         }
     }
 
+    pub(crate) fn name(&self, place: Place) -> &str {
+        match self.part(place) {
+            Some(part) => &part.name,
+            None => id_of(&self.records, &self.ids, place.placement),
+        }
+    }
+
     pub(crate) fn find(&self, id: &str) -> Option<NodeIndex> {
         let (id, part) = match id.split_once('/') {
             Some((id, part)) => (id, Some(part)),

@@ -3,11 +3,13 @@
 use egui::{Align2, Area, Frame, Id, Label, Order, Rect, RichText, Sense, Stroke, Ui, vec2};
 
 use crate::alarm_mark::{self, Look};
-use crate::{AlarmModel, Command, theme};
+use crate::{AlarmModel, AlarmRow, Command, theme};
 
 /// Below the upper border of the scene, points.
 const TOP: f32 = 6.0;
 const MARK_RADIUS: f32 = 9.0;
+/// A scene wider than this has room for all in one line, points.
+const ONE_LINE_WIDTH: f32 = 860.0;
 
 /// Shows the banner while there is something for it; a click goes there. Gives its place.
 pub(crate) fn show(
@@ -24,7 +26,7 @@ pub(crate) fn show(
         .pivot(Align2::CENTER_TOP)
         .fixed_pos(scene.center_top() + vec2(0.0, TOP));
     let frame = Frame::new()
-        .fill(theme::PAPER)
+        .fill(theme::of(ui.ctx()).paper)
         .stroke(Stroke::new(2.0, color))
         .inner_margin(vec2(8.0, 5.0))
         .corner_radius(3.0);
@@ -39,22 +41,17 @@ pub(crate) fn show(
                     has_ring: alarm_mark::is_lit(ui, model.flashes),
                 };
                 alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);
-                let text = |text: RichText| Label::new(text).selectable(false).extend();
-                ui.add(text(RichText::new(&alarm.message).strong().size(15.0)));
-                let place = alarm.equipment.as_deref().unwrap_or(&alarm.id);
-                ui.add(text(RichText::new(place)));
-                let words = format!("{} {}", alarm.priority.name(), alarm.state);
-                ui.add(text(RichText::new(words)));
-                ui.add(text(RichText::new(&alarm.time)));
-                if let Some(doubt) = &alarm.doubt {
-                    ui.add(text(RichText::new(format!("? {doubt}"))));
+                // Beside the panels, never over them.
+                if scene.width() > ONE_LINE_WIDTH {
+                    what(ui, alarm);
+                    since(ui, alarm, waiting);
+                    return;
                 }
-                if waiting > 1 {
-                    let more = format!("and {} more", waiting - 1);
-                    ui.add(text(RichText::new(more).color(theme::FAINT_INK)));
-                }
-                let keys = RichText::new("F8 goes there").color(theme::FAINT_INK);
-                ui.add(text(keys));
+                ui.set_max_width((scene.width() - 80.0).max(0.0));
+                ui.vertical(|ui| {
+                    ui.horizontal(|ui| what(ui, alarm));
+                    ui.horizontal(|ui| since(ui, alarm, waiting));
+                });
             })
         })
     });
@@ -67,4 +64,28 @@ pub(crate) fn show(
         commands.extend(alarm.equipment.clone().map(Command::Reveal));
     }
     Some(shown.response.rect)
+}
+
+/// What is wrong, and with what.
+fn what(ui: &mut Ui, alarm: &AlarmRow) {
+    text(ui, RichText::new(&alarm.message).strong().size(15.0));
+    text(ui, RichText::new(alarm.equipment.as_deref().unwrap_or(&alarm.id)));
+}
+
+/// How it stands, since when, and how many more there are.
+fn since(ui: &mut Ui, alarm: &AlarmRow, waiting: usize) {
+    text(ui, RichText::new(format!("{} {}", alarm.priority.name(), alarm.state)));
+    text(ui, RichText::new(&alarm.time));
+    if let Some(doubt) = &alarm.doubt {
+        text(ui, RichText::new(format!("? {doubt}")));
+    }
+    let faint = theme::of(ui.ctx()).faint_ink;
+    if waiting > 1 {
+        text(ui, RichText::new(format!("and {} more", waiting - 1)).color(faint));
+    }
+    text(ui, RichText::new("F8 goes there").color(faint));
+}
+
+fn text(ui: &mut Ui, text: RichText) {
+    ui.add(Label::new(text).selectable(false).truncate());
 }

@@ -39,7 +39,7 @@ fn line(ui: &mut Ui, caption: &str, text: &str) {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(caption).color(theme::FAINT_INK));
+        ui.label(RichText::new(caption).color(theme::of(ui.ctx()).faint_ink));
         ui.label(text);
     });
 }
@@ -69,7 +69,7 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
     });
     if detail.can_shelve && is_free {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("Shelve for").color(theme::FAINT_INK));
+            ui.label(RichText::new("Shelve for").color(theme::of(ui.ctx()).faint_ink));
             for (minutes, words) in SHELVES {
                 let time = Duration::from_secs(minutes * 60);
                 if time <= model.max_shelving && ui.button(words).clicked() {
@@ -85,6 +85,8 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
         commands.push(Command::Reveal(equipment.clone()));
     }
     if detail.is_mirrored {
-        ui.label(RichText::new("The host's alarm system decides.").color(theme::FAINT_INK));
+        ui.label(
+            RichText::new("The host's alarm system decides.").color(theme::of(ui.ctx()).faint_ink),
+        );
     }
 }

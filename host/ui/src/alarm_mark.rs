@@ -34,12 +34,13 @@ pub(crate) fn is_lit(ui: &Ui, flashes: bool) -> bool {
 /// Paints a mark; `radius` is that of the circle around it, points.
 pub(crate) fn paint(painter: &Painter, center: Pos2, radius: f32, look: Look) {
     let (color, ink) = colors(look.priority);
-    let fill = if look.is_active { color } else { theme::PAPER };
-    let ink = if look.is_active { ink } else { theme::INK };
-    let outline = Stroke::new(2.0, if look.is_active { theme::INK } else { color });
+    let fill = if look.is_active { color } else { theme::of(painter.ctx()).paper };
+    let ink = if look.is_active { ink } else { theme::of(painter.ctx()).ink };
+    let outline =
+        Stroke::new(2.0, if look.is_active { theme::of(painter.ctx()).ink } else { color });
     let corners = corners(look.priority, center, radius);
     if look.has_ring {
-        painter.circle_stroke(center, radius + 3.0, Stroke::new(2.5, theme::INK));
+        painter.circle_stroke(center, radius + 3.0, Stroke::new(2.5, theme::of(painter.ctx()).ink));
     }
     match corners.is_empty() {
         true => {

@@ -109,14 +109,14 @@ fn list(
     let (head, _) =
         ui.allocate_exact_size(vec2(ui.available_width(), ROW_HEIGHT - 4.0), Sense::hover());
     for (index, (title, _)) in COLUMNS.into_iter().enumerate() {
-        cell(ui, head, index, RichText::new(title).color(theme::FAINT_INK));
+        cell(ui, head, index, RichText::new(title).color(theme::of(ui.ctx()).faint_ink));
     }
     if rows.is_empty() {
         let nothing = match model.list {
             AlarmList::Held => "Nothing is held back.",
             _ => "No alarms.",
         };
-        ui.label(RichText::new(nothing).color(theme::FAINT_INK));
+        ui.label(RichText::new(nothing).color(theme::of(ui.ctx()).faint_ink));
         return;
     }
     let lit = alarm_mark::is_lit(ui, model.flashes);
@@ -176,15 +176,15 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
 fn state_ground(ui: &Ui, place: Rect, alarm: &AlarmRow) -> egui::Color32 {
     match (alarm.is_unacknowledged, alarm.is_active) {
         (true, true) => {
-            ui.painter().rect_filled(place, 2.0, theme::INK);
-            theme::PAPER
+            ui.painter().rect_filled(place, 2.0, theme::of(ui.ctx()).ink);
+            theme::of(ui.ctx()).paper
         }
         (true, false) => {
-            let line = egui::Stroke::new(1.5, theme::INK);
+            let line = egui::Stroke::new(1.5, theme::of(ui.ctx()).ink);
             ui.painter().rect_stroke(place, 2.0, line, egui::StrokeKind::Inside);
-            theme::INK
+            theme::of(ui.ctx()).ink
         }
-        (false, _) => theme::INK,
+        (false, _) => theme::of(ui.ctx()).ink,
     }
 }
 

@@ -30,8 +30,8 @@ pub(crate) fn paint(ui: &Ui, beacons: &[Beacon], flashes: bool) {
     ordered.sort_by_key(|beacon| std::cmp::Reverse(beacon.priority));
     for beacon in ordered {
         let center = beacon.anchor - vec2(0.0, HEIGHT);
-        painter.line_segment([beacon.anchor, center], Stroke::new(2.0, theme::INK));
-        painter.circle_filled(center, RADIUS + 4.0, theme::PAPER.gamma_multiply(0.85));
+        painter.line_segment([beacon.anchor, center], Stroke::new(2.0, theme::of(ui.ctx()).ink));
+        painter.circle_filled(center, RADIUS + 4.0, theme::of(ui.ctx()).paper.gamma_multiply(0.85));
         let look = Look {
             priority: beacon.priority,
             is_active: !beacon.is_doubtful,
@@ -48,10 +48,10 @@ pub(crate) fn paint(ui: &Ui, beacons: &[Beacon], flashes: bool) {
         if !note.is_empty() {
             let at = center + vec2(RADIUS + 6.0, 0.0);
             let font = theme::small_font();
-            let text = painter.layout_no_wrap(note.clone(), font.clone(), theme::INK);
+            let text = painter.layout_no_wrap(note.clone(), font.clone(), theme::of(ui.ctx()).ink);
             let ground = Rect::from_min_size(at - vec2(2.0, text.size().y * 0.5), text.size());
-            painter.rect_filled(ground.expand(2.0), 2.0, theme::PAPER);
-            painter.text(at, Align2::LEFT_CENTER, note, font, theme::INK);
+            painter.rect_filled(ground.expand(2.0), 2.0, theme::of(ui.ctx()).paper);
+            painter.text(at, Align2::LEFT_CENTER, note, font, theme::of(ui.ctx()).ink);
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What an operator can ask for.
 
+use std::time::Duration;
+
 use egui::{Pos2, Rect, Vec2};
 
 use crate::{AlarmAction, AlarmList};
@@ -89,6 +91,19 @@ pub enum Command {
     },
     /// Show another list of alarms.
     ShowAlarmList(AlarmList),
+    /// List the equipment that has these words in its names; all of it as a tree where
+    /// there are none.
+    SearchEquipment(String),
+    /// Open or close a branch of the tree, by the number of its row.
+    ToggleBranch(u32),
+    /// List the tags that have these words in their names; all where there are none.
+    FilterTags(String),
+    /// Show a value's trend on the faceplate, or show it no longer; by its tag's number.
+    ToggleTrend(u32),
+    /// How far back trends go.
+    SetTrendSpan(Duration),
+    /// Change to the dark theme, or the light one.
+    SetDark(bool),
     /// Frame the whole scene.
     FitAll,
     /// Frame what is selected.

@@ -11,8 +11,13 @@ const UNCERTAIN_STEP: f32 = 11.0;
 /// Fills the ground of a value and hatches it: densely when bad, sparsely when
 /// uncertain, not at all when good.
 pub(crate) fn ground(painter: &Painter, rect: Rect, mark: &Mark) {
-    let (fill, _) = theme::ground_and_ink(mark);
+    let (fill, _) = theme::ground_and_ink(painter.ctx(), mark);
     painter.rect_filled(rect, 2.0, fill);
+    stripe(painter, rect, mark);
+}
+
+/// Hatches a place whose value is not good, over what is there.
+pub(crate) fn stripe(painter: &Painter, rect: Rect, mark: &Mark) {
     let step = match mark {
         Mark::Bad { .. } => BAD_STEP,
         Mark::Uncertain { .. } => UNCERTAIN_STEP,
@@ -20,7 +25,7 @@ pub(crate) fn ground(painter: &Painter, rect: Rect, mark: &Mark) {
     };
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     for stripe in stripes(rect, step) {
-        painter.line_segment(stripe, Stroke::new(1.0, theme::HATCH));
+        painter.line_segment(stripe, Stroke::new(1.0, theme::of(painter.ctx()).hatch));
     }
 }
 

@@ -36,7 +36,9 @@ const HELP: [(&str, &[(&str, &str)]); 5] = [
             ("click", "select"),
             ("Ctrl and drag", "select all that shows in a rectangle"),
             ("M", "measure between clicks on surfaces"),
-            ("Esc", "end measuring; clear the selection"),
+            ("Ctrl+F", "search; arrows and Enter go to what is found"),
+            ("PgUp, PgDn", "scroll the faceplate"),
+            ("Esc", "end measuring; clear the selection, close the faceplate"),
         ],
     ),
     (
@@ -48,7 +50,15 @@ const HELP: [(&str, &[(&str, &str)]); 5] = [
             ("F3", "alarm list"),
         ],
     ),
-    ("Window", &[("F1, ?", "these keys"), ("F2", "panels")]),
+    (
+        "Window",
+        &[
+            ("F1, ?", "these keys"),
+            ("F2", "panels"),
+            ("Ctrl+T, D, P", "tags, display, plugins"),
+            ("N", "dark theme, light theme"),
+        ],
+    ),
 ];
 
 /// Shows the keys while they are asked for.
@@ -68,7 +78,7 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
                 ui.end_row();
                 for (key, does) in keys {
                     ui.label(*key);
-                    ui.label(RichText::new(*does).color(theme::FAINT_INK));
+                    ui.label(RichText::new(*does).color(theme::of(context).faint_ink));
                     ui.end_row();
                 }
             }

@@ -25,14 +25,14 @@ pub(crate) fn paint(ui: &Ui, id: &str) {
         return;
     }
     let painter = ui.painter().with_clip_rect(scene);
-    let text = painter.layout_no_wrap(id.to_owned(), theme::small_font(), theme::INK);
+    let text = painter.layout_no_wrap(id.to_owned(), theme::small_font(), theme::of(ui.ctx()).ink);
     let size = text.size() + PADDING * 2.0;
     // Towards the middle where there is no room.
     let below = Rect::from_min_size(pointer + OFFSET, size);
     let left = if below.right() > scene.right() { pointer.x - 6.0 - size.x } else { below.left() };
     let top = if below.bottom() > scene.bottom() { pointer.y - 6.0 - size.y } else { below.top() };
     let place = Rect::from_min_size(egui::pos2(left, top), size);
-    let line = Stroke::new(1.0, theme::LINE);
-    painter.rect(place, 2.0, theme::PAPER, line, StrokeKind::Inside);
-    painter.galley(place.min + PADDING, text, theme::INK);
+    let line = Stroke::new(1.0, theme::of(ui.ctx()).line);
+    painter.rect(place, 2.0, theme::of(ui.ctx()).paper, line, StrokeKind::Inside);
+    painter.galley(place.min + PADDING, text, theme::of(ui.ctx()).ink);
 }

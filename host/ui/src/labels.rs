@@ -29,10 +29,10 @@ const HIDDEN_OPACITY: f32 = 0.7;
 const MAX_LINES: usize = 12;
 
 /// Paints labels over the scene, clipped to the viewport and beside what is occupied.
-pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement, occupied: &[Rect]) {
+pub(crate) fn paint(ui: &Ui, labels: &[Label<'_>], placement: &mut Placement, occupied: &[Rect]) {
     let viewport = ui.max_rect();
     let painter = ui.painter().with_clip_rect(viewport);
-    let mut ordered: Vec<&Label> =
+    let mut ordered: Vec<&Label<'_>> =
         labels.iter().filter(|label| viewport.contains(label.anchor)).collect();
     ordered.sort_by(|a, b| by_priority(a, b));
     let (boxed, dots) = ordered.split_at(ordered.len().min(MAX_BOXES));
@@ -68,27 +68,27 @@ pub(crate) fn paint(ui: &Ui, labels: &[Label], placement: &mut Placement, occupi
     }
     for (label, laid_out, place) in boxes {
         // Paler, and yet to be read whatever is behind it.
-        painter.rect_filled(place, CORNER, theme::PAPER);
+        painter.rect_filled(place, CORNER, theme::of(ui.ctx()).paper);
         laid_out.paint(&fading(&painter, label), label, place);
     }
 }
 
 /// Which of two labels the other gives way to: what is selected, then what is in alarm, then
 /// what is not as it should be; of equals the nearer one.
-fn by_priority(a: &Label, b: &Label) -> Ordering {
-    let rank = |label: &Label| (label.selected, label.alarmed, urgency(label));
+fn by_priority(a: &Label<'_>, b: &Label<'_>) -> Ordering {
+    let rank = |label: &Label<'_>| (label.selected, label.alarmed, urgency(label));
     rank(b)
         .cmp(&rank(a))
         .then(a.distance.total_cmp(&b.distance))
         .then_with(|| a.title.cmp(&b.title))
 }
 
-fn urgency(label: &Label) -> u8 {
+fn urgency(label: &Label<'_>) -> u8 {
     label.lines.iter().map(|line| line.mark.urgency()).max().unwrap_or_default()
 }
 
 /// Paler for what stands behind other equipment, unless something is wrong with it.
-fn fading(painter: &Painter, label: &Label) -> Painter {
+fn fading(painter: &Painter, label: &Label<'_>) -> Painter {
     let mut painter = painter.clone();
     if label.hidden && !label.selected && urgency(label) == 0 {
         painter.set_opacity(HIDDEN_OPACITY);
@@ -105,20 +105,24 @@ struct LabelBox {
 }
 
 impl LabelBox {
-    fn lay_out(painter: &Painter, label: &Label) -> Self {
+    fn lay_out(painter: &Painter, label: &Label<'_>) -> Self {
         let text = |text: String, font, color: Color32| painter.layout_no_wrap(text, font, color);
         let lines = most_urgent_lines(label);
         let hidden = label.lines.len() - lines.len();
         let more = if hidden > 0 { format!("   +{hidden} more") } else { String::new() };
         let title = format!("{}{more}", label.title);
-        let title = text(title, theme::small_font(), theme::FAINT_INK);
+        let title = text(title, theme::small_font(), theme::of(painter.ctx()).faint_ink);
         let rows: Vec<(Mark, [Arc<Galley>; 3])> = lines
             .into_iter()
             .map(|line| {
-                let (_, ink) = theme::ground_and_ink(&line.mark);
+                let (_, ink) = theme::ground_and_ink(painter.ctx(), &line.mark);
                 let galleys = [
-                    text(line.caption.clone(), theme::value_font(), theme::FAINT_INK),
-                    text(line.text.clone(), theme::value_font(), ink),
+                    text(
+                        line.caption.to_owned(),
+                        theme::value_font(),
+                        theme::of(painter.ctx()).faint_ink,
+                    ),
+                    text(line.text.to_owned(), theme::value_font(), ink),
                     text(note(line), theme::small_font(), ink),
                 ];
                 (line.mark.clone(), galleys)
@@ -135,12 +139,16 @@ impl LabelBox {
         Self { title, rows, columns, size }
     }
 
-    fn paint(self, painter: &Painter, label: &Label, rect: Rect) {
-        let color = if label.selected { theme::SELECTION } else { theme::LINE };
+    fn paint(self, painter: &Painter, label: &Label<'_>, rect: Rect) {
+        let color = if label.selected {
+            theme::of(painter.ctx()).selection
+        } else {
+            theme::of(painter.ctx()).line
+        };
         let border = Stroke::new(if label.selected { 2.0 } else { 1.0 }, color);
-        painter.rect(rect, CORNER, theme::PAPER, border, StrokeKind::Inside);
+        painter.rect(rect, CORNER, theme::of(painter.ctx()).paper, border, StrokeKind::Inside);
         let inner = rect.shrink(PADDING);
-        painter.galley(inner.min, self.title, theme::FAINT_INK);
+        painter.galley(inner.min, self.title, theme::of(painter.ctx()).faint_ink);
         let [caption_width, value_width, _] = self.columns;
         for (index, (mark, [caption, value, note])) in self.rows.into_iter().enumerate() {
             let top = inner.top() + TITLE_HEIGHT + index as f32 * ROW_HEIGHT;
@@ -152,7 +160,11 @@ impl LabelBox {
             hatch::ground(painter, ground, &mark);
             let middle = ground.center().y;
             let at = |x: f32, galley: &Galley| pos2(x, middle - galley.size().y * 0.5);
-            painter.galley(at(inner.left(), &caption), caption.clone(), theme::FAINT_INK);
+            painter.galley(
+                at(inner.left(), &caption),
+                caption.clone(),
+                theme::of(painter.ctx()).faint_ink,
+            );
             let value_x = value_left + value_width - value.size().x;
             // On stripes, text needs a ground of its own to stay legible.
             for (x, galley) in [(value_x, value), (value_left + value_width + COLUMN_GAP, note)] {
@@ -160,17 +172,21 @@ impl LabelBox {
                 if matches!(mark, Mark::Bad { .. } | Mark::Uncertain { .. })
                     && galley.size().x > 0.0
                 {
-                    painter.rect_filled(text_rect.expand2(vec2(2.0, -1.0)), 2.0, theme::PAPER);
+                    painter.rect_filled(
+                        text_rect.expand2(vec2(2.0, -1.0)),
+                        2.0,
+                        theme::of(painter.ctx()).paper,
+                    );
                 }
-                painter.galley(text_rect.min, galley, theme::INK);
+                painter.galley(text_rect.min, galley, theme::of(painter.ctx()).ink);
             }
         }
     }
 }
 
 /// The lines that a box has room for, in their own order.
-fn most_urgent_lines(label: &Label) -> Vec<&LabelLine> {
-    let mut ranked: Vec<(usize, &LabelLine)> = label.lines.iter().enumerate().collect();
+fn most_urgent_lines<'l>(label: &'l Label<'_>) -> Vec<&'l LabelLine<'l>> {
+    let mut ranked: Vec<(usize, &LabelLine<'_>)> = label.lines.iter().enumerate().collect();
     ranked.sort_by_key(|(_, line)| std::cmp::Reverse(line.mark.urgency()));
     ranked.truncate(MAX_LINES);
     ranked.sort_by_key(|(index, _)| *index);
@@ -178,7 +194,7 @@ fn most_urgent_lines(label: &Label) -> Vec<&LabelLine> {
 }
 
 /// What stands behind a value that is not simply good.
-fn note(line: &LabelLine) -> String {
+fn note(line: &LabelLine<'_>) -> String {
     let symbol = theme::symbol(&line.mark);
     let age = line.age.map_or_else(String::new, |age| format!(" {}", age_text(age)));
     match &line.mark {
@@ -189,24 +205,24 @@ fn note(line: &LabelLine) -> String {
     }
 }
 
-fn leader(painter: &Painter, label: &Label, rect: Rect) {
+fn leader(painter: &Painter, label: &Label<'_>, rect: Rect) {
     let from = rect.clamp(label.anchor);
-    let stroke = Stroke::new(1.0, theme::LINE);
+    let stroke = Stroke::new(1.0, theme::of(painter.ctx()).line);
     if label.hidden {
         // It ends behind what is seen.
         painter.extend(Shape::dashed_line(&[from, label.anchor], stroke, 4.0, 3.0));
     } else {
         painter.line_segment([from, label.anchor], stroke);
     }
-    painter.circle_filled(label.anchor, 2.5, theme::FAINT_INK);
+    painter.circle_filled(label.anchor, 2.5, theme::of(painter.ctx()).faint_ink);
 }
 
 /// What is left of a label without room: a dot with its most urgent symbol.
-fn anchor_dot(painter: &Painter, label: &Label) {
+fn anchor_dot(painter: &Painter, label: &Label<'_>) {
     let mark = label.lines.iter().fold(Mark::Normal, |m, l| m.most_urgent(l.mark.clone()));
-    let (fill, ink) = theme::ground_and_ink(&mark);
-    let fill = if fill == Color32::TRANSPARENT { theme::PAPER } else { fill };
-    painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::LINE));
+    let (fill, ink) = theme::ground_and_ink(painter.ctx(), &mark);
+    let fill = if fill == Color32::TRANSPARENT { theme::of(painter.ctx()).paper } else { fill };
+    painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::of(painter.ctx()).line));
     painter.text(
         label.anchor,
         Align2::CENTER_CENTER,

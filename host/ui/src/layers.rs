@@ -1,5 +1,7 @@
 //! What overlays show, as layers that can be switched, and their legends.
 
+use std::sync::Arc;
+
 use egui::{Align2, Area, Color32, Context, Frame, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
 
 use crate::{Command, theme};
@@ -23,7 +25,7 @@ pub struct LayerRow {
     /// Whether it is drawn.
     pub shown: bool,
     /// The states that it shows equipment in.
-    pub legend: Vec<LegendRow>,
+    pub legend: Arc<[LegendRow]>,
 }
 
 /// A state of a legend.
@@ -58,7 +60,9 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
     }
     let area = Area::new("layers".into()).pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
     area.fixed_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN)).show(context, |ui| {
-        let frame = Frame::new().fill(theme::PAPER).stroke(Stroke::new(1.0, theme::LINE));
+        let frame = Frame::new()
+            .fill(theme::of(context).paper)
+            .stroke(Stroke::new(1.0, theme::of(context).line));
         frame.corner_radius(2.0).inner_margin(6.0).show(ui, |ui| {
             let height = scene.height() * MAX_SHARE;
             let scroll = egui::ScrollArea::vertical().id_salt("legend").max_height(height);
@@ -86,7 +90,7 @@ fn entry(ui: &mut Ui, row: &LegendRow) {
     });
 }
 
-fn sample(painter: &Painter, rect: Rect, row: &LegendRow) {
+pub(crate) fn sample(painter: &Painter, rect: Rect, row: &LegendRow) {
     let [red, green, blue] = row.color;
     let color = Color32::from_rgb(red, green, blue);
     // What shows between stripes is equipment, as a rule light grey.

@@ -12,6 +12,10 @@ mod alarm_panel;
 mod beacons;
 mod camera_panel;
 mod command;
+mod equipment_model;
+mod equipment_panel;
+mod faceplate;
+mod faceplate_model;
 mod hatch;
 mod help;
 mod hover;
@@ -20,10 +24,13 @@ mod layers;
 mod measure;
 mod model_panel;
 mod plugin_panel;
+mod search_field;
 mod section_panel;
+mod side_panel;
 mod status_bar;
 mod tag_panel;
 mod theme;
+mod trend;
 mod view_model;
 mod viewport;
 
@@ -31,6 +38,10 @@ pub use alarm_model::{
     AlarmAction, AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon,
 };
 pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
+pub use equipment_model::{EquipmentRow, EquipmentRows};
+pub use faceplate_model::{
+    Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState,
+};
 pub use layers::{LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use view_model::{
@@ -40,14 +51,16 @@ pub use view_model::{
 
 use std::num::NonZeroUsize;
 
+use faceplate::FaceplatePanel;
 use labels::Placement;
+use side_panel::SidePanel;
 
-use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect, ScrollArea};
+use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect};
 
 /// Width of the side panel, points.
-const SIDE_PANEL_WIDTH: f32 = 400.0;
-/// Share of the side panel that models, or plugins, may take before they scroll.
-const MAX_PART_OF_PANEL: f32 = 0.35;
+const SIDE_PANEL_WIDTH: f32 = 360.0;
+/// Width of the faceplate, points.
+const FACEPLATE_WIDTH: f32 = 320.0;
 /// Height of the alarm list, points, and the share of the window that it may take.
 const ALARM_LIST_HEIGHT: f32 = 176.0;
 const MAX_PART_OF_WINDOW: f32 = 0.4;
@@ -58,15 +71,38 @@ pub struct Panels {
     shown: bool,
     helps: bool,
     lists_alarms: bool,
+    side: SidePanel,
+    face: FaceplatePanel,
     /// Where labels were.
     placement: Placement,
 }
 
+/// How panels and labels look.
+#[derive(Clone, Debug)]
+pub struct Appearance {
+    /// Dark, for night shifts, or light.
+    pub is_dark: bool,
+    /// Factor on their size.
+    pub scale: f32,
+    /// The bytes of a TrueType or OpenType font that goes before the one built in.
+    pub font: Option<Vec<u8>>,
+}
+
+/// Lists that may be very long: only rows in view are asked for.
+pub struct Lists<'a> {
+    /// Tags.
+    pub tags: &'a dyn TagRows,
+    /// Alarms.
+    pub alarms: &'a dyn AlarmRows,
+    /// Equipment.
+    pub equipment: &'a dyn EquipmentRows,
+}
+
 /// What lies over the scene.
 #[derive(Clone, Debug, Default)]
-pub struct SceneOverlay {
+pub struct SceneOverlay<'a> {
     /// Labels at equipment.
-    pub labels: Vec<Label>,
+    pub labels: Vec<Label<'a>>,
     /// Marks at equipment in alarm.
     pub beacons: Vec<Beacon>,
     /// What is being measured.
@@ -89,12 +125,39 @@ pub struct PanelsOutput {
 
 impl Panels {
     /// Panels, shown or, for a bare picture, with labels only.
-    pub fn new(shown: bool) -> Self {
+    pub fn new(shown: bool, appearance: Appearance) -> Self {
+        let Appearance { is_dark, scale, font } = appearance;
         let context = Context::default();
-        theme::apply(&context);
+        theme::apply(&context, is_dark, font);
+        if shown {
+            context.set_zoom_factor(scale);
+        }
         // One pass a frame: commands must not count twice.
         context.options_mut(|options| options.max_passes = NonZeroUsize::MIN);
-        Self { context, shown, helps: false, lists_alarms: true, placement: Placement::default() }
+        Self {
+            context,
+            shown,
+            helps: false,
+            lists_alarms: true,
+            side: SidePanel::default(),
+            face: FaceplatePanel::default(),
+            placement: Placement::default(),
+        }
+    }
+
+    /// Shows the panels, or labels alone.
+    pub fn set_shown(&mut self, shown: bool) {
+        self.shown = shown;
+    }
+
+    /// Changes to the dark theme, or the light one.
+    pub fn set_dark(&mut self, is_dark: bool) {
+        theme::set_dark(&self.context, is_dark);
+    }
+
+    /// Whether the theme is the dark one.
+    pub fn is_dark(&self) -> bool {
+        self.context.theme() == egui::Theme::Dark
     }
 
     /// The egui context, for the platform glue and for tessellation.
@@ -105,36 +168,44 @@ impl Panels {
     /// Runs one pass. `overlay` gets the viewport and the commands so far, and
     /// gives what lies over the scene: so it follows a camera that these commands
     /// move without lagging a frame behind.
-    pub fn run(
+    pub fn run<'a>(
         &mut self,
         input: RawInput,
         model: &ViewModel,
-        tags: &dyn TagRows,
-        alarms: &dyn AlarmRows,
-        mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay,
+        lists: &Lists<'_>,
+        mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay<'a>,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
         let mut viewport = Rect::NOTHING;
         let (mut shown, mut helps) = (self.shown, self.helps);
         let mut lists_alarms = self.lists_alarms;
-        let placement = &mut self.placement;
+        let Self { placement, side, face, .. } = self;
         let egui = self.context.run_ui(input, |ui| {
             commands.clear();
             if let Some(model) = &model.alarms {
-                lists_alarms ^= alarm_keys::handle(ui.ctx(), model, alarms, &mut commands);
+                lists_alarms ^= alarm_keys::handle(ui.ctx(), model, lists.alarms, &mut commands);
             }
+            shown |= side.take_keys(ui.ctx());
+            let flashes = model.alarms.as_ref().is_some_and(|alarms| alarms.flashes);
             if shown {
                 Panel::bottom("status").show(ui, |ui| status_bar::show(ui, model));
                 Panel::left("side")
                     .default_size(SIDE_PANEL_WIDTH)
-                    .show(ui, |ui| side_panel(ui, model, tags, &mut commands));
+                    .show(ui, |ui| side.show(ui, model, lists, &mut commands));
                 // Below the scene: values stay in view beside it.
                 if let Some(model) = model.alarms.as_ref().filter(|_| lists_alarms) {
                     let most = ui.max_rect().height() * MAX_PART_OF_WINDOW;
                     Panel::bottom("alarms")
                         .default_size(ALARM_LIST_HEIGHT.min(most))
                         .resizable(true)
-                        .show(ui, |ui| alarm_panel::show(ui, model, alarms, &mut commands));
+                        .show(ui, |ui| alarm_panel::show(ui, model, lists.alarms, &mut commands));
+                }
+                // Above the alarm list, never over it.
+                if let Some(faceplate) = &model.faceplate {
+                    Panel::right("faceplate")
+                        .default_size(FACEPLATE_WIDTH)
+                        .resizable(true)
+                        .show(ui, |ui| face.show(ui, faceplate, flashes, &mut commands));
                 }
             }
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
@@ -151,7 +222,6 @@ impl Panels {
                 let occupied: Vec<Rect> =
                     banner.into_iter().chain(beacons::places(&overlay.beacons)).collect();
                 labels::paint(ui, &overlay.labels, placement, &occupied);
-                let flashes = model.alarms.as_ref().is_some_and(|alarms| alarms.flashes);
                 beacons::paint(ui, &overlay.beacons, flashes);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
@@ -164,44 +234,15 @@ impl Panels {
                 layers::show(ui.ctx(), viewport, &model.layers, &mut commands);
             }
             help::show(ui.ctx(), &mut helps);
-            if !ui.ctx().egui_wants_keyboard_input() && ui.input(|i| i.key_pressed(Key::F2)) {
-                shown = !shown;
+            if !ui.ctx().egui_wants_keyboard_input() {
+                let pressed = |key| ui.input(|input| input.key_pressed(key));
+                shown ^= pressed(Key::F2);
+                if pressed(Key::N) {
+                    commands.push(Command::SetDark(ui.ctx().theme() == egui::Theme::Light));
+                }
             }
         });
         (self.shown, self.helps, self.lists_alarms) = (shown, helps, lists_alarms);
         PanelsOutput { commands, viewport, egui }
     }
-}
-
-/// Models above, plugins below, and the tags in what is left.
-fn side_panel(
-    ui: &mut egui::Ui,
-    model: &ViewModel,
-    tags: &dyn TagRows,
-    commands: &mut Vec<Command>,
-) {
-    let part = ui.available_height() * MAX_PART_OF_PANEL;
-    Panel::top("models").show_separator_line(false).frame(Frame::NONE).show(ui, |ui| {
-        ui.heading("Models");
-        let area = ScrollArea::vertical().id_salt("models").max_height(part);
-        // The bar stands at the edge, not over the rows.
-        area.auto_shrink([false, true]).show(ui, |ui| {
-            model_panel::show(ui, model, commands);
-        });
-        model_panel::show_view_controls(ui, model, commands);
-    });
-    Panel::bottom("plugins").show_separator_line(false).frame(Frame::NONE).show(ui, |ui| {
-        ui.add_space(6.0);
-        ui.heading("Plugins");
-        let area = ScrollArea::vertical().id_salt("plugins").max_height(part);
-        // The panel is as high as it was; it grows only if it must.
-        area.min_scrolled_height(part).show(ui, |ui| {
-            plugin_panel::show(ui, &model.plugins, commands);
-        });
-    });
-    CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-        ui.add_space(6.0);
-        ui.heading(format!("Tags ({})", tags.len()));
-        tag_panel::show(ui, tags, commands);
-    });
 }

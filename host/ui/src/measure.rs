@@ -54,12 +54,17 @@ pub(crate) fn paint(ui: &Ui, measurement: &Measurement) {
         let [from, to] = pair else { continue };
         if let (Some(a), Some(b)) = (from.at, to.at) {
             // Light under dark: it shows on any ground.
-            painter.line_segment([a, b], Stroke::new(4.0, theme::PAPER));
-            painter.line_segment([a, b], Stroke::new(1.5, theme::INK));
+            painter.line_segment([a, b], Stroke::new(4.0, theme::of(ui.ctx()).paper));
+            painter.line_segment([a, b], Stroke::new(1.5, theme::of(ui.ctx()).ink));
         }
     }
     for at in measurement.points.iter().filter_map(|point| point.at) {
-        painter.circle(at, POINT_RADIUS, theme::PAPER, Stroke::new(1.5, theme::INK));
+        painter.circle(
+            at,
+            POINT_RADIUS,
+            theme::of(ui.ctx()).paper,
+            Stroke::new(1.5, theme::of(ui.ctx()).ink),
+        );
     }
     for pair in measurement.points.windows(2) {
         let [from, to] = pair else { continue };
@@ -78,10 +83,11 @@ fn caption(
     taken: &mut Vec<Rect>,
 ) {
     let layout = |text, font, ink: Color32| painter.layout_no_wrap(text, font, ink);
-    let whole = layout(metres(length(difference)), theme::value_font(), theme::INK);
+    let whole =
+        layout(metres(length(difference)), theme::value_font(), theme::of(painter.ctx()).ink);
     let [x, y, z] = difference.map(signed_metres);
     let parts = format!("dx {x}   dy {y} (height)   dz {z}");
-    let parts = layout(parts, theme::small_font(), theme::FAINT_INK);
+    let parts = layout(parts, theme::small_font(), theme::of(painter.ctx()).faint_ink);
     let size = vec2(whole.size().x.max(parts.size().x), whole.size().y + parts.size().y);
     let size = size + PADDING * 2.0;
     let across = (b - a).normalized().rot90();
@@ -100,9 +106,19 @@ fn caption(
     };
     let place = places.find(is_free).unwrap_or(first);
     taken.push(place);
-    painter.rect(place, 2.0, theme::PAPER, Stroke::new(1.0, theme::LINE), StrokeKind::Inside);
-    painter.galley(place.min + PADDING, whole.clone(), theme::INK);
-    painter.galley(place.min + PADDING + vec2(0.0, whole.size().y), parts, theme::FAINT_INK);
+    painter.rect(
+        place,
+        2.0,
+        theme::of(painter.ctx()).paper,
+        Stroke::new(1.0, theme::of(painter.ctx()).line),
+        StrokeKind::Inside,
+    );
+    painter.galley(place.min + PADDING, whole.clone(), theme::of(painter.ctx()).ink);
+    painter.galley(
+        place.min + PADDING + vec2(0.0, whole.size().y),
+        parts,
+        theme::of(painter.ctx()).faint_ink,
+    );
 }
 
 /// To the millimetre.

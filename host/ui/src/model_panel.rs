@@ -5,13 +5,15 @@ use egui::{RichText, Slider, Ui};
 use crate::{Command, ModelRow, ViewModel, camera_panel, section_panel, theme};
 
 /// Points of a label with the slider after it, without the gap between.
-const LABEL_AND_SLIDER_WIDTH: f32 = 231.0;
+const LABEL_AND_SLIDER_WIDTH: f32 = 204.0;
 
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     for (index, row) in model.models.iter().enumerate() {
         ui.horizontal(|ui| {
             ui.label(RichText::new(&row.name).strong());
-            ui.label(RichText::new(format!("× {}", row.instances)).color(theme::FAINT_INK));
+            ui.label(
+                RichText::new(format!("× {}", row.instances)).color(theme::of(ui.ctx()).faint_ink),
+            );
         });
         if row.s1 + row.s2 > 0 {
             theta_slider(ui, index, row, commands);
@@ -22,7 +24,7 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) 
             thousands(row.s2),
             thousands(row.triangles)
         );
-        ui.label(RichText::new(sizes).color(theme::FAINT_INK));
+        ui.label(RichText::new(sizes).color(theme::of(ui.ctx()).faint_ink));
         ui.add_space(4.0);
     }
 }

@@ -8,7 +8,7 @@ pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow], commands: &mut Vec<Comman
     for plugin in plugins {
         ui.horizontal(|ui| {
             ui.label(RichText::new(&plugin.name).strong());
-            ui.label(RichText::new(&plugin.plugin).color(theme::FAINT_INK));
+            ui.label(RichText::new(&plugin.plugin).color(theme::of(ui.ctx()).faint_ink));
             let state = match plugin.lamp {
                 LinkLamp::None => "",
                 LinkLamp::Up => "link up",
@@ -22,7 +22,7 @@ pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow], commands: &mut Vec<Comman
         });
         // What may be long has lines of its own.
         for words in [&plugin.message, &plugin.process].into_iter().filter(|w| !w.is_empty()) {
-            ui.add(Label::new(RichText::new(words).color(theme::FAINT_INK)).wrap());
+            ui.add(Label::new(RichText::new(words).color(theme::of(ui.ctx()).faint_ink)).wrap());
         }
     }
 }

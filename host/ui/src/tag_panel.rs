@@ -1,7 +1,8 @@
 //! The tag table: value, unit, quality, age.
 
-use egui::{Align, Layout, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use egui::{Align, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
 
+use crate::search_field::SearchField;
 use crate::view_model::age_text;
 use crate::{Command, Mark, TagRow, TagRows, hatch, theme};
 
@@ -10,25 +11,55 @@ const ROW_HEIGHT: f32 = 18.0;
 /// Shares of the width: name, value, quality, age.
 const COLUMNS: [f32; 4] = [0.36, 0.24, 0.26, 0.14];
 
-pub(crate) fn show(ui: &mut Ui, tags: &dyn TagRows, commands: &mut Vec<Command>) {
+/// Shows the tags that have the words of the filter in their names.
+pub(crate) fn show(
+    ui: &mut Ui,
+    filter: &mut SearchField,
+    tags: &dyn TagRows,
+    commands: &mut Vec<Command>,
+) {
+    let step = ROW_HEIGHT + ui.spacing().item_spacing.y;
+    let hint = "Tag, name or equipment (Ctrl+T)";
+    let (has_changed, keys) = filter.show(ui, "tag filter", hint, tags.len(), step);
+    if has_changed {
+        commands.push(Command::FilterTags(filter.query.clone()));
+    }
+    if keys.enters && !tags.is_empty() {
+        commands.extend(tags.row(filter.cursor.min(tags.len() - 1)).node.map(Command::Reveal));
+    }
+    ui.weak(count(tags));
     header(ui);
-    let area = ScrollArea::vertical().id_salt("tags").auto_shrink(false);
-    area.show_rows(ui, ROW_HEIGHT, tags.len(), |ui, shown| {
+    let cursor = ui.memory(|memory| memory.has_focus(egui::Id::new("tag filter")));
+    let cursor = cursor.then_some(filter.cursor);
+    let shown = filter.area("tags").show_rows(ui, ROW_HEIGHT, tags.len(), |ui, shown| {
         for index in shown {
             let tag = tags.row(index);
             let response = row(ui, &tag);
+            if cursor == Some(index) {
+                let line = egui::Stroke::new(1.0, theme::of(ui.ctx()).ink);
+                ui.painter().rect_stroke(response.rect, 2.0, line, egui::StrokeKind::Inside);
+            }
             if let (true, Some(node)) = (response.clicked(), tag.node) {
                 commands.push(Command::Focus(node));
             }
         }
     });
+    filter.note(shown.state.offset.y, shown.inner_rect.height());
+}
+
+fn count(tags: &dyn TagRows) -> String {
+    match (tags.is_cut(), tags.len(), tags.total()) {
+        (true, found, all) => format!("more than {found} of {all}: type on"),
+        (false, found, all) if found == all => format!("{all} tags"),
+        (false, found, all) => format!("{found} of {all} tags"),
+    }
 }
 
 fn header(ui: &mut Ui) {
     let (rect, _) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::hover());
     for (index, title) in ["Tag", "Value", "Quality", "Age"].into_iter().enumerate() {
-        cell(ui, rect, index, RichText::new(title).color(theme::FAINT_INK));
+        cell(ui, rect, index, RichText::new(title).color(theme::of(ui.ctx()).faint_ink));
     }
 }
 
@@ -38,7 +69,7 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
     // The ground lies under value and quality, where the mark must show.
     let ground = column(rect, 1).union(column(rect, 2));
     hatch::ground(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
-    let (_, ink) = theme::ground_and_ink(&tag.mark);
+    let (_, ink) = theme::ground_and_ink(ui.ctx(), &tag.mark);
     let value =
         if tag.unit.is_empty() { tag.value.clone() } else { format!("{} {}", tag.value, tag.unit) };
     cell(ui, rect, 0, RichText::new(&tag.id));
@@ -67,7 +98,8 @@ fn cell(ui: &mut Ui, rect: egui::Rect, index: usize, text: RichText) {
     cell_ui.add(egui::Label::new(text).selectable(false).truncate());
 }
 
-fn quality_text(mark: &Mark) -> String {
+/// What is said of a value by its mark.
+pub(crate) fn quality_text(mark: &Mark) -> String {
     let symbol = theme::symbol(mark);
     match mark {
         Mark::Normal => "good".into(),

@@ -1,6 +1,11 @@
-//! Light grey, calm; saturated colour only for the abnormal.
+//! Light grey, calm; saturated colour only for the abnormal. Dark grey for night shifts.
 
-use egui::{Color32, Context, FontFamily, FontId, Stroke, TextStyle, Theme, Visuals};
+use std::sync::Arc;
+
+use egui::{
+    Color32, Context, FontData, FontDefinitions, FontFamily, FontId, Stroke, TextStyle, Theme,
+    Visuals,
+};
 
 use crate::Mark;
 
@@ -12,24 +17,110 @@ pub(crate) const FAINT_INK: Color32 = Color32::from_gray(78);
 pub(crate) const PAPER: Color32 = Color32::from_gray(240);
 /// Lines and borders.
 pub(crate) const LINE: Color32 = Color32::from_gray(150);
-/// The stripes of what is not to be relied on.
-pub(crate) const HATCH: Color32 = Color32::from_gray(140);
-/// What is selected.
-pub(crate) const SELECTION: Color32 = Color32::from_rgb(30, 90, 170);
 
-/// A value outside its normal band; an alarm of medium priority.
+/// A value outside its normal band; an alarm of medium priority. Ink on it is dark.
 pub(crate) const WARNING: Color32 = Color32::from_rgb(250, 190, 40);
-/// What needs action at once.
+/// What needs action at once. Ink on it is white.
 pub(crate) const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
+
+/// The name of the configuration's font within the context.
+const SITE_FONT: &str = "site";
+
+/// Colours that a theme chooses; those of what is abnormal are the same in all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Palette {
+    /// Text of values.
+    pub(crate) ink: Color32,
+    /// Text beside values.
+    pub(crate) faint_ink: Color32,
+    /// Panels and labels.
+    pub(crate) paper: Color32,
+    /// Lines and borders.
+    pub(crate) line: Color32,
+    /// The stripes of what is not to be relied on.
+    pub(crate) hatch: Color32,
+    /// Under those stripes where it is bad.
+    pub(crate) bad_ground: Color32,
+    /// What is selected in the scene.
+    pub(crate) selection: Color32,
+    /// Under what is selected in a list.
+    pub(crate) chosen: Color32,
+    /// Buttons, at rest and with the pointer on them.
+    button: [Color32; 2],
+    /// Where text is typed.
+    field: Color32,
+}
+
+pub(crate) const LIGHT: Palette = Palette {
+    ink: INK,
+    faint_ink: FAINT_INK,
+    paper: PAPER,
+    line: LINE,
+    hatch: Color32::from_gray(140),
+    bad_ground: Color32::from_gray(214),
+    selection: Color32::from_rgb(30, 90, 170),
+    chosen: Color32::from_gray(200),
+    button: [Color32::from_gray(224), Color32::from_gray(212)],
+    field: Color32::from_gray(252),
+};
+
+pub(crate) const DARK: Palette = Palette {
+    ink: Color32::from_gray(222),
+    faint_ink: Color32::from_gray(168),
+    paper: Color32::from_gray(36),
+    line: Color32::from_gray(98),
+    hatch: Color32::from_gray(90),
+    bad_ground: Color32::from_gray(52),
+    selection: Color32::from_rgb(110, 165, 235),
+    chosen: Color32::from_gray(72),
+    button: [Color32::from_gray(56), Color32::from_gray(72)],
+    field: Color32::from_gray(24),
+};
+
+/// The palette of a context.
+pub(crate) fn of(context: &Context) -> &'static Palette {
+    match context.theme() {
+        Theme::Light => &LIGHT,
+        Theme::Dark => &DARK,
+    }
+}
 
 /// Ground and ink of a value by its mark. Colour is never the only cue: the
 /// symbol of [`symbol`] and the hatching tell marks apart in grey as well.
-pub(crate) fn ground_and_ink(mark: &Mark) -> (Color32, Color32) {
-    match mark {
-        Mark::Normal | Mark::Uncertain { .. } => (Color32::TRANSPARENT, INK),
-        Mark::Bad { .. } => (Color32::from_gray(214), INK),
-        Mark::Warning => (WARNING, INK),
-        Mark::Alarm => (ALARM, Color32::WHITE),
+pub(crate) fn ground_and_ink(context: &Context, mark: &Mark) -> (Color32, Color32) {
+    of(context).ground_and_ink(mark)
+}
+
+impl Palette {
+    fn ground_and_ink(&self, mark: &Mark) -> (Color32, Color32) {
+        match mark {
+            Mark::Normal | Mark::Uncertain { .. } => (Color32::TRANSPARENT, self.ink),
+            Mark::Bad { .. } => (self.bad_ground, self.ink),
+            Mark::Warning => (WARNING, INK),
+            Mark::Alarm => (ALARM, Color32::WHITE),
+        }
+    }
+
+    fn visuals(&self, theme: Theme) -> Visuals {
+        let mut visuals = theme.default_visuals();
+        visuals.panel_fill = self.paper;
+        visuals.window_fill = self.paper;
+        visuals.extreme_bg_color = self.field;
+        visuals.override_text_color = Some(self.ink);
+        visuals.weak_text_color = Some(self.faint_ink);
+        visuals.selection.bg_fill = self.chosen;
+        visuals.selection.stroke = Stroke::new(1.0, self.ink);
+        visuals.widgets.noninteractive.bg_stroke =
+            Stroke::new(1.0, self.paper.lerp_to_gamma(self.line, 0.45));
+        visuals.slider_trailing_fill = true;
+        let widgets = &mut visuals.widgets;
+        for widget in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active] {
+            widget.bg_fill = self.button[1];
+            widget.weak_bg_fill = self.button[0];
+            widget.bg_stroke = Stroke::new(1.0, self.line);
+        }
+        widgets.hovered.weak_bg_fill = self.button[1];
+        visuals
     }
 }
 
@@ -52,25 +143,11 @@ pub(crate) fn small_font() -> FontId {
     FontId::new(12.0, FontFamily::Proportional)
 }
 
-/// Sets the style of a context.
-pub(crate) fn apply(context: &Context) {
-    context.set_theme(Theme::Light);
-    let mut visuals = Visuals::light();
-    visuals.panel_fill = PAPER;
-    visuals.window_fill = PAPER;
-    visuals.override_text_color = Some(INK);
-    visuals.selection.bg_fill = Color32::from_gray(200);
-    visuals.selection.stroke = Stroke::new(1.0, INK);
-    visuals.widgets.noninteractive.bg_stroke = Stroke::new(1.0, Color32::from_gray(200));
-    visuals.slider_trailing_fill = true;
-    for widget in
-        [&mut visuals.widgets.inactive, &mut visuals.widgets.hovered, &mut visuals.widgets.active]
-    {
-        widget.bg_fill = Color32::from_gray(212);
-        widget.weak_bg_fill = Color32::from_gray(224);
-        widget.bg_stroke = Stroke::new(1.0, LINE);
-    }
-    context.set_visuals_of(Theme::Light, visuals);
+/// Sets the styles of a context, and its font: that of the site first, where there is one.
+pub(crate) fn apply(context: &Context, is_dark: bool, font: Option<Vec<u8>>) {
+    context.set_visuals_of(Theme::Light, LIGHT.visuals(Theme::Light));
+    context.set_visuals_of(Theme::Dark, DARK.visuals(Theme::Dark));
+    set_dark(context, is_dark);
     context.all_styles_mut(|style| {
         style.animation_time = 0.0;
         style.spacing.slider_width = 200.0;
@@ -83,4 +160,73 @@ pub(crate) fn apply(context: &Context) {
             style.text_styles.insert(text_style, FontId::new(size, FontFamily::Proportional));
         }
     });
+    if let Some(font) = font {
+        let mut fonts = FontDefinitions::default();
+        fonts.font_data.insert(SITE_FONT.into(), Arc::new(FontData::from_owned(font)));
+        let proportional = fonts.families.entry(FontFamily::Proportional).or_default();
+        proportional.insert(0, SITE_FONT.into());
+        context.set_fonts(fonts);
+    }
+}
+
+/// Changes to the dark theme, or the light one.
+pub(crate) fn set_dark(context: &Context, is_dark: bool) {
+    context.set_theme(if is_dark { Theme::Dark } else { Theme::Light });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AlarmPriority;
+    use crate::alarm_mark;
+
+    /// Contrast of text that all can read (WCAG 2.2, 1.4.3 level AA).
+    const MIN_CONTRAST: f32 = 4.5;
+
+    /// WCAG 2.2, "contrast ratio" and "relative luminance".
+    fn contrast(a: Color32, b: Color32) -> f32 {
+        let luminance = |color: Color32| {
+            let [red, green, blue] = [color.r(), color.g(), color.b()].map(|part| {
+                let part = f32::from(part) / 255.0;
+                if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+            });
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        };
+        let [a, b] = [luminance(a), luminance(b)];
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn all_text_can_be_read_in_both_themes() {
+        assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 0.01);
+        for (name, palette) in [("light", LIGHT), ("dark", DARK)] {
+            let check = |what: &str, text: Color32, ground: Color32| {
+                let contrast = contrast(text, ground);
+                assert!(contrast >= MIN_CONTRAST, "{name}, {what}: {contrast:.2}");
+            };
+            let grounds = [
+                ("paper", palette.paper),
+                ("bad", palette.bad_ground),
+                ("stripes", palette.hatch),
+                ("chosen", palette.chosen),
+                ("field", palette.field),
+                ("button", palette.button[0]),
+                ("button under the pointer", palette.button[1]),
+            ];
+            for (what, ground) in grounds {
+                check(what, palette.ink, ground);
+            }
+            check("faint", palette.faint_ink, palette.paper);
+            check("faint in a field", palette.faint_ink, palette.field);
+            check("inverse", palette.paper, palette.ink);
+            for mark in [Mark::Warning, Mark::Alarm, Mark::Bad { reason: String::new() }] {
+                let (ground, ink) = palette.ground_and_ink(&mark);
+                check("a mark", ink, ground);
+            }
+        }
+        for priority in AlarmPriority::ALL {
+            let (ground, ink) = alarm_mark::colors(priority);
+            assert!(contrast(ground, ink) >= MIN_CONTRAST, "{}", priority.name());
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::Pos2;
 
-use crate::{AlarmModel, CameraMode, LayerRow, SectionCut};
+use crate::{AlarmModel, CameraMode, Faceplate, LayerRow, SectionCut};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +37,8 @@ pub struct ViewModel {
     pub status: StatusLine,
     /// Equipment id of what is selected, or how many are.
     pub selected: Option<String>,
+    /// What is said of the equipment that is selected; none where none or several are.
+    pub faceplate: Option<Faceplate>,
     /// What is measured, in words; none when nothing is.
     pub measuring: Option<String>,
 }
@@ -105,8 +107,14 @@ pub enum Mark {
 
 /// The tags, as many as there may be: only rows in view are asked for.
 pub trait TagRows {
-    /// Number of tags.
+    /// Number of tags that are listed.
     fn len(&self) -> usize;
+
+    /// Number of tags.
+    fn total(&self) -> usize;
+
+    /// Whether more fit what was asked for than are listed.
+    fn is_cut(&self) -> bool;
 
     /// Whether there is none.
     fn is_empty(&self) -> bool {
@@ -138,7 +146,7 @@ pub struct TagRow {
 
 /// A label at a piece of equipment.
 #[derive(Clone, Debug, Default)]
-pub struct Label {
+pub struct Label<'a> {
     /// Equipment id.
     pub title: String,
     /// Where the equipment is on the screen, points.
@@ -146,7 +154,7 @@ pub struct Label {
     /// Distance from the camera, metres: nearer labels come first.
     pub distance: f32,
     /// Lines.
-    pub lines: Vec<LabelLine>,
+    pub lines: Vec<LabelLine<'a>>,
     /// Whether the equipment is selected.
     pub selected: bool,
     /// Whether the equipment is in alarm: its label comes before others.
@@ -157,11 +165,11 @@ pub struct Label {
 
 /// A line of a label.
 #[derive(Clone, Debug, Default)]
-pub struct LabelLine {
+pub struct LabelLine<'a> {
     /// Caption.
-    pub caption: String,
+    pub caption: &'a str,
     /// Value with unit.
-    pub text: String,
+    pub text: &'a str,
     /// How it is marked.
     pub mark: Mark,
     /// Time since the value came.

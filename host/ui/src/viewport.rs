@@ -85,8 +85,8 @@ fn rectangle(ui: &Ui, response: &Response, commands: &mut Vec<Command>) -> bool 
     let area = Rect::from_two_pos(from, to).intersect(response.rect);
     if is_drawn {
         let painter = ui.painter().with_clip_rect(response.rect);
-        painter.rect_filled(area, 0.0, theme::SELECTION.gamma_multiply(0.12));
-        let line = Stroke::new(1.0, theme::SELECTION);
+        painter.rect_filled(area, 0.0, theme::of(ui.ctx()).selection.gamma_multiply(0.12));
+        let line = Stroke::new(1.0, theme::of(ui.ctx()).selection);
         painter.rect_stroke(area, 0.0, line, egui::StrokeKind::Inside);
     }
     if is_done && area.size().min_elem() >= MIN_RECTANGLE {

@@ -272,7 +272,7 @@ mod tests {
             let (color, pattern) = ([255, 0, 0], Pattern::Dotted);
             let overlaid = Overlaid {
                 tints: tints.to_vec(),
-                states: vec![ShownState { node, tag: TAG, color, pattern }],
+                states: vec![ShownState { node, tag: TAG, color, pattern, overlay: 0, entry: 0 }],
                 ..Overlaid::default()
             };
             let mut highlights = Highlights::default();

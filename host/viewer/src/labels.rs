@@ -28,56 +28,66 @@ pub(crate) struct Marked<'a> {
     pub(crate) alarmed: &'a BTreeSet<NodeIndex>,
 }
 
-/// Labels of all nodes that lines name and that are before the camera.
-pub(crate) fn build(
-    lines: &[OverlayLine],
-    snapshot: Snapshot<'_>,
-    graph: &SceneGraph,
-    sight: Sight,
-    marked: Marked<'_>,
-) -> Vec<Label> {
-    let nodes = nodes_of(lines);
-    let mut labels: Vec<Option<Label>> = nodes
-        .iter()
-        .map(|&index| {
+/// Lines by the nodes that they name.
+pub(crate) struct LinesOfNodes<'a> {
+    /// Of each line its node and its number, in order.
+    order: Vec<(NodeIndex, u32, &'a OverlayLine)>,
+}
+
+impl<'a> LinesOfNodes<'a> {
+    pub(crate) fn of(lines: impl Iterator<Item = &'a OverlayLine>) -> Self {
+        let numbered = lines.zip(0..);
+        let mut order: Vec<(NodeIndex, u32, &OverlayLine)> =
+            numbered.map(|(line, number)| (NodeIndex(line.node), number, line)).collect();
+        order.sort_unstable_by_key(|(node, number, _)| (*node, *number));
+        Self { order }
+    }
+
+    /// The nodes that lines name, in order.
+    pub(crate) fn nodes(&self) -> Vec<NodeIndex> {
+        self.groups().map(|group| group[0].0).collect()
+    }
+
+    fn groups(&self) -> impl Iterator<Item = &[(NodeIndex, u32, &'a OverlayLine)]> {
+        self.order.chunk_by(|(a, ..), (b, ..)| a == b)
+    }
+
+    /// Labels of all nodes that lines name and that are before the camera.
+    pub(crate) fn labels(
+        &self,
+        snapshot: Snapshot<'_>,
+        graph: &SceneGraph,
+        sight: Sight,
+        marked: Marked<'_>,
+    ) -> Vec<Label<'a>> {
+        let label = |group: &[(NodeIndex, u32, &'a OverlayLine)]| {
+            let index = group[0].0;
             let node = graph.node(index);
             let top = top_of(node);
+            let anchor = sight.projection.to_screen(top)?;
             Some(Label {
                 title: node.id(),
-                anchor: sight.projection.to_screen(top)?,
+                anchor,
                 distance: sight.eye.distance(top),
-                lines: Vec::new(),
+                lines: group.iter().map(|(.., line)| label_line(line, snapshot)).collect(),
                 hidden: marked.hidden.contains(&index),
                 selected: marked.selection.contains(&index),
                 alarmed: marked.alarmed.contains(&index),
             })
-        })
-        .collect();
-    for line in lines {
-        let Ok(rank) = nodes.binary_search(&NodeIndex(line.node)) else {
-            continue;
         };
-        let Some(label) = &mut labels[rank] else {
-            continue;
-        };
-        let state = snapshot.state(line.tag);
-        let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
-        label.lines.push(LabelLine {
-            caption: line.caption.clone(),
-            text: line.text.clone(),
-            mark: mark(quality, line.severity),
-            age: state.and_then(|s| s.age),
-        });
+        self.groups().filter_map(label).collect()
     }
-    labels.into_iter().flatten().collect()
 }
 
-/// The nodes that lines name, in order.
-pub(crate) fn nodes_of(lines: &[OverlayLine]) -> Vec<NodeIndex> {
-    let mut nodes: Vec<NodeIndex> = lines.iter().map(|line| NodeIndex(line.node)).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes
+fn label_line<'a>(line: &'a OverlayLine, snapshot: Snapshot<'_>) -> LabelLine<'a> {
+    let state = snapshot.state(line.tag);
+    let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+    LabelLine {
+        caption: &line.caption,
+        text: &line.text,
+        mark: mark(quality, line.severity),
+        age: state.and_then(|s| s.age),
+    }
 }
 
 /// How a value is marked: by its quality first, whatever an overlay says.

@@ -11,9 +11,13 @@ mod alarms;
 mod camera;
 mod color;
 mod commands;
+mod cpu_clock;
 mod cursors;
 mod drawn;
+mod equipment;
+mod equipment_tree;
 mod error;
+mod faceplate;
 mod highlight;
 mod labels;
 mod load;
@@ -28,10 +32,12 @@ mod ray;
 mod recovery;
 mod rows;
 mod running;
+mod search_text;
 mod shown_model;
 mod stacks;
 mod stats;
 mod surroundings;
+mod tag_list;
 mod viewer;
 
 /// The states of an alarm, by the letters of IEC 62682.
@@ -55,5 +61,7 @@ pub use load::{
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
-pub use stats::{AlarmStats, CameraStats, LoadMillis, PluginStats, Stats, TagStats};
-pub use viewer::{FrameOutput, MAX_SELECTED, Viewer};
+pub use stats::{
+    AlarmStats, CameraStats, FaceplateStats, LoadMillis, PluginStats, Stats, TagStats,
+};
+pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -3,6 +3,7 @@
 mod alarms;
 mod bindings;
 mod cache;
+mod font;
 mod hlod;
 mod models;
 mod plugins;
@@ -28,6 +29,7 @@ pub(crate) use hlod::HlodGroup;
 pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::cursors::policy_of;
+use crate::equipment::Equipment;
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
 
@@ -52,6 +54,10 @@ pub struct LoadedScene {
     pub(crate) alarms: LoadedAlarms,
     /// Folder of the alarm log.
     pub(crate) alarm_log: Option<PathBuf>,
+    /// What its equipment is called.
+    pub(crate) equipment: Equipment,
+    /// The font of panels and labels; none for the one built in.
+    pub(crate) font: Option<Vec<u8>>,
     /// The first node that each tag is bound to.
     nodes_of_tags: HashMap<TagHandle, NodeIndex>,
     pub(crate) millis: LoadMillis,
@@ -159,6 +165,14 @@ impl LoadedScene {
         let placed = graph.as_ref();
         let alarms =
             alarms::resolve(&config, &tags, placed, &imported, &nodes_of_tags, &mut faults);
+        let equipment = placed.map(|graph| {
+            Equipment::of(graph, &config.equipment, |id, equipment| {
+                // What is to blame is told where it is looked for.
+                let pointer = &equipment.pointer;
+                bindings::find(&config, graph, &imported, id, pointer, &mut faults);
+            })
+        });
+        let font = font::load(&config, &folder, &mut faults);
         millis.insert("scene".into(), millis_since(start));
 
         plugins::check_capabilities(&config, &instances, tags.specs(), &mut faults);
@@ -209,6 +223,8 @@ impl LoadedScene {
                     bindings,
                     alarms,
                     alarm_log,
+                    equipment: equipment.unwrap_or_default(),
+                    font,
                     nodes_of_tags,
                     millis,
                     cached_meshes,

@@ -1,6 +1,6 @@
 //! The state of the view as the panels show it.
 
-use std::collections::HashMap;
+use std::sync::Arc;
 
 use busbar_plugin_host::{LegendEntry, LinkReport, LinkState, OverlayLine, Pattern, Severity};
 use busbar_plugin_process::{Plugin, PluginState, PluginStatus};
@@ -10,37 +10,35 @@ use busbar_ui::{LayerRow, LegendRow, LinkLamp, PluginRow, TagRow, TagRows};
 use crate::LoadedScene;
 use crate::labels::mark;
 use crate::running::ShownOverlay;
+use crate::tag_list::TagList;
 
 /// Tags as rows, made one by one as they are looked at.
 pub(crate) struct Rows<'a> {
     scene: &'a LoadedScene,
     snapshot: Snapshot<'a>,
+    list: &'a TagList,
     /// The greatest severity that overlays give to each tag.
-    severities: HashMap<TagHandle, Severity>,
+    severities: Vec<Severity>,
 }
 
 impl<'a> Rows<'a> {
     pub(crate) fn new(
         scene: &'a LoadedScene,
         snapshot: Snapshot<'a>,
-        lines: &[OverlayLine],
+        list: &'a TagList,
+        lines: impl Iterator<Item = &'a OverlayLine>,
     ) -> Self {
-        let mut severities: HashMap<TagHandle, Severity> = HashMap::new();
+        let mut severities = vec![Severity::Normal; scene.tags.specs().len()];
         for line in lines {
-            let severity = severities.entry(line.tag).or_default();
-            *severity = (*severity).max(line.severity);
+            if let Some(severity) = severities.get_mut(line.tag.0 as usize) {
+                *severity = (*severity).max(line.severity);
+            }
         }
-        Self { scene, snapshot, severities }
-    }
-}
-
-impl TagRows for Rows<'_> {
-    fn len(&self) -> usize {
-        self.scene.tags.specs().len()
+        Self { scene, snapshot, list, severities }
     }
 
-    fn row(&self, index: usize) -> TagRow {
-        let tag = TagHandle(index as u32);
+    /// The row of a tag.
+    pub(crate) fn of_tag(&self, tag: TagHandle) -> TagRow {
         let (Some(spec), Some(state)) = (self.scene.tags.spec(tag), self.snapshot.state(tag))
         else {
             return TagRow::default();
@@ -49,21 +47,48 @@ impl TagRows for Rows<'_> {
         let number = state.value.and_then(Value::as_number);
         let outside = number.is_some_and(|number| !limits.contains(number));
         let severity = if outside { Severity::Warning } else { Severity::Normal };
-        let severity = self.severities.get(&tag).copied().unwrap_or_default().max(severity);
+        let of_overlays = self.severities.get(tag.0 as usize).copied().unwrap_or_default();
         TagRow {
             id: spec.id.clone(),
             name: spec.name.clone(),
             value: state.value.map_or_else(|| "–".into(), value_text),
             unit: spec.unit.clone(),
-            mark: mark(state.quality, severity),
+            mark: mark(state.quality, severity.max(of_overlays)),
             age: state.age,
             node: self.scene.node_of(tag),
         }
     }
 }
 
+impl TagRows for Rows<'_> {
+    fn len(&self) -> usize {
+        self.list.len(self.total())
+    }
+
+    fn total(&self) -> usize {
+        self.scene.tags.specs().len()
+    }
+
+    fn is_cut(&self) -> bool {
+        self.list.is_cut()
+    }
+
+    fn row(&self, index: usize) -> TagRow {
+        self.of_tag(TagHandle(self.list.tag(index)))
+    }
+}
+
 /// An overlay as a layer.
 pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
+    LayerRow {
+        name: overlay.overlay.name().to_owned(),
+        shown: overlay.is_shown,
+        legend: Arc::clone(&overlay.legend),
+    }
+}
+
+/// A legend as panels show it.
+pub(crate) fn legend(entries: &[LegendEntry]) -> Arc<[LegendRow]> {
     let entry = |entry: &LegendEntry| LegendRow {
         name: entry.name.clone(),
         color: entry.color,
@@ -74,11 +99,7 @@ pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
             Pattern::Dotted => busbar_ui::Pattern::Dotted,
         },
     };
-    LayerRow {
-        name: overlay.overlay.name().to_owned(),
-        shown: overlay.is_shown,
-        legend: overlay.description.legend.iter().map(entry).collect(),
-    }
+    entries.iter().map(entry).collect()
 }
 
 /// A plugin with its link, and what went wrong with it last.

@@ -7,9 +7,10 @@ use busbar_plugin_host::{OverlayDescription, OverlayLine, OverlayPicture, Overla
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Snapshot, TagHandle};
+use busbar_ui::LegendRow;
 
-use crate::ViewError;
 use crate::load::LoadedScene;
+use crate::{ViewError, rows};
 
 /// The longest that a frame in a window waits for an isolated overlay: mostly
 /// enough for the picture of this frame, and too little to be seen.
@@ -25,6 +26,8 @@ pub(crate) struct ShownOverlay {
     pub(crate) is_shown: bool,
     /// What it shows besides values.
     pub(crate) description: Arc<OverlayDescription>,
+    /// Its legend, as panels show it.
+    pub(crate) legend: Arc<[LegendRow]>,
     /// The nodes of the equipment described; none for what the scene has not.
     nodes: Vec<Option<NodeIndex>>,
 }
@@ -32,7 +35,8 @@ pub(crate) struct ShownOverlay {
 /// What all overlays draw in one frame.
 #[derive(Default)]
 pub(crate) struct Overlaid {
-    pub(crate) lines: Vec<OverlayLine>,
+    /// Of each overlay its last.
+    pub(crate) pictures: Vec<Arc<OverlayPicture>>,
     pub(crate) tints: Vec<OverlayTint>,
     pub(crate) states: Vec<ShownState>,
 }
@@ -46,12 +50,28 @@ pub(crate) struct ShownState {
     /// sRGB.
     pub(crate) color: [u8; 3],
     pub(crate) pattern: Pattern,
+    /// The overlay, and the entry of its legend.
+    pub(crate) overlay: u32,
+    pub(crate) entry: u32,
+}
+
+impl Overlaid {
+    /// The lines of all overlays.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = &OverlayLine> {
+        self.pictures.iter().flat_map(|picture| &picture.lines)
+    }
 }
 
 impl ShownOverlay {
     fn new(overlay: RunningOverlay) -> Self {
-        let description = Arc::default();
-        Self { overlay, fault: None, is_shown: true, description, nodes: Vec::new() }
+        Self {
+            overlay,
+            fault: None,
+            is_shown: true,
+            description: Arc::default(),
+            legend: Arc::default(),
+            nodes: Vec::new(),
+        }
     }
 
     /// Finds the equipment that it says it shows; an isolated one says so anew after it
@@ -62,6 +82,7 @@ impl ShownOverlay {
             return;
         }
         if description != self.description {
+            self.legend = rows::legend(&description.legend);
             self.nodes = description.equipment.iter().map(|id| graph.find(id)).collect();
             let mut absent = description.equipment.iter().zip(&self.nodes);
             if let Some((first, _)) = absent.find(|(_, node)| node.is_none()) {
@@ -76,15 +97,15 @@ impl ShownOverlay {
         self.description = description;
     }
 
-    fn add(&self, picture: OverlayPicture, all: &mut Overlaid) {
-        all.lines.extend(picture.lines);
-        all.tints.extend(picture.tints);
+    fn add(&self, overlay: u32, picture: Arc<OverlayPicture>, all: &mut Overlaid) {
+        all.tints.extend_from_slice(&picture.tints);
         all.states.extend(picture.states.iter().filter_map(|state| {
             let node = (*self.nodes.get(state.equipment as usize)?)?;
             let entry = self.description.legend.get(state.entry as usize)?;
             let (color, pattern) = (entry.color, entry.pattern);
-            Some(ShownState { node, tag: state.tag, color, pattern })
+            Some(ShownState { node, tag: state.tag, color, pattern, overlay, entry: state.entry })
         }));
+        all.pictures.push(picture);
     }
 }
 
@@ -123,7 +144,7 @@ pub(crate) fn run_overlays(
 ) -> Overlaid {
     let mut all = Overlaid::default();
     let (now, start) = (SystemTime::now(), Instant::now());
-    for shown in overlays {
+    for (shown, index) in overlays.iter_mut().zip(0..) {
         shown.take_description(graph);
         if !shown.is_shown {
             continue;
@@ -131,7 +152,7 @@ pub(crate) fn run_overlays(
         let left = patience.saturating_sub(start.elapsed());
         match shown.overlay.draw(|tag| snapshot.state(tag), now, left) {
             Ok(picture) => {
-                shown.add(picture, &mut all);
+                shown.add(index, picture, &mut all);
                 shown.fault = None;
             }
             Err(error) => {

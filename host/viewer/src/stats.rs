@@ -6,7 +6,7 @@ use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
-use busbar_ui::CameraMode;
+use busbar_ui::{CameraMode, Faceplate};
 use serde::Serialize;
 
 use crate::AlarmState;
@@ -78,6 +78,12 @@ pub struct Stats {
     pub selected: Vec<String>,
     /// Equipment id of what is under the pointer, or null.
     pub hovered: Option<String>,
+    /// What the faceplate shows, or null.
+    pub faceplate: Option<FaceplateStats>,
+    /// Whether the theme is the dark one.
+    pub dark: bool,
+    /// Rows of the equipment that are listed: all that is open, or what a search found.
+    pub equipment_rows: usize,
     /// Points that are measured between, world space in metres.
     pub measured: Vec<[f64; 3]>,
     /// Equipment ids of labels whose equipment is behind other equipment.
@@ -86,6 +92,23 @@ pub struct Stats {
     pub camera: CameraStats,
     /// Messages of the Vulkan validation layer.
     pub validation_messages: Vec<String>,
+}
+
+/// A faceplate.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaceplateStats {
+    /// Equipment id.
+    pub id: String,
+    /// What people call it; may be empty.
+    pub name: String,
+    /// Ids of the tags whose values it shows.
+    pub tags: Vec<String>,
+    /// Ids of the tags whose trends it shows, and of how many points each is drawn.
+    pub trends: BTreeMap<String, usize>,
+    /// Ids of its alarms that are not normal.
+    pub alarms: Vec<String>,
+    /// What overlays show it in.
+    pub states: Vec<String>,
 }
 
 /// The camera.
@@ -106,6 +129,23 @@ pub(crate) fn mode_name(mode: CameraMode) -> &'static str {
         CameraMode::Orbit => "orbit",
         CameraMode::Walk => "walk",
         CameraMode::Fly => "fly",
+    }
+}
+
+pub(crate) fn faceplate(shown: &Faceplate) -> FaceplateStats {
+    let id_of =
+        |tag: u32| shown.values.iter().find(|value| value.tag == tag).map(|v| v.row.id.clone());
+    FaceplateStats {
+        id: shown.id.clone(),
+        name: shown.name.clone(),
+        tags: shown.values.iter().map(|value| value.row.id.clone()).collect(),
+        trends: shown
+            .trends
+            .iter()
+            .filter_map(|trend| Some((id_of(trend.tag)?, trend.points.len())))
+            .collect(),
+        alarms: shown.alarms.iter().map(|alarm| alarm.id.clone()).collect(),
+        states: shown.states.iter().map(|state| state.state.name.clone()).collect(),
     }
 }
 

@@ -3,6 +3,7 @@
 mod alarming;
 mod commands;
 mod drawing;
+mod facing;
 mod opening;
 mod picking;
 mod report;
@@ -16,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use busbar_config::MAX_THETA_SCALE;
 use busbar_geometry::Bounds;
+use busbar_history::History;
 use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
 use busbar_renderer::{
@@ -25,26 +27,33 @@ use busbar_renderer::{
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
-use busbar_ui::{Command, ModelRow, Navigation, Panels, SceneOverlay, StatusLine, ViewModel};
-use egui::{Pos2, RawInput, Rect, vec2};
+use busbar_ui::{
+    Appearance, Command, Lists, ModelRow, Navigation, Panels, SceneOverlay, StatusLine, ViewModel,
+};
+use egui::{Pos2, RawInput, Rect};
 
 use crate::alarms::{self, Alarming};
 use crate::camera::navigator::{Around, Navigator};
 use crate::camera::{Camera, Projection};
 use crate::color::linear_from_srgb;
+use crate::cpu_clock::CpuClock;
 use crate::cursors::{Cursors, Drawn, Eye, Needed};
 use crate::drawn::DrawnScene;
+use crate::equipment_tree::{self, EquipmentTree};
+use crate::faceplate::{self, AtNodes, OpenFaceplate};
 use crate::highlight::{Highlight, Highlights};
+use crate::labels::LinesOfNodes;
 use crate::load::LoadedScene;
 use crate::measuring::Measuring;
 use crate::outlines::Outlines;
 use crate::pace::Pace;
 use crate::picker::{Picker, Purpose, Question};
 use crate::recovery::Recovery;
-use crate::running::{self, ShownOverlay};
+use crate::running::{self, ShownOverlay, ShownState};
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::surroundings::{self, Surroundings};
+use crate::tag_list::TagList;
 use crate::{Stats, ViewError, labels, occlusion, ray, rows, stats};
 
 /// Pieces of equipment that are selected at once; of more the first in the scene.
@@ -61,6 +70,8 @@ pub struct Viewer {
     tags: TagTable,
     /// What switched, in order.
     events: EventLog,
+    /// What tags were.
+    history: History,
     /// None where none is configured.
     alarms: Option<Alarming>,
     scene: LoadedScene,
@@ -78,6 +89,13 @@ pub struct Viewer {
     surroundings: Surroundings,
     navigator: Navigator,
     selection: BTreeSet<NodeIndex>,
+    tree: EquipmentTree,
+    tag_list: TagList,
+    at_nodes: AtNodes,
+    /// Of what is selected; none where none or several are.
+    faceplate: Option<OpenFaceplate>,
+    /// How far back its trends go.
+    trend_span: Duration,
     picker: Picker,
     /// Where the pointer is over the scene, points.
     pointer: Option<Pos2>,
@@ -98,6 +116,8 @@ pub struct Viewer {
     in_window: bool,
     pixels_per_point: f32,
     highlights: Highlights,
+    /// The states of the last frame.
+    states: Vec<ShownState>,
     outlines: Outlines,
     /// What the last frame drew.
     drawn: DrawnScene,
@@ -105,9 +125,24 @@ pub struct Viewer {
     painted: Vec<egui::ClippedPrimitive>,
     last: FrameStats,
     cpu_millis: f64,
+    part_millis: PartMillis,
     frame_millis: VecDeque<f64>,
     frames: u64,
     resolved: u64,
+}
+
+/// What parts of the last frame took of the CPU, milliseconds of this thread: what waits,
+/// such as for an overlay's process, does not count.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PartMillis {
+    /// Taking over what plugins brought; histories.
+    pub tags: f64,
+    /// Stepping alarms, listing them, their marks in the scene.
+    pub alarms: f64,
+    /// Running overlays, their labels, what they tint.
+    pub overlays: f64,
+    /// Laying out and tessellating panels and labels.
+    pub panels: f64,
 }
 
 /// What the platform must do after a frame.
@@ -125,6 +160,24 @@ impl Viewer {
     /// The egui context that platform glue feeds.
     pub fn egui_context(&self) -> &egui::Context {
         self.panels.context()
+    }
+
+    /// Shows the panels, or labels alone.
+    pub fn set_panels_shown(&mut self, shown: bool) {
+        self.panels.set_shown(shown);
+    }
+
+    /// Selects a piece of equipment by its id or an alias, and opens its faceplate;
+    /// whether there is one.
+    pub fn select_equipment(&mut self, id: &str) -> bool {
+        let found = self.scene.equipment.find(&self.scene.graph, id);
+        self.select(found);
+        found.is_some()
+    }
+
+    /// What parts of the last frame took of the CPU.
+    pub fn part_millis(&self) -> PartMillis {
+        self.part_millis
     }
 
     /// Tells the size of the window, pixels.
@@ -205,16 +258,19 @@ impl Viewer {
         self.note_screen(&input);
         let now = input.time.unwrap_or_default();
         self.navigator.advance(now);
-        self.take_samples();
+        let mut parts = self.take_samples();
+        let began = CpuClock::start();
         let snapshot = self.tags.snapshot();
         let patience =
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
         let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
-        let model = self.view_model(snapshot);
-
-        let rows = rows::Rows::new(&self.scene, snapshot, &overlaid.lines);
+        let labelled = LinesOfNodes::of(overlaid.lines());
+        parts.overlays += began.millis();
+        let began = CpuClock::start();
+        let rows = rows::Rows::new(&self.scene, snapshot, &self.tag_list, overlaid.lines());
+        let model = self.view_model(snapshot, &rows, &overlaid.states);
         let (scene, selection, measuring) = (&self.scene, &self.selection, &self.measuring);
         let (panels, navigator, hovered) = (&mut self.panels, &mut self.navigator, self.hovered);
         let (screen, graph) = (self.screen, &scene.graph);
@@ -223,17 +279,26 @@ impl Viewer {
         let alarm_rows = alarms::Rows { alarming, scene, snapshot };
         let alarmed = alarming.map(alarms::nodes_in_alarm).unwrap_or_default();
         let marked = labels::Marked { selection, hidden, alarmed: &alarmed };
-        let output = panels.run(input, &model, &rows, &alarm_rows, |viewport, commands| {
+        let (tree, equipment) = (&self.tree, &scene.equipment);
+        let equipment_rows = equipment_tree::Rows { tree, graph, equipment };
+        let lists = Lists { tags: &rows, alarms: &alarm_rows, equipment: &equipment_rows };
+        let mut over_scene = [0.0; 2];
+        let output = panels.run(input, &model, &lists, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
             navigator.steer(commands, &around);
             let view = navigator.camera().view(viewport, screen, graph.bounds());
             let projection = Projection::new(&view, screen);
             let sight = labels::Sight { projection, eye: view.eye };
+            let began = CpuClock::start();
+            let labels = labelled.labels(snapshot, graph, sight, marked);
+            let labels_millis = began.millis();
+            let of_alarms = |alarms| alarms::beacons(alarms, graph, sight);
+            let beacons = alarming.map_or_else(Vec::new, of_alarms);
+            over_scene = [labels_millis, began.millis() - labels_millis];
             SceneOverlay {
-                labels: labels::build(&overlaid.lines, snapshot, graph, sight, marked),
-                beacons: alarming
-                    .map_or_else(Vec::new, |alarms| alarms::beacons(alarms, graph, sight)),
+                labels,
+                beacons,
                 arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
@@ -245,8 +310,14 @@ impl Viewer {
         let mut egui = output.egui;
         let shapes = std::mem::take(&mut egui.shapes);
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
+        let [labels_millis, beacons_millis] = over_scene;
+        parts.panels = began.millis() - labels_millis - beacons_millis;
+        let began = CpuClock::start();
         let (graph, snapshot) = (&self.scene.graph, self.tags.snapshot());
         self.highlights.update(graph, &overlaid, snapshot, &self.selection);
+        parts.overlays += labels_millis + began.millis();
+        parts.alarms += beacons_millis;
+        self.part_millis = parts;
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
         self.force_detail();
         self.move_cursors(now);
@@ -287,7 +358,8 @@ impl Viewer {
         self.note_detail();
         self.pace.note(&self.last);
         self.rests = self.shown.replace(view) == Some(view);
-        self.labelled = labels::nodes_of(&overlaid.lines);
+        self.labelled = labelled.nodes();
+        self.states = overlaid.states;
         self.step_picks()?;
         self.count_frame(started);
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
@@ -303,7 +375,11 @@ impl Viewer {
 
     /// Input for a frame of a view without a window.
     pub fn headless_input(&self, seconds: f64) -> RawInput {
-        RawInput { screen_rect: Some(self.screen), time: Some(seconds), ..RawInput::default() }
+        let mut input =
+            RawInput { screen_rect: Some(self.screen), time: Some(seconds), ..RawInput::default() };
+        input.viewports.entry(input.viewport_id).or_default().native_pixels_per_point =
+            Some(self.scene.config.view.scale);
+        input
     }
 
     fn note_screen(&mut self, input: &RawInput) {

@@ -21,6 +21,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
+            "busbar_history",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_point_import",
@@ -38,6 +39,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &[]),
+    ("busbar_history", &["busbar_tags"]),
     ("busbar_plugin_check", &["busbar_geometry", "busbar_plugin_abi"]),
     (
         "busbar_plugin_host",

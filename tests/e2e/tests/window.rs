@@ -12,10 +12,12 @@ const SCREEN: [u32; 2] = [1024, 640];
 const WINDOW: [i32; 2] = [800, 500];
 /// The middle of the scene: right of the panels, above the status bar.
 const MIDDLE: [i32; 2] = [600, 240];
+/// The tab with the models.
+const DISPLAY_TAB: [i32; 2] = [151, 14];
 /// The slider of the first model: its left end, its middle, and between.
-const SLIDER_LEFT: [i32; 2] = [52, 50];
-const SLIDER_MIDDLE: [i32; 2] = [149, 50];
-const SLIDER_QUARTER: [i32; 2] = [100, 50];
+const SLIDER_LEFT: [i32; 2] = [52, 189];
+const SLIDER_MIDDLE: [i32; 2] = [136, 189];
+const SLIDER_QUARTER: [i32; 2] = [94, 189];
 /// Pictures under validation that must not have a single message.
 const MIN_FRAMES: u64 = 200;
 
@@ -51,6 +53,7 @@ fn view(scene: &Scene, seconds: u32, hands: impl FnOnce(&Display, &Process)) -> 
 fn the_theta_slider_takes_triangles_away() {
     let scene = scene();
     let stats = view(&scene, 5, |display, process| {
+        display.click_button(LEFT_BUTTON, DISPLAY_TAB);
         display.drag(LEFT_BUTTON, SLIDER_LEFT, SLIDER_MIDDLE);
         while !process.is_over() {
             display.drag(LEFT_BUTTON, SLIDER_MIDDLE, SLIDER_QUARTER);

@@ -78,6 +78,21 @@ impl Rows<'_> {
         node.map(id).or_else(|| alarming.table.set().spec(alarm)?.equipment.clone())
     }
 
+    /// Of these alarms the rows of those that are not normal, the most urgent first, at
+    /// most `most`; and how many are normal.
+    pub(crate) fn of(&self, alarms: &[AlarmHandle], most: usize) -> (Vec<AlarmRow>, usize) {
+        let Some(alarming) = self.alarming else { return (Vec::new(), 0) };
+        let state = |alarm| alarming.table.status(alarm).map(|status| status.state);
+        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::A);
+        let open = alarms.iter().filter(is_open);
+        let mut rows: Vec<AlarmRow> =
+            open.filter_map(|alarm| self.row_of(alarming, *alarm)).collect();
+        let calm = alarms.len() - rows.len();
+        rows.sort_by_key(|row| (!row.is_unacknowledged, row.priority as u8, row.age));
+        rows.truncate(most);
+        (rows, calm)
+    }
+
     /// What is said beside the list.
     pub(crate) fn model(&self, flashes: bool) -> Option<AlarmModel> {
         let alarming = self.alarming?;

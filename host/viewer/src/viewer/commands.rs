@@ -1,6 +1,7 @@
 //! What the operator asks for.
 
 use busbar_alarms::AlarmHandle;
+use busbar_tags::TagHandle;
 
 use super::*;
 
@@ -41,6 +42,16 @@ impl Viewer {
                 Command::Measure(position) => self.ask_at(Purpose::Measure, *position),
                 Command::Escape if self.measuring.is_some() => self.measuring = None,
                 Command::Escape => self.select(None),
+                Command::SearchEquipment(query) => self.tree.search(query),
+                Command::ToggleBranch(entry) => self.tree.toggle(*entry),
+                Command::FilterTags(query) => self.tag_list.filter(query, &self.scene),
+                Command::ToggleTrend(tag) => {
+                    if let Some(faceplate) = &mut self.faceplate {
+                        faceplate.toggle_trend(TagHandle(*tag));
+                    }
+                }
+                Command::SetTrendSpan(span) => self.trend_span = *span,
+                Command::SetDark(is_dark) => self.panels.set_dark(*is_dark),
                 // The camera's.
                 Command::UseCamera(_)
                 | Command::StoreBookmark(_)
@@ -63,9 +74,5 @@ impl Viewer {
         if let Some(alarms) = &mut self.alarms {
             act(alarms);
         }
-    }
-
-    pub(super) fn select(&mut self, nodes: impl IntoIterator<Item = NodeIndex>) {
-        self.selection = nodes.into_iter().take(MAX_SELECTED).collect();
     }
 }

@@ -2,6 +2,10 @@
 
 use super::*;
 
+/// Of the light of the background, what the dark theme leaves: equipment stands out from
+/// it as brighter, and not as darker.
+const DARK_BACKGROUND: f32 = 0.045;
+
 impl Viewer {
     /// The last frame of a view without a window.
     ///
@@ -78,6 +82,12 @@ impl Viewer {
         self.navigator.camera().view(self.viewport, self.screen, around)
     }
 
+    /// Linear; in the dark theme much darker than configured.
+    fn background(&self) -> [f32; 3] {
+        let share = if self.panels.is_dark() { DARK_BACKGROUND } else { 1.0 };
+        self.scene.config.view.background.map(|part| linear_from_srgb(part) * share)
+    }
+
     pub(super) fn picture_of<'a>(
         &self,
         camera: CameraView,
@@ -90,7 +100,7 @@ impl Viewer {
             instances: Instances::Kept(instances),
             object_highlights,
             wireframe: self.wireframe,
-            background: self.scene.config.view.background.map(linear_from_srgb),
+            background: self.background(),
             ground: self.surroundings.ground,
             fog_distance: self.surroundings.fog_distance,
             shadow_bounds: self.surroundings.shadow_bounds,

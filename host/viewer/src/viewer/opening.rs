@@ -1,5 +1,7 @@
 //! From a loaded scene to a view of it.
 
+use busbar_config::ThemeConfig;
+
 use super::*;
 
 impl Viewer {
@@ -55,11 +57,22 @@ impl Viewer {
         let mut cursors =
             Cursors::new(&scene.graph, &scene.models, scene.policies(), &scene.groups, theta_scale);
         cursors.set_morph_seconds(scene.config.view.morph_seconds);
-        let screen = Rect::from_min_size(Pos2::ZERO, vec2(size[0] as f32, size[1] as f32));
+        // In a window, its own glue says how large a point is.
+        let scale = if in_window { 1.0 } else { scene.config.view.scale };
+        let points = size.map(|pixels| pixels as f32 / scale);
+        let screen = Rect::from_min_size(Pos2::ZERO, points.into());
+        let appearance = Appearance {
+            is_dark: scene.config.view.theme == ThemeConfig::Dark,
+            scale: scene.config.view.scale,
+            font: scene.font.take(),
+        };
+        let at_nodes = AtNodes::of(&scene);
+        let tree = EquipmentTree::of(&scene.graph, &scene.equipment, &at_nodes.nodes());
         let alarms = Alarming::of(&scene, in_window, wall_clock());
         Ok(Self {
             telemetry,
             overlays,
+            history: facing::history_of(&scene),
             tags,
             events: EventLog::default(),
             alarms,
@@ -75,8 +88,13 @@ impl Viewer {
             renderer,
             recovery,
             models,
-            panels: Panels::new(in_window),
+            panels: Panels::new(in_window, appearance),
             selection: BTreeSet::new(),
+            tree,
+            tag_list: TagList::default(),
+            at_nodes,
+            faceplate: None,
+            trend_span: faceplate::FIRST_SPAN,
             picker: Picker::default(),
             pointer: None,
             hovered: None,
@@ -89,13 +107,15 @@ impl Viewer {
             viewport: screen,
             screen,
             in_window,
-            pixels_per_point: 1.0,
+            pixels_per_point: scale,
             highlights: Highlights::default(),
+            states: Vec::new(),
             outlines: Outlines::default(),
             drawn: DrawnScene::default(),
             painted: Vec::new(),
             last: FrameStats::default(),
             cpu_millis: 0.0,
+            part_millis: PartMillis::default(),
             frame_millis: VecDeque::new(),
             frames: 0,
             resolved: 0,

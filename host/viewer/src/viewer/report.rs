@@ -52,6 +52,13 @@ impl Viewer {
             },
             selected: self.ids_of(&self.selection).collect(),
             hovered: self.hovered.map(|node| self.scene.graph.node(node).id()),
+            faceplate: self.faceplate.as_ref().map(|faceplate| {
+                let lines =
+                    rows::Rows::new(&self.scene, self.tags(), &self.tag_list, std::iter::empty());
+                stats::faceplate(&faceplate.model(&self.sources(self.tags(), &lines, &self.states)))
+            }),
+            dark: self.panels.is_dark(),
+            equipment_rows: self.tree.len(),
             measured: self.measuring.as_ref().map_or_else(Vec::new, |measuring| {
                 measuring.points().iter().map(|point| point.to_array()).collect()
             }),
@@ -61,8 +68,14 @@ impl Viewer {
         }
     }
 
-    pub(super) fn view_model(&self, snapshot: Snapshot<'_>) -> ViewModel {
+    pub(super) fn view_model<'a>(
+        &'a self,
+        snapshot: Snapshot<'a>,
+        rows: &'a rows::Rows<'a>,
+        states: &'a [ShownState],
+    ) -> ViewModel {
         let counts = snapshot.counts();
+        let sources = self.sources(snapshot, rows, states);
         ViewModel {
             models: self.rows().cloned().collect(),
             plugins: self
@@ -83,8 +96,7 @@ impl Viewer {
                 orthographic: self.navigator.is_orthographic(),
                 speed: self.navigator.speed(),
             },
-            alarms: alarms::Rows { alarming: self.alarms.as_ref(), scene: &self.scene, snapshot }
-                .model(self.in_window),
+            alarms: sources.alarms.model(self.in_window),
             wireframe: self.wireframe,
             theta_scale: self.cursors.scale(),
             max_theta_scale: MAX_THETA_SCALE,
@@ -99,7 +111,29 @@ impl Viewer {
                 bad: counts.bad,
             },
             selected: self.selected_text(),
+            faceplate: self.faceplate.as_ref().map(|faceplate| faceplate.model(&sources)),
             measuring: self.measuring.as_ref().map(Measuring::text),
+        }
+    }
+
+    fn sources<'a>(
+        &'a self,
+        snapshot: Snapshot<'a>,
+        rows: &'a rows::Rows<'a>,
+        states: &'a [ShownState],
+    ) -> faceplate::Sources<'a> {
+        let scene = &self.scene;
+        faceplate::Sources {
+            scene,
+            snapshot,
+            rows,
+            alarms: alarms::Rows { alarming: self.alarms.as_ref(), scene, snapshot },
+            overlays: &self.overlays,
+            states,
+            history: &self.history,
+            span: self.trend_span,
+            now: Moment::now(),
+            wall_clock: wall_clock(),
         }
     }
 

@@ -6,15 +6,17 @@ use super::*;
 struct Updates<'a> {
     tags: &'a mut TagTable,
     events: &'a mut EventLog,
+    history: &'a mut History,
     alarms: Option<&'a mut Alarming>,
 }
 
 impl SampleSink for Updates<'_> {
     #[inline(always)]
     fn take(&mut self, sample: &Sample) {
-        let Self { tags, events, alarms } = self;
+        let Self { tags, events, history, alarms } = self;
         tags.apply(sample, |change| {
             events.note(change);
+            history.note(change);
             if let Some(alarms) = alarms {
                 alarms.note(change);
             }
@@ -41,22 +43,29 @@ impl Viewer {
     }
 
     /// Takes over what plugins brought; values past their limit are stale from here on.
-    pub(super) fn take_samples(&mut self) {
-        let (tags, events) = (&mut self.tags, &mut self.events);
+    /// Gives what that took.
+    pub(super) fn take_samples(&mut self) -> PartMillis {
+        let began = CpuClock::start();
+        let Self { tags, events, history, .. } = self;
         tags.follow_clock(wall_clock(), Moment::now());
         for telemetry in &self.telemetry {
             let alarms = self.alarms.as_mut();
-            telemetry.drain(&mut Updates { tags, events, alarms });
+            telemetry.drain(&mut Updates { tags, events, history, alarms });
         }
         let (now, mut alarms) = (Moment::now(), self.alarms.as_mut());
         tags.advance(now, |change| {
             events.note(change);
+            history.note(change);
             if let Some(alarms) = &mut alarms {
                 alarms.note(change);
             }
         });
+        history.follow(tags.snapshot(), now);
+        let tags_millis = began.millis();
         if let Some(alarms) = alarms {
             alarms.step(tags.snapshot(), now, wall_clock());
         }
+        let alarms_millis = began.millis() - tags_millis;
+        PartMillis { tags: tags_millis, alarms: alarms_millis, ..PartMillis::default() }
     }
 }

@@ -1,0 +1,108 @@
+//! The histories of all tags that have one.
+
+use busbar_tags::{Change, Moment, Snapshot, TagHandle};
+
+use crate::reduce::Reducer;
+use crate::series::Series;
+use crate::{Point, State};
+
+/// Tags whose history is kept. Each takes 23 kB where it changes always, so that all of
+/// them take 96 MB.
+pub const MAX_TAGS: usize = 4096;
+
+/// In place of a series: none.
+const NONE: u32 = u32::MAX;
+
+/// What tags were in the last hours.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    /// The series of each tag, by handle.
+    of_tags: Vec<u32>,
+    series: Vec<Series>,
+}
+
+impl History {
+    /// Of the first [`MAX_TAGS`] of these tags.
+    pub fn of(tags: impl IntoIterator<Item = TagHandle>) -> Self {
+        let mut history = Self::default();
+        for TagHandle(tag) in tags {
+            let tag = tag as usize;
+            if history.series.len() == MAX_TAGS {
+                break;
+            }
+            if history.of_tags.len() <= tag {
+                history.of_tags.resize(tag + 1, NONE);
+            }
+            if history.of_tags[tag] == NONE {
+                history.of_tags[tag] = history.series.len() as u32;
+                history.series.push(Series::default());
+            }
+        }
+        history
+    }
+
+    /// Notes a change as it comes, so that none between two frames is lost.
+    #[inline]
+    pub fn note(&mut self, change: &Change) {
+        if let Some(series) = self.series_mut(change.tag) {
+            let state = State::of(change.value, change.quality);
+            series.push(Point { at: change.received, state });
+        }
+    }
+
+    /// Follows what no change tells: tags that are stale from now on, or no longer.
+    pub fn follow(&mut self, snapshot: Snapshot<'_>, now: Moment) {
+        for &tag in snapshot.changed() {
+            let (Some(series), Some(tag)) = (self.series_mut(tag), snapshot.state(tag)) else {
+                continue;
+            };
+            let state = State::of(tag.value, tag.quality);
+            if series.last() != Some(state) {
+                series.push(Point { at: now, state });
+            }
+        }
+    }
+
+    /// Whether a tag's history is kept.
+    pub fn has(&self, tag: TagHandle) -> bool {
+        self.series_of(tag).is_some()
+    }
+
+    /// What a tag was between two times, reduced to so many columns of a picture; the first
+    /// point is what it was at the beginning, if that is known. Nothing for a tag whose
+    /// history is not kept.
+    pub fn between(&self, tag: TagHandle, from: Moment, to: Moment, columns: usize) -> Vec<Point> {
+        let Some(series) = self.series_of(tag) else { return Vec::new() };
+        let width = to.since(from).as_nanos() as u64 / columns.max(1) as u64;
+        let mut reducer = Reducer::new(from, width);
+        let (mut points, mut at_start) = (Vec::new(), None);
+        series.for_each(|point| {
+            if point.at <= from {
+                at_start = Some(Point { at: from, ..point });
+            } else if point.at <= to {
+                if let Some(start) = at_start.take() {
+                    reducer.push(start, |point| points.push(point));
+                }
+                reducer.push(point, |point| points.push(point));
+            }
+        });
+        if let Some(start) = at_start {
+            reducer.push(start, |point| points.push(point));
+        }
+        reducer.rest(|point| points.push(point));
+        points
+    }
+
+    /// Bytes that all points take.
+    pub fn bytes(&self) -> usize {
+        self.series.iter().map(Series::bytes).sum()
+    }
+
+    fn series_of(&self, TagHandle(tag): TagHandle) -> Option<&Series> {
+        self.series.get(*self.of_tags.get(tag as usize)? as usize)
+    }
+
+    fn series_mut(&mut self, TagHandle(tag): TagHandle) -> Option<&mut Series> {
+        self.series.get_mut(*self.of_tags.get(tag as usize)? as usize)
+    }
+}

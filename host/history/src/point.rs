@@ -1,0 +1,79 @@
+//! What a tag was from an instant on.
+
+use busbar_tags::{Moment, Quality, Value};
+
+/// A point of a history; it holds until the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// When.
+    pub at: Moment,
+    /// What.
+    pub state: State,
+}
+
+/// A number, as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum State {
+    /// A good value, finite.
+    Good(f64),
+    /// A doubtful value, finite.
+    Uncertain(f64),
+    /// Not known.
+    Bad,
+}
+
+impl State {
+    /// Of a tag's value and quality; what is no number is not known here.
+    pub fn of(value: Option<Value>, quality: Quality) -> Self {
+        let number = value.and_then(Value::as_number).filter(|number| number.is_finite());
+        match (number, quality) {
+            (Some(number), Quality::Good) => Self::Good(number),
+            (Some(number), Quality::Uncertain(_)) => Self::Uncertain(number),
+            _ => Self::Bad,
+        }
+    }
+
+    /// The number, if there is one.
+    pub fn number(self) -> Option<f64> {
+        match self {
+            Self::Good(number) | Self::Uncertain(number) => Some(number),
+            Self::Bad => None,
+        }
+    }
+
+    /// Whether it can be relied on.
+    pub fn is_good(self) -> bool {
+        matches!(self, Self::Good(_))
+    }
+}
+
+/// A point in 16 bytes: the lowest bit of the time says whether the value is uncertain,
+/// and a value that is no number is not known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packed {
+    at: u64,
+    value: f64,
+}
+
+impl Packed {
+    pub(crate) fn of(Point { at: Moment(at), state }: Point) -> Self {
+        match state {
+            State::Good(value) => Self { at: at & !1, value },
+            State::Uncertain(value) => Self { at: at | 1, value },
+            State::Bad => Self { at: at & !1, value: f64::NAN },
+        }
+    }
+
+    pub(crate) fn point(self) -> Point {
+        let state = match self.value {
+            value if value.is_nan() => State::Bad,
+            value if self.at & 1 == 1 => State::Uncertain(value),
+            value => State::Good(value),
+        };
+        Point { at: self.at(), state }
+    }
+
+    pub(crate) fn at(self) -> Moment {
+        Moment(self.at & !1)
+    }
+}

@@ -1,0 +1,84 @@
+//! The history of one tag.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use busbar_tags::Moment;
+
+use crate::point::Packed;
+use crate::reduce::Reducer;
+use crate::{Point, State};
+
+/// Points that are kept as they came.
+pub const MAX_FINE_POINTS: usize = 256;
+/// How far back a history goes.
+pub const MAX_AGE: Duration = Duration::from_secs(4 * 3600);
+/// Of what is older than the points kept as they came, each bucket is reduced.
+pub const BUCKET: Duration = Duration::from_secs(60);
+
+const BUCKET_NANOS: u64 = BUCKET.as_secs() * 1_000_000_000;
+/// Room is taken for so many points at a time: doubling would waste half of it.
+const ROOM: usize = 64;
+
+/// What a tag was, as far back as it is kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    /// Reduced, before those in `reducer`, which are before `fine`.
+    coarse: VecDeque<Packed>,
+    reducer: Reducer,
+    fine: VecDeque<Packed>,
+}
+
+impl Default for Series {
+    fn default() -> Self {
+        let reducer = Reducer::new(Moment(0), BUCKET_NANOS);
+        Self { coarse: VecDeque::new(), reducer, fine: VecDeque::new() }
+    }
+}
+
+impl Series {
+    /// Adds what the tag is from now on.
+    pub(crate) fn push(&mut self, point: Point) {
+        let last = self.fine.back().map_or(Moment(0), |last| last.at());
+        let at = point.at.max(last);
+        if self.fine.len() >= MAX_FINE_POINTS
+            && let Some(oldest) = self.fine.pop_front()
+        {
+            let coarse = &mut self.coarse;
+            self.reducer.push(oldest.point(), |point| push(coarse, point));
+        }
+        push(&mut self.fine, Point { at, ..point });
+        self.forget(at.before(MAX_AGE));
+    }
+
+    /// What the tag is since its last point.
+    pub(crate) fn last(&self) -> Option<State> {
+        self.fine.back().map(|last| last.point().state)
+    }
+
+    /// Drops what is before a time, but for the last of it, which holds still.
+    fn forget(&mut self, border: Moment) {
+        while self.coarse.get(1).is_some_and(|second| second.at() <= border) {
+            self.coarse.pop_front();
+        }
+    }
+
+    /// All points, in order.
+    pub(crate) fn for_each(&self, mut give: impl FnMut(Point)) {
+        self.coarse.iter().for_each(|packed| give(packed.point()));
+        self.reducer.rest(&mut give);
+        self.fine.iter().for_each(|packed| give(packed.point()));
+    }
+
+    /// Bytes that points take.
+    pub(crate) fn bytes(&self) -> usize {
+        (self.coarse.capacity() + self.fine.capacity()) * size_of::<Packed>()
+    }
+}
+
+fn push(into: &mut VecDeque<Packed>, point: Point) {
+    if into.len() == into.capacity() {
+        into.reserve_exact(ROOM);
+    }
+    into.push_back(Packed::of(point));
+}

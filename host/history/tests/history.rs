@@ -1,0 +1,129 @@
+//! What a history keeps of a long time, and what a picture of it shows.
+
+use std::time::Duration;
+
+use busbar_history::{BUCKET, History, MAX_AGE, MAX_FINE_POINTS, MAX_TAGS, Point, State};
+use busbar_tags::{Change, Moment, Quality, Reason, TagHandle, Value};
+use proptest::prelude::*;
+
+const TAG: TagHandle = TagHandle(3);
+const START: Moment = Moment(1 << 63);
+
+fn after(seconds: f64) -> Moment {
+    START.after(Duration::from_secs_f64(seconds))
+}
+
+fn note(history: &mut History, seconds: f64, value: f64, quality: Quality) {
+    let value = Some(Value::F64(value));
+    history.note(&Change { tag: TAG, value, quality, source_time: None, received: after(seconds) });
+}
+
+fn noted(values: &[(f64, f64, Quality)]) -> History {
+    let mut history = History::of([TAG]);
+    values.iter().for_each(|&(at, value, quality)| note(&mut history, at, value, quality));
+    history
+}
+
+#[test]
+fn one_spike_in_hours_is_in_every_picture_of_them() {
+    let mut history = History::of([TAG]);
+    let hours = MAX_AGE.as_secs();
+    for second in 0..hours {
+        let value = if second == 600 { 99.0 } else { (second % 7) as f64 };
+        note(&mut history, second as f64, value, Quality::Good);
+    }
+    for columns in [1, 10, 300] {
+        let points = history.between(TAG, START, after(hours as f64), columns);
+        assert!(points.iter().any(|point| point.state == State::Good(99.0)), "{columns} columns");
+        assert!(points.len() <= 5 * columns + 5, "{} points", points.len());
+    }
+}
+
+#[test]
+fn a_short_fault_hours_ago_is_still_a_gap() {
+    let mut history = History::of([TAG]);
+    for second in 0..3 * 3600 {
+        let quality = match second {
+            1000 => Quality::Bad(Reason::Sensor),
+            _ => Quality::Good,
+        };
+        note(&mut history, f64::from(second), 1.0, quality);
+    }
+    let points = history.between(TAG, START, after(3.0 * 3600.0), 300);
+    let gap = points.iter().find(|point| point.state == State::Bad).expect("the gap is there");
+    assert_eq!(gap.at, after(1000.0));
+    let end = points.iter().find(|point| point.at > gap.at).expect("it ends");
+    assert!(end.at.since(gap.at) <= BUCKET, "at most a bucket longer than it was");
+    assert!(end.state.is_good());
+}
+
+#[test]
+fn a_window_begins_with_what_was_before_it() {
+    let history = noted(&[(0.0, 5.0, Quality::Good), (100.0, 6.0, Quality::Good)]);
+    let points = history.between(TAG, after(50.0), after(200.0), 100);
+    let expected = [
+        Point { at: after(50.0), state: State::Good(5.0) },
+        Point { at: after(100.0), state: State::Good(6.0) },
+    ];
+    assert_eq!(points, expected);
+    let points = history.between(TAG, after(150.0), after(200.0), 100);
+    assert_eq!(points, [Point { at: after(150.0), state: State::Good(6.0) }]);
+    assert_eq!(history.between(TagHandle(0), after(0.0), after(9.0), 9), []);
+}
+
+#[test]
+fn memory_is_bounded_by_tags_time_and_points() {
+    let mut history = History::of((0..2 * MAX_TAGS as u32).map(TagHandle));
+    assert!(
+        history.has(TagHandle(MAX_TAGS as u32 - 1)) && !history.has(TagHandle(MAX_TAGS as u32))
+    );
+    // Twice as long as it goes back, ten values a second, each worse than the last.
+    for tenth in 0..2 * MAX_AGE.as_secs() * 10 {
+        let value = (tenth % 997) as f64;
+        let quality = match tenth % 11 {
+            0 => Quality::Bad(Reason::Sensor),
+            1 => Quality::Uncertain(Reason::OutOfRange),
+            _ => Quality::Good,
+        };
+        note(&mut history, tenth as f64 / 10.0, value, quality);
+    }
+    let limit = (MAX_FINE_POINTS + 5 * (MAX_AGE.as_secs() / BUCKET.as_secs()) as usize + 128) * 16;
+    assert!(history.bytes() <= limit, "{} bytes of {limit}", history.bytes());
+    let end = after(2.0 * MAX_AGE.as_secs_f64());
+    let first = history.between(TAG, START, end, 1000)[0];
+    assert!(end.since(first.at) <= MAX_AGE + BUCKET, "nothing older is kept");
+}
+
+proptest! {
+    /// Whatever came: a picture is in order, within its window, and has both extremes.
+    #[test]
+    fn pictures_keep_order_and_extremes(
+        steps in prop::collection::vec((0.0..90.0f64, -1e6..1e6f64, 0..4u8), 1..2000),
+        columns in 1..200usize,
+    ) {
+        let mut history = History::of([TAG]);
+        let (mut at, mut numbers) = (0.0, Vec::new());
+        for (step, value, quality) in steps {
+            at += step;
+            let quality = match quality {
+                0 => Quality::Bad(Reason::Communication),
+                1 => Quality::Uncertain(Reason::OutOfRange),
+                _ => Quality::Good,
+            };
+            if !matches!(quality, Quality::Bad(_)) {
+                numbers.push((at, value));
+            }
+            note(&mut history, at, value, quality);
+        }
+        // What is older may be forgotten.
+        let from = ((at - MAX_AGE.as_secs_f64()).max(0.0) + 2.0 * BUCKET.as_secs_f64()).min(at);
+        let points = history.between(TAG, after(from), after(at), columns);
+        prop_assert!(points.windows(2).all(|pair| pair[0].at <= pair[1].at));
+        prop_assert!(points.iter().all(|point| point.at >= after(from) && point.at <= after(at)));
+        let within = || numbers.iter().filter(|(at, _)| *at > from).map(|(_, value)| *value);
+        let shown: Vec<f64> = points.iter().filter_map(|point| point.state.number()).collect();
+        for extreme in [within().reduce(f64::min), within().reduce(f64::max)].into_iter().flatten() {
+            prop_assert!(shown.contains(&extreme), "{extreme} is not shown");
+        }
+    }
+}

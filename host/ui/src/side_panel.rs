@@ -1,0 +1,98 @@
+//! The panel at the left: equipment, tags, what is drawn, plugins.
+
+use egui::{Event, Key, ScrollArea, Ui};
+
+use crate::equipment_panel::EquipmentPanel;
+use crate::search_field::SearchField;
+use crate::{Command, Lists, ViewModel, model_panel, plugin_panel, tag_panel};
+
+/// What the panel shows one of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Tab {
+    #[default]
+    Equipment,
+    Tags,
+    Display,
+    Plugins,
+}
+
+/// Tabs with their names and, with Ctrl, their keys.
+const TABS: [(Tab, &str, Key); 4] = [
+    (Tab::Equipment, "Equipment", Key::F),
+    (Tab::Tags, "Tags", Key::T),
+    (Tab::Display, "Display", Key::D),
+    (Tab::Plugins, "Plugins", Key::P),
+];
+
+/// The panel between frames.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SidePanel {
+    tab: Tab,
+    equipment: EquipmentPanel,
+    tags: SearchField,
+}
+
+impl SidePanel {
+    /// Turns to the tab whose key is pressed, ready to type; whether one is.
+    pub(crate) fn take_keys(&mut self, context: &egui::Context) -> bool {
+        let chosen = context.input(|input| {
+            let of_event = |event: &Event| match event {
+                Event::Key { key, pressed: true, repeat: false, modifiers, .. }
+                    if modifiers.command =>
+                {
+                    TABS.iter().find(|(.., of_tab)| of_tab == key).map(|(tab, ..)| *tab)
+                }
+                _ => None,
+            };
+            input.events.iter().filter_map(of_event).last()
+        });
+        let Some(tab) = chosen else { return false };
+        self.tab = tab;
+        match tab {
+            Tab::Equipment => self.equipment.search.focus(),
+            Tab::Tags => self.tags.focus(),
+            Tab::Display | Tab::Plugins => {}
+        }
+        true
+    }
+
+    pub(crate) fn show(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel,
+        lists: &Lists<'_>,
+        commands: &mut Vec<Command>,
+    ) {
+        ui.add_space(3.0);
+        ui.horizontal(|ui| {
+            for (tab, name, key) in TABS {
+                let label = ui.selectable_label(self.tab == tab, name);
+                if label.on_hover_text(format!("Ctrl+{}", key.name())).clicked() {
+                    self.tab = tab;
+                }
+            }
+        });
+        ui.separator();
+        match self.tab {
+            Tab::Equipment => self.equipment.show(ui, lists.equipment, commands),
+            Tab::Tags => tag_panel::show(ui, &mut self.tags, lists.tags, commands),
+            Tab::Display => display(ui, model, commands),
+            Tab::Plugins => {
+                let area = ScrollArea::vertical().id_salt("plugins").auto_shrink(false);
+                area.show(ui, |ui| plugin_panel::show(ui, &model.plugins, commands));
+            }
+        }
+    }
+}
+
+/// How the scene is drawn: models with their detail, and the view.
+fn display(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
+    // The bar stands at the edge, not over the rows.
+    let area = ScrollArea::vertical().id_salt("display").auto_shrink(false);
+    area.show(ui, |ui| {
+        model_panel::show_view_controls(ui, model, commands);
+        ui.add_space(6.0);
+        ui.heading("Models");
+        model_panel::show(ui, model, commands);
+    });
+}

@@ -1,0 +1,28 @@
+//! What the CPU takes for something, on this thread.
+
+use rustix::time::{ClockId, clock_gettime};
+
+const NANOS_PER_SECOND: i64 = 1_000_000_000;
+
+/// Counts while this thread computes, and not while it waits or another has the CPU.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CpuClock {
+    start_nanos: i64,
+}
+
+impl CpuClock {
+    /// From now on.
+    pub(crate) fn start() -> Self {
+        Self { start_nanos: nanos() }
+    }
+
+    /// Milliseconds since the start.
+    pub(crate) fn millis(self) -> f64 {
+        (nanos() - self.start_nanos) as f64 / 1e6
+    }
+}
+
+fn nanos() -> i64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec * NANOS_PER_SECOND + time.tv_nsec
+}

@@ -1,0 +1,291 @@
+//! The scene's equipment as a tree to open, or as what a search finds.
+
+use std::collections::HashSet;
+
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_ui::{EquipmentRow, EquipmentRows};
+
+use crate::equipment::{Equipment, is_designation};
+use crate::search_text::SearchText;
+
+/// Branches at the top are open from the start where that gives so many rows at most.
+const MAX_ROWS_OPEN: usize = 40;
+
+/// The equipment of a scene in the order of its tree, and which rows of it are shown. Rows
+/// are listed anew when that changes, not each frame.
+#[derive(Debug, Default)]
+pub(crate) struct EquipmentTree {
+    entries: Vec<Entry>,
+    /// Entries by node.
+    by_node: Vec<(NodeIndex, u32)>,
+    text: SearchText,
+    is_open: Vec<bool>,
+    query: String,
+    /// Entries shown.
+    rows: Vec<u32>,
+    /// Whether more was found than is shown.
+    is_cut: bool,
+    selected: Option<u32>,
+    selected_row: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    node: NodeIndex,
+    parent: Option<u32>,
+    depth: u16,
+    /// The entry behind the last one under it.
+    end: u32,
+}
+
+impl EquipmentTree {
+    /// All placements, and of the parts of models those that are equipment: they have a
+    /// reference designation or a name, or are among `involved`.
+    pub(crate) fn of(
+        graph: &SceneGraph,
+        equipment: &Equipment,
+        involved: &HashSet<NodeIndex>,
+    ) -> Self {
+        let is_listed = |node: NodeIndex| {
+            let shown = graph.node(node);
+            !shown.is_part()
+                || is_designation(shown.name())
+                || equipment.names(node).is_some()
+                || involved.contains(&node)
+        };
+        let listed: Vec<NodeIndex> =
+            (0..graph.node_count() as u32).map(NodeIndex).filter(|node| is_listed(*node)).collect();
+        let parent_of = |node: NodeIndex| {
+            let above =
+                std::iter::successors(graph.node(node).parent(), |node| graph.node(*node).parent());
+            above.into_iter().find_map(|node| listed.binary_search(&node).ok())
+        };
+        let mut children: Vec<Vec<u32>> = vec![Vec::new(); listed.len()];
+        let mut roots = Vec::new();
+        for (index, &node) in listed.iter().enumerate() {
+            match parent_of(node) {
+                Some(parent) => children[parent].push(index as u32),
+                None => roots.push(index as u32),
+            }
+        }
+        let mut tree = Self::default();
+        // What is to be entered, the next last, with its parent's entry.
+        let mut open: Vec<(u32, Option<u32>)> = roots.iter().rev().map(|r| (*r, None)).collect();
+        while let Some((index, parent)) = open.pop() {
+            let entry = tree.entries.len() as u32;
+            let node = listed[index as usize];
+            let depth = parent.map_or(0, |parent| tree.entries[parent as usize].depth + 1);
+            tree.entries.push(Entry { node, parent, depth, end: entry + 1 });
+            open.extend(children[index as usize].iter().rev().map(|child| (*child, Some(entry))));
+            let id = graph.node(node).id();
+            let names = equipment.names(node);
+            let aliases = names.into_iter().flat_map(|names| &names.aliases);
+            let name = names.map(|names| &names.name).filter(|name| !name.is_empty());
+            tree.text.add([&id].into_iter().chain(name).chain(aliases).map(String::as_str));
+        }
+        for entry in (0..tree.entries.len()).rev() {
+            let Entry { parent, end, .. } = tree.entries[entry];
+            if let Some(parent) = parent {
+                let end_of_parent = &mut tree.entries[parent as usize].end;
+                *end_of_parent = end.max(*end_of_parent);
+            }
+        }
+        let entries = tree.entries.iter().zip(0..);
+        tree.by_node = entries.map(|(entry, index)| (entry.node, index)).collect();
+        tree.by_node.sort_unstable();
+        tree.is_open = vec![false; tree.entries.len()];
+        let near: usize = roots.iter().map(|root| 1 + children[*root as usize].len()).sum();
+        for entry in 0..tree.entries.len() {
+            tree.is_open[entry] = near <= MAX_ROWS_OPEN && tree.entries[entry].depth == 0;
+        }
+        tree.list();
+        tree
+    }
+
+    /// The equipment below a node, in the order of the tree.
+    pub(crate) fn below(&self, node: NodeIndex) -> impl Iterator<Item = NodeIndex> + use<'_> {
+        let range = self
+            .entry_of(node)
+            .map_or(0..0, |entry| entry as usize + 1..self.entries[entry as usize].end as usize);
+        self.entries[range].iter().map(|entry| entry.node)
+    }
+
+    fn entry_of(&self, node: NodeIndex) -> Option<u32> {
+        let at = self.by_node.binary_search_by_key(&node, |(node, _)| *node).ok()?;
+        Some(self.by_node[at].1)
+    }
+
+    /// Shows what has these words in its names, or the tree where there are none.
+    pub(crate) fn search(&mut self, query: &str) {
+        if query.trim() != self.query.trim() {
+            query.clone_into(&mut self.query);
+            self.list();
+        }
+    }
+
+    /// Opens or closes a branch.
+    pub(crate) fn toggle(&mut self, entry: u32) {
+        if let Some(open) = self.is_open.get_mut(entry as usize) {
+            *open = !*open;
+            self.list();
+        }
+    }
+
+    /// Rows that are listed.
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Marks a node's row, or else its device's, and opens what is above it.
+    pub(crate) fn select(&mut self, node: Option<NodeIndex>, device: Option<NodeIndex>) {
+        let entry_of = |node: Option<NodeIndex>| node.and_then(|node| self.entry_of(node));
+        self.selected = entry_of(node).or_else(|| entry_of(device));
+        self.find_selected();
+        let Some(selected) = self.selected else { return };
+        let mut above = self.entries[selected as usize].parent;
+        let mut has_opened = false;
+        while let Some(entry) = above {
+            has_opened |= !std::mem::replace(&mut self.is_open[entry as usize], true);
+            above = self.entries[entry as usize].parent;
+        }
+        if has_opened {
+            self.list();
+        }
+    }
+
+    fn list(&mut self) {
+        self.rows.clear();
+        self.is_cut = false;
+        if !self.query.trim().is_empty() {
+            (self.rows, self.is_cut) = self.text.find(&self.query);
+        } else {
+            let mut entry = 0;
+            while let Some(Entry { end, .. }) = self.entries.get(entry as usize) {
+                self.rows.push(entry);
+                entry = if self.is_open[entry as usize] { entry + 1 } else { *end };
+            }
+        }
+        self.find_selected();
+    }
+
+    fn find_selected(&mut self) {
+        let Self { rows, selected, .. } = self;
+        self.selected_row =
+            selected.and_then(|selected| rows.iter().position(|entry| *entry == selected));
+    }
+}
+
+/// The rows of a tree as panels ask for them.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    pub(crate) tree: &'a EquipmentTree,
+    pub(crate) graph: &'a SceneGraph,
+    pub(crate) equipment: &'a Equipment,
+}
+
+impl EquipmentRows for Rows<'_> {
+    fn len(&self) -> usize {
+        self.tree.len()
+    }
+
+    fn total(&self) -> usize {
+        self.tree.entries.len()
+    }
+
+    fn is_cut(&self) -> bool {
+        self.tree.is_cut
+    }
+
+    fn selected(&self) -> Option<usize> {
+        self.tree.selected_row
+    }
+
+    fn row(&self, index: usize) -> EquipmentRow {
+        let Some(&entry) = self.tree.rows.get(index) else { return EquipmentRow::default() };
+        let Entry { node, parent, depth, end } = self.tree.entries[entry as usize];
+        let is_found = !self.tree.query.trim().is_empty();
+        let above = || parent.map(|parent| self.tree.entries[parent as usize].node);
+        let names = self.equipment.names(node);
+        EquipmentRow {
+            entry,
+            depth: if is_found { 0 } else { depth },
+            is_open: (!is_found && end > entry + 1).then(|| self.tree.is_open[entry as usize]),
+            is_selected: self.tree.selected == Some(entry),
+            label: self.graph.node(node).name().to_owned(),
+            id: self.graph.node(node).id(),
+            name: names.map(|names| names.name.clone()).unwrap_or_default(),
+            aliases: names.map(|names| names.aliases.clone()).unwrap_or_default(),
+            within: above().filter(|_| is_found).map(|node| self.graph.node(node).id()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use busbar_scene::{Placement, Transform};
+
+    use super::*;
+
+    fn placement(id: String, parent: Option<usize>) -> Placement {
+        Placement { id, parent, transform: Transform::default(), model: None, theta: None }
+    }
+
+    fn station(bays: usize, devices: usize) -> SceneGraph {
+        let mut placements = Vec::new();
+        for bay in 0..bays {
+            let parent = placements.len();
+            placements.push(placement(format!("=Q{bay}"), None));
+            let of_bay = (0..devices).map(|device| format!("=Q{bay}-QA{device}"));
+            placements.extend(of_bay.map(|id| placement(id, Some(parent))));
+        }
+        SceneGraph::build(&placements, &[]).expect("ids are used once")
+    }
+
+    fn ids(graph: &SceneGraph, tree: &EquipmentTree) -> Vec<String> {
+        let equipment = &Equipment::default();
+        let rows = Rows { tree, graph, equipment };
+        (0..rows.len()).map(|row| rows.row(row).id).collect()
+    }
+
+    #[test]
+    fn branches_open_and_what_is_selected_is_shown() {
+        let graph = station(30, 3);
+        let mut tree = EquipmentTree::of(&graph, &Equipment::default(), &HashSet::new());
+        assert_eq!(ids(&graph, &tree).len(), 30, "closed: they would be 120");
+        tree.toggle(0);
+        assert_eq!(ids(&graph, &tree)[..5], ["=Q0", "=Q0-QA0", "=Q0-QA1", "=Q0-QA2", "=Q1"]);
+        tree.toggle(0);
+        tree.select(graph.find("=Q2-QA1"), None);
+        assert_eq!(ids(&graph, &tree)[2..6], ["=Q2", "=Q2-QA0", "=Q2-QA1", "=Q2-QA2"]);
+        let equipment = &Equipment::default();
+        assert_eq!(Rows { tree: &tree, graph: &graph, equipment }.selected(), Some(4));
+    }
+
+    #[test]
+    fn a_search_shows_what_it_finds_and_the_tree_comes_back() {
+        let graph = station(3, 2);
+        let mut tree = EquipmentTree::of(&graph, &Equipment::default(), &HashSet::new());
+        assert_eq!(ids(&graph, &tree).len(), 9, "few enough to be open");
+        tree.search("qa1");
+        assert_eq!(ids(&graph, &tree), ["=Q0-QA1", "=Q1-QA1", "=Q2-QA1"]);
+        tree.search(" ");
+        assert_eq!(ids(&graph, &tree).len(), 9);
+    }
+
+    #[test]
+    fn a_hundred_thousand_pieces_are_searched_within_a_frame() {
+        let graph = station(1000, 99);
+        let mut tree = EquipmentTree::of(&graph, &Equipment::default(), &HashSet::new());
+        assert_eq!(tree.entries.len(), 100_000);
+        let mut longest = Duration::ZERO;
+        for query in ["q", "q9", "q99-", "q999-qa98", "q999-qa98 nothing", "zzz"] {
+            let start = Instant::now();
+            tree.search(query);
+            longest = longest.max(start.elapsed());
+        }
+        println!("longest search {:.2} ms", longest.as_secs_f64() * 1e3);
+        assert!(longest < Duration::from_millis(100), "{longest:?}");
+    }
+}

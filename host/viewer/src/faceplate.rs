@@ -1,0 +1,260 @@
+//! The piece of equipment that is looked at, with all that is known of it.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use busbar_alarms::AlarmHandle;
+use busbar_history::{History, Point, State};
+use busbar_plugin_host::Severity;
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_tags::{Moment, Snapshot, SourceTime, TagHandle};
+use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+
+use crate::alarms;
+use crate::equipment_tree::EquipmentTree;
+use crate::labels::mark;
+use crate::load::LoadedScene;
+use crate::rows::Rows;
+use crate::running::{ShownOverlay, ShownState};
+
+/// Nodes at or below a device that are looked at; a bay has some hundred.
+const MAX_NODES: usize = 20_000;
+/// Live values of a faceplate.
+const MAX_VALUES: usize = 60;
+/// Alarms of a faceplate that are not normal.
+const MAX_ALARMS: usize = 30;
+/// States of a faceplate.
+const MAX_STATES: usize = 24;
+/// Trends of a faceplate.
+const MAX_TRENDS: usize = 6;
+/// Trends that it begins with.
+const FIRST_TRENDS: usize = 3;
+/// Columns that a trend is drawn in: about as wide as it is, points.
+const TREND_COLUMNS: usize = 240;
+/// How far back trends go at first.
+pub(crate) const FIRST_SPAN: Duration = Duration::from_secs(600);
+
+const NANOS_PER_SECOND: f64 = 1e9;
+
+/// What is at which node, to be found without looking at all of it.
+#[derive(Debug, Default)]
+pub(crate) struct AtNodes {
+    bindings: Vec<(NodeIndex, u32)>,
+    alarms: Vec<(NodeIndex, u32)>,
+}
+
+impl AtNodes {
+    pub(crate) fn of(scene: &LoadedScene) -> Self {
+        let bindings = scene.bindings.iter().zip(0..);
+        let mut bindings: Vec<_> = bindings.map(|(binding, index)| (binding.node, index)).collect();
+        let alarms = scene.alarms.nodes.iter().zip(0..);
+        let mut alarms: Vec<_> =
+            alarms.filter_map(|(node, index)| Some(((*node)?, index))).collect();
+        bindings.sort_unstable();
+        alarms.sort_unstable();
+        Self { bindings, alarms }
+    }
+
+    /// All nodes that something is at.
+    pub(crate) fn nodes(&self) -> HashSet<NodeIndex> {
+        self.bindings.iter().chain(&self.alarms).map(|(node, _)| *node).collect()
+    }
+}
+
+fn at<'a>(all: &'a [(NodeIndex, u32)], node: NodeIndex) -> impl Iterator<Item = u32> + use<'a> {
+    let first = all.partition_point(|(other, _)| *other < node);
+    all[first..].iter().take_while(move |(other, _)| *other == node).map(|(_, index)| *index)
+}
+
+/// A faceplate between frames: what does not change while it is open.
+#[derive(Debug)]
+pub(crate) struct OpenFaceplate {
+    pub(crate) device: NodeIndex,
+    /// The device and what is below it.
+    nodes: HashSet<NodeIndex>,
+    id: String,
+    name: String,
+    within: Vec<String>,
+    aliases: Vec<String>,
+    values: Vec<(TagHandle, Option<String>)>,
+    more_values: usize,
+    alarms: Vec<AlarmHandle>,
+    trended: Vec<TagHandle>,
+}
+
+/// What the faceplate of a frame is made of.
+pub(crate) struct Sources<'a> {
+    pub(crate) scene: &'a LoadedScene,
+    pub(crate) snapshot: Snapshot<'a>,
+    pub(crate) rows: &'a Rows<'a>,
+    pub(crate) alarms: alarms::Rows<'a>,
+    pub(crate) overlays: &'a [ShownOverlay],
+    pub(crate) states: &'a [ShownState],
+    pub(crate) history: &'a History,
+    pub(crate) span: Duration,
+    pub(crate) now: Moment,
+    pub(crate) wall_clock: SourceTime,
+}
+
+impl OpenFaceplate {
+    /// Of a device.
+    pub(crate) fn open(
+        scene: &LoadedScene,
+        at_nodes: &AtNodes,
+        tree: &EquipmentTree,
+        history: &History,
+        device: NodeIndex,
+    ) -> Self {
+        let graph = &scene.graph;
+        let mut nodes: Vec<NodeIndex> = tree.below(device).take(MAX_NODES).collect();
+        nodes.insert(0, device);
+        let mut seen = HashSet::new();
+        let mut values = Vec::new();
+        let mut more_values = 0;
+        let mut alarms = Vec::new();
+        for &node in &nodes {
+            alarms.extend(at(&at_nodes.alarms, node).map(AlarmHandle));
+            for binding in at(&at_nodes.bindings, node) {
+                let tag = scene.bindings[binding as usize].tag;
+                match seen.insert(tag) {
+                    true if values.len() < MAX_VALUES => {
+                        values.push((tag, place(graph, device, node)));
+                    }
+                    true => more_values += 1,
+                    false => {}
+                }
+            }
+        }
+        let with_history = values.iter().map(|(tag, _)| *tag).filter(|tag| history.has(*tag));
+        let trended = with_history.take(FIRST_TRENDS).collect();
+        let above =
+            std::iter::successors(graph.node(device).parent(), |node| graph.node(*node).parent());
+        let mut within: Vec<String> = above.map(|node| graph.node(node).id()).collect();
+        within.reverse();
+        let names = scene.equipment.names(device).cloned().unwrap_or_default();
+        Self {
+            device,
+            nodes: nodes.into_iter().collect(),
+            id: graph.node(device).id(),
+            name: names.name,
+            within,
+            aliases: names.aliases,
+            values,
+            more_values,
+            alarms,
+            trended,
+        }
+    }
+
+    /// Shows the trend of a value, the oldest shown gives way; or shows it no longer.
+    pub(crate) fn toggle_trend(&mut self, tag: TagHandle) {
+        match self.trended.iter().position(|other| *other == tag) {
+            Some(at) => drop(self.trended.remove(at)),
+            None => {
+                if self.trended.len() >= MAX_TRENDS {
+                    self.trended.remove(0);
+                }
+                self.trended.push(tag);
+            }
+        }
+    }
+
+    /// As it is in this frame.
+    pub(crate) fn model(&self, sources: &Sources<'_>) -> Faceplate {
+        let (alarms, calm_alarms) = sources.alarms.of(&self.alarms, MAX_ALARMS);
+        Faceplate {
+            id: self.id.clone(),
+            name: self.name.clone(),
+            within: self.within.clone(),
+            aliases: self.aliases.clone(),
+            alarms,
+            calm_alarms,
+            states: self.states(sources),
+            values: self.values.iter().map(|value| self.value(value, sources)).collect(),
+            more_values: self.more_values,
+            trends: self.trends(sources),
+            trend_span: sources.span,
+        }
+    }
+
+    fn value(
+        &self,
+        (tag, place): &(TagHandle, Option<String>),
+        sources: &Sources<'_>,
+    ) -> FaceplateValue {
+        let is_trended = self.trended.contains(tag);
+        FaceplateValue {
+            tag: tag.0,
+            row: sources.rows.of_tag(*tag),
+            place: place.clone(),
+            is_trended: sources.history.has(*tag).then_some(is_trended),
+        }
+    }
+
+    fn states(&self, sources: &Sources<'_>) -> Vec<FaceplateState> {
+        let graph = &sources.scene.graph;
+        let of_state = |shown: &ShownState| {
+            let overlay = sources.overlays.get(shown.overlay as usize)?;
+            let tag = sources.snapshot.state(shown.tag);
+            Some(FaceplateState {
+                layer: overlay.overlay.name().to_owned(),
+                state: overlay.legend.get(shown.entry as usize)?.clone(),
+                place: place(graph, self.device, shown.node),
+                mark: tag.map(|tag| mark(tag.quality, Severity::Normal)).unwrap_or_default(),
+                age: tag.and_then(|tag| tag.age),
+            })
+        };
+        let own = sources.states.iter().filter(|state| self.nodes.contains(&state.node));
+        own.filter_map(of_state).take(MAX_STATES).collect()
+    }
+
+    fn trends(&self, sources: &Sources<'_>) -> Vec<Trend> {
+        let local_seconds = local_seconds(sources.wall_clock);
+        let from = sources.now.before(sources.span);
+        let of_tag = |(tag, place): &(TagHandle, Option<String>)| {
+            let spec = sources.scene.tags.spec(*tag)?;
+            let limits = sources.scene.config.tags.get(&spec.id).map(|tag| tag.limits);
+            let points = sources.history.between(*tag, from, sources.now, TREND_COLUMNS);
+            let points = points.iter().map(|point| trend_point(point, sources.now)).collect();
+            let title = place.iter().map(String::as_str).chain([spec.name.as_str()]);
+            Some(Trend {
+                tag: tag.0,
+                title: title.collect::<Vec<_>>().join("  "),
+                unit: spec.unit.clone(),
+                local_seconds,
+                points,
+                limits: limits.map_or([None; 2], |limits| [limits.low, limits.high]),
+            })
+        };
+        let shown = self.values.iter().filter(|(tag, _)| self.trended.contains(tag));
+        shown.filter_map(of_tag).collect()
+    }
+}
+
+fn trend_point(point: &Point, now: Moment) -> TrendPoint {
+    let state = match point.state {
+        State::Good(value) => TrendState::Good(value),
+        State::Uncertain(value) => TrendState::Uncertain(value),
+        State::Bad => TrendState::Bad,
+    };
+    TrendPoint { at: -now.since(point.at).as_secs_f64(), state }
+}
+
+/// What the local clock shows, as seconds since its 1970-01-01 00:00.
+fn local_seconds(wall_clock: SourceTime) -> f64 {
+    let seconds = wall_clock.0 as f64 / NANOS_PER_SECOND;
+    let timestamp = Timestamp::from_second(seconds as i64).unwrap_or_default();
+    seconds + f64::from(TimeZone::system().to_offset(timestamp).seconds())
+}
+
+/// What a node is called within a device; none for the device itself.
+fn place(graph: &SceneGraph, device: NodeIndex, node: NodeIndex) -> Option<String> {
+    if node == device {
+        return None;
+    }
+    let (device, node) = (graph.node(device).id(), graph.node(node).id());
+    let rest = node.strip_prefix(device.as_str()).unwrap_or(&node);
+    Some(rest.trim_start_matches(['-', '/']).to_owned())
+}
