@@ -102,25 +102,27 @@ proptest! {
         columns in 1..200usize,
     ) {
         let mut history = History::of([TAG]);
-        let (mut at, mut numbers) = (0.0, Vec::new());
+        let (mut at, mut states) = (0.0, Vec::new());
         for (step, value, quality) in steps {
             at += step;
-            let quality = match quality {
-                0 => Quality::Bad(Reason::Communication),
-                1 => Quality::Uncertain(Reason::OutOfRange),
-                _ => Quality::Good,
+            let (quality, number) = match quality {
+                0 => (Quality::Bad(Reason::Communication), None),
+                1 => (Quality::Uncertain(Reason::OutOfRange), Some(value)),
+                _ => (Quality::Good, Some(value)),
             };
-            if !matches!(quality, Quality::Bad(_)) {
-                numbers.push((at, value));
-            }
+            states.push((after(at), number));
             note(&mut history, at, value, quality);
         }
-        // What is older may be forgotten.
-        let from = ((at - MAX_AGE.as_secs_f64()).max(0.0) + 2.0 * BUCKET.as_secs_f64()).min(at);
-        let points = history.between(TAG, after(from), after(at), columns);
+        // What is older may be forgotten; what is reduced is exact from bucket to bucket.
+        let end = after(at);
+        let oldest = end.before(MAX_AGE).after(2 * BUCKET).min(end);
+        let from = Moment(oldest.0 - oldest.0 % BUCKET.as_nanos() as u64);
+        let points = history.between(TAG, from, end, columns);
         prop_assert!(points.windows(2).all(|pair| pair[0].at <= pair[1].at));
-        prop_assert!(points.iter().all(|point| point.at >= after(from) && point.at <= after(at)));
-        let within = || numbers.iter().filter(|(at, _)| *at > from).map(|(_, value)| *value);
+        prop_assert!(points.iter().all(|point| point.at >= from && point.at <= end));
+        // What held at the beginning counts.
+        let first = states.partition_point(|(at, _)| *at <= from).saturating_sub(1);
+        let within = || states[first..].iter().filter_map(|(_, number)| *number);
         let shown: Vec<f64> = points.iter().filter_map(|point| point.state.number()).collect();
         for extreme in [within().reduce(f64::min), within().reduce(f64::max)].into_iter().flatten() {
             prop_assert!(shown.contains(&extreme), "{extreme} is not shown");

@@ -10,6 +10,8 @@ const TOP: f32 = 6.0;
 const MARK_RADIUS: f32 = 9.0;
 /// A scene wider than this has room for all in one line, points.
 const ONE_LINE_WIDTH: f32 = 860.0;
+/// What its frame and the borders of the scene take of that, points.
+const MARGINS: f32 = 40.0;
 
 /// Shows the banner while there is something for it; a click goes there. Gives its place.
 pub(crate) fn show(
@@ -32,6 +34,8 @@ pub(crate) fn show(
         .corner_radius(3.0);
     let shown = area.show(ui.ctx(), |ui| {
         frame.show(ui, |ui| {
+            // Over the scene alone, never over panels.
+            ui.set_max_width((scene.width() - MARGINS).max(0.0));
             ui.horizontal(|ui| {
                 let (place, _) =
                     ui.allocate_exact_size(vec2(2.0 * MARK_RADIUS + 8.0, 22.0), Sense::hover());
@@ -41,13 +45,11 @@ pub(crate) fn show(
                     has_ring: alarm_mark::is_lit(ui, model.flashes),
                 };
                 alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);
-                // Beside the panels, never over them.
                 if scene.width() > ONE_LINE_WIDTH {
                     what(ui, alarm);
                     since(ui, alarm, waiting);
                     return;
                 }
-                ui.set_max_width((scene.width() - 80.0).max(0.0));
                 ui.vertical(|ui| {
                     ui.horizontal(|ui| what(ui, alarm));
                     ui.horizontal(|ui| since(ui, alarm, waiting));

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use egui::{Rect, Stroke, Ui, vec2};
+use egui::{Rangef, Rect, Stroke, Ui, vec2};
 use egui_plot::{AxisHints, GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, PlotTransform};
 
 use crate::{Command, Mark, Trend, TrendPoint, TrendState, hatch, theme};
@@ -19,6 +19,8 @@ const SPANS: [(u64, &str); 4] =
 const TIME_STEPS: [f64; 8] = [60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0];
 /// Lines of time at most.
 const MAX_TIME_LINES: f64 = 5.0;
+/// Lines of time nearer than this have no clock at them, all those farther have, points.
+const CLOCK_SPACING: Rangef = Rangef { min: 34.0, max: 46.0 };
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// Buttons for how far back trends go.
@@ -61,7 +63,7 @@ pub(crate) fn show(ui: &mut Ui, trend: &Trend, span: Duration) {
         .y_grid_spacer(|input| value_marks(input.bounds))
         .grid_color(palette.line)
         .cursor_color(palette.faint_ink)
-        .custom_x_axes(vec![AxisHints::new_x().formatter(clock)])
+        .custom_x_axes(vec![AxisHints::new_x().formatter(clock).label_spacing(CLOCK_SPACING)])
         .custom_y_axes(vec![
             AxisHints::new_y()
                 .min_thickness(NUMBERS_WIDTH)

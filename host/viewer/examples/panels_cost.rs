@@ -44,7 +44,7 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
     viewer.set_panels_shown(true);
     viewer.select_equipment("=Q0-QA1");
     let (start, mut frames, mut bursts) = (Instant::now(), Vec::new(), Vec::new());
-    let mut frames_to_alarms = 0;
+    let mut is_late = false;
     while start.elapsed() < SETTLING + calm + SETTLING && bursts.is_empty() {
         let began = Instant::now();
         let known = viewer.tags().counts().good;
@@ -57,12 +57,12 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
         }
         if has_burst {
             let shown = viewer.stats().alarms.len();
-            frames_to_alarms = usize::from(shown < BURST);
+            is_late = shown < BURST;
             println!("{shown} alarms are shown in the frame in which they came");
         }
         std::thread::sleep(FRAME.saturating_sub(began.elapsed()));
     }
-    println!("{} points a second, {} frames; milliseconds of CPU", POINTS, frames.len());
+    println!("{POINTS} points a second, {} frames; milliseconds of CPU", frames.len());
     println!("{:<22} {:>8} {:>8} {:>8} {:>10}", "", "p50", "p99", "max", "burst");
     let of = |name: &str, part: &dyn Fn(&PartMillis) -> f64| {
         let mut millis: Vec<f64> = frames.iter().map(part).collect();
@@ -80,7 +80,7 @@ fn measure(folder: &Path, plugins: &Path, calm: Duration) -> Result<(), AnyError
     of("overlays", &|part| part.overlays);
     of("these together", &|part| part.tags + part.alarms + part.overlays);
     of("panels", &|part| part.panels);
-    if bursts.is_empty() || frames_to_alarms > 0 {
+    if bursts.is_empty() || is_late {
         return Err("the burst did not come, or its alarms were late".into());
     }
     Ok(())

@@ -55,10 +55,10 @@ impl EquipmentTree {
         };
         let listed: Vec<NodeIndex> =
             (0..graph.node_count() as u32).map(NodeIndex).filter(|node| is_listed(*node)).collect();
+        let above = |node: &NodeIndex| graph.node(*node).parent();
         let parent_of = |node: NodeIndex| {
-            let above =
-                std::iter::successors(graph.node(node).parent(), |node| graph.node(*node).parent());
-            above.into_iter().find_map(|node| listed.binary_search(&node).ok())
+            let mut way = std::iter::successors(above(&node), above);
+            way.find_map(|node| listed.binary_search(&node).ok())
         };
         let mut children: Vec<Vec<u32>> = vec![Vec::new(); listed.len()];
         let mut roots = Vec::new();
@@ -93,11 +93,9 @@ impl EquipmentTree {
         let entries = tree.entries.iter().zip(0..);
         tree.by_node = entries.map(|(entry, index)| (entry.node, index)).collect();
         tree.by_node.sort_unstable();
-        tree.is_open = vec![false; tree.entries.len()];
         let near: usize = roots.iter().map(|root| 1 + children[*root as usize].len()).sum();
-        for entry in 0..tree.entries.len() {
-            tree.is_open[entry] = near <= MAX_ROWS_OPEN && tree.entries[entry].depth == 0;
-        }
+        let opens = |entry: &Entry| near <= MAX_ROWS_OPEN && entry.depth == 0;
+        tree.is_open = tree.entries.iter().map(opens).collect();
         tree.list();
         tree
     }

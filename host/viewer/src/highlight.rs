@@ -104,11 +104,12 @@ impl Highlights {
 
 fn conditions_of(tints: &[OverlayTint], snapshot: Snapshot<'_>) -> HashMap<u32, Condition> {
     let mut own: HashMap<u32, Condition> = HashMap::new();
-    for tint in tints {
+    // Most say that all is well, which is so without them.
+    for tint in tints.iter().filter(|tint| tint.severity != Severity::Normal) {
         let good = snapshot.state(tint.tag).is_some_and(|state| state.quality.is_good());
         let condition = match tint.severity {
-            Severity::Normal => Condition::Normal,
             _ if !good => Condition::Unknown,
+            Severity::Normal => Condition::Normal,
             Severity::Warning => Condition::Warning,
             Severity::Alarm => Condition::Alarm,
         };
