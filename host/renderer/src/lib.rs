@@ -13,6 +13,7 @@
 mod batch;
 mod camera;
 mod content;
+mod density;
 mod error;
 mod features;
 mod frame;
@@ -28,6 +29,7 @@ mod outline;
 mod panels;
 mod pick;
 mod pipelines;
+mod polylines;
 mod recipe;
 mod renderer;
 mod resolver;
@@ -42,6 +44,7 @@ mod words;
 pub use busbar_gpu::{Cure, GpuError, MAX_STAGES, StageMillis, ValidationLog, WindowHandles};
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
+pub use density::{BrushedAxis, DensityCounts, DensityInput, MAX_DENSITY_AXES};
 pub use error::RenderError;
 pub use frame::{
     DrawInstance, EguiFrame, Frame, FrameStats, MeshAtCursor, Morph, OutlineKind, Outlined,
@@ -53,6 +56,7 @@ pub use model::{ModelHandle, ModelUpload};
 pub use morph::{MAX_MORPHED_BYTES, VERTEX_BYTES};
 pub use panels::MAX_PANEL_VERTICES;
 pub use pick::{PickState, PixelArea};
+pub use polylines::{FaceInWorld, MAX_POLYLINE_PARTS, Polylines, StrokeInWorld};
 pub use renderer::{DeviceChoice, Quality, Renderer, RendererOptions};
 pub use resolver::{MAX_PENDING_RESOLVE_BYTES, MAX_PENDING_RESOLVES};
 pub use section::SectionPlane;

@@ -8,7 +8,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
 use crate::color::linear_from_srgb;
-use crate::running::{Overlaid, ShownState};
+use crate::running::{Basis, Overlaid, ShownState};
 
 /// Linear rgb, strength and pattern, as the renderer takes them.
 pub(crate) type Highlight = [f32; 4];
@@ -132,7 +132,10 @@ fn color(inherited: Inherited) -> Highlight {
 /// Of the states that several overlays give a node, the last one's shows.
 fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
     let highlight = |state: &ShownState| {
-        let good = snapshot.state(state.tag).is_some_and(|state| state.quality.is_good());
+        let good = match state.basis {
+            Basis::Tag(tag) => snapshot.state(tag).is_some_and(|state| state.quality.is_good()),
+            Basis::Record { is_valid } => is_valid,
+        };
         let pattern = match state.pattern {
             Pattern::Solid => 0,
             Pattern::Striped => STRIPED,
@@ -262,7 +265,7 @@ mod tests {
             let (color, pattern) = ([255, 0, 0], Pattern::Dotted);
             let overlaid = Overlaid {
                 tints: tints.to_vec(),
-                states: vec![ShownState { node, tag: TAG, color, pattern }],
+                states: vec![ShownState { node, basis: Basis::Tag(TAG), color, pattern }],
                 ..Overlaid::default()
             };
             let mut highlights = Highlights::default();

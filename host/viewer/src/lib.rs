@@ -9,6 +9,7 @@
 
 mod alarms;
 mod camera;
+mod chart;
 mod color;
 mod commands;
 mod cursors;
@@ -35,6 +36,7 @@ mod viewer;
 
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
+pub use busbar_chart as charts;
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
 pub use busbar_plugin_host::{
     Catalog, CommandExit, CommandReport, DiagnosticLevel, FaultKind, LoadRules, PluginInfo,
@@ -47,6 +49,7 @@ pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
     Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
+pub use busbar_ui::ChartCommand;
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use load::{
@@ -54,5 +57,7 @@ pub use load::{
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
-pub use stats::{AlarmStats, CameraStats, LoadMillis, PluginStats, Stats, TagStats};
+pub use stats::{
+    AlarmStats, CameraStats, ChartEvidence, ChartStats, LoadMillis, PluginStats, Stats, TagStats,
+};
 pub use viewer::{FrameOutput, MAX_SELECTED, Viewer};

@@ -41,11 +41,19 @@ pub(crate) struct Overlaid {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ShownState {
     pub(crate) node: NodeIndex,
-    /// The tag that it rests on.
-    pub(crate) tag: TagHandle,
+    pub(crate) basis: Basis,
     /// sRGB.
     pub(crate) color: [u8; 3],
     pub(crate) pattern: Pattern,
+}
+
+/// What a state rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Basis {
+    /// The value of a tag.
+    Tag(TagHandle),
+    /// A record that still speaks for the equipment, or does not any more.
+    Record { is_valid: bool },
 }
 
 impl ShownOverlay {
@@ -83,7 +91,7 @@ impl ShownOverlay {
             let node = (*self.nodes.get(state.equipment as usize)?)?;
             let entry = self.description.legend.get(state.entry as usize)?;
             let (color, pattern) = (entry.color, entry.pattern);
-            Some(ShownState { node, tag: state.tag, color, pattern })
+            Some(ShownState { node, basis: Basis::Tag(state.tag), color, pattern })
         }));
     }
 }

@@ -30,6 +30,7 @@ use egui::{Pos2, RawInput, Rect, vec2};
 use crate::alarms::{self, Alarming};
 use crate::camera::navigator::{Around, Navigator};
 use crate::camera::{Camera, Projection};
+use crate::chart::ShownChart;
 use crate::color::linear_from_srgb;
 use crate::cursors::{Cursors, Drawn, Eye, Needed};
 use crate::highlight::{self, Highlight, Highlights};
@@ -61,6 +62,8 @@ pub struct Viewer {
     events: EventLog,
     /// None where none is configured.
     alarms: Option<Alarming>,
+    /// None where none is configured.
+    chart: Option<ShownChart>,
     scene: LoadedScene,
     renderer: Renderer,
     recovery: Recovery,
@@ -210,6 +213,16 @@ impl Viewer {
         let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
+        let chart_goes_to =
+            self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
+        if let Some(id) = &chart_goes_to {
+            self.selection = self.scene.graph.find(id).into_iter().collect();
+        }
+        if let Some(chart) = &mut self.chart {
+            overlaid.states.extend(chart.states());
+            chart.follow_selection(&self.scene.graph, &self.selection);
+            chart.shape_up();
+        }
         let model = self.view_model(snapshot);
 
         let rows = rows::Rows::new(&self.scene, snapshot, &overlaid.lines);
@@ -219,9 +232,12 @@ impl Viewer {
         let selected_bounds = bounds_of(graph, selection);
         let (hidden, alarming) = (&self.hidden_labels, self.alarms.as_ref());
         let alarm_rows = alarms::Rows { alarming, scene, snapshot };
+        let chart_goes_to: Vec<_> = chart_goes_to.into_iter().map(Command::Reveal).collect();
+        let (chart, pointer) = (&mut self.chart, self.pointer);
         let output = panels.run(input, &model, &rows, &alarm_rows, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
+            navigator.steer(&chart_goes_to, &around);
             navigator.steer(commands, &around);
             let view = navigator.camera().view(viewport, screen, graph.bounds());
             let projection = Projection::new(&view, screen);
@@ -233,6 +249,10 @@ impl Viewer {
                 arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
+                chart: chart.as_mut().map(|chart| {
+                    chart.point_at(pointer, projection);
+                    chart.overlay(projection)
+                }),
             }
         });
         self.viewport = output.viewport;
@@ -243,7 +263,8 @@ impl Viewer {
         let primitives = self.panels.context().tessellate(shapes, egui.pixels_per_point);
         let mut highlights = std::mem::take(&mut self.highlights);
         highlights.update(&self.scene.graph, &overlaid, self.tags(), &self.selection);
-        self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
+        let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, ShownChart::brushed_nodes);
+        self.outlines.update(&self.scene.graph, &self.selection, self.hovered, &brushed);
         self.force_detail();
         self.move_cursors(now);
         let mut instances = std::mem::take(&mut self.drawn);
@@ -256,7 +277,8 @@ impl Viewer {
         let prepared_millis = millis_since(started);
         let view = self.view();
         let shown = self.picture_of(view, &instances, highlights.of_nodes(), Some(overlay));
-        let frame = Frame { outlined: self.outlines.list(), ..shown };
+        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let in_window = self.in_window;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
             let drawn = renderer.draw(&frame)?;

@@ -17,6 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_alarm_log",
             "busbar_alarms",
+            "busbar_chart",
             "busbar_config",
             "busbar_geometry",
             "busbar_gltf_export",
@@ -33,6 +34,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("busbar_alarm_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_alarms", &["busbar_tags"]),
+    ("busbar_chart", &[]),
     ("busbar_config", &[]),
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
@@ -41,11 +43,17 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_plugin_check", &["busbar_geometry", "busbar_plugin_abi"]),
     (
         "busbar_plugin_host",
-        &["busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
+        &["busbar_chart", "busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
     ),
     (
         "busbar_plugin_process",
-        &["busbar_geometry", "busbar_plugin_abi", "busbar_plugin_host", "busbar_tags"],
+        &[
+            "busbar_chart",
+            "busbar_geometry",
+            "busbar_plugin_abi",
+            "busbar_plugin_host",
+            "busbar_tags",
+        ],
     ),
     ("busbar_point_import", &[]),
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
@@ -53,7 +61,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_shaders", &[]),
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
-    ("busbar_ui", &[]),
+    ("busbar_ui", &["busbar_chart"]),
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
     ("device_server", &["busbar_plugin_sdk"]),
@@ -126,6 +134,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("e2e", &[]),
     ("fault_proxy", &[]),
+    ("fleet", &["busbar_gltf_export", "substation"]),
     (
         "faults",
         &[

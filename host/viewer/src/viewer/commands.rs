@@ -1,6 +1,7 @@
 //! What the operator asks for.
 
 use busbar_alarms::AlarmHandle;
+use busbar_ui::ChartCommand;
 
 use super::*;
 
@@ -31,7 +32,8 @@ impl Viewer {
                     }
                 }
                 Command::StartPlugin(name) => self.start_plugin(name),
-                Command::Pick(position) => self.ask_at(Purpose::Select, *position),
+                Command::Chart(command) => self.arrange_chart(command),
+                Command::Pick(position) => self.pick_line_or_ask(*position),
                 Command::PickAll(area) => self.ask_in(Purpose::SelectAll, *area),
                 Command::Hover(position) => self.point_at(*position),
                 Command::SetMeasuring(measures) => {
@@ -56,6 +58,14 @@ impl Viewer {
                 | Command::Zoom(_)
                 | Command::Move { .. } => {}
             }
+        }
+    }
+
+    /// Arranges the chart that stands in the scene; without one, nothing happens.
+    pub fn arrange_chart(&mut self, command: &ChartCommand) {
+        let copied = self.chart.as_mut().and_then(|chart| chart.obey(command));
+        if let Some(text) = copied {
+            self.panels.context().copy_text(text);
         }
     }
 
