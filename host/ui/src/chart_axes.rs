@@ -26,14 +26,18 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
     let gap = overlay.axes.windows(2).map(|pair| pair[0].head.distance(pair[1].head));
     let gap = gap.fold(f32::INFINITY, f32::min);
     let painter = ui.painter().with_clip_rect(ui.max_rect());
-    for (at, text, kind) in &overlay.texts {
+    let mut words = Vec::new();
+    // Names of axes first: ticks give way to them.
+    let (names, others): (Vec<_>, Vec<_>) =
+        overlay.texts.iter().partition(|(_, _, kind)| *kind == TextKind::Axis);
+    for (at, text, kind) in names.into_iter().chain(others) {
         let is_shown = match kind {
             TextKind::Axis | TextKind::Time => longest >= MIN_NAMED,
             TextKind::Tick | TextKind::Limit => longest >= MIN_TICKED && gap >= MIN_NAMED,
             TextKind::Missing => longest >= MIN_TICKED && gap >= MIN_NAMED,
         };
         if is_shown {
-            word(&painter, *at, text, *kind);
+            word(&painter, *at, text, *kind, &mut words);
         }
     }
     for axis in &overlay.axes {
@@ -46,7 +50,8 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
     }
 }
 
-fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind) {
+/// A word, unless it would lie over one that is there.
+fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) {
     let (align, offset, size, ink) = match kind {
         TextKind::Axis => (Align2::CENTER_BOTTOM, vec2(0.0, -7.0), 13.0, theme::INK),
         TextKind::Tick => (Align2::RIGHT_CENTER, vec2(-1.0, 0.0), 10.5, theme::FAINT_INK),
@@ -57,6 +62,10 @@ fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind) {
     let font = FontId::proportional(size);
     let galley = painter.layout_no_wrap(text.to_owned(), font, ink);
     let rect = align.anchor_size(at + offset, galley.size());
+    if there.iter().any(|other| other.intersects(rect)) {
+        return;
+    }
+    there.push(rect);
     // Words are read against paper, not against lines.
     painter.rect_filled(rect.expand2(vec2(1.5, 0.0)), 1.0, theme::PAPER.gamma_multiply(0.82));
     painter.galley(rect.min, galley, ink);

@@ -34,7 +34,7 @@ fn verdict(last: &Judged) -> String {
     };
     let named = judgement.zone.zip(judgement.family);
     let agreeing = |family| {
-        let agrees = |zone: &Zone| Family::of(*zone) == Some(family);
+        let agrees = |zone: &Zone| Family::of(*zone).contains(&family);
         judgement.opinions.iter().filter(|opinion| opinion.zones.iter().any(agrees)).count()
     };
     match (last.status, named) {
@@ -54,7 +54,7 @@ fn evidence(last: &Judged) -> Vec<Evidence> {
     let judgement = &last.judgement;
     let opinion = |opinion: &crate::verdict::Opinion| {
         let families: Vec<Family> =
-            opinion.zones.iter().filter_map(|zone| Family::of(*zone)).collect();
+            opinion.zones.iter().flat_map(|zone| Family::of(*zone)).copied().collect();
         let names: Vec<&str> = opinion.zones.iter().map(|zone| zone.name()).collect();
         Evidence {
             method: opinion.method.into(),

@@ -17,16 +17,14 @@ pub(crate) enum Family {
 impl Family {
     const ALL: [Self; 3] = [Self::PartialDischarge, Self::Discharge, Self::Thermal];
 
-    /// The family of a zone; `None` for what names no fault.
-    pub(crate) fn of(zone: Zone) -> Option<Self> {
+    /// The families of a zone; none for what names no fault.
+    pub(crate) fn of(zone: Zone) -> &'static [Self] {
         match zone {
-            Zone::PartialDischarge => Some(Self::PartialDischarge),
-            Zone::Discharge
-            | Zone::LowEnergy
-            | Zone::LowEnergyThermal
-            | Zone::HighEnergy
-            | Zone::HighEnergyThermal
-            | Zone::DischargeThermal => Some(Self::Discharge),
+            Zone::PartialDischarge => &[Self::PartialDischarge],
+            Zone::Discharge | Zone::LowEnergy | Zone::HighEnergy => &[Self::Discharge],
+            Zone::LowEnergyThermal | Zone::HighEnergyThermal | Zone::DischargeThermal => {
+                &[Self::Discharge, Self::Thermal]
+            }
             Zone::Thermal
             | Zone::Thermal0
             | Zone::Thermal1
@@ -34,13 +32,13 @@ impl Family {
             | Zone::Thermal3
             | Zone::Thermal3Oil
             | Zone::Carbonisation
-            | Zone::Overheating => Some(Self::Thermal),
+            | Zone::Overheating => &[Self::Thermal],
             // Stray gassing is no fault (Duval & Lamarre 2014).
             Zone::StrayGassing
             | Zone::Normal
             | Zone::NoFault
             | Zone::NotDetermined
-            | Zone::NotApplicable => None,
+            | Zone::NotApplicable => &[],
         }
     }
 }
@@ -84,12 +82,10 @@ pub(crate) fn judge(sample: &Sample, settings: &Settings) -> Judgement {
         one("Key gas", key_gas::diagnose(sample)),
     ];
     let family = most(&Family::ALL, &opinions, |opinion, family| {
-        opinion.zones.iter().any(|zone| Family::of(*zone) == Some(family))
+        opinion.zones.iter().any(|zone| Family::of(*zone).contains(&family))
     });
-    let of_family: Vec<Zone> = Zone::ALL
-        .into_iter()
-        .filter(|zone| family.is_some() && Family::of(*zone) == family)
-        .collect();
+    let is_of = |zone: &Zone| family.is_some_and(|family| Family::of(*zone).contains(&family));
+    let of_family: Vec<Zone> = Zone::ALL.into_iter().filter(is_of).collect();
     let zone = most(&of_family, &opinions, |opinion, zone| opinion.zones.contains(&zone));
     Judgement { opinions, family, zone }
 }

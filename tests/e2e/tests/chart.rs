@@ -149,7 +149,8 @@ fn each_of_117_faults_frames_its_transformer_with_verdict_and_evidence() {
         assert_eq!(stats.selected, [id.as_str()], "{place}");
         assert_eq!(chart.explained.as_deref(), Some(id.as_str()), "{place}");
         let verdict = chart.verdict.expect("a verdict");
-        assert!(verdict.contains(words(*fault)), "{place}: {verdict}");
+        let named = words(*fault).iter().any(|words| verdict.contains(words));
+        assert!(named, "{place}: {verdict}");
         let zone = zone_of(row);
         seen.insert(zone);
         let triangle = chart.evidence.iter().find(|one| one.method == "Duval triangle 1");
@@ -163,13 +164,15 @@ fn each_of_117_faults_frames_its_transformer_with_verdict_and_evidence() {
     assert_eq!(seen.len(), Fault::ALL.len(), "every class was among them: {named:?}");
 }
 
-/// What a verdict must say of a fault.
-fn words(fault: Fault) -> &'static str {
+/// What a verdict must say of a fault, one of these.
+fn words(fault: Fault) -> &'static [&'static str] {
     match fault {
-        Fault::None => "typical",
-        Fault::Pd => "partial discharges",
-        Fault::D1 | Fault::D2 | Fault::Dt => "discharges",
-        Fault::T1 | Fault::T2 | Fault::T3 => "overheating",
+        Fault::None => &["typical"],
+        Fault::Pd => &["partial discharges"],
+        Fault::D1 | Fault::D2 => &["discharges of"],
+        // Only triangle 1 knows both at once.
+        Fault::Dt => &["discharges", "overheating"],
+        Fault::T1 | Fault::T2 | Fault::T3 => &["overheating"],
     }
 }
 

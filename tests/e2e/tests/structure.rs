@@ -176,7 +176,9 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_scene",
             "busbar_viewer",
             "corpus",
+            "dga",
             "fault_injector",
+            "fleet",
             "substation",
         ],
     ),
@@ -224,7 +226,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("tokio-modbus", &["modbus_adapter"]),
     ("tokio-rustls", &["busbar_link", "sql_adapter"]),
     ("tokio-serial", &["modbus_adapter"]),
-    ("rusqlite", &["sql_adapter"]),
+    ("rusqlite", &["gas_analysis", "sql_adapter"]),
     ("tokio-postgres", &["sql_adapter"]),
     ("tokio-postgres-rustls", &["sql_adapter"]),
 ];
