@@ -23,7 +23,7 @@ const SECTION: &str = "common/section.wgsl";
 const SCREEN: &str = "common/screen.wgsl";
 
 /// Pass source, name of its words, what it is put together with.
-const PASSES: [(&str, &str, &[&str]); 20] = [
+const PASSES: [(&str, &str, &[&str]); 22] = [
     ("scene/scene.wgsl", "SCENE", &[UNSHADOWED, WHOLE]),
     ("scene/scene.wgsl", "SCENE_SECTION", &[UNSHADOWED, SECTION]),
     ("scene/scene.wgsl", "SCENE_SHADOWED", &[SHADOWED, WHOLE]),
@@ -44,13 +44,15 @@ const PASSES: [(&str, &str, &[&str]); 20] = [
     ("occlusion/occlusion.wgsl", "OCCLUSION", &[SCREEN]),
     ("panels/panels.wgsl", "PANELS", &[]),
     ("morph/morph.wgsl", "MORPH", &[]),
+    ("polylines/polylines.wgsl", "POLYLINES", &[]),
+    ("density/density.wgsl", "DENSITY", &[]),
 ];
 
 /// Structs shared with Rust under the same name.
 const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
 
-/// Likewise in the pass that takes it.
-const STEP_STRUCTS: [&str; 1] = ["MorphStep"];
+/// Likewise, with the pass that takes it.
+const STEP_STRUCTS: [(&str, &str); 2] = [("MORPH", "MorphStep"), ("DENSITY", "DensityStep")];
 
 /// What vertices and instances bring.
 const VERTEX_INPUT: &str = "VertexInput";
@@ -87,8 +89,8 @@ fn build() -> Result<(), Box<dyn Error>> {
         if layouts.is_empty() {
             layouts = assert_layouts(&module, &SHARED_STRUCTS)? + &assert_attributes(&module)?;
         }
-        if name == "MORPH" {
-            layouts += &assert_layouts(&module, &STEP_STRUCTS)?;
+        for (_, step) in STEP_STRUCTS.iter().filter(|(pass, _)| *pass == name) {
+            layouts += &assert_layouts(&module, &[step])?;
         }
     }
     let out = std::env::var("OUT_DIR")?;

@@ -26,7 +26,8 @@ struct FrameUniform {
     shadow_from_pixel: mat4x4<f32>,
     // A direction in the world, in texels of the map, likewise.
     shadow_from_texels: mat4x4<f32>,
-    // Texels along a side of the shadow map; physical pixels a point; unused.
+    // Texels along a side of the shadow map; physical pixels a point; the picture's
+    // width and height, pixels.
     sizes: vec4<f32>,
 }
 

@@ -50,8 +50,8 @@ pub struct FrameUniform {
     pub shadow_from_pixel: [[f32; 4]; 4],
     /// A direction in the world, in texels of the map, likewise.
     pub shadow_from_texels: [[f32; 4]; 4],
-    /// Texels along a side of the shadow map; physical pixels a point; the others are
-    /// unused.
+    /// Texels along a side of the shadow map; physical pixels a point; the picture's
+    /// width and height, pixels.
     pub sizes: [f32; 4],
 }
 
@@ -133,6 +133,33 @@ pub struct MaterialUniform {
     pub alpha_used: f32,
 }
 
+/// A line of [`POLYLINES`], at locations 1 to 3.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct StrokeInstance {
+    /// World space, metres; its width in points.
+    pub from_width: [f32; 4],
+    /// World space, metres; the number of its pattern.
+    pub to_pattern: [f32; 4],
+    /// As the target takes it; how much it covers.
+    pub color: [f32; 4],
+}
+
+/// A face of [`POLYLINES`], at locations 1 to 4: corners around it, world space, with each
+/// a part of its colour as the target takes it, and with the last how much it covers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct FaceInstance {
+    /// First corner; red.
+    pub a_red: [f32; 4],
+    /// Second corner; green.
+    pub b_green: [f32; 4],
+    /// Third corner; blue.
+    pub c_blue: [f32; 4],
+    /// Fourth corner; cover.
+    pub d_cover: [f32; 4],
+}
+
 /// What a dispatch of [`MORPH`] is told. A workgroup takes [`MORPH_GROUP`] vertices.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -147,6 +174,31 @@ pub struct MorphStep {
 
 /// As the shader's workgroup size.
 pub const MORPH_GROUP: u32 = 64;
+
+/// What a dispatch of [`DENSITY`] is told. A workgroup takes [`DENSITY_GROUP`] records.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct DensityStep {
+    /// How many there are.
+    pub records: u32,
+    /// Values a record.
+    pub axes: u32,
+    /// Axes that are binned.
+    pub shown: u32,
+    /// Pairs of them.
+    pub pairs: u32,
+    /// Brushed axes.
+    pub brushes: u32,
+    /// 1 where meeting any of them is enough.
+    pub any: u32,
+    /// Words of the mask before the first of these records.
+    pub first_word: u32,
+}
+
+/// As the shader's workgroup size.
+pub const DENSITY_GROUP: u32 = 64;
+/// As the shader's `BINS`: of an axis, without that of records without a value.
+pub const DENSITY_BINS: u32 = 128;
 
 /// Whether one of the attributes is what the shader reads at a location.
 const fn has(all: [&[Attribute]; 2], location: u32, whole: bool) -> bool {
@@ -194,5 +246,8 @@ mod tests {
         check(super::OUTLINE, &["screen_main", "tile_main", "outline_main"]);
         check(super::PANELS, &["vertex_main", "fragment_main"]);
         check(super::MORPH, &["morph_main"]);
+        check(super::DENSITY, &["count_main"]);
+        let polylines = ["stroke_vertex", "stroke_fragment", "face_vertex", "face_fragment"];
+        check(super::POLYLINES, &polylines);
     }
 }

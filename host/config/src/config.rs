@@ -44,6 +44,8 @@ pub struct Config {
     pub alarm_handling: AlarmHandlingConfig,
     /// Overlay plugins, drawn in this order.
     pub overlays: Vec<OverlayConfig>,
+    /// The chart that stands in the scene.
+    pub chart: Option<ChartConfig>,
     /// Cameras by name.
     pub cameras: BTreeMap<String, CameraConfig>,
     /// How the first picture looks.
@@ -258,6 +260,23 @@ pub struct BindingConfig {
 pub struct OverlayConfig {
     /// Name of the plugin instance.
     pub plugin: String,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// A chart that stands in the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChartConfig {
+    /// Name of the plugin instance whose chart it is.
+    pub plugin: String,
+    /// Where the foot of its first axis stands, metres.
+    pub position: [f64; 3],
+    /// Turn about y, degrees; at 0 it is read from +z.
+    pub yaw_degrees: f64,
+    /// Width, height of axes, and depth of time, metres.
+    pub size: [f64; 3],
+    /// Whether the camera goes where a record becomes abnormal.
+    pub follows: bool,
     /// JSON pointer.
     pub pointer: String,
 }

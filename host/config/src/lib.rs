@@ -39,10 +39,10 @@ pub use alarms::{
     LimitConfig, PriorityConfig, StateConfig, WatchConfig,
 };
 pub use config::{
-    Band, BindingConfig, CacheConfig, CameraConfig, Config, DirectoryConfig, ModelConfig,
-    NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig, SectionConfig,
-    SourceConfig, TagConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, TransformConfig,
-    ViewConfig,
+    Band, BindingConfig, CacheConfig, CameraConfig, ChartConfig, Config, DirectoryConfig,
+    ModelConfig, NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig,
+    SectionConfig, SourceConfig, TagConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig,
+    TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;

@@ -84,6 +84,10 @@ pub(crate) struct RawConfig {
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
     #[schemars(extend("examples" = [["labels"]]))]
     pub(crate) overlays: Vec<String>,
+    /// A chart that stands in the scene.
+    #[serde(default)]
+    #[schemars(with = "RawChart")]
+    pub(crate) chart: Option<RawChart>,
     /// Places to look from, by name.
     #[serde(default)]
     #[schemars(extend("maxProperties" = MAX_CAMERAS))]
@@ -305,6 +309,35 @@ pub(crate) struct RawBinding {
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     #[schemars(extend("examples" = ["value"]))]
     pub(crate) role: String,
+}
+
+/// A chart that stands in the scene.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Chart")]
+pub(crate) struct RawChart {
+    /// Name of the plugin instance whose chart it is.
+    #[schemars(extend("examples" = ["gases"]))]
+    pub(crate) plugin: String,
+    /// Where the foot of its first axis stands, in metres.
+    #[serde(default)]
+    #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
+    pub(crate) position: [f64; 3],
+    /// Turn about the vertical, in degrees; at 0 it is read from +z.
+    #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub(crate) yaw_degrees: f64,
+    /// Width, height of axes, and depth of time, in metres.
+    #[serde(default = "default_chart_size")]
+    #[schemars(inner(range(min = MIN_VIEW_METRES, max = MAX_COORDINATE_METRES)))]
+    pub(crate) size: [f64; 3],
+    /// Whether the camera goes to equipment whose record becomes abnormal.
+    #[serde(default)]
+    pub(crate) follow: bool,
+}
+
+fn default_chart_size() -> [f64; 3] {
+    [24.0, 8.0, 16.0]
 }
 
 /// A place to look from.

@@ -70,6 +70,14 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             plugin,
             pointer,
         }),
+        chart: raw.chart.map(|raw| ChartConfig {
+            plugin: raw.plugin,
+            position: raw.position,
+            yaw_degrees: raw.yaw_degrees,
+            size: raw.size,
+            follows: raw.follow,
+            pointer: "/chart".to_owned(),
+        }),
         cameras: named(raw.cameras, "/cameras", |_, raw, pointer| CameraConfig {
             eye: raw.eye,
             target: raw.target,

@@ -23,6 +23,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_models();
     rules.check_tags();
     rules.check_overlays();
+    rules.check_chart();
     rules.check_plugins();
     rules.check_cameras();
     rules.check_section();
@@ -129,6 +130,14 @@ impl<'d> Rules<'d, '_, '_> {
         }
     }
 
+    fn check_chart(&mut self) {
+        if let Some(chart) = self.document["chart"].as_object()
+            && let Some(plugin) = chart.get("plugin")
+        {
+            self.check_plugin_reference(plugin, "/chart", "plugin");
+        }
+    }
+
     /// Comes after all that refer to plugins.
     fn check_plugins(&mut self) {
         let document = self.document;
@@ -153,7 +162,7 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.key_warning(
                     &pointer,
                     format!("the plugin '{}' is used nowhere", suggest::shown(name)),
-                    "name it in a model, a tag's source or the overlays, or remove it",
+                    "name it in a model, a tag's source, the overlays or the chart, or remove it",
                 );
             }
         }

@@ -200,7 +200,9 @@ impl Binding<'_> {
                 matches!(buffer.usage(), BufferUsage::Uniform | BufferUsage::HostUniform)
             }
             (Self::Buffer(buffer), BindingKind::Storage) => buffer.can_be_storage(),
-            (Self::Buffer(buffer), BindingKind::Written) => buffer.usage() == BufferUsage::Computed,
+            (Self::Buffer(buffer), BindingKind::Written) => {
+                matches!(buffer.usage(), BufferUsage::Computed | BufferUsage::Counted)
+            }
             (Self::Texture(image), BindingKind::Texture) => {
                 !matches!(image.kind(), ImageKind::Target { .. })
             }

@@ -19,6 +19,9 @@ pub enum BufferUsage {
     Vertex,
     /// Vertices on the device that a compute shader writes.
     Computed,
+    /// Words on the device, filled likewise, that a compute shader writes and the CPU reads
+    /// back.
+    Counted,
     /// 32-bit indices on the device, filled likewise.
     Index,
     /// A uniform on the device, filled likewise.
@@ -50,6 +53,11 @@ impl BufferUsage {
             Self::Computed => {
                 vk::BufferUsageFlags::VERTEX_BUFFER | vk::BufferUsageFlags::STORAGE_BUFFER
             }
+            Self::Counted => {
+                vk::BufferUsageFlags::STORAGE_BUFFER
+                    | vk::BufferUsageFlags::TRANSFER_DST
+                    | vk::BufferUsageFlags::TRANSFER_SRC
+            }
             Self::Index => vk::BufferUsageFlags::INDEX_BUFFER | vk::BufferUsageFlags::TRANSFER_DST,
             Self::Uniform => {
                 vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST
@@ -68,9 +76,12 @@ impl BufferUsage {
 
     fn location(self) -> MemoryLocation {
         match self {
-            Self::Vertex | Self::Computed | Self::Index | Self::Uniform | Self::Storage => {
-                MemoryLocation::GpuOnly
-            }
+            Self::Vertex
+            | Self::Computed
+            | Self::Counted
+            | Self::Index
+            | Self::Uniform
+            | Self::Storage => MemoryLocation::GpuOnly,
             Self::HostUniform
             | Self::HostStorage
             | Self::HostVertex
@@ -84,7 +95,7 @@ impl BufferUsage {
     fn limit(self, limits: &vk::PhysicalDeviceLimits) -> u64 {
         match self {
             Self::Uniform | Self::HostUniform => u64::from(limits.max_uniform_buffer_range),
-            Self::Storage | Self::HostStorage | Self::Computed => {
+            Self::Storage | Self::HostStorage | Self::Computed | Self::Counted => {
                 u64::from(limits.max_storage_buffer_range)
             }
             _ => u64::MAX,
@@ -177,6 +188,15 @@ impl Buffer {
             .ok_or(GpuError::Misuse("a write that does not fit its buffer"))?
             .copy_from_slice(bytes);
         Ok(())
+    }
+
+    /// What [`Recorder::download_buffer`](crate::Recorder::download_buffer) brought, once
+    /// its recorder was submitted and waited for.
+    ///
+    /// # Errors
+    /// When the buffer is on the device.
+    pub fn contents(&self) -> Result<Vec<u8>, GpuError> {
+        self.read()
     }
 
     pub(crate) fn read(&self) -> Result<Vec<u8>, GpuError> {

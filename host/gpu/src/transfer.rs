@@ -51,7 +51,8 @@ impl Recorder<'_> {
                     vk::AccessFlags2::INDEX_READ
                         | vk::AccessFlags2::VERTEX_ATTRIBUTE_READ
                         | vk::AccessFlags2::UNIFORM_READ
-                        | vk::AccessFlags2::SHADER_STORAGE_READ,
+                        | vk::AccessFlags2::SHADER_STORAGE_READ
+                        | vk::AccessFlags2::SHADER_STORAGE_WRITE,
                 )],
         );
         Ok(buffer)
@@ -169,6 +170,36 @@ impl Recorder<'_> {
         staging.write(bytes)?;
         self.staged_bytes += size;
         Ok(staging)
+    }
+
+    /// Copies what a compute shader wrote to where the CPU can read it.
+    ///
+    /// # Errors
+    /// When memory runs out, or the buffer is none that is read back.
+    pub fn download_buffer(&mut self, from: &Buffer) -> Result<Buffer, GpuError> {
+        if from.usage() != BufferUsage::Counted {
+            return Err(GpuError::Misuse("a read-back of a buffer that is not made for it"));
+        }
+        let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, from.size())?;
+        let written = vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
+            .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+            .dst_access_mask(vk::AccessFlags2::TRANSFER_READ);
+        self.barriers(&[], &[written]);
+        let region = [vk::BufferCopy::default().size(from.size())];
+        // SAFETY: the commands are being recorded, outside any pass; both buffers hold so
+        // many bytes and live until the submission is finished.
+        unsafe {
+            self.device().raw.cmd_copy_buffer(self.commands(), from.raw(), buffer.raw(), &region);
+        }
+        let copied = vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ);
+        self.barriers(&[], &[copied]);
+        Ok(buffer)
     }
 
     /// Copies an image of one sample to where the CPU can read it.

@@ -6,6 +6,7 @@
 //! Invariant: no concrete plugin is named here, or anywhere in the host.
 
 mod catalog;
+mod chart;
 mod command;
 mod digest;
 mod error;
@@ -23,6 +24,7 @@ mod text;
 mod trust;
 
 pub use catalog::{Catalog, Refused};
+pub use chart::{Chart, ChartPage, MAX_PAGE_RECORDS};
 pub use command::{
     CommandExit, CommandInfo, CommandReport, CommandStreams, Commands, Diagnostic, DiagnosticLevel,
     MAX_DIAGNOSTICS, check_commands,

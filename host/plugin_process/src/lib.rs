@@ -14,6 +14,7 @@
 //! anybody else sees it.
 
 mod catalog;
+mod chart;
 mod command;
 mod confine;
 mod environment;
@@ -40,6 +41,7 @@ mod supervise;
 mod watch;
 
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
+pub use chart::RunningChart;
 pub use command::CommandError;
 pub use message::Confinement;
 pub use plugin::{Optimizer, Plugin, RunningOverlay, RunningTelemetry};

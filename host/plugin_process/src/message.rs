@@ -5,9 +5,9 @@ use std::time::SystemTime;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
-    CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding, OverlayDescription,
-    OverlayPicture, PluginError, PluginInfo, SettingsFault, SimulatedTag, Simulation,
-    SimulationStatus, Stage, TelemetryTag, shown,
+    ChartPage, CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding,
+    OverlayDescription, OverlayPicture, PluginError, PluginInfo, SettingsFault, SimulatedTag,
+    Simulation, SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 3;
+pub(crate) const PROTOCOL_VERSION: u32 = 4;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -55,6 +55,12 @@ pub(crate) enum Request {
     Draw { states: Vec<Option<TagState>>, now: SystemTime },
     /// Order collapses; the descriptors of mesh and room for results come along.
     Optimize { sizes: MeshSizes },
+    /// What its chart shows.
+    DescribeChart,
+    /// Records of its chart, of so many axes, from one on.
+    ReadChart { axes: u32, first: u64, count: u32 },
+    /// What the last record of a piece of equipment not after an instant means.
+    Explain { equipment: String, unix_nanos: i64 },
     /// Which commands it offers.
     Commands,
     /// Run a command; the descriptors of its input and of a pipe for its output come along.
@@ -98,6 +104,12 @@ pub(crate) enum Answer {
     Simulating(SimulationStatus),
     /// So many collapses lie in the room for them.
     Optimized { collapses: u32, stages: Vec<Stage> },
+    /// What its chart shows.
+    ChartDescribed(busbar_chart::Description),
+    /// Records of it.
+    ChartRead(ChartPage),
+    /// What a record means.
+    Explained(busbar_chart::Explanation),
     /// What it offers.
     Commands(Vec<CommandInfo>),
     /// A command ran.
@@ -149,6 +161,7 @@ impl Fault {
                     abi::MESH_OPTIMIZER_ID,
                     abi::SIMULATOR_ID,
                     abi::COMMAND_ID,
+                    abi::CHART_ID,
                 ];
                 let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
                 match known.into_iter().find(|known| *known == wanted) {
@@ -187,6 +200,9 @@ impl Request {
             Self::Configure { .. } => "configure",
             Self::Draw { .. } => "draw",
             Self::Optimize { .. } => "optimize",
+            Self::DescribeChart => "describe chart",
+            Self::ReadChart { .. } => "read chart",
+            Self::Explain { .. } => "explain",
             Self::Commands => "commands",
             Self::Run { .. } => "run",
         }

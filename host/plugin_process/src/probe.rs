@@ -5,8 +5,9 @@ use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, MAX_DIAGNOSTICS, OverlayBinding, OverlayDescription, OverlayPicture, PictureRules,
-    PluginError, SampleSink, TelemetryTag, check_commands, check_stages,
+    LinkReport, MAX_DIAGNOSTICS, MAX_PAGE_RECORDS, OverlayBinding, OverlayDescription,
+    OverlayPicture, PictureRules, PluginError, SampleSink, TelemetryTag, check_commands,
+    check_stages,
 };
 
 use crate::feed::Feed;
@@ -87,6 +88,17 @@ impl HostSide {
         let checked = match result {
             Err(fault) => return Heard::Failed(fault.into_error("plugin")),
             Ok(Answer::Done | Answer::Simulating(_)) => return Heard::Other,
+            Ok(Answer::ChartDescribed(description)) => {
+                description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
+            }
+            Ok(Answer::ChartRead(page)) => {
+                let checked = page.check(busbar_chart::MAX_AXES as u32, MAX_PAGE_RECORDS);
+                checked.map(|()| Heard::Other).map_err(str::to_owned)
+            }
+            Ok(Answer::Explained(explanation)) => {
+                let checked = explanation.check(usize::MAX);
+                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+            }
             Ok(Answer::Commands(commands)) => check_commands(&commands).map(|()| Heard::Other),
             Ok(Answer::Ran(report)) => {
                 let kept = report.bounded().diagnostics.len();

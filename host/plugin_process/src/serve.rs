@@ -17,8 +17,8 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
-    Catalog, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError,
-    SampleReceiver, Simulator, TelemetryStream,
+    Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
+    PluginError, SampleReceiver, Simulator, TelemetryStream,
 };
 use busbar_tags::Moment;
 use rustix::process::{Signal, getpid, kill_process};
@@ -218,6 +218,17 @@ impl Session {
             Request::Draw { states, now } => {
                 let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;
                 Ok(Answer::Drawn(overlay.draw_states(&states, now)?))
+            }
+            Request::DescribeChart => {
+                Ok(Answer::ChartDescribed(Chart::of(self.instance()?.clone())?.describe()?))
+            }
+            Request::ReadChart { axes, first, count } => {
+                let chart = Chart::of(self.instance()?.clone())?;
+                Ok(Answer::ChartRead(chart.read(axes, first, count)?))
+            }
+            Request::Explain { equipment, unix_nanos } => {
+                let chart = Chart::of(self.instance()?.clone())?;
+                Ok(Answer::Explained(chart.explain(&equipment, unix_nanos)?))
             }
             Request::Commands => {
                 Ok(Answer::Commands(Commands::of(self.instance()?.clone())?.list()?))

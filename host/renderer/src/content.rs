@@ -20,6 +20,7 @@ use crate::occlusion::Occlusion;
 use crate::outline::Outlines;
 use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
+use crate::polylines::PolylineKit;
 use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
@@ -58,6 +59,9 @@ pub(crate) struct Content {
     high: Option<High>,
     /// Once something was outlined.
     outlines: Option<Outlines>,
+    /// Once there were any.
+    polylines: Option<PolylineKit>,
+    samples: u32,
     streams: Vec<FrameStream>,
     /// Those of frames and of picks.
     views: [View; 2],
@@ -118,6 +122,8 @@ impl Content {
             high,
             outlines: None,
             views: <[View; 2]>::default(),
+            polylines: None,
+            samples,
             streams,
         })
     }
@@ -136,6 +142,7 @@ impl Content {
         self.cache.abandon_frame();
         // Among it may be what was never filled.
         self.morpher.drop_all();
+        self.polylines = None;
         self.forget_layers();
     }
 
@@ -284,6 +291,7 @@ impl Content {
         if keeps_depth {
             targets.ready_depth(recorder.gpu(), &self.layouts.texture)?;
         }
+        self.ready_polylines(recorder, frame)?;
         let drawer = self.drawer(&plan, stream, frame);
         let draw_calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         let triangles = drawer.triangles();
@@ -316,6 +324,7 @@ impl Content {
     ) -> Result<u32, RenderError> {
         let undecoded = self.pipelines.undecoded && !frame.wireframe;
         let cleared = targets.cleared_to(frame.background, undecoded, keeps_depth);
+        let slot = recorder.slot();
         let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
         let looks = self.pipelines.looks(frame.section.is_some());
         if frame.wireframe {
@@ -331,7 +340,26 @@ impl Content {
             calls += 1;
         }
         calls += drawer.draw_blended(&mut pass, &looks.blended, frame.camera.eye)?;
+        if let (Some(kit), Some(lines)) = (&self.polylines, &frame.polylines) {
+            calls += kit.draw(&mut pass, drawer.frame_group, slot, lines)?;
+        }
         Ok(calls)
+    }
+
+    /// Makes what draws lines where there are any for the first time, and writes them.
+    fn ready_polylines(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        frame: &Frame<'_>,
+    ) -> Result<(), RenderError> {
+        let Some(lines) = frame.polylines.as_ref().filter(|_| !frame.wireframe) else {
+            return Ok(());
+        };
+        let target = (self.pipelines.target, self.pipelines.undecoded);
+        let (layout, samples) = (&self.layouts.frame, self.samples);
+        let kit =
+            ready(&mut self.polylines, || PolylineKit::new(recorder, layout, target, samples))?;
+        kit.write(recorder.gpu(), recorder.slot(), lines)
     }
 
     fn record_shadows(

@@ -4,7 +4,7 @@ use busbar_geometry::Bounds;
 use busbar_gpu::StageMillis;
 use glam::Mat4;
 
-use crate::{CameraView, Ground, Instances, ModelHandle, SectionPlane};
+use crate::{CameraView, Ground, Instances, ModelHandle, Polylines, SectionPlane};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -34,6 +34,8 @@ pub struct Frame<'a> {
     pub outlined: &'a [Outlined],
     /// Cuts away what lies before it.
     pub section: Option<SectionPlane>,
+    /// Lines and faces in the world; not in wireframes, and not picked.
+    pub polylines: Option<Polylines<'a>>,
     /// Panels over the picture.
     pub overlay: Option<EguiFrame<'a>>,
 }
@@ -52,6 +54,7 @@ impl<'a> Frame<'a> {
             shadow_bounds: None,
             outlined: &[],
             section: None,
+            polylines: None,
             overlay: None,
         }
     }

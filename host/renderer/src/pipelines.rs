@@ -45,6 +45,8 @@ pub(crate) struct Pipelines {
     asked: Asked,
     whole: Looks,
     section: Option<Looks>,
+    /// What shaded pictures are drawn in.
+    pub(crate) target: Format,
     /// Whether shaded pictures come as their bytes keep them.
     pub(crate) undecoded: bool,
     /// `None` at low quality.
@@ -128,6 +130,7 @@ impl Pipelines {
             asked,
             whole: Looks::new(gpu, layouts, asked, false)?,
             section: None,
+            target: shown_undecoded(gpu, quality).unwrap_or(color),
             undecoded: shown_undecoded(gpu, quality).is_some(),
             ground,
         })

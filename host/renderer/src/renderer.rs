@@ -7,13 +7,14 @@ use std::time::Instant;
 use busbar_gpu::{Gpu, GpuOptions, ValidationLog, WindowHandles};
 
 use crate::content::{self, Content, millis_since};
+use crate::density::{self, DensityKit};
 use crate::model::GpuModel;
 use crate::panels::Panels;
 use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
 use crate::targets::SceneTargets;
 use crate::{
-    EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle, ModelUpload, Picture, RenderError,
-    Wanted,
+    DensityCounts, DensityInput, EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle,
+    ModelUpload, Picture, RenderError, Wanted,
 };
 
 /// Models that one renderer ever takes, removed ones included.
@@ -77,6 +78,8 @@ pub struct Renderer {
     /// Begun, and not asked for yet.
     pending: Option<PendingPick>,
     panels: Panels,
+    /// Once something was counted.
+    density: Option<DensityKit>,
     origin: Origin,
     /// The picture's size; in a window, the window's.
     size: [u32; 2],
@@ -145,7 +148,8 @@ impl Renderer {
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        Ok(Self { content, targets: None, one_pixel, pending: None, panels, origin, size, gpu })
+        let (targets, pending, density) = (None, None, None);
+        Ok(Self { content, targets, one_pixel, pending, panels, density, origin, size, gpu })
     }
 
     /// Makes a new device in place of one that is lost. Models are gone: uploaded
@@ -242,6 +246,24 @@ impl Renderer {
     /// When they contradict each other.
     pub fn keep_textures(&mut self, delta: &egui::TexturesDelta) -> Result<(), RenderError> {
         self.panels.update(delta)
+    }
+
+    /// Counts how many records go from where to where between axes, and which of them are
+    /// meant, on the device; waits for it. Values stay there until others come.
+    ///
+    /// # Errors
+    /// When values, axes and pairs do not fit each other, memory runs out, or the device is
+    /// lost.
+    pub fn count_records(
+        &mut self,
+        input: &DensityInput<'_>,
+    ) -> Result<DensityCounts, RenderError> {
+        let counted = density::count(&mut self.gpu, &mut self.density, input);
+        if counted.is_err() {
+            // Among it may be what was never filled.
+            self.density = None;
+        }
+        counted
     }
 
     /// Changes the size of the picture from the next frame on. In a window,

@@ -48,7 +48,7 @@ pub(crate) fn frame_uniform(
         shadow_from_texels: sun
             .map_or(Mat4::ZERO, |sun| sun.shadow_from_texels())
             .to_cols_array_2d(),
-        sizes: [crate::shadows::MAP_TEXELS as f32, pixels_per_point, 0.0, 0.0],
+        sizes: [crate::shadows::MAP_TEXELS as f32, pixels_per_point, size[0], size[1]],
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::{Pos2, Rect, Vec2};
 
-use crate::{AlarmAction, AlarmList};
+use crate::{AlarmAction, AlarmList, ChartCommand};
 
 /// Cameras that numbers go to.
 pub const MAX_BOOKMARKS: usize = 9;
@@ -58,6 +58,8 @@ pub enum Command {
         /// Index into [`ViewModel::models`](crate::ViewModel::models).
         model: usize,
     },
+    /// Something of the chart.
+    Chart(ChartCommand),
     /// Set the factor on the thetas that policies choose.
     SetThetaScale(f64),
     /// Draw as wireframe, or not.

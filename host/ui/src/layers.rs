@@ -81,7 +81,8 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
     });
 }
 
-fn entry(ui: &mut Ui, row: &LegendRow) {
+/// A sample of a state with its name.
+pub(crate) fn entry(ui: &mut Ui, row: &LegendRow) {
     ui.horizontal(|ui| {
         ui.add_space(18.0);
         let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());

@@ -11,6 +11,10 @@ mod alarm_model;
 mod alarm_panel;
 mod beacons;
 mod camera_panel;
+mod chart_axes;
+mod chart_faceplate;
+mod chart_model;
+mod chart_panel;
 mod command;
 mod equipment_model;
 mod equipment_panel;
@@ -36,6 +40,9 @@ mod viewport;
 
 pub use alarm_model::{
     AlarmAction, AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon,
+};
+pub use chart_model::{
+    ChartAxisOnScreen, ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, ExplainedEquipment,
 };
 pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
 pub use equipment_model::{EquipmentRow, EquipmentRows};
@@ -111,6 +118,8 @@ pub struct SceneOverlay<'a> {
     pub arrived: bool,
     /// Equipment id of what is under the pointer.
     pub hovered: Option<String>,
+    /// What belongs to a chart that stands in the scene.
+    pub chart: Option<ChartOverlay>,
 }
 
 /// What one pass over the panels gave.
@@ -226,12 +235,22 @@ impl Panels {
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
                 }
+                if let Some(chart) = &overlay.chart {
+                    chart_axes::show(ui, chart, &mut commands);
+                }
                 if let Some(hovered) = &overlay.hovered {
                     hover::paint(ui, hovered);
                 }
             });
             if shown {
                 layers::show(ui.ctx(), viewport, &model.layers, &mut commands);
+            }
+            if let Some(chart) = model.chart.as_ref().filter(|_| shown) {
+                chart_panel::show(ui.ctx(), viewport, chart, &mut commands);
+                if let Some(explained) = &chart.explained {
+                    chart_faceplate::window(ui.ctx(), viewport, explained);
+                }
+                commands.extend(chart_panel::take_reveal(ui.ctx()).map(Command::Reveal));
             }
             help::show(ui.ctx(), &mut helps);
             if !ui.ctx().egui_wants_keyboard_input() {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::Pos2;
 
-use crate::{AlarmModel, CameraMode, Faceplate, LayerRow, SectionCut};
+use crate::{AlarmModel, CameraMode, ChartModel, Faceplate, LayerRow, SectionCut};
 
 /// Everything that the panels show in one frame.
 #[derive(Clone, Debug, Default)]
@@ -33,6 +33,8 @@ pub struct ViewModel {
     pub extent: [[f32; 3]; 2],
     /// What is said of alarms; none where there are none configured.
     pub alarms: Option<AlarmModel>,
+    /// The chart that stands in the scene; none where there is none.
+    pub chart: Option<ChartModel>,
     /// The line at the bottom.
     pub status: StatusLine,
     /// Equipment id of what is selected, or how many are.

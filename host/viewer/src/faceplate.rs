@@ -7,7 +7,7 @@ use busbar_alarms::AlarmHandle;
 use busbar_history::{History, Point, State};
 use busbar_plugin_host::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{Moment, Snapshot, SourceTime, TagHandle};
+use busbar_tags::{Moment, Quality, Reason, Snapshot, SourceTime, TagHandle, TagState};
 use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -17,7 +17,7 @@ use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
 use crate::load::LoadedScene;
 use crate::rows::Rows;
-use crate::running::{ShownOverlay, ShownState};
+use crate::running::{Basis, ShownOverlay, ShownState};
 
 /// Nodes at or below a device that are looked at; a bay has some hundred.
 const MAX_NODES: usize = 20_000;
@@ -195,19 +195,30 @@ impl OpenFaceplate {
 
     fn states(&self, sources: &Sources<'_>) -> Vec<FaceplateState> {
         let graph = &sources.scene.graph;
-        let of_state = |shown: &ShownState| {
-            let overlay = sources.overlays.get(shown.overlay as usize)?;
-            let tag = sources.snapshot.state(shown.tag);
+        let tag_of = |shown: &ShownState| match shown.basis {
+            Basis::Tag(tag) => sources.snapshot.state(tag),
+            Basis::Record { .. } => None,
+        };
+        let is_good = |tag: &Option<TagState>| tag.is_some_and(|tag| tag.quality.is_good());
+        let of_run = |run: &[ShownState]| {
+            let shown = run.last()?;
+            let (overlay, entry) = shown.legend?;
+            let overlay = sources.overlays.get(overlay as usize)?;
+            // It is worth what the worst is that it rests on.
+            let worst = run.iter().map(tag_of).find(|tag| !is_good(tag));
+            let tag = worst.unwrap_or_else(|| tag_of(shown));
+            let quality = tag.map_or(Quality::Bad(Reason::NotConnected), |tag| tag.quality);
             Some(FaceplateState {
                 layer: overlay.overlay.name().to_owned(),
-                state: overlay.legend.get(shown.entry as usize)?.clone(),
+                state: overlay.legend.get(entry as usize)?.clone(),
                 place: place(graph, self.device, shown.node),
-                mark: tag.map(|tag| mark(tag.quality, Severity::Normal)).unwrap_or_default(),
+                mark: mark(quality, Severity::Normal),
                 age: tag.and_then(|tag| tag.age),
             })
         };
-        let own = sources.states.iter().filter(|state| self.nodes.contains(&state.node));
-        own.filter_map(of_state).take(MAX_STATES).collect()
+        let runs = sources.states.chunk_by(ShownState::is_same);
+        let own = runs.filter(|run| run.first().is_some_and(|of| self.nodes.contains(&of.node)));
+        own.filter_map(of_run).take(MAX_STATES).collect()
     }
 
     fn trends(&self, sources: &Sources<'_>) -> Vec<Trend> {

@@ -8,7 +8,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
 use crate::color::linear_from_srgb;
-use crate::running::{Overlaid, ShownState};
+use crate::running::{Basis, Overlaid, ShownState};
 
 /// Linear rgb, strength and pattern, as the renderer takes them.
 pub(crate) type Highlight = [f32; 4];
@@ -139,8 +139,10 @@ fn color(inherited: Inherited) -> Highlight {
 
 /// Of the states that several overlays give a node, the last one's shows.
 fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, Highlight> {
-    let is_good =
-        |state: &ShownState| snapshot.state(state.tag).is_some_and(|state| state.quality.is_good());
+    let is_good = |state: &ShownState| match state.basis {
+        Basis::Tag(tag) => snapshot.state(tag).is_some_and(|state| state.quality.is_good()),
+        Basis::Record { is_valid } => is_valid,
+    };
     let highlight = |run: &[ShownState]| {
         let state = run.last()?;
         let good = run.iter().all(is_good);
@@ -154,7 +156,7 @@ fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, High
         let known = patterned(state.color.map(linear_from_srgb), strength, pattern);
         Some((state.node.0, if good { known } else { UNKNOWN }))
     };
-    states.chunk_by(|a, b| a.node == b.node).filter_map(highlight).collect()
+    states.chunk_by(ShownState::is_same).filter_map(highlight).collect()
 }
 
 #[cfg(test)]
@@ -273,7 +275,13 @@ mod tests {
             let (color, pattern) = ([255, 0, 0], Pattern::Dotted);
             let overlaid = Overlaid {
                 tints: tints.to_vec(),
-                states: vec![ShownState { node, tag: TAG, color, pattern, overlay: 0, entry: 0 }],
+                states: vec![ShownState {
+                    node,
+                    basis: Basis::Tag(TAG),
+                    color,
+                    pattern,
+                    legend: None,
+                }],
                 ..Overlaid::default()
             };
             let mut highlights = Highlights::default();

@@ -9,6 +9,7 @@
 
 mod alarms;
 mod camera;
+mod chart;
 mod color;
 mod commands;
 mod cpu_clock;
@@ -42,6 +43,7 @@ mod viewer;
 
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
+pub use busbar_chart as charts;
 pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
 pub use busbar_plugin_host::{
     Catalog, CommandExit, CommandReport, DiagnosticLevel, FaultKind, LoadRules, PluginInfo,
@@ -54,6 +56,7 @@ pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
     Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
+pub use busbar_ui::ChartCommand;
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use load::{
@@ -62,6 +65,7 @@ pub use load::{
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, FaceplateStats, LoadMillis, PluginStats, Stats, TagStats,
+    AlarmStats, CameraStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis, PluginStats,
+    Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -1,4 +1,5 @@
-//! Which objects have an outline: what is selected or hovered over, with all below it.
+//! Which objects have an outline: what is selected, hovered over or brushed in a chart, with
+//! all below it.
 
 use std::collections::BTreeSet;
 
@@ -10,6 +11,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 pub(crate) struct Outlines {
     selection: BTreeSet<NodeIndex>,
     hovered: Option<NodeIndex>,
+    brushed: BTreeSet<NodeIndex>,
     list: Vec<Outlined>,
 }
 
@@ -20,13 +22,15 @@ impl Outlines {
         graph: &SceneGraph,
         selection: &BTreeSet<NodeIndex>,
         hovered: Option<NodeIndex>,
+        brushed: &BTreeSet<NodeIndex>,
     ) {
-        if (&self.selection, self.hovered) == (selection, hovered) {
+        if (&self.selection, self.hovered, &self.brushed) == (selection, hovered, brushed) {
             return;
         }
         (self.selection, self.hovered) = (selection.clone(), hovered);
+        self.brushed.clone_from(brushed);
         self.list.clear();
-        if selection.is_empty() && hovered.is_none() {
+        if selection.is_empty() && hovered.is_none() && brushed.is_empty() {
             return;
         }
         let mut inherited: Vec<Option<OutlineKind>> = Vec::with_capacity(graph.node_count());
@@ -36,7 +40,7 @@ impl Outlines {
             let kind = match above {
                 Some(OutlineKind::Selected) => above,
                 _ if selection.contains(&here) => Some(OutlineKind::Selected),
-                _ if Some(here) == hovered => Some(OutlineKind::Hovered),
+                _ if Some(here) == hovered || brushed.contains(&here) => Some(OutlineKind::Hovered),
                 _ => above,
             };
             inherited.push(kind);
@@ -71,7 +75,7 @@ mod tests {
         let mut outlines = Outlines::default();
         let mut kinds = |selected: Option<u32>, hovered: Option<u32>| {
             let selection = selected.into_iter().map(NodeIndex).collect();
-            outlines.update(&graph, &selection, hovered.map(NodeIndex));
+            outlines.update(&graph, &selection, hovered.map(NodeIndex), &BTreeSet::new());
             let list = outlines.list().iter().map(|one| (one.object, one.kind));
             list.collect::<Vec<_>>()
         };

@@ -45,14 +45,20 @@ pub(crate) struct Overlaid {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ShownState {
     pub(crate) node: NodeIndex,
-    /// A tag that it rests on; one that rests on several is named for each, in a row.
-    pub(crate) tag: TagHandle,
+    /// What rests on several tags is named for each, in a row.
+    pub(crate) basis: Basis,
     /// sRGB.
     pub(crate) color: [u8; 3],
     pub(crate) pattern: Pattern,
-    /// The overlay, and the entry of its legend.
-    pub(crate) overlay: u32,
-    pub(crate) entry: u32,
+    /// The overlay, and the entry of its legend; none of a chart's.
+    pub(crate) legend: Option<(u32, u32)>,
+}
+
+impl ShownState {
+    /// Whether another is the same for another reason.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        (self.node, self.legend) == (other.node, other.legend)
+    }
 }
 
 impl Overlaid {
@@ -60,6 +66,15 @@ impl Overlaid {
     pub(crate) fn lines(&self) -> impl Iterator<Item = &OverlayLine> {
         self.pictures.iter().flat_map(|picture| &picture.lines)
     }
+}
+
+/// What a state rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Basis {
+    /// The value of a tag.
+    Tag(TagHandle),
+    /// A record that still speaks for the equipment, or does not any more.
+    Record { is_valid: bool },
 }
 
 impl ShownOverlay {
@@ -103,7 +118,8 @@ impl ShownOverlay {
             let node = (*self.nodes.get(state.equipment as usize)?)?;
             let entry = self.description.legend.get(state.entry as usize)?;
             let (color, pattern) = (entry.color, entry.pattern);
-            Some(ShownState { node, tag: state.tag, color, pattern, overlay, entry: state.entry })
+            let legend = Some((overlay, state.entry));
+            Some(ShownState { node, basis: Basis::Tag(state.tag), color, pattern, legend })
         }));
         all.pictures.push(picture);
     }

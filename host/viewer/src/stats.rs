@@ -68,6 +68,8 @@ pub struct Stats {
     pub alarms: Vec<AlarmStats>,
     /// Id of the alarm that was chosen.
     pub selected_alarm: Option<String>,
+    /// The chart that stands in the scene.
+    pub chart: Option<ChartStats>,
     /// Every tag.
     pub tags: Vec<TagStats>,
     /// Tags a quality.
@@ -109,6 +111,39 @@ pub struct FaceplateStats {
     pub alarms: Vec<String>,
     /// What overlays show it in.
     pub states: Vec<String>,
+}
+
+/// A chart that stands in the scene.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ChartStats {
+    /// Records there are.
+    pub records: usize,
+    /// Records that brushes mean.
+    pub meant: usize,
+    /// Equipment whose last known record they mean.
+    pub brushed: Vec<String>,
+    /// The state of each piece of equipment by its last known record; null where that is
+    /// too old to speak for it.
+    pub states: BTreeMap<String, Option<String>>,
+    /// The equipment that something is said of.
+    pub explained: Option<String>,
+    /// What is the matter with it.
+    pub verdict: Option<String>,
+    /// What each method says of it.
+    pub evidence: Vec<ChartEvidence>,
+    /// Why records may be out of date.
+    pub fault: Option<String>,
+}
+
+/// What a method says of a piece of equipment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ChartEvidence {
+    /// The method.
+    pub method: String,
+    /// Its result.
+    pub result: String,
+    /// Whether that agrees with the verdict; null where it says nothing.
+    pub agrees: Option<bool>,
 }
 
 /// The camera.

@@ -35,6 +35,7 @@ use egui::{Pos2, RawInput, Rect};
 use crate::alarms::{self, Alarming};
 use crate::camera::navigator::{Around, Navigator};
 use crate::camera::{Camera, Projection};
+use crate::chart::ShownChart;
 use crate::color::linear_from_srgb;
 use crate::cpu_clock::CpuClock;
 use crate::cursors::{Cursors, Drawn, Eye, Needed};
@@ -74,6 +75,8 @@ pub struct Viewer {
     history: History,
     /// None where none is configured.
     alarms: Option<Alarming>,
+    /// None where none is configured.
+    chart: Option<ShownChart>,
     scene: LoadedScene,
     renderer: Renderer,
     recovery: Recovery,
@@ -266,6 +269,16 @@ impl Viewer {
         let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
+        let chart_goes_to =
+            self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
+        if let Some(id) = &chart_goes_to {
+            self.selection = self.scene.graph.find(id).into_iter().collect();
+        }
+        if let Some(chart) = &mut self.chart {
+            overlaid.states.extend(chart.states());
+            chart.follow_selection(&self.scene.graph, &self.selection);
+            chart.shape_up();
+        }
         let labelled = LinesOfNodes::of(overlaid.lines());
         parts.overlays += began.millis();
         let began = CpuClock::start();
@@ -283,9 +296,12 @@ impl Viewer {
         let equipment_rows = equipment_tree::Rows { tree, graph, equipment };
         let lists = Lists { tags: &rows, alarms: &alarm_rows, equipment: &equipment_rows };
         let mut over_scene = [0.0; 2];
+        let chart_goes_to: Vec<_> = chart_goes_to.into_iter().map(Command::Reveal).collect();
+        let (chart, pointer) = (&mut self.chart, self.pointer);
         let output = panels.run(input, &model, &lists, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
+            navigator.steer(&chart_goes_to, &around);
             navigator.steer(commands, &around);
             let view = navigator.camera().view(viewport, screen, graph.bounds());
             let projection = Projection::new(&view, screen);
@@ -302,6 +318,10 @@ impl Viewer {
                 arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
+                chart: chart.as_mut().map(|chart| {
+                    chart.point_at(pointer, projection);
+                    chart.overlay(projection)
+                }),
             }
         });
         self.viewport = output.viewport;
@@ -318,7 +338,8 @@ impl Viewer {
         parts.overlays += labels_millis + began.millis();
         parts.alarms += beacons_millis;
         self.part_millis = parts;
-        self.outlines.update(&self.scene.graph, &self.selection, self.hovered);
+        let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, ShownChart::brushed_nodes);
+        self.outlines.update(&self.scene.graph, &self.selection, self.hovered, &brushed);
         self.force_detail();
         self.move_cursors(now);
         self.update_drawn();
@@ -331,7 +352,8 @@ impl Viewer {
         let view = self.view();
         let of_nodes = self.highlights.of_nodes();
         let shown = self.picture_of(view, self.drawn.list(), of_nodes, Some(overlay));
-        let frame = Frame { outlined: self.outlines.list(), ..shown };
+        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let in_window = self.in_window;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
             let drawn = renderer.draw(&frame)?;

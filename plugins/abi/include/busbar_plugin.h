@@ -52,6 +52,15 @@
 #define BUSBAR_EXPORT __attribute__((visibility("default")))
 #endif
 
+// Axes of a chart.
+#define BUSBAR_MAX_CHART_AXES 32
+
+// Records of a chart.
+#define BUSBAR_MAX_CHART_RECORDS 10000000
+
+// Bytes of a description, or of an explanation.
+#define BUSBAR_MAX_CHART_TEXT (16 << 20)
+
 // Commands of one plugin at most.
 #define BUSBAR_MAX_COMMANDS 16
 
@@ -883,6 +892,77 @@ typedef struct BusbarCommand {
                       struct BusbarCommandResult *result,
                       struct BusbarError *error);
 } BusbarCommand;
+
+// Room for a text. The caller owns it.
+typedef struct BusbarTextOutput {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Room in `text`, bytes.
+  uint32_t capacity;
+  // Bytes written; where there was too little room, bytes needed.
+  uint32_t len;
+  // Zero.
+  uint32_t reserved;
+  // UTF-8.
+  uint8_t *text;
+} BusbarTextOutput;
+
+// What a record is besides its values. Array element.
+typedef struct BusbarChartRecord {
+  // When it was taken, nanoseconds since 1970-01-01 UTC.
+  int64_t time_unix_nanos;
+  // Index of the equipment described.
+  uint32_t equipment;
+  // Index of the legend's entry.
+  uint32_t state;
+} BusbarChartRecord;
+
+// Room for some of the records. The caller owns it and says what it wants.
+typedef struct BusbarChartPage {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Axes that the caller was told of: values a record.
+  uint32_t axis_count;
+  // The first record wanted.
+  uint64_t first;
+  // Room in `records`; 0 asks for revision and total alone.
+  uint32_t capacity;
+  // Records written.
+  uint32_t count;
+  // Records there are.
+  uint64_t total;
+  // Grows with every change of description or records.
+  uint64_t revision;
+  // The records, those of each piece of equipment in the order of time.
+  struct BusbarChartRecord *records;
+  // `axis_count` values a record, in its unit; NaN where there is none.
+  float *values;
+} BusbarChartPage;
+
+// Table of `busbar.chart/1-draft`.
+typedef struct BusbarChart {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Writes the description as JSON. Fails with
+  // `BUSBAR_BUFFER_TOO_SMALL` when it does not fit, and says in `len` what it takes.
+  BusbarStatus (*describe)(const struct BusbarPlugin *plugin,
+                           struct BusbarTextOutput *output,
+                           struct BusbarError *error);
+  // `[main-thread]` Writes records. Fails with `BUSBAR_INVALID_ARGUMENT` when the
+  // number of axes is not that of the description.
+  BusbarStatus (*read)(const struct BusbarPlugin *plugin,
+                       struct BusbarChartPage *page,
+                       struct BusbarError *error);
+  // `[main-thread]` Writes as JSON what the last record of a piece of equipment that is
+  // not after an instant means. Fails as `describe` does.
+  BusbarStatus (*explain)(const struct BusbarPlugin *plugin,
+                          struct BusbarStr equipment,
+                          int64_t time_unix_nanos,
+                          struct BusbarTextOutput *output,
+                          struct BusbarError *error);
+} BusbarChart;
 
 // Done.
 #define BUSBAR_OK 0

@@ -10,7 +10,7 @@
 //!   so that fields can be added at the end; structs that are passed as arrays
 //!   ([`BusbarCollapse`], [`BusbarStage`], [`BusbarSample`], [`BusbarTagSpec`],
 //!   [`BusbarSimulatedTag`], [`BusbarBinding`], [`BusbarTagValue`],
-//!   [`BusbarOverlayPrimitive`]) have a frozen layout instead;
+//!   [`BusbarOverlayPrimitive`], [`BusbarChartRecord`]) have a frozen layout instead;
 //! - text is UTF-8 with a length ([`BusbarStr`]), without a terminating zero;
 //! - what a caller passes is valid during the call only, unless said otherwise;
 //!   who wants to keep it copies it. No call hands over ownership of memory:
@@ -41,6 +41,7 @@
 
 #![no_std]
 
+mod chart;
 mod command;
 mod entry;
 mod mesh_optimizer;
@@ -48,6 +49,7 @@ mod overlay;
 mod simulator;
 mod telemetry;
 
+pub use chart::*;
 pub use command::*;
 pub use entry::*;
 pub use mesh_optimizer::*;

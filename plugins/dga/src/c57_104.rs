@@ -171,6 +171,17 @@ pub fn status_with(sample: &Sample, age: Age, history: &History) -> Option<Statu
     status
 }
 
+/// The 90th and the 95th percentile of each gas of [`GASES`] (tables 1 and 2), ppm, for the
+/// O2/N2 of a sample; without that, those of sealed transformers.
+pub fn limits(sample: &Sample, age: Age) -> [[f64; 2]; GASES.len()] {
+    let (typical, high) = match is_sealed(sample) {
+        Some(false) => (&TABLE_1_BREATHING, &TABLE_2_BREATHING),
+        Some(true) | None => (&TABLE_1_SEALED, &TABLE_2_SEALED),
+    };
+    let row = age as usize;
+    std::array::from_fn(|gas| [typical[row][gas], high[row][gas]])
+}
+
 /// How far [`status`] is from another; `None` where there is none, or no change of one gas
 /// leads to another.
 pub fn margin(sample: &Sample, age: Age) -> Option<Margin> {

@@ -184,6 +184,11 @@ impl Pentagon {
         point(sample).map_or(Zone::NotApplicable, |point| self.zone_at(point).0)
     }
 
+    /// The zones with their corners.
+    pub fn outlines(&self) -> impl Iterator<Item = (Zone, &'static [Point])> {
+        self.zones.iter().map(|(zone, corners, _)| (*zone, *corners))
+    }
+
     /// As [`Pentagon::zone`], with reasons.
     pub fn diagnose(&self, sample: &Sample) -> Verdict {
         let source = self.source;

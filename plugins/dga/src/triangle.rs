@@ -39,7 +39,7 @@ impl Triangle {
 }
 
 /// Percentages of three gases; `None` if one is absent or all are 0.
-fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
+pub(crate) fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
     let ppm = sample.all(gases)?;
     let sum: f64 = ppm.iter().sum();
     // In this order a share that is a whole number comes out as one.
@@ -47,7 +47,7 @@ fn shares(sample: &Sample, gases: [Gas; 3]) -> Option<Shares> {
 }
 
 /// Where shares are in an equilateral triangle with sides of 100.
-fn place([_, b, c]: Shares) -> Point {
+pub(crate) fn place([_, b, c]: Shares) -> Point {
     [b + c / 2.0, c * (3.0_f64.sqrt() / 2.0)]
 }
 

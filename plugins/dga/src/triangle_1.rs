@@ -1,6 +1,6 @@
 //! Duval's triangle 1: methane, ethylene, acetylene.
 
-use crate::triangle::{Border, Shares, Triangle};
+use crate::triangle::{self, Border, Shares, Triangle};
 use crate::{Gas, Sample, Verdict, Zone};
 
 /// Where zones meet, as shares of CH4, C2H4, C2H2.
@@ -63,9 +63,92 @@ pub fn diagnose(sample: &Sample) -> Verdict {
     TRIANGLE.diagnose(sample)
 }
 
+/// Corners of the zones, as shares of CH4, C2H4, C2H2 (IEC 60599:2015, annex B).
+const ZONES: [(Zone, &[Shares]); 7] = [
+    (Zone::PartialDischarge, &[[100.0, 0.0, 0.0], [98.0, 2.0, 0.0], [98.0, 0.0, 2.0]]),
+    (
+        Zone::Thermal1,
+        &[
+            [98.0, 2.0, 0.0],
+            [98.0, 0.0, 2.0],
+            [96.0, 0.0, 4.0],
+            [76.0, 20.0, 4.0],
+            [80.0, 20.0, 0.0],
+        ],
+    ),
+    (Zone::Thermal2, &[[80.0, 20.0, 0.0], [76.0, 20.0, 4.0], [46.0, 50.0, 4.0], [50.0, 50.0, 0.0]]),
+    (
+        Zone::Thermal3,
+        &[[50.0, 50.0, 0.0], [35.0, 50.0, 15.0], [0.0, 85.0, 15.0], [0.0, 100.0, 0.0]],
+    ),
+    (
+        Zone::DischargeThermal,
+        &[
+            [96.0, 0.0, 4.0],
+            [87.0, 0.0, 13.0],
+            [47.0, 40.0, 13.0],
+            [31.0, 40.0, 29.0],
+            [0.0, 71.0, 29.0],
+            [0.0, 85.0, 15.0],
+            [35.0, 50.0, 15.0],
+            [46.0, 50.0, 4.0],
+        ],
+    ),
+    (
+        Zone::LowEnergy,
+        &[[87.0, 0.0, 13.0], [64.0, 23.0, 13.0], [0.0, 23.0, 77.0], [0.0, 0.0, 100.0]],
+    ),
+    (
+        Zone::HighEnergy,
+        &[
+            [64.0, 23.0, 13.0],
+            [47.0, 40.0, 13.0],
+            [31.0, 40.0, 29.0],
+            [0.0, 71.0, 29.0],
+            [0.0, 23.0, 77.0],
+        ],
+    ),
+];
+
+/// The zones with their corners in an equilateral triangle with sides of 100: CH4 at its
+/// left, C2H4 at its right, C2H2 at its top.
+pub fn outlines() -> impl Iterator<Item = (Zone, Vec<[f64; 2]>)> {
+    ZONES.iter().map(|(zone, corners)| {
+        (*zone, corners.iter().map(|shares| triangle::place(*shares)).collect())
+    })
+}
+
+/// Where a sample is in that triangle; `None` if a gas is absent or all are 0.
+pub fn point(sample: &Sample) -> Option<[f64; 2]> {
+    triangle::shares(sample, TRIANGLE.gases).map(triangle::place)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sample_is_inside_the_outline_of_its_zone() {
+        let mut inside = 0;
+        for m in 0..=40 {
+            for e in 0..=40 - m {
+                let [m, e] = [m, e].map(|step| f64::from(step) * 2.5 - 0.3);
+                if m < 0.0 || e < 0.0 || m + e > 100.0 {
+                    continue;
+                }
+                let ppm = [0.0, m, 0.0, e, 100.0 - m - e];
+                let sample = Sample::of_five(ppm).unwrap();
+                let at = point(&sample).unwrap();
+                let found: Vec<Zone> = outlines()
+                    .filter(|(_, outline)| crate::plane::has_inside(outline, at))
+                    .map(|(zone, _)| zone)
+                    .collect();
+                assert_eq!(found, [zone(&sample)], "{ppm:?}");
+                inside += 1;
+            }
+        }
+        assert!(inside > 700);
+    }
 
     #[test]
     fn borders_are_where_zones_change() {

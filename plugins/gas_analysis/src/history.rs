@@ -90,7 +90,7 @@ fn trend(kept: &VecDeque<Entry>) -> Trend {
 }
 
 /// Days since some day long ago; a date alone is its beginning.
-fn day_of(text: &str) -> Result<f64, String> {
+pub(crate) fn day_of(text: &str) -> Result<f64, String> {
     const SECONDS_A_DAY: f64 = 86_400.0;
     const DATE_BYTES: usize = "2026-01-31".len();
     // The parser of dates would take, and forget, a time behind one.

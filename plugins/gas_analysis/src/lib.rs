@@ -1,24 +1,30 @@
-//! Dissolved gas analysis as a command: `busbar dga FILE.csv [--out F.csv]`.
+//! Dissolved gas analysis as a command, `busbar dga FILE.csv [--out F.csv]`, and as the chart
+//! of a fleet of transformers.
 //!
 //! The methods are those of the crate `dga`; here is what reads samples and writes results.
 
 mod columns;
+mod explain;
+mod fleet;
 mod history;
 mod lines;
 mod odds;
 mod report;
 mod row;
+mod source;
 mod table;
+mod verdict;
 
 use busbar_plugin_sdk::{
-    Command, CommandExit, CommandInfo, Error, Host, LogLevel, Plugin, Streams,
+    Chart, ChartDescription, ChartRecords, Command, CommandExit, CommandInfo, Error, Explanation,
+    Host, LogLevel, Plugin, Streams,
 };
 use dga::c57_104;
 use dga::iec60599;
 use dga::uncertainty::Uncertainty;
 
 /// What holds for all samples of a run.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
     /// Age of the transformers in years, for the limits of IEEE C57.104-2019.
@@ -32,6 +38,8 @@ pub struct Settings {
     /// each zone are added, at some 0.1 s a sample.
     #[schemars(range(min = 0.0, max = 0.99))]
     uncertainty: Option<f64>,
+    /// Where the samples of a fleet are, for the chart.
+    fleet: Option<source::FleetSettings>,
 }
 
 // Without documentation of their own, variants are one `enum` in the schema, whose faults
@@ -83,6 +91,7 @@ impl From<Equipment> for iec60599::Equipment {
 pub struct GasAnalysis {
     settings: Settings,
     uncertainty: Option<Uncertainty>,
+    fleet: fleet::Fleet,
 }
 
 impl Plugin for GasAnalysis {
@@ -93,10 +102,11 @@ impl Plugin for GasAnalysis {
          Duval.";
     type Settings = Settings;
 
-    fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         let uncertainty = settings.uncertainty.map(Uncertainty::new).transpose();
         let uncertainty = uncertainty.map_err(|error| Error::settings(error.to_string()))?;
-        Ok(Self { settings, uncertainty })
+        let fleet = fleet::Fleet::of(&settings, host)?;
+        Ok(Self { settings, uncertainty, fleet })
     }
 }
 
@@ -122,7 +132,26 @@ impl Command for GasAnalysis {
     }
 }
 
-busbar_plugin_sdk::export_plugin!(GasAnalysis: command);
+impl Chart for GasAnalysis {
+    fn describe_chart(&mut self) -> Result<ChartDescription, Error> {
+        Ok(self.fleet.describe())
+    }
+
+    fn chart_records(&mut self) -> Result<ChartRecords<'_>, Error> {
+        self.fleet.read_again();
+        Ok(self.fleet.records())
+    }
+
+    fn explain(&mut self, equipment: &str, unix_nanos: i64) -> Result<Explanation, Error> {
+        let found = self.fleet.history_until(equipment, unix_nanos);
+        let (last, before) = found.and_then(|history| history.split_last()).ok_or_else(|| {
+            Error::failed(format!("there is no sample of '{equipment}' at that time"))
+        })?;
+        Ok(explain::explain(last, before, &self.settings))
+    }
+}
+
+busbar_plugin_sdk::export_plugin!(GasAnalysis: command, chart);
 
 #[cfg(test)]
 mod tests;

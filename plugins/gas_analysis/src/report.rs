@@ -76,7 +76,7 @@ impl<'a, W: Write> Report<'a, W> {
         for index in identifying.chain(columns.gases.iter().map(|(_, index)| *index)) {
             self.cell(cells.get(index))?;
         }
-        let settings = self.plugin.settings;
+        let settings = &self.plugin.settings;
         self.text.clear();
         for zone in iec60599::zones(sample, settings.equipment.into()) {
             if !self.text.is_empty() {

@@ -87,7 +87,7 @@ pub(crate) fn analyse(streams: &Streams<'_>, plugin: &GasAnalysis) -> io::Result
 }
 
 /// Where equipment and time are, if both are there.
-fn identity(columns: &Columns) -> Option<[usize; 2]> {
+pub(crate) fn identity(columns: &Columns) -> Option<[usize; 2]> {
     match columns.identifying.as_slice() {
         [(_, equipment), (_, time)] => Some([*equipment, *time]),
         _ => None,
@@ -95,9 +95,9 @@ fn identity(columns: &Columns) -> Option<[usize; 2]> {
 }
 
 /// The first line that is not empty; or the fault, with its line.
-type Header = Result<Columns, (Option<u64>, String)>;
+pub(crate) type Header = Result<Columns, (Option<u64>, String)>;
 
-fn header(lines: &mut Lines<impl io::Read>, cells: &mut Cells) -> io::Result<Header> {
+pub(crate) fn header(lines: &mut Lines<impl io::Read>, cells: &mut Cells) -> io::Result<Header> {
     loop {
         let read = lines.read()?;
         let line = Some(lines.number);
@@ -121,7 +121,12 @@ fn too_long() -> String {
 }
 
 /// The sample of a row.
-fn sample(read: Line, line: &[u8], columns: &Columns, cells: &mut Cells) -> Result<Sample, String> {
+pub(crate) fn sample(
+    read: Line,
+    line: &[u8],
+    columns: &Columns,
+    cells: &mut Cells,
+) -> Result<Sample, String> {
     if read == Line::TooLong {
         return Err(too_long());
     }

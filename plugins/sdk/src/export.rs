@@ -15,10 +15,10 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{command, mesh_optimizer, overlay, simulator, telemetry};
+pub use tables::{chart, command, mesh_optimizer, overlay, simulator, telemetry};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command);`
+/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command, chart);`
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -62,6 +62,7 @@ enum Table {
     Overlay(abi::BusbarOverlay),
     Simulator(abi::BusbarSimulator),
     Command(abi::BusbarCommand),
+    Chart(abi::BusbarChart),
 }
 
 impl Table {
@@ -72,6 +73,7 @@ impl Table {
             Self::Overlay(table) => std::ptr::from_ref(table).cast(),
             Self::Simulator(table) => std::ptr::from_ref(table).cast(),
             Self::Command(table) => std::ptr::from_ref(table).cast(),
+            Self::Chart(table) => std::ptr::from_ref(table).cast(),
         }
     }
 }

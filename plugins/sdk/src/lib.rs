@@ -1,7 +1,8 @@
 //! Safe Rust for plugin authors.
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
-//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`].
+//! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`],
+//! [`Chart`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
 //! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
@@ -49,6 +50,7 @@ pub use busbar_plugin_abi as abi;
 
 pub mod book;
 mod border;
+mod chart;
 mod clock;
 mod command;
 mod error;
@@ -64,6 +66,10 @@ pub mod testing;
 mod value;
 mod worker;
 
+pub use chart::{
+    Chart, ChartAxis, ChartBand, ChartDescription, ChartRecord, ChartRecords, ChartState, Diagram,
+    DiagramZone, Evidence, ExplainedRow, ExplainedTable, Explanation,
+};
 pub use command::{Command, CommandExit, CommandInfo, MAX_CHUNK, Streams};
 pub use error::Error;
 pub use host::{Host, LogLevel};

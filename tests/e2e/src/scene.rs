@@ -11,8 +11,14 @@ use tempfile::TempDir;
 use crate::{built, built_folder, workspace_path};
 
 /// The plugins that the demo names, and one more optimiser.
-const PLUGINS: [&str; 5] =
-    ["energisation", "modbus_adapter", "power_overlay", "quadric_collapse", "weighted_collapse"];
+const PLUGINS: [&str; 6] = [
+    "energisation",
+    "gas_analysis",
+    "modbus_adapter",
+    "power_overlay",
+    "quadric_collapse",
+    "weighted_collapse",
+];
 /// Poll period of the tests: several polls within a second.
 const POLL: Duration = Duration::from_millis(100);
 

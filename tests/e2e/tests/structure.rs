@@ -17,6 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &[
             "busbar_alarm_log",
             "busbar_alarms",
+            "busbar_chart",
             "busbar_config",
             "busbar_geometry",
             "busbar_gltf_export",
@@ -34,6 +35,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("busbar_alarm_log", &["busbar_alarms", "busbar_tags"]),
     ("busbar_alarms", &["busbar_tags"]),
+    ("busbar_chart", &[]),
     ("busbar_config", &[]),
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
@@ -43,11 +45,17 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_plugin_check", &["busbar_geometry", "busbar_plugin_abi"]),
     (
         "busbar_plugin_host",
-        &["busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
+        &["busbar_chart", "busbar_geometry", "busbar_plugin_abi", "busbar_scene", "busbar_tags"],
     ),
     (
         "busbar_plugin_process",
-        &["busbar_geometry", "busbar_plugin_abi", "busbar_plugin_host", "busbar_tags"],
+        &[
+            "busbar_chart",
+            "busbar_geometry",
+            "busbar_plugin_abi",
+            "busbar_plugin_host",
+            "busbar_tags",
+        ],
     ),
     ("busbar_point_import", &[]),
     ("busbar_renderer", &["busbar_geometry", "busbar_gpu", "busbar_scene", "busbar_shaders"]),
@@ -55,7 +63,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_shaders", &[]),
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
-    ("busbar_ui", &[]),
+    ("busbar_ui", &["busbar_chart"]),
     ("busbar_plugin_abi", &[]),
     ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
     ("condition", &["busbar_plugin_sdk"]),
@@ -131,6 +139,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("e2e", &[]),
     ("fault_proxy", &[]),
+    ("fleet", &["busbar_gltf_export", "substation"]),
     (
         "faults",
         &[
@@ -172,7 +181,9 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_scene",
             "busbar_viewer",
             "corpus",
+            "dga",
             "fault_injector",
+            "fleet",
             "substation",
         ],
     ),
@@ -220,7 +231,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("tokio-modbus", &["modbus_adapter"]),
     ("tokio-rustls", &["busbar_link", "sql_adapter"]),
     ("tokio-serial", &["modbus_adapter"]),
-    ("rusqlite", &["sql_adapter"]),
+    ("rusqlite", &["gas_analysis", "sql_adapter"]),
     ("tokio-postgres", &["sql_adapter"]),
     ("tokio-postgres-rustls", &["sql_adapter"]),
 ];

@@ -40,6 +40,12 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
                 super::required(table.describe, "describe")?;
                 super::required(table.run, "run")?;
             }
+            abi::CHART_ID => {
+                let table: &abi::BusbarChart = instance.capability(abi::CHART_ID)?;
+                super::required(table.describe, "describe")?;
+                super::required(table.read, "read")?;
+                super::required(table.explain, "explain")?;
+            }
             _ => {}
         }
     }
@@ -49,6 +55,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
         abi::OVERLAY_ID,
         abi::SIMULATOR_ID,
         abi::COMMAND_ID,
+        abi::CHART_ID,
     ];
     for known in all {
         if !subject.capabilities.iter().any(|id| id == known) {

@@ -2,6 +2,7 @@
 
 use busbar_alarms::AlarmHandle;
 use busbar_tags::TagHandle;
+use busbar_ui::ChartCommand;
 
 use super::*;
 
@@ -32,7 +33,8 @@ impl Viewer {
                     }
                 }
                 Command::StartPlugin(name) => self.start_plugin(name),
-                Command::Pick(position) => self.ask_at(Purpose::Select, *position),
+                Command::Chart(command) => self.arrange_chart(command),
+                Command::Pick(position) => self.pick_line_or_ask(*position),
                 Command::PickAll(area) => self.ask_in(Purpose::SelectAll, *area),
                 Command::Hover(position) => self.point_at(*position),
                 Command::SetMeasuring(measures) => {
@@ -67,6 +69,14 @@ impl Viewer {
                 | Command::Zoom(_)
                 | Command::Move { .. } => {}
             }
+        }
+    }
+
+    /// Arranges the chart that stands in the scene; without one, nothing happens.
+    pub fn arrange_chart(&mut self, command: &ChartCommand) {
+        let copied = self.chart.as_mut().and_then(|chart| chart.obey(command));
+        if let Some(text) = copied {
+            self.panels.context().copy_text(text);
         }
     }
 

@@ -24,7 +24,8 @@ impl Viewer {
             self.highlights.of_nodes(),
             Some(overlay),
         );
-        let frame = Frame { outlined: self.outlines.list(), ..shown };
+        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let has_drawn = self.frames > 0;
         let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
             match renderer.read_picture() {
@@ -106,6 +107,7 @@ impl Viewer {
             shadow_bounds: self.surroundings.shadow_bounds,
             outlined: &[],
             section: self.section,
+            polylines: None,
             overlay,
         }
     }

@@ -50,6 +50,7 @@ impl Viewer {
         let tags = TagTable::new(scene.tags.clone(), Moment::now());
         let overlays = running::start_overlays(&scene)?;
         let telemetry = running::start_telemetry(&scene)?;
+        let chart = start_chart(&scene, !in_window)?;
         let camera =
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera =
@@ -76,6 +77,7 @@ impl Viewer {
             tags,
             events: EventLog::default(),
             alarms,
+            chart,
             triangles_full: full_triangles(&scene),
             cursors,
             settles: !in_window,
@@ -121,6 +123,12 @@ impl Viewer {
             resolved: 0,
         })
     }
+}
+
+fn start_chart(scene: &LoadedScene, settles: bool) -> Result<Option<ShownChart>, ViewError> {
+    let Some(config) = &scene.config.chart else { return Ok(None) };
+    let Some(plugin) = scene.instances.get(&config.plugin) else { return Ok(None) };
+    Ok(Some(ShownChart::start(config, plugin, &scene.graph, settles)?))
 }
 
 fn full_triangles(scene: &LoadedScene) -> u64 {

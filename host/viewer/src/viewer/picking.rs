@@ -49,6 +49,17 @@ impl Viewer {
         self.picker.is_busy() || self.navigator.is_moving()
     }
 
+    /// Selects the equipment whose line of a chart is at a place; asks what is there in the
+    /// scene where there is none.
+    pub(super) fn pick_line_or_ask(&mut self, at: Pos2) {
+        let projection = self.shown.map(|view| Projection::new(&view, self.screen));
+        let node = projection.and_then(|by| self.chart.as_ref()?.node_at(at, by));
+        match node {
+            Some(node) => self.select([node]),
+            None => self.ask_at(Purpose::Select, at),
+        }
+    }
+
     /// Asks what is at a place of the picture that is on the screen.
     pub(super) fn ask_at(&mut self, purpose: Purpose, at: Pos2) {
         let picture = self.renderer.picked_size();

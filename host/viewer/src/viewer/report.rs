@@ -45,6 +45,7 @@ impl Viewer {
             quality: self.tags.snapshot().counts().into(),
             events: self.events.count(),
             alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
+            chart: self.chart.as_ref().map(ShownChart::stats),
             selected_alarm: self.alarms.as_ref().and_then(stats::selected_alarm),
             picked: match self.selection.len() {
                 1 => self.ids_of(&self.selection).next(),
@@ -97,6 +98,7 @@ impl Viewer {
                 speed: self.navigator.speed(),
             },
             alarms: sources.alarms.model(self.in_window),
+            chart: self.chart.as_ref().map(ShownChart::model),
             wireframe: self.wireframe,
             theta_scale: self.cursors.scale(),
             max_theta_scale: MAX_THETA_SCALE,

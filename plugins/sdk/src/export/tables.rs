@@ -8,7 +8,7 @@ use busbar_plugin_abi as abi;
 use super::{Capability, Instance, Table, instance};
 use crate::border::{given, given_mut, guard};
 use crate::overlay::RawDescription;
-use crate::{Command, Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
+use crate::{Chart, Command, Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
 
 /// `busbar.mesh-optimizer/1-draft` of a type.
 pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
@@ -301,6 +301,64 @@ pub const fn command<P: Command>() -> Capability {
             count: Some(count::<P>),
             describe: Some(describe::<P>),
             run: Some(run::<P>),
+        }),
+    }
+}
+
+/// `busbar.chart/1-draft` of a type.
+pub const fn chart<P: Chart>() -> Capability {
+    unsafe extern "C" fn describe<P: Chart>(
+        plugin: *const abi::BusbarPlugin,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::chart::describe(&mut *plugin, output)
+            })
+        }
+    }
+    unsafe extern "C" fn read<P: Chart>(
+        plugin: *const abi::BusbarPlugin,
+        page: *mut abi::BusbarChartPage,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::chart::read(&mut *plugin, page)
+            })
+        }
+    }
+    unsafe extern "C" fn explain<P: Chart>(
+        plugin: *const abi::BusbarPlugin,
+        equipment: abi::BusbarStr,
+        time_unix_nanos: i64,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::chart::explain(&mut *plugin, equipment, time_unix_nanos, output)
+            })
+        }
+    }
+    Capability {
+        id: abi::CHART_ID,
+        table: Table::Chart(abi::BusbarChart {
+            struct_size: size_of::<abi::BusbarChart>() as u32,
+            reserved: 0,
+            describe: Some(describe::<P>),
+            read: Some(read::<P>),
+            explain: Some(explain::<P>),
         }),
     }
 }

@@ -1,0 +1,130 @@
+//! Brushes: which records are meant.
+
+use crate::{AxisView, Records};
+
+/// Brushes at once.
+pub const MAX_BRUSHES: usize = 32;
+/// Intervals of one axis.
+pub const MAX_RANGES: usize = 8;
+
+/// A condition on records.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Brush {
+    /// The value on an axis lies in one of these intervals, ends included, in its unit.
+    Ranges {
+        /// Index of the axis described.
+        axis: usize,
+        /// Lower and upper ends.
+        ranges: Vec<[f32; 2]>,
+        /// Whether records without a value there are meant too.
+        with_missing: bool,
+    },
+    /// The line between two axes rises by so much of their height.
+    Rise {
+        /// Indices of the axes described.
+        axes: [usize; 2],
+        /// -1 to 1, ends included.
+        range: [f32; 2],
+    },
+}
+
+/// How brushes come together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Join {
+    /// What meets all of them.
+    #[default]
+    And,
+    /// What meets any of them.
+    Or,
+}
+
+/// All brushes of a chart.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Brushes {
+    /// How they come together.
+    pub join: Join,
+    /// In the order in which they were made; at most [`MAX_BRUSHES`].
+    pub list: Vec<Brush>,
+}
+
+impl Brushes {
+    /// Whether there is none: nothing is meant more than the rest.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// For each record whether it is meant; all false where there is no brush.
+    pub fn select(&self, records: &Records, views: &[AxisView]) -> Vec<bool> {
+        if self.is_empty() || records.axes() == 0 {
+            return vec![false; records.len()];
+        }
+        let rows = records.values().chunks_exact(records.axes());
+        rows.map(|row| self.meets(row, views)).collect()
+    }
+
+    fn meets(&self, row: &[f32], views: &[AxisView]) -> bool {
+        let mut met = self.list.iter().map(|brush| brush.is_met(row, views));
+        match self.join {
+            Join::And => met.all(|met| met),
+            Join::Or => met.any(|met| met),
+        }
+    }
+
+    /// The intervals on an axis.
+    pub fn on(&self, wanted: usize) -> Option<(&[[f32; 2]], bool)> {
+        self.list.iter().find_map(|brush| match brush {
+            Brush::Ranges { axis, ranges, with_missing } if *axis == wanted => {
+                Some((ranges.as_slice(), *with_missing))
+            }
+            _ => None,
+        })
+    }
+
+    /// Adds a brush. An interval comes to those of its axis, or, where `alone`, in place
+    /// of them; a rise replaces that between the same axes. What is beyond the limits is
+    /// left out.
+    pub fn add(&mut self, brush: Brush, alone: bool) {
+        let same = |other: &Brush| match (other, &brush) {
+            (Brush::Ranges { axis, .. }, Brush::Ranges { axis: new, .. }) => axis == new,
+            (Brush::Rise { axes, .. }, Brush::Rise { axes: new, .. }) => axes == new,
+            _ => false,
+        };
+        let Some(there) = self.list.iter_mut().find(|other| same(other)) else {
+            if self.list.len() < MAX_BRUSHES {
+                self.list.push(brush);
+            }
+            return;
+        };
+        match (there, brush) {
+            (
+                Brush::Ranges { ranges, with_missing, .. },
+                Brush::Ranges { ranges: new, with_missing: too, .. },
+            ) if !alone => {
+                ranges.extend(new);
+                ranges.truncate(MAX_RANGES);
+                *with_missing |= too;
+            }
+            (there, brush) => *there = brush,
+        }
+    }
+}
+
+impl Brush {
+    fn is_met(&self, row: &[f32], views: &[AxisView]) -> bool {
+        match self {
+            Self::Ranges { axis, ranges, with_missing } => {
+                let value = row.get(*axis).copied().unwrap_or(f32::NAN);
+                ranges.iter().any(|[low, high]| *low <= value && value <= *high)
+                    || (*with_missing && value.is_nan())
+            }
+            Self::Rise { axes, range: [low, high] } => {
+                let place = |axis: usize| {
+                    let view = views.iter().find(|view| view.axis == axis)?;
+                    view.position(*row.get(axis)?)
+                };
+                let rise = place(axes[0]).zip(place(axes[1])).map(|(from, to)| to - from);
+                rise.is_some_and(|rise| *low <= rise && rise <= *high)
+            }
+        }
+    }
+}

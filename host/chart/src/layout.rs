@@ -1,0 +1,56 @@
+//! Where axes stand.
+
+/// How axes stand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// Side by side.
+    #[default]
+    Flat,
+    /// The first one in the centre, the others around it (multi-relational).
+    Focus,
+    /// Side by side, and time goes into the depth.
+    Time,
+}
+
+/// How much room a chart takes, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Size {
+    /// From the first axis to the last one.
+    pub width: f32,
+    /// Of an axis.
+    pub height: f32,
+    /// From the first time to the last one.
+    pub depth: f32,
+}
+
+impl Layout {
+    /// The feet of so many axes: x and z, metres.
+    pub(crate) fn feet(self, axes: usize, size: Size) -> Vec<[f32; 2]> {
+        let Size { width, depth, .. } = size;
+        match self {
+            Self::Flat | Self::Time => {
+                let step = width / axes.saturating_sub(1).max(1) as f32;
+                (0..axes).map(|axis| [axis as f32 * step, 0.0]).collect()
+            }
+            Self::Focus => {
+                let center = [width / 2.0, depth / 2.0];
+                let radius = width.min(depth.max(width / 2.0)) / 2.0;
+                let around = axes.saturating_sub(1).max(1) as f32;
+                let place = |axis: usize| {
+                    // The second one stands on the left, the rest follow over the back.
+                    let turn = std::f32::consts::TAU * (axis as f32 - 1.0) / around;
+                    [center[0] - radius * turn.cos(), center[1] - radius * turn.sin()]
+                };
+                (0..axes).map(|axis| if axis == 0 { center } else { place(axis) }).collect()
+            }
+        }
+    }
+
+    /// Which axes lines go between, by their places.
+    pub fn pairs(self, axes: usize) -> Vec<[usize; 2]> {
+        match self {
+            Self::Flat | Self::Time => (1..axes).map(|axis| [axis - 1, axis]).collect(),
+            Self::Focus => (1..axes).map(|axis| [0, axis]).collect(),
+        }
+    }
+}

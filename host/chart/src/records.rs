@@ -1,0 +1,144 @@
+//! The records of a chart, checked.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ChartFault, Description};
+
+/// Records of a chart.
+pub const MAX_RECORDS: usize = 10_000_000;
+
+/// What a record is besides its values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Record {
+    /// When it was taken, nanoseconds since 1970-01-01 UTC.
+    pub unix_nanos: i64,
+    /// Index of the equipment described.
+    pub equipment: u32,
+    /// Index of the legend's entry.
+    pub state: u32,
+}
+
+/// Records and their values, those of each piece of equipment in the order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Records {
+    axes: usize,
+    records: Vec<Record>,
+    /// A value an axis for each record, record by record; NaN where there is none.
+    values: Vec<f32>,
+    /// Records of each piece of equipment.
+    of_equipment: Vec<Vec<u32>>,
+}
+
+impl Records {
+    /// None yet, of a chart.
+    pub fn of(description: &Description) -> Self {
+        Self {
+            axes: description.axes.len(),
+            records: Vec::new(),
+            values: Vec::new(),
+            of_equipment: vec![Vec::new(); description.equipment.len()],
+        }
+    }
+
+    /// Takes more of them. Values too small for a normal number become 0, so that every
+    /// device compares them alike.
+    ///
+    /// # Errors
+    /// The rule that they break; nothing of these records is there then.
+    pub fn append(
+        &mut self,
+        records: &[Record],
+        values: &[f32],
+        states: usize,
+    ) -> Result<(), ChartFault> {
+        if self.records.len() + records.len() > MAX_RECORDS {
+            return Err(ChartFault::new(format!("it has more than {MAX_RECORDS} records")));
+        }
+        if values.len() != records.len() * self.axes {
+            return Err(ChartFault::new("its records have more or fewer values than axes"));
+        }
+        if values.iter().any(|value| value.is_infinite()) {
+            return Err(ChartFault::new("a value is infinite; use NaN where there is none"));
+        }
+        let names_nothing = |record: &&Record| {
+            record.equipment as usize >= self.of_equipment.len() || record.state as usize >= states
+        };
+        if records.iter().any(|record| names_nothing(&record)) {
+            return Err(ChartFault::new("a record names equipment or a state not described"));
+        }
+        let before = self.records.len();
+        for (record, index) in records.iter().zip(before as u32..) {
+            let own = &mut self.of_equipment[record.equipment as usize];
+            let last = own.last().map(|&last| match (last as usize).checked_sub(before) {
+                Some(new) => records[new].unix_nanos,
+                None => self.records[last as usize].unix_nanos,
+            });
+            if last.is_some_and(|last| last > record.unix_nanos) {
+                let new = |index: &u32| (*index as usize) < before;
+                self.of_equipment.iter_mut().for_each(|own| own.retain(new));
+                return Err(ChartFault::new("records of one piece are not in the order of time"));
+            }
+            own.push(index);
+        }
+        self.records.extend_from_slice(records);
+        let flushed = |value: &f32| if value.is_subnormal() { 0.0 } else { *value };
+        self.values.extend(values.iter().map(flushed));
+        Ok(())
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// All of them.
+    pub fn all(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// Their values, record by record.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Values a record.
+    pub fn axes(&self) -> usize {
+        self.axes
+    }
+
+    /// The values of one.
+    pub fn row(&self, record: usize) -> &[f32] {
+        &self.values[record * self.axes..][..self.axes]
+    }
+
+    /// Those of a piece of equipment, the oldest first.
+    pub fn of_equipment(&self, equipment: usize) -> &[u32] {
+        self.of_equipment.get(equipment).map_or(&[], Vec::as_slice)
+    }
+
+    /// Pieces of equipment.
+    pub fn equipment_count(&self) -> usize {
+        self.of_equipment.len()
+    }
+
+    /// The last record of a piece of equipment that is not after an instant; without
+    /// one, its last.
+    pub fn latest(&self, equipment: usize, at: Option<i64>) -> Option<usize> {
+        let own = self.of_equipment(equipment);
+        let known = at.map_or(own.len(), |at| {
+            own.partition_point(|&index| self.records[index as usize].unix_nanos <= at)
+        });
+        known.checked_sub(1).map(|last| own[last] as usize)
+    }
+
+    /// The first and the last time.
+    pub fn span(&self) -> Option<[i64; 2]> {
+        let times = || self.records.iter().map(|record| record.unix_nanos);
+        Some([times().min()?, times().max()?])
+    }
+}

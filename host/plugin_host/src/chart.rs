@@ -1,0 +1,181 @@
+//! Capability `busbar.chart/1-draft`.
+
+use std::sync::Arc;
+
+use busbar_chart::{Description, Explanation, Record};
+use busbar_plugin_abi as abi;
+use serde::{Deserialize, Serialize};
+
+use crate::{Instance, PluginError};
+
+/// Records of one page: at most 128 bytes of values each.
+pub const MAX_PAGE_RECORDS: u32 = 1 << 16;
+/// Bytes of text that are tried first; most descriptions take less.
+const FIRST_TEXT_BYTES: usize = 16 << 10;
+
+/// A plugin that has a chart.
+#[derive(Clone)]
+pub struct Chart {
+    instance: Arc<Instance>,
+    table: &'static abi::BusbarChart,
+}
+
+/// Some of the records of a chart.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ChartPage {
+    /// Grows with every change of description or records.
+    pub revision: u64,
+    /// Records there are.
+    pub total: u64,
+    /// The records wanted, as far as there are so many.
+    pub records: Vec<Record>,
+    /// A value an axis for each of them; NaN where there is none.
+    pub values: Vec<f32>,
+}
+
+impl ChartPage {
+    /// Whether it is what was asked for.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn check(&self, axes: u32, count: u32) -> Result<(), &'static str> {
+        if self.total > abi::BUSBAR_MAX_CHART_RECORDS as u64 {
+            return Err("its chart claims more records than one may have");
+        }
+        if self.records.len() > count as usize {
+            return Err("its chart gives more records than were asked for");
+        }
+        if self.values.len() != self.records.len() * axes as usize {
+            return Err("its chart gives more or fewer values than axes");
+        }
+        Ok(())
+    }
+}
+
+impl Chart {
+    /// The chart of an instance.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`].
+    pub fn of(instance: Arc<Instance>) -> Result<Self, PluginError> {
+        let table: &abi::BusbarChart = instance.capability(abi::CHART_ID)?;
+        if table.describe.is_none() || table.read.is_none() || table.explain.is_none() {
+            return Err(instance.violation("`describe`, `read` or `explain` is null"));
+        }
+        Ok(Self { instance, table })
+    }
+
+    /// What it shows.
+    ///
+    /// # Errors
+    /// What the plugin says, or the rule that its answer breaks.
+    pub fn describe(&self) -> Result<Description, PluginError> {
+        let describe = self.table.describe.ok_or_else(|| self.is_null())?;
+        let description: Description = self.text(|output, error| {
+            // SAFETY: output and error live for the call.
+            unsafe { describe(self.instance.as_ptr(), output, error) }
+        })?;
+        description.check().map_err(|fault| self.instance.violation(fault.to_string()))?;
+        Ok(description)
+    }
+
+    /// At most `count` records from one on, of a chart with so many axes; 0 asks how many
+    /// there are, and of which revision.
+    ///
+    /// # Errors
+    /// What the plugin says, or the rule that its answer breaks.
+    pub fn read(&self, axes: u32, first: u64, count: u32) -> Result<ChartPage, PluginError> {
+        let read = self.table.read.ok_or_else(|| self.is_null())?;
+        let count = count.min(MAX_PAGE_RECORDS);
+        let axes = axes.min(abi::BUSBAR_MAX_CHART_AXES as u32);
+        let mut records = vec![abi::BusbarChartRecord::default(); count as usize];
+        let mut values = vec![f32::NAN; (count * axes) as usize];
+        let mut page = abi::BusbarChartPage {
+            struct_size: size_of::<abi::BusbarChartPage>() as u32,
+            axis_count: axes,
+            first,
+            capacity: count,
+            count: 0,
+            total: 0,
+            revision: 0,
+            records: records.as_mut_ptr(),
+            values: values.as_mut_ptr(),
+        };
+        let mut error = abi::BusbarError::empty();
+        let serial = self.instance.serialise();
+        // SAFETY: page, its buffers and the error live for the call.
+        let status = unsafe { read(self.instance.as_ptr(), &mut page, &mut error) };
+        drop(serial);
+        self.instance.outcome(status, &error)?;
+        if page.count > count {
+            return Err(self.instance.violation("its chart claims more records than fit"));
+        }
+        records.truncate(page.count as usize);
+        values.truncate((page.count * axes) as usize);
+        let record = |raw: &abi::BusbarChartRecord| Record {
+            unix_nanos: raw.time_unix_nanos,
+            equipment: raw.equipment,
+            state: raw.state,
+        };
+        let records = records.iter().map(record).collect();
+        let page = ChartPage { revision: page.revision, total: page.total, records, values };
+        page.check(axes, count).map_err(|what| self.instance.violation(what))?;
+        Ok(page)
+    }
+
+    /// What the last record of a piece of equipment not after an instant (nanoseconds since
+    /// 1970-01-01 UTC) means. States are not checked against a legend yet.
+    ///
+    /// # Errors
+    /// What the plugin says, such as that there is none, or the rule that its answer breaks.
+    pub fn explain(&self, equipment: &str, unix_nanos: i64) -> Result<Explanation, PluginError> {
+        let explain = self.table.explain.ok_or_else(|| self.is_null())?;
+        let id = abi::BusbarStr::from_borrowed(equipment);
+        let explanation: Explanation = self.text(|output, error| {
+            // SAFETY: id, output and error live for the call.
+            unsafe { explain(self.instance.as_ptr(), id, unix_nanos, output, error) }
+        })?;
+        let broken = |fault: busbar_chart::ChartFault| self.instance.violation(fault.to_string());
+        explanation.check(usize::MAX).map_err(broken)?;
+        Ok(explanation)
+    }
+
+    /// Asks for JSON, with more room where it takes more.
+    fn text<T: for<'de> Deserialize<'de>>(
+        &self,
+        ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatus,
+    ) -> Result<T, PluginError> {
+        let mut room = FIRST_TEXT_BYTES;
+        loop {
+            let mut text = vec![0u8; room];
+            let mut output = abi::BusbarTextOutput {
+                struct_size: size_of::<abi::BusbarTextOutput>() as u32,
+                capacity: room as u32,
+                len: 0,
+                reserved: 0,
+                text: text.as_mut_ptr(),
+            };
+            let mut error = abi::BusbarError::empty();
+            let serial = self.instance.serialise();
+            let status = ask(&mut output, &mut error);
+            drop(serial);
+            let len = output.len as usize;
+            let is_larger = room < len && len <= abi::BUSBAR_MAX_CHART_TEXT;
+            if status == abi::BUSBAR_BUFFER_TOO_SMALL && is_larger {
+                room = len;
+                continue;
+            }
+            self.instance.outcome(status, &error)?;
+            let text = text
+                .get(..len)
+                .ok_or_else(|| self.instance.violation("its chart claims more text than fits"))?;
+            return serde_json::from_slice(text).map_err(|error| {
+                self.instance.violation(format!("what its chart says is not as agreed: {error}"))
+            });
+        }
+    }
+
+    fn is_null(&self) -> PluginError {
+        self.instance.violation("a function of its chart is null")
+    }
+}

@@ -1,0 +1,109 @@
+//! Plugins with a chart, wherever they run.
+
+use std::sync::Arc;
+
+use busbar_chart::{Description, Explanation};
+use busbar_plugin_abi as abi;
+use busbar_plugin_host::{Chart, ChartPage, PluginError};
+
+use crate::message::{Answer, Request};
+use crate::plugin::Plugin;
+use crate::process::PluginProcess;
+
+/// The chart of a plugin. Calls take as long as the plugin takes: not for frames.
+#[derive(Clone)]
+pub enum RunningChart {
+    /// In this process.
+    InProcess(Chart),
+    /// In a process of its own.
+    Isolated(Arc<PluginProcess>),
+}
+
+impl RunningChart {
+    /// The chart that a plugin has.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`].
+    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => Chart::of(instance.clone()).map(Self::InProcess),
+            Plugin::Isolated(process) => {
+                if process.info().capabilities.iter().any(|id| id == abi::CHART_ID) {
+                    return Ok(Self::Isolated(process.clone()));
+                }
+                Err(PluginError::WrongCapability {
+                    id: process.info().id.clone(),
+                    wanted: abi::CHART_ID,
+                    has: process.info().capabilities.clone(),
+                })
+            }
+        }
+    }
+
+    /// What it shows.
+    ///
+    /// # Errors
+    /// What the plugin says, the rule that its answer breaks, or how its process ended.
+    pub fn describe(&self) -> Result<Description, PluginError> {
+        match self {
+            Self::InProcess(chart) => chart.describe(),
+            Self::Isolated(process) => match process.shared.call(Request::DescribeChart, &[])? {
+                Answer::ChartDescribed(description) => {
+                    description.check().map_err(|fault| process.broken(fault.to_string()))?;
+                    Ok(description)
+                }
+                _ => Err(process.shared.confused()),
+            },
+        }
+    }
+
+    /// At most `count` records from one on, of a chart with so many axes; 0 asks how many
+    /// there are, and of which revision.
+    ///
+    /// # Errors
+    /// As [`RunningChart::describe`].
+    pub fn read(&self, axes: u32, first: u64, count: u32) -> Result<ChartPage, PluginError> {
+        match self {
+            Self::InProcess(chart) => chart.read(axes, first, count),
+            Self::Isolated(process) => {
+                let request = Request::ReadChart { axes, first, count };
+                match process.shared.call(request, &[])? {
+                    Answer::ChartRead(page) => {
+                        page.check(axes, count).map_err(|what| process.broken(what.into()))?;
+                        Ok(page)
+                    }
+                    _ => Err(process.shared.confused()),
+                }
+            }
+        }
+    }
+
+    /// What the last record of a piece of equipment not after an instant (nanoseconds since
+    /// 1970-01-01 UTC) means. States are not checked against a legend yet.
+    ///
+    /// # Errors
+    /// As [`RunningChart::describe`], or that there is none.
+    pub fn explain(&self, equipment: &str, unix_nanos: i64) -> Result<Explanation, PluginError> {
+        match self {
+            Self::InProcess(chart) => chart.explain(equipment, unix_nanos),
+            Self::Isolated(process) => {
+                let request = Request::Explain { equipment: equipment.to_owned(), unix_nanos };
+                match process.shared.call(request, &[])? {
+                    Answer::Explained(explanation) => {
+                        let broken =
+                            |fault: busbar_chart::ChartFault| process.broken(fault.to_string());
+                        explanation.check(usize::MAX).map_err(broken)?;
+                        Ok(explanation)
+                    }
+                    _ => Err(process.shared.confused()),
+                }
+            }
+        }
+    }
+}
+
+impl PluginProcess {
+    fn broken(&self, what: String) -> PluginError {
+        PluginError::Violation { id: self.info.id.clone(), what }
+    }
+}

@@ -1,0 +1,280 @@
+//! Lines of a width in pixels, and faces, in the world.
+//!
+//! Each line is a quad that the vertex shader lays along it on the screen; its coverage
+//! fades over a pixel, so that it is smooth with one sample too. They are hidden by what
+//! lies before them and hide nothing themselves: what comes first lies behind.
+
+use busbar_gpu::{
+    AttributeKind, BindGroup, BindGroupLayout, Blend, Buffer, BufferUsage, Draw, Format, Gpu,
+    GpuError, MAX_FRAMES_IN_FLIGHT, Pass, Pipeline, PipelineDescription, Recorder, ShaderStage,
+    VertexAttribute, VertexBuffer,
+};
+use busbar_shaders::{FaceInstance, POLYLINES, StrokeInstance};
+use glam::Vec3;
+
+use crate::RenderError;
+
+/// Lines, and likewise faces, in one frame: 24 and 32 MB.
+pub const MAX_POLYLINE_PARTS: usize = 500_000;
+
+/// Corners of every quad: along, and across.
+const CORNERS: [[f32; 2]; 4] = [[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]];
+const TRIANGLES: [u32; 6] = [0, 1, 2, 0, 2, 3];
+/// Parts that the first buffers hold.
+const FIRST_CAPACITY: usize = 256;
+
+/// Lines and faces of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Polylines<'a> {
+    /// Another one for other lines and faces: what has not changed is not written again.
+    pub revision: u64,
+    /// Behind all lines, what lies behind first.
+    pub faces: &'a [FaceInWorld],
+    /// Lines, what lies behind first.
+    pub strokes: &'a [StrokeInWorld],
+}
+
+/// A line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrokeInWorld {
+    /// From where, metres.
+    pub from: Vec3,
+    /// To where.
+    pub to: Vec3,
+    /// How wide, points.
+    pub width: f32,
+    /// sRGB.
+    pub color: [u8; 3],
+    /// How much it covers, 0 to 1.
+    pub cover: f32,
+    /// 0 unbroken, 1 dashes, 2 dashes and dots, 3 dots.
+    pub pattern: u32,
+}
+
+/// A surface with four corners, one after the other around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceInWorld {
+    /// The corners, metres.
+    pub corners: [Vec3; 4],
+    /// sRGB.
+    pub color: [u8; 3],
+    /// How much it covers, 0 to 1.
+    pub cover: f32,
+}
+
+/// What draws them; made when there are any for the first time.
+pub(crate) struct PolylineKit {
+    strokes: Pipeline,
+    faces: Pipeline,
+    /// Whether the target takes colours as bytes.
+    undecoded: bool,
+    corners: Buffer,
+    indices: Buffer,
+    slots: Vec<Slot>,
+}
+
+/// The buffers of one frame in flight.
+struct Slot {
+    strokes: Buffer,
+    faces: Buffer,
+    written: Option<u64>,
+}
+
+impl PolylineKit {
+    /// `color` is what the scene is drawn in.
+    pub(crate) fn new(
+        recorder: &mut Recorder<'_>,
+        frame: &BindGroupLayout,
+        (color, undecoded): (Format, bool),
+        samples: u32,
+    ) -> Result<Self, RenderError> {
+        let corners = bytemuck::cast_slice(&CORNERS);
+        let corners = recorder.upload_buffer("polyline corners", BufferUsage::Vertex, corners)?;
+        let indices = bytemuck::cast_slice(&TRIANGLES);
+        let indices = recorder.upload_buffer("polyline indices", BufferUsage::Index, indices)?;
+        let gpu = recorder.gpu();
+        let slots = (0..MAX_FRAMES_IN_FLIGHT).map(|_| Slot::new(gpu)).collect::<Result<_, _>>()?;
+        let target = (color, samples);
+        let strokes = pipeline(gpu, frame, target, STROKES)?;
+        let faces = pipeline(gpu, frame, target, FACES)?;
+        Ok(Self { strokes, faces, undecoded, corners, indices, slots })
+    }
+
+    /// Writes what changed; the last frame in this slot must be finished.
+    pub(crate) fn write(
+        &mut self,
+        gpu: &Gpu,
+        slot: usize,
+        lines: &Polylines<'_>,
+    ) -> Result<(), RenderError> {
+        for count in [lines.strokes.len(), lines.faces.len()] {
+            if count > MAX_POLYLINE_PARTS {
+                let (asked, limit) = (count as u64, MAX_POLYLINE_PARTS as u64);
+                return Err(RenderError::TooMany { what: "lines in one frame", asked, limit });
+            }
+        }
+        let undecoded = self.undecoded;
+        let slot = &mut self.slots[slot];
+        if slot.written == Some(lines.revision) {
+            return Ok(());
+        }
+        slot.written = None;
+        let strokes: Vec<_> = lines.strokes.iter().map(|s| stroke(s, undecoded)).collect();
+        let faces: Vec<_> = lines.faces.iter().map(|f| face(f, undecoded)).collect();
+        fill(gpu, "strokes", &mut slot.strokes, bytemuck::cast_slice(&strokes))?;
+        fill(gpu, "faces", &mut slot.faces, bytemuck::cast_slice(&faces))?;
+        slot.written = Some(lines.revision);
+        Ok(())
+    }
+
+    /// Draws over what is farther; how many draws that took.
+    pub(crate) fn draw(
+        &self,
+        pass: &mut Pass<'_>,
+        frame_group: &BindGroup,
+        slot: usize,
+        lines: &Polylines<'_>,
+    ) -> Result<u32, GpuError> {
+        let Slot { strokes, faces, .. } = &self.slots[slot];
+        let mut calls = 0;
+        for (pipeline, instances, count) in
+            [(&self.faces, faces, lines.faces.len()), (&self.strokes, strokes, lines.strokes.len())]
+        {
+            if count == 0 {
+                continue;
+            }
+            pass.draw(&Draw {
+                pipeline,
+                groups: &[frame_group],
+                vertices: &self.corners,
+                vertex_offset: 0,
+                instances,
+                indices: &self.indices,
+                index_range: 0..TRIANGLES.len() as u32,
+                instance_range: 0..count as u32,
+                cull_back: false,
+                mirrored: false,
+            })?;
+            calls += 1;
+        }
+        Ok(calls)
+    }
+}
+
+impl Slot {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let bytes = |part: usize| (FIRST_CAPACITY * part) as u64;
+        let buffer = |name, bytes| Buffer::new(gpu, name, BufferUsage::HostVertex, bytes);
+        Ok(Self {
+            strokes: buffer("strokes", bytes(size_of::<StrokeInstance>()))?,
+            faces: buffer("faces", bytes(size_of::<FaceInstance>()))?,
+            written: None,
+        })
+    }
+}
+
+fn fill(
+    gpu: &Gpu,
+    name: &'static str,
+    buffer: &mut Buffer,
+    bytes: &[u8],
+) -> Result<(), RenderError> {
+    if bytes.len() as u64 > buffer.size() {
+        let size = bytes.len().next_power_of_two() as u64;
+        *buffer = Buffer::new(gpu, name, BufferUsage::HostVertex, size)?;
+    }
+    Ok(buffer.write(bytes)?)
+}
+
+fn stroke(stroke: &StrokeInWorld, undecoded: bool) -> StrokeInstance {
+    let [red, green, blue] = shown(stroke.color, undecoded);
+    StrokeInstance {
+        from_width: stroke.from.extend(stroke.width).to_array(),
+        to_pattern: stroke.to.extend(stroke.pattern as f32).to_array(),
+        color: [red, green, blue, stroke.cover],
+    }
+}
+
+fn face(face: &FaceInWorld, undecoded: bool) -> FaceInstance {
+    let [red, green, blue] = shown(face.color, undecoded);
+    let [a, b, c, d] = face.corners;
+    FaceInstance {
+        a_red: a.extend(red).to_array(),
+        b_green: b.extend(green).to_array(),
+        c_blue: c.extend(blue).to_array(),
+        d_cover: d.extend(face.cover).to_array(),
+    }
+}
+
+/// A colour as the target takes it (IEC 61966-2-1).
+fn shown(color: [u8; 3], undecoded: bool) -> [f32; 3] {
+    color.map(|byte| {
+        let value = f32::from(byte) / 255.0;
+        match (undecoded, value <= 0.04045) {
+            (true, _) => value,
+            (false, true) => value / 12.92,
+            (false, false) => ((value + 0.055) / 1.055).powf(2.4),
+        }
+    })
+}
+
+/// What tells the two pipelines apart.
+struct Kind {
+    name: &'static str,
+    vertex: &'static std::ffi::CStr,
+    fragment: &'static std::ffi::CStr,
+    vectors: usize,
+}
+
+const STROKES: Kind = Kind {
+    name: "strokes",
+    vertex: c"stroke_vertex",
+    fragment: c"stroke_fragment",
+    vectors: size_of::<StrokeInstance>() / VECTOR_BYTES,
+};
+const FACES: Kind = Kind {
+    name: "faces",
+    vertex: c"face_vertex",
+    fragment: c"face_fragment",
+    vectors: size_of::<FaceInstance>() / VECTOR_BYTES,
+};
+const VECTOR_BYTES: usize = size_of::<[f32; 4]>();
+
+fn pipeline(
+    gpu: &Gpu,
+    frame: &BindGroupLayout,
+    (color, samples): (Format, u32),
+    kind: Kind,
+) -> Result<Pipeline, GpuError> {
+    let corner = [VertexAttribute { location: 0, kind: AttributeKind::Float2, offset: 0 }];
+    let vectors: Vec<_> = (0..kind.vectors)
+        .map(|index| VertexAttribute {
+            location: 1 + index as u32,
+            kind: AttributeKind::Float4,
+            offset: (index * VECTOR_BYTES) as u32,
+        })
+        .collect();
+    let buffer = |stride: usize, per_instance, attributes| VertexBuffer {
+        stride: stride as u32,
+        per_instance,
+        attributes,
+    };
+    Pipeline::new(
+        gpu,
+        &PipelineDescription {
+            name: kind.name,
+            vertex: ShaderStage { words: POLYLINES, entry: kind.vertex },
+            fragment: Some(ShaderStage { words: POLYLINES, entry: kind.fragment }),
+            vertex_buffers: &[
+                buffer(size_of::<[f32; 2]>(), false, &corner),
+                buffer(kind.vectors * VECTOR_BYTES, true, &vectors),
+            ],
+            groups: &[frame],
+            color: Some(color),
+            samples,
+            blend: Blend::Over,
+            lines: false,
+            screen: false,
+        },
+    )
+}

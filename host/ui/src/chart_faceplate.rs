@@ -1,0 +1,199 @@
+//! What a chart says of a piece of equipment: verdict, evidence, numbers against limits,
+//! and where it is in diagrams.
+
+use busbar_chart::{Diagram, Evidence, Severity, Table};
+use egui::{
+    Align2, Color32, Context, FontId, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui,
+    Window, pos2, vec2,
+};
+
+use crate::chart_model::ExplainedEquipment;
+use crate::{Mark, hatch, layers, theme};
+
+/// Points.
+const WIDTH: f32 = 520.0;
+const DIAGRAM_SIZE: f32 = 216.0;
+const MARGIN: f32 = 8.0;
+
+/// Shows it in a window of its own.
+pub(crate) fn window(context: &Context, scene: Rect, explained: &ExplainedEquipment) {
+    let window = Window::new(format!("{}: verdict", explained.id)).id("chart verdict".into());
+    let window = window.default_pos(scene.left_top() + vec2(MARGIN, MARGIN)).constrain_to(scene);
+    let height = scene.height() - 60.0;
+    let window = window.default_size([WIDTH, height]);
+    window.resizable(false).show(context, |ui| {
+        let area = ScrollArea::vertical().max_height(height);
+        area.min_scrolled_height(height).show(ui, |ui| {
+            ui.set_width(WIDTH);
+            section(ui, explained);
+        });
+    });
+}
+
+/// Draws it as a part of whatever faceplate.
+pub(crate) fn section(ui: &mut Ui, explained: &ExplainedEquipment) {
+    let explanation = &explained.explanation;
+    if let Some(state) = &explained.state {
+        layers::entry(ui, state);
+    }
+    let taken = ui.label(&explained.taken);
+    if explained.is_outdated {
+        hatch::ground(ui.painter(), taken.rect, &Mark::Uncertain { reason: String::new() });
+        ui.label(RichText::new("× too old to speak for the equipment").strong());
+    }
+    ui.label(RichText::new(&explanation.verdict).size(14.0));
+    ui.add_space(4.0);
+    evidence(ui, &explanation.evidence);
+    for table in &explanation.tables {
+        ui.add_space(4.0);
+        numbers(ui, table);
+    }
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        for shown in &explanation.diagrams {
+            ui.vertical(|ui| diagram(ui, shown));
+        }
+    });
+}
+
+fn evidence(ui: &mut Ui, list: &[Evidence]) {
+    Grid::new("evidence").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
+        for one in list {
+            let (sign, hint) = match one.agrees {
+                Some(true) => ("=", "agrees with the verdict"),
+                Some(false) => ("≠", "does not agree with the verdict"),
+                None => ("–", "says nothing here"),
+            };
+            ui.label(RichText::new(sign).strong()).on_hover_text(hint);
+            ui.label(&one.method);
+            ui.label(RichText::new(&one.result).strong());
+            ui.label(RichText::new(&one.reason).color(theme::of(ui.ctx()).faint_ink).size(12.0));
+            ui.end_row();
+        }
+    });
+}
+
+fn numbers(ui: &mut Ui, table: &Table) {
+    ui.label(RichText::new(&table.title).strong());
+    Grid::new(&table.title).num_columns(table.columns.len() + 1).spacing([12.0, 1.0]).show(
+        ui,
+        |ui| {
+            ui.label("");
+            for head in &table.columns {
+                ui.label(RichText::new(head).color(theme::of(ui.ctx()).faint_ink).size(12.0));
+            }
+            ui.end_row();
+            for row in &table.rows {
+                let (sign, ground) = match row.severity {
+                    Severity::Normal => ("", Color32::TRANSPARENT),
+                    Severity::Warning => ("!", theme::WARNING),
+                    Severity::Alarm => ("!!", theme::ALARM),
+                };
+                let ink = if row.severity == Severity::Alarm {
+                    Color32::WHITE
+                } else {
+                    theme::of(ui.ctx()).ink
+                };
+                let sign = RichText::new(sign).strong().color(ink).background_color(ground);
+                ui.label(sign);
+                for cell in &row.cells {
+                    let text = RichText::new(cell);
+                    let strong = row.severity != Severity::Normal;
+                    ui.label(if strong { text.strong() } else { text });
+                }
+                ui.end_row();
+            }
+        },
+    );
+}
+
+/// Zones as outlines, the one that is hit filled; the trail with the last place marked.
+fn diagram(ui: &mut Ui, diagram: &Diagram) {
+    ui.label(RichText::new(&diagram.title).size(12.0).strong());
+    let (rect, _) = ui.allocate_exact_size(vec2(DIAGRAM_SIZE, DIAGRAM_SIZE), Sense::hover());
+    let Some(place) = fit(diagram, rect) else { return };
+    let painter = ui.painter().with_clip_rect(rect);
+    let line = Stroke::new(1.0, theme::of(ui.ctx()).line);
+    for zone in &diagram.zones {
+        let corners: Vec<Pos2> = zone.outline.iter().map(|corner| place(*corner)).collect();
+        if zone.is_hit {
+            // Stripes, so that it is told apart in grey as well.
+            fill_striped(&painter, &corners);
+        }
+        painter.add(egui::Shape::closed_line(corners, line));
+    }
+    for zone in &diagram.zones {
+        let count = zone.outline.len().max(1) as f32;
+        let sum = zone.outline.iter().fold([0.0; 2], |sum, c| [sum[0] + c[0], sum[1] + c[1]]);
+        let middle = place([sum[0] / count, sum[1] / count]);
+        let ink = if zone.is_hit { theme::of(ui.ctx()).ink } else { theme::of(ui.ctx()).faint_ink };
+        let size = if zone.is_hit { 14.0 } else { 11.0 };
+        painter.text(middle, Align2::CENTER_CENTER, &zone.name, FontId::proportional(size), ink);
+    }
+    for (name, at) in &diagram.marks {
+        let at = place(*at);
+        let align = if at.y < rect.center().y { Align2::CENTER_BOTTOM } else { Align2::CENTER_TOP };
+        let font = FontId::proportional(11.0);
+        painter.text(at, align, name, font, theme::of(ui.ctx()).ink);
+    }
+    let trail: Vec<Pos2> = diagram.trail.iter().map(|at| place(*at)).collect();
+    painter.add(egui::Shape::line(trail.clone(), Stroke::new(1.2, theme::of(ui.ctx()).faint_ink)));
+    if let Some((last, before)) = trail.split_last() {
+        for at in before {
+            painter.circle_filled(*at, 1.8, theme::of(ui.ctx()).faint_ink);
+        }
+        painter.circle(*last, 5.0, Color32::WHITE, Stroke::new(2.4, theme::of(ui.ctx()).ink));
+    }
+}
+
+fn fill_striped(painter: &egui::Painter, corners: &[Pos2]) {
+    let bounds = Rect::from_points(corners);
+    let inside = |at: Pos2| {
+        let mut crossings = false;
+        for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            if (a.y > at.y) != (b.y > at.y) && at.x < (b.x - a.x) * (at.y - a.y) / (b.y - a.y) + a.x
+            {
+                crossings = !crossings;
+            }
+        }
+        crossings
+    };
+    const STEP: f32 = 5.0;
+    let stroke = Stroke::new(1.4, theme::of(painter.ctx()).hatch);
+    let mut x = bounds.left() - bounds.height();
+    while x < bounds.right() {
+        let along = |t: f32| pos2(x + t, bounds.bottom() - t);
+        let mut begun: Option<f32> = None;
+        let mut t = 0.0;
+        while t <= bounds.height() {
+            match (begun, inside(along(t))) {
+                (None, true) => begun = Some(t),
+                (Some(from), false) => {
+                    painter.line_segment([along(from), along(t)], stroke);
+                    begun = None;
+                }
+                _ => {}
+            }
+            t += 1.0;
+        }
+        if let Some(from) = begun {
+            painter.line_segment([along(from), along(bounds.height())], stroke);
+        }
+        x += STEP;
+    }
+}
+
+/// From a diagram's plane to the screen, all of it in sight.
+fn fit(diagram: &Diagram, rect: Rect) -> Option<impl Fn([f32; 2]) -> Pos2 + use<>> {
+    let corners = diagram.zones.iter().flat_map(|zone| &zone.outline);
+    let places: Vec<Pos2> = corners.map(|[x, y]| pos2(*x, *y)).collect();
+    if places.is_empty() {
+        return None;
+    }
+    let bounds = Rect::from_points(&places);
+    let room = rect.shrink(18.0);
+    let scale =
+        (room.width() / bounds.width().max(1e-6)).min(room.height() / bounds.height().max(1e-6));
+    let (from, to) = (bounds.center(), rect.center());
+    Some(move |[x, y]: [f32; 2]| pos2(to.x + (x - from.x) * scale, to.y - (y - from.y) * scale))
+}

@@ -1,0 +1,290 @@
+//! The chart that stands in the scene: what a plugin tells of the equipment, arranged by
+//! the operator, and what follows from it for the equipment.
+
+mod reader;
+mod words;
+
+use std::collections::{BTreeSet, HashMap};
+use std::time::Duration;
+
+use busbar_chart::{Action, Board, Brush, Explanation, Selected, Shape, Size, nearest};
+use busbar_config::ChartConfig;
+use busbar_plugin_host::{Pattern, PluginError, wall_clock};
+use busbar_plugin_process::{Plugin, RunningChart};
+use busbar_renderer::{FaceInWorld, MAX_POLYLINE_PARTS, Polylines, StrokeInWorld};
+use busbar_scene::{NodeIndex, SceneGraph};
+use busbar_ui::{ChartCommand, ChartOverlay};
+use egui::Pos2;
+use glam::{Affine3A, Quat, Vec3};
+
+use crate::camera::Projection;
+use crate::running::{Basis, ShownState};
+use reader::{Question, Reader};
+
+/// How near to a line the pointer must be, points.
+const REACH: f32 = 6.0;
+/// The longest that opening a view without a window waits for the first records.
+const FIRST_PATIENCE: Duration = Duration::from_secs(20);
+/// The longest that a frame without a window waits for an explanation.
+const EXPLAIN_PATIENCE: Duration = Duration::from_secs(2);
+
+/// A chart in the scene.
+pub(crate) struct ShownChart {
+    reader: Reader,
+    board: Board,
+    /// Of the records shown.
+    data_revision: u64,
+    world_from_chart: Affine3A,
+    follows: bool,
+    settles: bool,
+    /// The node of each piece of equipment, and the other way.
+    nodes: Vec<Option<NodeIndex>>,
+    equipment: HashMap<NodeIndex, usize>,
+    /// What was known when it was last looked at, by equipment.
+    known: Vec<Option<Selected>>,
+    hovered: Option<usize>,
+    /// Index of the equipment, and what is said of it.
+    explained: Option<(usize, Explanation)>,
+    drawn: Drawn,
+    seconds: f64,
+}
+
+/// What it looks like, as it was last worked out.
+#[derive(Default)]
+struct Drawn {
+    /// Of the board.
+    revision: Option<u64>,
+    shape: Shape,
+    faces: Vec<FaceInWorld>,
+    strokes: Vec<StrokeInWorld>,
+}
+
+impl ShownChart {
+    /// The chart of a plugin, as it is configured.
+    pub(crate) fn start(
+        config: &ChartConfig,
+        plugin: &Plugin,
+        graph: &SceneGraph,
+        settles: bool,
+    ) -> Result<Self, PluginError> {
+        let reader = Reader::start(RunningChart::of(plugin)?)?;
+        let [width, height, depth] = config.size.map(|metres| metres as f32);
+        let turn = Quat::from_rotation_y((config.yaw_degrees as f32).to_radians());
+        let position = Vec3::from(config.position.map(|metres| metres as f32));
+        let mut shown = Self {
+            reader,
+            board: Board::new(Size { width, height, depth }),
+            data_revision: 0,
+            world_from_chart: Affine3A::from_rotation_translation(turn, position),
+            follows: config.follows,
+            settles,
+            nodes: Vec::new(),
+            equipment: HashMap::new(),
+            known: Vec::new(),
+            hovered: None,
+            explained: None,
+            drawn: Drawn::default(),
+            seconds: 0.0,
+        };
+        if settles {
+            shown.reader.wait_for_first(FIRST_PATIENCE);
+            shown.take(graph);
+        }
+        Ok(shown)
+    }
+
+    /// Takes over what was read.
+    fn take(&mut self, graph: &SceneGraph) {
+        let Some(read) = self.reader.take() else { return };
+        self.nodes = read.description.equipment.iter().map(|id| graph.find(id)).collect();
+        let there = self.nodes.iter().enumerate();
+        self.equipment = there.filter_map(|(at, node)| Some(((*node)?, at))).collect();
+        let absent = self.nodes.iter().filter(|node| node.is_none()).count();
+        if absent > 0 {
+            tracing::warn!("{absent} pieces of equipment of the chart are not in the scene");
+        }
+        self.data_revision = read.revision;
+        self.board.set_data(read.description, read.records);
+        self.hovered = None;
+    }
+
+    /// Steps it to a frame: takes what was read, lets time go by, and says which equipment
+    /// to go to, if a record of it has become abnormal.
+    pub(crate) fn step(&mut self, graph: &SceneGraph, seconds: f64) -> Option<String> {
+        self.take(graph);
+        self.board.advance(seconds - self.seconds);
+        self.seconds = seconds;
+        let known: Vec<Selected> = self.board.known(wall_clock().0).collect();
+        let mut by_equipment = vec![None; self.board.records().equipment_count()];
+        known.iter().for_each(|one| by_equipment[one.equipment] = Some(*one));
+        let before = std::mem::replace(&mut self.known, by_equipment);
+        let record_before = |equipment: usize| Some((*before.get(equipment)?)?.record);
+        let legend = &self.board.description().legend;
+        let is_news = |one: &&Selected| {
+            let abnormal = one.state.is_some_and(|state| legend[state as usize].is_abnormal);
+            abnormal && record_before(one.equipment) != Some(one.record)
+        };
+        let news = known.iter().filter(is_news).max_by_key(|one| (one.state, -one.age_nanos));
+        let id = news.map(|one| self.board.description().equipment[one.equipment].clone());
+        id.filter(|_| self.follows)
+    }
+
+    /// Shows what is selected in the scene, and asks what is said of it.
+    pub(crate) fn follow_selection(&mut self, graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) {
+        let equipment: BTreeSet<usize> =
+            nodes.iter().filter_map(|node| self.equipment_at(graph, *node)).collect();
+        let only = equipment.first().copied().filter(|_| equipment.len() == 1);
+        self.board.select(equipment);
+        let known = only.and_then(|one| *self.known.get(one)?);
+        let Some(Selected { equipment, record, .. }) = known else {
+            self.explained = None;
+            return;
+        };
+        let question = Question {
+            equipment: self.board.description().equipment[equipment].clone(),
+            unix_nanos: self.board.records().all()[record].unix_nanos,
+            revision: self.data_revision,
+        };
+        let patience = if self.settles { EXPLAIN_PATIENCE } else { Duration::ZERO };
+        match self.reader.explain(&question, patience) {
+            Some(Ok(explanation)) => {
+                let states = self.board.description().legend.len();
+                let fits = (explanation.state as usize) < states;
+                self.explained = fits.then_some((equipment, explanation));
+            }
+            Some(Err(_)) => self.explained = None,
+            // What is said of another record must not stand in for the answer.
+            None => self.explained.take_if(|(shown, _)| *shown != equipment).map_or((), drop),
+        }
+    }
+
+    /// The equipment that a node is, or is part of.
+    fn equipment_at(&self, graph: &SceneGraph, node: NodeIndex) -> Option<usize> {
+        let mut at = Some(node);
+        while let Some(here) = at {
+            if let Some(equipment) = self.equipment.get(&here) {
+                return Some(*equipment);
+            }
+            at = graph.node(here).parent();
+        }
+        None
+    }
+
+    /// The states that its records put equipment in.
+    pub(crate) fn states(&self) -> impl Iterator<Item = ShownState> + '_ {
+        self.known.iter().flatten().filter_map(|one| {
+            let node = (*self.nodes.get(one.equipment)?)?;
+            let state = self.board.records().all()[one.record].state;
+            let state = self.board.description().legend.get(state as usize)?;
+            let pattern = match state.pattern {
+                busbar_chart::Pattern::Solid => Pattern::Solid,
+                busbar_chart::Pattern::Striped => Pattern::Striped,
+                busbar_chart::Pattern::Crossed => Pattern::Crossed,
+                busbar_chart::Pattern::Dotted => Pattern::Dotted,
+            };
+            let basis = Basis::Record { is_valid: one.state.is_some() };
+            Some(ShownState { node, basis, color: state.color, pattern, legend: None })
+        })
+    }
+
+    /// Nodes of the equipment whose last known record is brushed.
+    pub(crate) fn brushed_nodes(&self) -> BTreeSet<NodeIndex> {
+        self.brushed_known().filter_map(|one| self.nodes[one.equipment]).collect()
+    }
+
+    fn brushed_known(&self) -> impl Iterator<Item = &Selected> {
+        let meant = self.board.meant();
+        self.known.iter().flatten().filter(|one| meant[one.record])
+    }
+
+    /// Does what the operator asks.
+    pub(crate) fn obey(&mut self, command: &ChartCommand) -> Option<String> {
+        match command {
+            ChartCommand::Do(action) => self.board.apply(action),
+            ChartCommand::BrushAt { shown, positions, alone } => {
+                if let Some(brush) = self.board.brush_at(*shown, *positions) {
+                    self.board.apply(&Action::AddBrush { brush, alone: *alone });
+                }
+            }
+            ChartCommand::BrushRise { shown, range } => {
+                let views = self.board.shown_axes();
+                if let [from, to, ..] = views.get(*shown..).unwrap_or_default() {
+                    let brush = Brush::Rise { axes: [from.axis, to.axis], range: *range };
+                    self.board.apply(&Action::AddBrush { brush, alone: true });
+                }
+            }
+            ChartCommand::Follow(follows) => self.follows = *follows,
+            ChartCommand::Copy => return Some(self.board.csv()),
+        }
+        None
+    }
+
+    /// Works out what it looks like, if that changed.
+    pub(crate) fn shape_up(&mut self) {
+        let revision = self.board.revision();
+        if self.drawn.revision == Some(revision) {
+            return;
+        }
+        let shape = self.board.shape(wall_clock().0);
+        let world = |at: [f32; 3]| self.world_from_chart.transform_point3(at.into());
+        let face = |face: &busbar_chart::Face| FaceInWorld {
+            corners: face.corners.map(world),
+            color: face.color,
+            cover: face.cover,
+        };
+        let stroke = |stroke: &busbar_chart::Stroke| StrokeInWorld {
+            from: world(stroke.from),
+            to: world(stroke.to),
+            width: stroke.width,
+            color: stroke.color,
+            cover: stroke.cover,
+            pattern: stroke.pattern as u32,
+        };
+        // What lies behind gives way where there is too much.
+        let from = |count: usize| count.saturating_sub(MAX_POLYLINE_PARTS);
+        let faces = shape.faces[from(shape.faces.len())..].iter().map(face).collect();
+        let strokes = shape.strokes[from(shape.strokes.len())..].iter().map(stroke).collect();
+        self.drawn = Drawn { revision: Some(revision), faces, strokes, shape };
+    }
+
+    /// Its lines and faces.
+    pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
+        let Drawn { revision, faces, strokes, .. } = &self.drawn;
+        Some(Polylines { revision: (*revision)?, faces, strokes })
+    }
+
+    /// Notes what is under the pointer.
+    pub(crate) fn point_at(&mut self, pointer: Option<Pos2>, projection: Projection) {
+        self.hovered = pointer.and_then(|pointer| self.record_at(pointer, projection));
+    }
+
+    fn record_at(&self, pointer: Pos2, projection: Projection) -> Option<usize> {
+        let project = |at| self.on_screen(at, projection).map(|at| [at.x, at.y]);
+        nearest(&self.drawn.shape, project, [pointer.x, pointer.y], REACH)
+    }
+
+    /// The node of the equipment whose line is at a place on the screen.
+    pub(crate) fn node_at(&self, pointer: Pos2, projection: Projection) -> Option<NodeIndex> {
+        let record = self.record_at(pointer, projection)?;
+        self.nodes[self.board.records().all()[record].equipment as usize]
+    }
+
+    fn on_screen(&self, at: [f32; 3], projection: Projection) -> Option<Pos2> {
+        projection.to_screen(self.world_from_chart.transform_point3(at.into()))
+    }
+
+    /// What of it lies over the scene.
+    pub(crate) fn overlay(&self, projection: Projection) -> ChartOverlay {
+        words::overlay(self, projection)
+    }
+
+    /// What is said of it in panels.
+    pub(crate) fn model(&self) -> busbar_ui::ChartModel {
+        words::model(self)
+    }
+
+    /// What is said of it in statistics.
+    pub(crate) fn stats(&self) -> crate::stats::ChartStats {
+        words::stats(self)
+    }
+}

@@ -1,0 +1,226 @@
+//! Where the samples of a fleet come from: a CSV file, or a query of an SQLite file.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use dga::Sample;
+use rusqlite::limits::Limit;
+use rusqlite::types::ValueRef;
+use rusqlite::{Connection, OpenFlags};
+
+use crate::columns::Columns;
+use crate::lines::{Line, Lines};
+use crate::row::{self, Cells};
+use crate::table;
+
+/// Samples of a fleet.
+pub(crate) const MAX_SAMPLES: usize = 1_000_000;
+/// Faults that are told one by one.
+const MAX_FAULTS: usize = 100;
+/// The longest that a database which somebody writes is waited for.
+const MAX_LOCK_WAIT: Duration = Duration::from_millis(500);
+/// Bytes of a value of a database.
+const MAX_VALUE_BYTES: i32 = 1 << 16;
+/// Instructions of a query between looks at its time, and the longest that it may take.
+const PROGRESS_STEPS: i32 = 10_000;
+const MAX_QUERY: Duration = Duration::from_secs(10);
+/// Columns beside gases: temperature of the top oil, °C, and load, per unit.
+pub(crate) const EXTRAS: [&str; 2] = ["top_oil", "load"];
+
+/// Where the samples of a fleet are.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FleetSettings {
+    /// Absolute path of a CSV file (.csv) or an SQLite file (any other name): columns or
+    /// results equipment, time, H2, CH4, C2H6, C2H4 and C2H2 in ppm, and perhaps CO, CO2, O2,
+    /// N2, top_oil in °C and load per unit.
+    pub(crate) file: PathBuf,
+    /// Query of an SQLite file.
+    #[serde(default = "default_query")]
+    pub(crate) query: String,
+    /// Days for which a sample speaks for its transformer.
+    #[serde(default = "default_days")]
+    #[schemars(range(min = 1, max = 36_500))]
+    pub(crate) valid_days: u32,
+}
+
+fn default_query() -> String {
+    "SELECT * FROM samples ORDER BY time".into()
+}
+
+/// A year and a month: samples are taken once a year (IEC 60422).
+fn default_days() -> u32 {
+    400
+}
+
+/// A sample as it was read.
+pub(crate) struct Reading {
+    pub(crate) equipment: String,
+    pub(crate) time: String,
+    pub(crate) sample: Sample,
+    /// As [`EXTRAS`]; NaN where there is none.
+    pub(crate) extras: [f32; EXTRAS.len()],
+}
+
+/// All that was read, and what was wrong with some of it.
+#[derive(Default)]
+pub(crate) struct Readings {
+    pub(crate) all: Vec<Reading>,
+    /// In words, with their rows.
+    pub(crate) faults: Vec<String>,
+    /// Rows that were left out.
+    pub(crate) left_out: usize,
+}
+
+impl Readings {
+    pub(crate) fn fault(&mut self, row: u64, what: &str) {
+        self.left_out += 1;
+        if self.faults.len() < MAX_FAULTS {
+            self.faults.push(format!("row {row}: {what}; it is left out"));
+        }
+    }
+}
+
+/// What tells whether a file is still the same.
+pub(crate) fn version(file: &Path) -> Option<(SystemTime, u64)> {
+    let metadata = std::fs::metadata(file).ok()?;
+    Some((metadata.modified().ok()?, metadata.len()))
+}
+
+/// Reads all samples. Rows that are none are left out and told.
+///
+/// # Errors
+/// Why there can be none, in words with a remedy.
+pub(crate) fn read(settings: &FleetSettings) -> Result<Readings, String> {
+    let is_csv = settings.file.extension().is_some_and(|end| end.eq_ignore_ascii_case("csv"));
+    match is_csv {
+        true => read_csv(&settings.file),
+        false => read_sqlite(&settings.file, &settings.query),
+    }
+}
+
+fn read_csv(path: &Path) -> Result<Readings, String> {
+    let at = |fault: std::io::Error| format!("{}: {fault}", path.display());
+    let mut lines = Lines::of(File::open(path).map_err(at)?);
+    let mut cells = Cells::new();
+    let header = table::header(&mut lines, &mut cells).map_err(at)?;
+    let columns = header.map_err(|(line, fault)| {
+        format!("{}:{}: {fault}", path.display(), line.unwrap_or_default())
+    })?;
+    let places = places(&columns).ok_or_else(|| no_identity(path))?;
+    let extras = EXTRAS
+        .map(|name| (0..cells.len()).find(|&index| cells.get(index).eq_ignore_ascii_case(name)));
+    let mut readings = Readings::default();
+    loop {
+        let read = lines.read().map_err(at)?;
+        if read == Line::End {
+            return Ok(readings);
+        }
+        if read == Line::Whole && lines.text.trim_ascii().is_empty() {
+            continue;
+        }
+        if readings.all.len() >= MAX_SAMPLES {
+            return Err(format!("{}: more than {MAX_SAMPLES} samples", path.display()));
+        }
+        let sample = table::sample(read, &lines.text, &columns, &mut cells);
+        let reading = sample.and_then(|sample| reading(sample, &cells, places, extras));
+        match reading {
+            Ok(reading) => readings.all.push(reading),
+            Err(fault) => readings.fault(lines.number, &fault),
+        }
+    }
+}
+
+fn places(columns: &Columns) -> Option<[usize; 2]> {
+    table::identity(columns)
+}
+
+fn no_identity(path: &Path) -> String {
+    format!("{}: a fleet needs the columns equipment and time", path.display())
+}
+
+fn reading(
+    sample: Sample,
+    cells: &Cells,
+    [equipment, time]: [usize; 2],
+    extras: [Option<usize>; EXTRAS.len()],
+) -> Result<Reading, String> {
+    let mut values = [f32::NAN; EXTRAS.len()];
+    for ((value, place), name) in values.iter_mut().zip(extras).zip(EXTRAS) {
+        let cell = place.map_or("", |place| cells.get(place));
+        if !cell.is_empty() {
+            let number: f32 = cell.parse().map_err(|_| format!("{name}: no number"))?;
+            *value = Some(number).filter(|n| n.is_finite()).ok_or(format!("{name}: not finite"))?;
+        }
+    }
+    let (equipment, time) = (cells.get(equipment).to_owned(), cells.get(time).to_owned());
+    Ok(Reading { equipment, time, sample, extras: values })
+}
+
+fn read_sqlite(path: &Path, query: &str) -> Result<Readings, String> {
+    let at = |fault: rusqlite::Error| format!("{}: {fault}", path.display());
+    if !path.is_file() {
+        return Err(format!("{}: there is no such file", path.display()));
+    }
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let mut connection = Connection::open_with_flags(path, flags).map_err(at)?;
+    connection.busy_timeout(MAX_LOCK_WAIT).map_err(at)?;
+    connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_VALUE_BYTES).map_err(at)?;
+    connection.set_limit(Limit::SQLITE_LIMIT_ATTACHED, 0).map_err(at)?;
+    connection.execute_batch("PRAGMA query_only = ON; PRAGMA trusted_schema = OFF;").map_err(at)?;
+    let begun = std::time::Instant::now();
+    let is_late = move || begun.elapsed() > MAX_QUERY;
+    connection.progress_handler(PROGRESS_STEPS, Some(is_late)).map_err(at)?;
+    let mut statement = connection.prepare(query).map_err(at)?;
+    let names = statement.column_names().collect::<Vec<_>>().join(",");
+    let mut cells = Cells::new();
+    cells.cut(names.as_bytes())?;
+    let columns = Columns::of(&cells).map_err(|fault| format!("{}: {fault}", path.display()))?;
+    let places = places(&columns).ok_or_else(|| no_identity(path))?;
+    let find = |name: &str| (0..cells.len()).find(|&i| cells.get(i).eq_ignore_ascii_case(name));
+    let extras = EXTRAS.map(find);
+    let count = cells.len();
+    let mut readings = Readings::default();
+    let mut rows = statement.query([]).map_err(at)?;
+    let mut number = 0;
+    while let Some(row) = rows.next().map_err(at)? {
+        number += 1;
+        if readings.all.len() >= MAX_SAMPLES {
+            return Err(format!("{}: more than {MAX_SAMPLES} samples", path.display()));
+        }
+        let line: Result<Vec<String>, String> =
+            (0..count).map(|at| text(row.get_ref(at))).collect();
+        let read = line.and_then(|line| {
+            cells.cut(line.join(",").as_bytes())?;
+            let mut sample = Sample::new();
+            for &(gas, index) in &columns.gases {
+                let added = row::add(sample, gas, cells.get(index));
+                sample = added.map_err(|fault| format!("{}: {fault}", gas.formula()))?;
+            }
+            reading(sample, &cells, places, extras)
+        });
+        match read {
+            Ok(reading) => readings.all.push(reading),
+            Err(fault) => readings.fault(number, &fault),
+        }
+    }
+    Ok(readings)
+}
+
+/// A value as a cell of CSV.
+fn text(value: Result<ValueRef<'_>, rusqlite::Error>) -> Result<String, String> {
+    Ok(match value.map_err(|error| error.to_string())? {
+        ValueRef::Null => String::new(),
+        ValueRef::Integer(number) => number.to_string(),
+        ValueRef::Real(number) => number.to_string(),
+        ValueRef::Text(text) => {
+            let text = std::str::from_utf8(text).map_err(|_| "a text is not UTF-8")?;
+            if text.contains(['\r', '\n']) {
+                return Err("a text has more than one line".into());
+            }
+            format!("\"{}\"", text.replace('"', "\"\""))
+        }
+        ValueRef::Blob(_) => return Err("a value is binary".into()),
+    })
+}
