@@ -89,10 +89,10 @@ fn numbers(ui: &mut Ui, table: &Table) {
                     Severity::Warning => ("!", theme::WARNING),
                     Severity::Alarm => ("!!", theme::ALARM),
                 };
-                let ink = if row.severity == Severity::Alarm {
-                    Color32::WHITE
-                } else {
-                    theme::of(ui.ctx()).ink
+                let ink = match row.severity {
+                    Severity::Normal => theme::of(ui.ctx()).ink,
+                    Severity::Warning => theme::INK,
+                    Severity::Alarm => Color32::WHITE,
                 };
                 let sign = RichText::new(sign).strong().color(ink).background_color(ground);
                 ui.label(sign);

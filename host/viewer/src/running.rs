@@ -30,7 +30,12 @@ pub(crate) struct ShownOverlay {
     pub(crate) legend: Arc<[LegendRow]>,
     /// The nodes of the equipment described; none for what the scene has not.
     nodes: Vec<Option<NodeIndex>>,
+    /// What it drew last.
+    last: Arc<OverlayPicture>,
 }
+
+/// A tag that is not there: what rests on it is never good.
+const NO_TAG: TagHandle = TagHandle(u32::MAX);
 
 /// What all overlays draw in one frame.
 #[derive(Default)]
@@ -86,6 +91,7 @@ impl ShownOverlay {
             description: Arc::default(),
             legend: Arc::default(),
             nodes: Vec::new(),
+            last: Arc::default(),
         }
     }
 
@@ -110,6 +116,16 @@ impl ShownOverlay {
             }
         }
         self.description = description;
+    }
+
+    /// What it drew last, with nothing to rest on any more. Were it gone from the picture,
+    /// equipment would look as if all were well.
+    fn lost(&mut self) -> Arc<OverlayPicture> {
+        let OverlayPicture { lines, tints, states } = Arc::make_mut(&mut self.last);
+        lines.iter_mut().for_each(|line| line.tag = NO_TAG);
+        tints.iter_mut().for_each(|tint| tint.tag = NO_TAG);
+        states.iter_mut().for_each(|state| state.tag = NO_TAG);
+        Arc::clone(&self.last)
     }
 
     fn add(&self, overlay: u32, picture: Arc<OverlayPicture>, all: &mut Overlaid) {
@@ -150,8 +166,8 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<RunningTelemetr
     Ok(running)
 }
 
-/// Lets every overlay that is shown draw; all of them share the patience. One that fails
-/// draws nothing and keeps its fault, which is logged once.
+/// Lets every overlay that is shown draw; all of them share the patience. Of one that fails
+/// what it drew last is shown as not known; it keeps its fault, which is logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [ShownOverlay],
     graph: &SceneGraph,
@@ -168,6 +184,7 @@ pub(crate) fn run_overlays(
         let left = patience.saturating_sub(start.elapsed());
         match shown.overlay.draw(|tag| snapshot.state(tag), now, left) {
             Ok(picture) => {
+                shown.last = Arc::clone(&picture);
                 shown.add(index, picture, &mut all);
                 shown.fault = None;
             }
@@ -177,6 +194,8 @@ pub(crate) fn run_overlays(
                     tracing::error!(plugin = shown.overlay.name(), "{fault}");
                 }
                 shown.fault = Some(fault);
+                let lost = shown.lost();
+                shown.add(index, lost, &mut all);
             }
         }
     }

@@ -43,6 +43,8 @@ const SHOWN_MARGIN: i64 = 150_000_000;
 /// Of what was claimed good, as much may be shown late: overlays answer from a process of
 /// their own.
 const MAX_LATE_SHARE: f64 = 0.1;
+/// What is stopped and killed: whoever brings values, most of the time, or shows them.
+const PLUGINS: [&str; 4] = ["source", "source", "values", "energised"];
 /// Rounds that may come to nothing, because others keep the machine busy.
 const MAX_SLOW: u32 = 8;
 /// The longest that a plugin stands still: less than what it is killed for.
@@ -154,7 +156,7 @@ fn now() -> i64 {
     since.as_nanos() as i64
 }
 
-/// Stops, starts and kills the plugin now and then.
+/// Stops, starts and kills plugins now and then.
 struct Troublemaker {
     random: Random,
     next: i64,
@@ -178,12 +180,13 @@ impl Troublemaker {
             return;
         }
         let stats = viewer.stats();
-        let source = stats.plugins.iter().find(|plugin| plugin.name == "source");
+        let name = PLUGINS[self.random.below(PLUGINS.len() as u64) as usize];
+        let source = stats.plugins.iter().find(|plugin| plugin.name == name);
         let source = source.expect("it is configured");
         self.next = now + millis(2_000 + self.random.below(3_000));
         match source.pid.and_then(|pid| Pid::from_raw(pid as i32)) {
             // Left alone after too many deaths.
-            None => viewer.start_plugin("source"),
+            None => viewer.start_plugin(name),
             Some(pid) if self.random.one_in(4) => {
                 self.kills += 1;
                 let _ = kill_process(pid, Signal::KILL);
