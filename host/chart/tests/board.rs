@@ -64,7 +64,7 @@ fn board(count: usize, seed: u64) -> Board {
             values.push(if random.u8(..) < 20 { f32::NAN } else { value });
         }
     }
-    records.append(&rows, &values, 2).unwrap();
+    records.append(&rows, &values, 2).expect("they fit");
     let mut board = Board::new(SIZE);
     board.set_data(Arc::new(description), records);
     board

@@ -58,11 +58,11 @@ fn change(random: &mut Random, list: &mut DrawList, models: &[ModelHandle]) {
 fn assert_alike(renderer: &mut Renderer, list: &DrawList, step: u32) {
     let kept = Frame { instances: Instances::Kept(list), ..frame(&[]) };
     let shown = picture(renderer, &kept);
-    let ids = renderer.pick_all(&kept).unwrap();
+    let ids = renderer.pick_all(&kept).expect("ids are drawn");
     let listed: Vec<_> = list.iter().copied().collect();
     assert_eq!(shown, picture(renderer, &frame(&listed)), "step {step}");
     // Listed frames leave nothing behind in what follows.
-    assert_eq!(ids, renderer.pick_all(&frame(&listed)).unwrap(), "step {step}");
+    assert_eq!(ids, renderer.pick_all(&frame(&listed)).expect("ids are drawn"), "step {step}");
 }
 
 #[test]

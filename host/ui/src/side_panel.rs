@@ -44,7 +44,7 @@ impl SidePanel {
                 }
                 _ => None,
             };
-            input.events.iter().filter_map(of_event).last()
+            input.events.iter().filter_map(of_event).next_back()
         });
         let Some(tab) = chosen else { return false };
         self.tab = tab;
