@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
-    Quality, Severity, TagValue, Value,
+    Quality, Severity, TagValue,
 };
 pub use settings::{QuantitySettings, Settings, Side};
 
@@ -88,7 +88,7 @@ impl Overlay for Condition {
             let &Watched { binding, quantity, equipment, node, ref unit } = watched;
             let of = &self.settings.quantities[quantity];
             let tag = &values[binding];
-            let severity = match number(tag) {
+            let severity = match tag.good_number() {
                 Some(value) => of.judge(value),
                 None => Severity::Normal,
             };
@@ -99,7 +99,7 @@ impl Overlay for Condition {
                     shown.push((severity, binding, equipment, entry));
                 }
             }
-            if let (Some(value), true) = (number(tag), severity > Severity::Normal) {
+            if let (Some(value), true) = (tag.good_number(), severity > Severity::Normal) {
                 let text = format!("{value:.2} {unit}");
                 canvas.line(binding, node, severity, &of.name, text.trim_end())?;
             }
@@ -110,16 +110,6 @@ impl Overlay for Condition {
         }
         Ok(())
     }
-}
-
-/// The number that a tag has, if it is good.
-fn number(tag: &TagValue) -> Option<f64> {
-    let number = match tag.value? {
-        Value::F64(value) => value,
-        Value::I64(value) => value as f64,
-        Value::Bool(_) | Value::DoublePoint(_) => return None,
-    };
-    (tag.quality == Quality::Good && number.is_finite()).then_some(number)
 }
 
 busbar_plugin_sdk::export_plugin!(Condition: overlay);

@@ -159,9 +159,7 @@ impl Overlay for EnergisationOverlay {
             match basis.len() {
                 0 => canvas.state(any, piece, entry)?,
                 1..=MAX_BINDINGS_A_STATE => {
-                    basis
-                        .into_iter()
-                        .try_for_each(|binding| canvas.state(binding, piece, entry))?;
+                    canvas.state_on(basis, piece, entry)?;
                 }
                 // Nobody could tell in time when it holds no longer.
                 _ => canvas.state(any, piece, unknown)?,

@@ -139,6 +139,18 @@ pub struct TagValue {
     pub age: Duration,
 }
 
+impl TagValue {
+    /// The number that the tag has, if it is good.
+    pub fn good_number(&self) -> Option<f64> {
+        let number = match self.value? {
+            Value::F64(value) => value,
+            Value::I64(value) => value as f64,
+            Value::Bool(_) | Value::DoublePoint(_) => return None,
+        };
+        (self.quality == Quality::Good && number.is_finite()).then_some(number)
+    }
+}
+
 /// All bound tags at one instant.
 pub struct OverlayFrame<'a> {
     unix_nanos: i64,
@@ -242,6 +254,19 @@ impl Canvas<'_> {
             text_offset: 0,
             text_len: 0,
         })
+    }
+
+    /// A state that rests on several bindings, at most [`MAX_BINDINGS_A_STATE`].
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn state_on(
+        &mut self,
+        bindings: impl IntoIterator<Item = usize>,
+        equipment: usize,
+        entry: usize,
+    ) -> Result<(), Error> {
+        bindings.into_iter().try_for_each(|binding| self.state(binding, equipment, entry))
     }
 
     fn push(&mut self, primitive: abi::BusbarOverlayPrimitive) -> Result<(), Error> {

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
-    Quality, Severity, TagValue, Value,
+    Quality, Severity, TagValue,
 };
 pub use gas::{EquationOfState, REFERENCE, pressure};
 pub use settings::{PressureUnit, Settings};
@@ -101,11 +101,11 @@ impl Overlay for Sf6Density {
             // It rests on the worse of the two.
             let is_bad = |index: &usize| values[*index].quality != Quality::Good;
             let rests_on = Some(temperature).filter(is_bad).unwrap_or(pressure);
-            let [read, celsius] = [pressure, temperature].map(|index| number(&values[index]));
+            let [read, celsius] = [pressure, temperature].map(|index| values[index].good_number());
             let Some(normalised) = read.zip(celsius).and_then(|(p, t)| settings.at_20(p, t)) else {
                 // The host shows as unknown what rests on a value that is not good.
                 if let (Some(equipment), true) = (equipment, is_bad(&rests_on)) {
-                    canvas.state(rests_on, equipment, ALARM)?;
+                    canvas.state_on([pressure, temperature], equipment, ALARM)?;
                 }
                 continue;
             };
@@ -116,7 +116,7 @@ impl Overlay for Sf6Density {
                 _ => continue,
             };
             if let Some(equipment) = equipment {
-                canvas.state(rests_on, equipment, entry)?;
+                canvas.state_on([pressure, temperature], equipment, entry)?;
             }
             let loss = compartment.trend.percent_a_year(settings.filling);
             let text = words(normalised, settings.unit, loss);
@@ -137,16 +137,6 @@ fn words(pressure: f64, unit: PressureUnit, loss: Option<f64>) -> String {
         Some(loss) if loss > MAX_TOLD_PERCENT => format!("{pressure}, falling fast"),
         Some(loss) => format!("{pressure}, {loss:.1} %/a lost"),
     }
-}
-
-/// The number that a tag has, if it is good.
-fn number(tag: &TagValue) -> Option<f64> {
-    let number = match tag.value? {
-        Value::F64(value) => value,
-        Value::I64(value) => value as f64,
-        Value::Bool(_) | Value::DoublePoint(_) => return None,
-    };
-    (tag.quality == Quality::Good && number.is_finite()).then_some(number)
 }
 
 busbar_plugin_sdk::export_plugin!(Sf6Density: overlay);

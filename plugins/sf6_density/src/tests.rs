@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, DrawnLine, draw, draw_at, host};
-use busbar_plugin_sdk::{Reason, ValueKind};
+use busbar_plugin_sdk::{Reason, Value, ValueKind};
 
 use super::*;
 
@@ -45,10 +45,14 @@ fn drawn(pressure: f64, celsius: f64) -> Drawing {
 
 #[test]
 fn thresholds_are_those_at_20_degrees() {
-    let entries = |drawing: Drawing| drawing.states.iter().map(|s| s.entry).collect::<Vec<_>>();
+    // Each rests on pressure and temperature.
+    let entries = |drawing: Drawing| {
+        let states = drawing.states.chunk_by(|a, b| a.equipment == b.equipment);
+        states.map(|of| [of[0].entry, of.len()]).collect::<Vec<_>>()
+    };
     // 6.4 bar at 40 °C are 5.99 at 20 °C, and 6.4 at -10 °C are 7.13.
-    assert_eq!(entries(drawn(6.4, 40.0)), [LOCK_OUT]);
-    assert_eq!(entries(drawn(6.39, 20.0)), [ALARM]);
+    assert_eq!(entries(drawn(6.4, 40.0)), [[LOCK_OUT, 2]]);
+    assert_eq!(entries(drawn(6.39, 20.0)), [[ALARM, 2]]);
     let calm = drawn(6.4, -10.0);
     assert!(calm.states.is_empty() && calm.lines.is_empty(), "what is well is not drawn");
     let DrawnLine { severity, text, .. } = &drawn(6.4, 40.0).lines[0];
@@ -68,7 +72,7 @@ fn gauges_are_read_above_the_air() {
 fn what_is_stale_is_left_to_the_host() {
     let values = values(7.2, 20.0, Quality::Bad(Reason::Stale));
     let drawing = draw(&mut overlay(""), bindings(), &values).expect("it draws");
-    assert_eq!(drawing.states.len(), 1, "it rests on a bad value: the host shows it as unknown");
+    assert_eq!(drawing.states.len(), 2, "it rests on a bad value: the host shows it as unknown");
     assert!(drawing.lines.is_empty());
 }
 

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
-    Quality, Severity, TagValue, Value,
+    Severity, TagValue,
 };
 pub use judge::{Defect, LEAST_RISE, Verdict, judge};
 
@@ -112,37 +112,37 @@ impl Overlay for Thermography {
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
         let Some(air) = self.ambient else { return Ok(()) };
-        let ambient = number(&values[air]);
+        let ambient = values[air].good_number();
         for group in &self.groups {
-            let degrees = |contact: &Contact| number(&values[contact.binding]);
+            let degrees = |contact: &Contact| values[contact.binding].good_number();
             let coolest = group.iter().filter_map(degrees).reduce(f64::min);
             for contact in group {
                 let known = degrees(contact).zip(coolest).zip(ambient);
                 let Some(((hot, coolest), ambient)) = known else {
                     // The host shows as unknown what rests on a value that is not good.
-                    let rests_on = if ambient.is_none() { air } else { contact.binding };
                     if let Some(equipment) = contact.equipment {
-                        canvas.state(rests_on, equipment, 0)?;
+                        canvas.state_on([contact.binding, air], equipment, 0)?;
                     }
                     continue;
                 };
-                show(contact, hot, judge(hot, coolest, ambient), canvas)?;
+                let rests_on = group.iter().map(|contact| contact.binding).chain([air]);
+                show(contact, rests_on, (hot, judge(hot, coolest, ambient)), canvas)?;
             }
         }
         Ok(())
     }
 }
 
-/// Shows a contact that has a defect.
+/// Shows a contact that has a defect; that rests on its peers and the air, too.
 fn show(
     contact: &Contact,
-    hot: f64,
-    Verdict { defect, difference }: Verdict,
+    rests_on: impl Iterator<Item = usize>,
+    (hot, Verdict { defect, difference }): (f64, Verdict),
     canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
     let Some(defect) = defect else { return Ok(()) };
     if let Some(equipment) = contact.equipment {
-        canvas.state(contact.binding, equipment, defect as usize)?;
+        canvas.state_on(rests_on, equipment, defect as usize)?;
     }
     let severity = match defect {
         Defect::General | Defect::Serious => Severity::Warning,
@@ -151,16 +151,6 @@ fn show(
     let difference = difference.map_or_else(String::new, |of| format!(", difference {of:.0} %"));
     let text = format!("{hot:.0} °C{difference}");
     canvas.line(contact.binding, contact.node, severity, "Contact", &text)
-}
-
-/// The number that a tag has, if it is good.
-fn number(tag: &TagValue) -> Option<f64> {
-    let number = match tag.value? {
-        Value::F64(value) => value,
-        Value::I64(value) => value as f64,
-        Value::Bool(_) | Value::DoublePoint(_) => return None,
-    };
-    (tag.quality == Quality::Good && number.is_finite()).then_some(number)
 }
 
 busbar_plugin_sdk::export_plugin!(Thermography: overlay);

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, host};
-use busbar_plugin_sdk::{Reason, ValueKind};
+use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
 
 use super::*;
 
@@ -43,7 +43,7 @@ fn a_phase_is_judged_by_the_coolest_of_its_device() {
     let drawing = drawn([45.0, 82.0, 44.0, 60.0], Quality::Good);
     // (82 - 44) / (82 - 20) = 61 %; L1 is 1 K warmer than L3; the lonely one has no peer.
     let shown: Vec<_> = drawing.states.iter().map(|state| (state.equipment, state.entry)).collect();
-    assert_eq!(shown, [(1, Defect::General as usize)]);
+    assert_eq!(shown, [(1, Defect::General as usize); 4], "it rests on three phases and the air");
     assert_eq!(drawing.lines.len(), 1);
     assert_eq!(drawing.lines[0].text, "82 °C, difference 61 %");
 }
@@ -51,7 +51,8 @@ fn a_phase_is_judged_by_the_coolest_of_its_device() {
 #[test]
 fn heat_alone_is_enough() {
     let drawing = drawn([95.0, 96.0, 94.0, 140.0], Quality::Good);
-    let entries: Vec<_> = drawing.states.iter().map(|state| state.entry).collect();
+    let states = drawing.states.chunk_by(|a, b| a.equipment == b.equipment);
+    let entries: Vec<_> = states.map(|state| state[0].entry).collect();
     let [serious, critical] = [Defect::Serious, Defect::Critical].map(|defect| defect as usize);
     assert_eq!(entries, [serious, serious, serious, critical]);
 }
@@ -60,6 +61,7 @@ fn heat_alone_is_enough() {
 fn without_the_air_nothing_is_judged() {
     let drawing = drawn([45.0, 82.0, 44.0, 60.0], Quality::Bad(Reason::Stale));
     assert!(drawing.lines.is_empty());
-    let rests_on: Vec<_> = drawing.states.iter().map(|state| state.binding).collect();
-    assert_eq!(rests_on, [4; 4], "all rest on the air: the host shows them as unknown");
+    let states = drawing.states.chunk_by(|a, b| a.equipment == b.equipment);
+    let rests_on: Vec<_> = states.map(|of| of.iter().any(|state| state.binding == 4)).collect();
+    assert_eq!(rests_on, [true; 4], "all rest on the air: the host shows them as unknown");
 }

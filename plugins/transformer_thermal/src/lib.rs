@@ -6,7 +6,7 @@ mod settings;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Error, Host, LogLevel, Overlay, OverlayFrame, Plugin, Quality, Severity,
-    TagValue, Value,
+    TagValue,
 };
 pub use model::{Parameters, Temperatures};
 pub use settings::{Cooling, Settings, TransformerSettings};
@@ -87,10 +87,10 @@ impl Overlay for TransformerThermal {
             let is_bad = |binding: &usize| values[*binding].quality != Quality::Good;
             let rests_on = transformer.ambient.filter(is_bad).unwrap_or(load);
             let ambient = match transformer.ambient {
-                Some(binding) => number(&values[binding]),
+                Some(binding) => values[binding].good_number(),
                 None => Some(*usual),
             };
-            let measured = number(&values[load]).zip(ambient);
+            let measured = values[load].good_number().zip(ambient);
             if let Some((load, ambient)) = measured {
                 transformer.step(now, load / settings.rated_load, ambient);
             }
@@ -137,16 +137,6 @@ impl Transformer {
         };
         self.state = Some((temperatures, now));
     }
-}
-
-/// The number that a tag has, if it is good.
-fn number(tag: &TagValue) -> Option<f64> {
-    let number = match tag.value? {
-        Value::F64(value) => value,
-        Value::I64(value) => value as f64,
-        Value::Bool(_) | Value::DoublePoint(_) => return None,
-    };
-    (tag.quality == Quality::Good && number.is_finite()).then_some(number)
 }
 
 busbar_plugin_sdk::export_plugin!(TransformerThermal: overlay);

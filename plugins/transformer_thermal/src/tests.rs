@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{DrawnLine, draw_at, host};
-use busbar_plugin_sdk::{Reason, ValueKind};
+use busbar_plugin_sdk::{Reason, Value, ValueKind};
 
 use super::*;
 
