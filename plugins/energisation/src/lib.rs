@@ -37,6 +37,8 @@ pub struct EnergisationOverlay {
     source_bindings: Vec<Option<Option<usize>>>,
     /// The switch that a piece of equipment is.
     switch_of: Vec<Option<usize>>,
+    /// The nodes that a piece of equipment is at.
+    nodes_of: Vec<Vec<Node>>,
     energisation: Energisation,
     host: Host,
 }
@@ -62,6 +64,7 @@ impl Plugin for EnergisationOverlay {
         Ok(Self {
             switch_bindings: vec![None; topology.switches.len()],
             source_bindings: vec![None; topology.sources.len()],
+            nodes_of: topology.nodes_of_equipment(),
             settings,
             topology,
             switch_of,
@@ -117,52 +120,25 @@ impl Overlay for EnergisationOverlay {
         let sources: Vec<Position> = self.source_bindings.iter().map(of_source).collect();
         let states = self.energisation.states(&self.topology, &positions, &sources).to_vec();
 
-        let Topology { branches, earths, at_nodes, equipment, levels, .. } = &self.topology;
-        // Of what is between nodes, the more urgent one shows; then the first level.
-        let mut shown: Vec<Option<(State, Reverse<usize>)>> = vec![None; equipment.len()];
-        let mut at: Vec<Vec<usize>> = vec![Vec::new(); equipment.len()];
-        let ends =
-            branches.iter().flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
-        let earthed = earths.iter().map(|earth| (earth.equipment, earth.node));
-        for (piece, node) in at_nodes.iter().copied().chain(ends).chain(earthed) {
-            let here = Some((states[node], Reverse(levels[node])));
-            shown[piece] = shown[piece].max(here);
-            at[piece].push(node);
-        }
-        for (piece, shown) in shown.into_iter().enumerate() {
-            let Some((state, Reverse(level))) = shown else { continue };
-            let own = self.switch_of[piece].and_then(|switch| self.switch_bindings[switch]);
-            let entry = self.settings.levels.len();
-            let entry = match state {
+        for piece in 0..self.nodes_of.len() {
+            // Of what is between nodes, the more urgent one shows; then the first level.
+            let here = |&node: &usize| (states[node], Reverse(self.topology.levels[node]));
+            let Some((state, Reverse(level))) = self.nodes_of[piece].iter().map(here).max() else {
+                continue;
+            };
+            let basis = self.basis_of(piece, (state, level), &states);
+            let after_levels = self.settings.levels.len();
+            let entry = |state| match state {
                 State::Energised => level,
-                State::Dead => entry,
-                State::Earthed => entry + 1,
-                State::Unknown => entry + 2,
+                State::Dead => after_levels,
+                State::Earthed => after_levels + 1,
+                State::Unknown => after_levels + 2,
             };
-            // What is energised at one end is so whatever becomes of the other.
-            let decides = |&&node: &&usize| {
-                state != State::Energised || (states[node], levels[node]) == (state, level)
-            };
-            let mut basis: BTreeSet<usize> = own.into_iter().collect();
-            for &node in at[piece].iter().filter(decides) {
-                self.energisation.basis(node, |input| {
-                    basis.extend(match input {
-                        Input::Switch(switch) => self.switch_bindings[switch],
-                        Input::Source(source) => self.source_bindings[source].flatten(),
-                    });
-                });
-                if state == State::Energised {
-                    break;
-                }
-            }
-            let unknown = self.settings.levels.len() + 2;
             match basis.len() {
-                0 => canvas.state(any, piece, entry)?,
-                1..=MAX_BINDINGS_A_STATE => {
-                    canvas.state_on(basis, piece, entry)?;
-                }
+                0 => canvas.state(any, piece, entry(state))?,
+                1..=MAX_BINDINGS_A_STATE => canvas.state_on(basis, piece, entry(state))?,
                 // Nobody could tell in time when it holds no longer.
-                _ => canvas.state(any, piece, unknown)?,
+                _ => canvas.state(any, piece, entry(State::Unknown))?,
             }
         }
         Ok(())
@@ -170,6 +146,35 @@ impl Overlay for EnergisationOverlay {
 }
 
 impl EnergisationOverlay {
+    /// The bindings that a piece of equipment's state and level rest on.
+    fn basis_of(
+        &mut self,
+        piece: usize,
+        (state, level): (State, usize),
+        states: &[State],
+    ) -> BTreeSet<usize> {
+        let Self { topology, energisation, switch_bindings, source_bindings, .. } = self;
+        let own = self.switch_of[piece].and_then(|switch| switch_bindings[switch]);
+        let mut basis: BTreeSet<usize> = own.into_iter().collect();
+        let mut rest_on = |node| {
+            energisation.basis(node, |input| {
+                basis.extend(match input {
+                    Input::Switch(switch) => switch_bindings[switch],
+                    Input::Source(source) => source_bindings[source].flatten(),
+                });
+            });
+        };
+        let mut nodes = self.nodes_of[piece].iter().copied();
+        if state == State::Energised {
+            // What is so at one end is so whatever becomes of the other.
+            let decides = |&node: &usize| (states[node], topology.levels[node]) == (state, level);
+            nodes.find(decides).into_iter().for_each(rest_on);
+        } else {
+            nodes.for_each(&mut rest_on);
+        }
+        basis
+    }
+
     /// What has no tag is unknown for good: whoever wired the scene must hear of it.
     fn warn_of_missing_tags(&self) {
         let switches = self.topology.switches.iter().zip(&self.switch_bindings);

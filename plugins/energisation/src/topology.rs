@@ -204,6 +204,18 @@ impl Topology {
 }
 
 impl Topology {
+    /// The nodes that each piece of equipment is at.
+    pub(crate) fn nodes_of_equipment(&self) -> Vec<Vec<Node>> {
+        let mut nodes_of = vec![Vec::new(); self.equipment.len()];
+        let branches = self.branches.iter();
+        let ends = branches.flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
+        let earthed = self.earths.iter().map(|earth| (earth.equipment, earth.node));
+        for (piece, node) in self.at_nodes.iter().copied().chain(ends).chain(earthed) {
+            nodes_of[piece].push(node);
+        }
+        nodes_of
+    }
+
     /// Lists branches by their ends.
     pub(crate) fn find_branches_at(&mut self) {
         self.branches_at = vec![Vec::new(); self.nodes.len()];
