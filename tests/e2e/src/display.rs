@@ -1,9 +1,11 @@
 //! An X display in memory, and hands for it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{Output, Process, available, finish};
+use image::RgbImage;
+
+use crate::{Output, Process, available, finish, picture};
 
 /// The button that picks and turns.
 pub const LEFT_BUTTON: u32 = 1;
@@ -48,6 +50,19 @@ impl Display {
         let mut command = Command::new("xdotool");
         command.env("DISPLAY", &self.name).args(words.split_whitespace());
         finish(&mut command).expect_code(0)
+    }
+
+    /// A picture of the screen, kept where `BUSBAR_PICTURES` says, else in a folder.
+    ///
+    /// # Panics
+    /// When none can be taken.
+    pub fn screenshot(&self, folder: &Path, name: &str) -> RgbImage {
+        let kept = std::env::var_os("BUSBAR_PICTURES").map(PathBuf::from);
+        let path = kept.unwrap_or_else(|| folder.to_owned()).join(format!("{name}.png"));
+        let mut import = Command::new("import");
+        import.args(["-display", &self.name, "-window", "root", "-strip"]).arg(&path);
+        finish(&mut import).expect_code(0);
+        picture::load(&path)
     }
 
     /// Clicks with a button, or turns the wheel, at a point in screen pixels.

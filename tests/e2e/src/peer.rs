@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::{Process, available, workspace_path};
 
@@ -78,4 +78,12 @@ fn has_pymodbus(python: &Path) -> bool {
     let mut command = Command::new(python);
     command.args(["-c", "import pymodbus"]).stderr(Stdio::null());
     command.status().is_ok_and(|status| status.success())
+}
+
+/// Registers and inputs of the demo's bay where all is well.
+pub fn calm_values() -> Value {
+    let mut holding = vec![0; 100];
+    // Top oil, hot-spot, one other, oil level, tap, fans, SF6.
+    holding.extend([559, 600, 0, 583, 9, 2, 644]);
+    json!({ "holding": { "0": holding }, "discrete": {"0": [0, 1, 0, 1, 0, 0, 0, 0]} })
 }

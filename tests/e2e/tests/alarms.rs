@@ -1,15 +1,14 @@
 //! Alarms from an independent server to the operator and back: states, the way to the
 //! equipment, detail, keys in a window, and what the audit log has of it.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use std::time::Duration;
 
 use busbar_viewer::{AlarmState, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::Display;
-use e2e::peer::Peer;
+use e2e::peer::{Peer, calm_values};
 use e2e::picture;
-use e2e::{Process, Scene, busbar, finish, wait_for};
+use e2e::{Process, Scene, busbar, wait_for};
 use egui::{Event, Key, Modifiers};
 use serde_json::{Value, json};
 
@@ -21,15 +20,6 @@ const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
 /// Of the Buchholz relay among the discrete inputs, of the SF6 pressure among registers.
 const RELAY_INPUT: u16 = 4;
 const SF6_REGISTER: u16 = 106;
-
-/// All is well.
-fn values() -> Value {
-    let mut holding = vec![0; 20];
-    holding.extend([0; 80]);
-    // Top oil, hot-spot, one other, oil level, tap, fans, SF6.
-    holding.extend([559, 600, 0, 583, 9, 2, 644]);
-    json!({ "holding": { "0": holding }, "discrete": {"0": [0, 1, 0, 1, 0, 0, 0, 0]} })
-}
 
 /// The demo with alarms, at theta 0.7 where nothing says otherwise.
 fn scene(port: u16) -> Scene {
@@ -109,7 +99,7 @@ fn all_good(stats: &Stats) -> bool {
 
 #[test]
 fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
-    let Some(mut peer) = Peer::start(&values()) else { return };
+    let Some(mut peer) = Peer::start(&calm_values()) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene.write());
     let calm = view.until("good tags", all_good);
@@ -150,7 +140,7 @@ fn an_alarm_leads_to_its_equipment_in_full_detail_and_back() {
 
 #[test]
 fn a_server_that_falls_silent_clears_nothing_and_the_alarm_says_so() {
-    let Some(mut peer) = Peer::start(&values()) else { return };
+    let Some(mut peer) = Peer::start(&calm_values()) else { return };
     let scene = scene(peer.port);
     let mut view = View::open(&scene.write());
     view.until("good tags", all_good);
@@ -175,16 +165,6 @@ fn what_is_mirrored_is_as_the_host_says() {
     assert!(refused.to_string().contains("mirrored"), "{refused}");
 }
 
-/// A screenshot, kept where `BUSBAR_PICTURES` says.
-fn screenshot(display: &Display, folder: &Path, name: &str) -> image::RgbImage {
-    let kept = std::env::var_os("BUSBAR_PICTURES").map(PathBuf::from);
-    let path = kept.unwrap_or_else(|| folder.to_owned()).join(format!("{name}.png"));
-    let mut import = Command::new("import");
-    import.args(["-display", &display.name, "-window", "root", "-strip"]).arg(&path);
-    finish(&mut import).expect_code(0);
-    picture::load(&path)
-}
-
 /// What happened to which alarm, who did it, and the state then, as the log has it.
 fn logged(log: &Path) -> Vec<[String; 4]> {
     let text = std::fs::read_to_string(log.join("alarms.jsonl")).unwrap_or_default();
@@ -198,7 +178,7 @@ fn logged(log: &Path) -> Vec<[String; 4]> {
 
 #[test]
 fn keys_in_a_window_are_in_the_log_once_they_show() {
-    let Some(mut peer) = Peer::start(&values()) else { return };
+    let Some(mut peer) = Peer::start(&calm_values()) else { return };
     let Some(display) = Display::start(SCREEN) else { return };
     let mut scene = scene(peer.port);
     scene.config["view"]["size"] = json!(SCREEN);
@@ -213,7 +193,7 @@ fn keys_in_a_window_are_in_the_log_once_they_show() {
     process.wait_for_line(|line| (line == "ready").then_some(()));
     let window = display.xdotool("search --name Busbar").stdout;
     display.xdotool(&format!("windowfocus --sync {}", window.trim()));
-    let mut shots = vec![screenshot(&display, log.parent().expect("a folder"), "alarms_calm")];
+    let mut shots = vec![display.screenshot(log.parent().expect("a folder"), "alarms_calm")];
     peer.set("discrete", RELAY_INPUT, &[1]);
     let wait = |happened: &str, count: usize| {
         wait_for(happened, MAX_WAIT, || {
@@ -226,7 +206,7 @@ fn keys_in_a_window_are_in_the_log_once_they_show() {
     let mut shoot = |name: &str| {
         // Frames are slow on a software rasteriser under validation.
         display.xdotool("sleep 3");
-        shots.push(screenshot(&display, log.parent().expect("a folder"), name));
+        shots.push(display.screenshot(log.parent().expect("a folder"), name));
     };
     shoot("alarms_occurred");
     display.xdotool("key F8");

@@ -1,14 +1,13 @@
 //! From a pick, a search or an alarm to the faceplate, by mouse and keys; the dark theme.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use std::time::Duration;
 
 use busbar_viewer::{FaceplateStats, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::peer::Peer;
+use e2e::peer::{Peer, calm_values};
 use e2e::picture;
-use e2e::{Process, Scene, busbar, finish, wait_for};
+use e2e::{Process, Scene, busbar, wait_for};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use serde_json::{Value, json};
 
@@ -21,14 +20,6 @@ const PICKED: [i32; 2] = [923, 185];
 const POLE: &str = "=S12D1Q1-QA1-L2";
 /// Of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
-
-fn values() -> Value {
-    let mut holding = vec![0; 20];
-    holding.extend([0; 80]);
-    // Top oil, hot-spot, one other, oil level, tap, fans, SF6.
-    holding.extend([559, 600, 0, 583, 9, 2, 644]);
-    json!({ "holding": { "0": holding }, "discrete": {"0": [0, 1, 0, 1, 0, 0, 0, 0]} })
-}
 
 /// The demo with names, aliases and an alarm.
 fn scene(port: u16) -> Scene {
@@ -135,7 +126,7 @@ impl View {
 
 #[test]
 fn a_part_that_is_picked_opens_its_device_with_values_trends_and_alarms() {
-    let Some(mut peer) = Peer::start(&values()) else { return };
+    let Some(mut peer) = Peer::start(&calm_values()) else { return };
     let mut view = View::open(&scene(peer.port).write());
     view.until("good tags", |stats| stats.quality.bad == 0 && stats.quality.uncertain == 0);
     let place = view.place_of(&format!("{TRANSFORMER}/"));
@@ -194,16 +185,6 @@ fn a_key_changes_the_theme_and_a_font_must_be_one() {
     assert!(text.contains("/view/font") && text.contains("name a TrueType"), "{text}");
 }
 
-/// A screenshot, kept where `BUSBAR_PICTURES` says.
-fn screenshot(display: &Display, folder: &Path, name: &str) -> image::RgbImage {
-    let kept = std::env::var_os("BUSBAR_PICTURES").map(PathBuf::from);
-    let path = kept.unwrap_or_else(|| folder.to_owned()).join(format!("{name}.png"));
-    let mut import = Command::new("import");
-    import.args(["-display", &display.name, "-window", "root", "-strip"]).arg(&path);
-    finish(&mut import).expect_code(0);
-    picture::load(&path)
-}
-
 /// Mean of all channels, of 255.
 fn brightness(picture: &image::RgbImage) -> f64 {
     let bytes = picture.as_raw();
@@ -221,7 +202,7 @@ struct Window {
 impl Window {
     /// None where there is no server or display to be had.
     fn open(seconds: &str) -> Option<Self> {
-        let (peer, display) = (Peer::start(&values())?, Display::start(SIZE)?);
+        let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
         let scene = scene(peer.port);
         let mut command = busbar();
         command.arg("view").arg(scene.write()).args(["--validation", "--seconds", seconds]);
@@ -239,7 +220,7 @@ impl Window {
         // Frames are slow on a software rasteriser under validation.
         self.display.xdotool("sleep 3");
         let stats = self.scene.path("stats.json");
-        screenshot(&self.display, stats.parent().expect("a folder"), name)
+        self.display.screenshot(stats.parent().expect("a folder"), name)
     }
 
     /// Waits for its end; what it said of itself then.
