@@ -22,6 +22,8 @@ pub(crate) struct Adapter {
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) properties: vk::PhysicalDeviceProperties,
     pub(crate) can_draw_lines: bool,
+    /// Many draw calls can be read from memory by one command.
+    pub(crate) draws_indirectly: bool,
     /// Whether the queue writes timestamps.
     pub(crate) has_timestamps: bool,
     pub(crate) filters_depth: bool,
@@ -89,6 +91,8 @@ impl Adapter {
             limits: properties.limits,
             properties,
             can_draw_lines: features.fill_mode_non_solid == vk::TRUE,
+            draws_indirectly: features.multi_draw_indirect == vk::TRUE
+                && features.draw_indirect_first_instance == vk::TRUE,
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
             filters_depth: filters_depth(instance, device),
             is_software: properties.device_type == vk::PhysicalDeviceType::CPU,

@@ -7,7 +7,7 @@ use ash::vk;
 use crate::device::Device;
 use crate::error::at;
 use crate::garbage::Garbage;
-use crate::{Buffer, BufferUsage, Gpu, GpuError, Image, ImageKind, Sampler};
+use crate::{Buffer, BufferUsage, Gpu, GpuError, Image, ImageKind, Sampler, Slice};
 
 /// Sets that one pool holds; a full pool gets a companion.
 const SETS_PER_POOL: u32 = 256;
@@ -59,6 +59,8 @@ impl BindingKind {
 pub enum Binding<'a> {
     /// A whole uniform or storage buffer.
     Buffer(&'a Buffer),
+    /// A part of a buffer, as a storage buffer.
+    Slice(&'a Slice),
     /// A texture that has been uploaded, or a target that is sampled after its pass.
     Texture(&'a Image),
     /// A sampler.
@@ -126,6 +128,7 @@ pub struct BindGroup {
 /// Held, never read: the set refers to them.
 enum Kept {
     Buffer(#[expect(dead_code, reason = "held")] Buffer),
+    Slice(#[expect(dead_code, reason = "held")] Slice),
     Image(#[expect(dead_code, reason = "held")] Image),
     Sampler(#[expect(dead_code, reason = "held")] Sampler),
 }
@@ -162,6 +165,12 @@ impl BindGroup {
             .image_layout(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
         match binding {
             Binding::Buffer(bound) => buffer.buffer = bound.raw(),
+            Binding::Slice(bound) => {
+                buffer = vk::DescriptorBufferInfo::default()
+                    .buffer(bound.buffer().raw())
+                    .offset(bound.offset())
+                    .range(bound.size());
+            }
             Binding::Texture(bound) => image.image_view = bound.view(),
             Binding::Sampler(bound) => image.sampler = bound.raw(),
         }
@@ -171,7 +180,7 @@ impl BindGroup {
             .descriptor_type(kind.vk());
         let (buffers, images) = ([buffer], [image]);
         write = match binding {
-            Binding::Buffer(_) => write.buffer_info(&buffers),
+            Binding::Buffer(_) | Binding::Slice(_) => write.buffer_info(&buffers),
             Binding::Texture(_) | Binding::Sampler(_) => write.image_info(&images),
         };
         // SAFETY: the set is new, so nothing uses it; the kinds were checked.
@@ -199,7 +208,10 @@ impl Binding<'_> {
             (Self::Buffer(buffer), BindingKind::Uniform) => {
                 matches!(buffer.usage(), BufferUsage::Uniform | BufferUsage::HostUniform)
             }
-            (Self::Buffer(buffer), BindingKind::Storage) => buffer.can_be_storage(),
+            (Self::Buffer(buffer), BindingKind::Storage) => buffer.can_be_storage(buffer.size()),
+            (Self::Slice(slice), BindingKind::Storage) => {
+                slice.size() > 0 && slice.buffer().can_be_storage(slice.size())
+            }
             (Self::Buffer(buffer), BindingKind::Written) => {
                 matches!(buffer.usage(), BufferUsage::Computed | BufferUsage::Counted)
             }
@@ -214,6 +226,7 @@ impl Binding<'_> {
     fn keep(&self) -> Kept {
         match self {
             Self::Buffer(buffer) => Kept::Buffer((*buffer).clone()),
+            Self::Slice(slice) => Kept::Slice((*slice).clone()),
             Self::Texture(image) => Kept::Image((*image).clone()),
             Self::Sampler(sampler) => Kept::Sampler((*sampler).clone()),
         }

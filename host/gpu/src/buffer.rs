@@ -36,6 +36,8 @@ pub enum BufferUsage {
     HostVertex,
     /// 32-bit indices that the CPU writes every frame.
     HostIndex,
+    /// Draw calls that the CPU writes every frame.
+    HostIndirect,
     /// Source of a copy to the device.
     Staging,
     /// Target of a copy to the CPU.
@@ -69,6 +71,7 @@ impl BufferUsage {
             Self::HostStorage => vk::BufferUsageFlags::STORAGE_BUFFER,
             Self::HostVertex => vk::BufferUsageFlags::VERTEX_BUFFER,
             Self::HostIndex => vk::BufferUsageFlags::INDEX_BUFFER,
+            Self::HostIndirect => vk::BufferUsageFlags::INDIRECT_BUFFER,
             Self::Staging => vk::BufferUsageFlags::TRANSFER_SRC,
             Self::Readback => vk::BufferUsageFlags::TRANSFER_DST,
         }
@@ -86,6 +89,7 @@ impl BufferUsage {
             | Self::HostStorage
             | Self::HostVertex
             | Self::HostIndex
+            | Self::HostIndirect
             | Self::Staging => MemoryLocation::CpuToGpu,
             Self::Readback => MemoryLocation::GpuToCpu,
         }
@@ -181,10 +185,15 @@ impl Buffer {
     /// # Errors
     /// When the bytes do not fit or the buffer is on the device.
     pub fn write(&self, bytes: &[u8]) -> Result<(), GpuError> {
+        self.write_at(0, bytes)
+    }
+
+    /// Likewise, from some byte on.
+    pub(crate) fn write_at(&self, start: usize, bytes: &[u8]) -> Result<(), GpuError> {
         self.allocation()
             .as_mut()
             .and_then(Allocation::mapped_slice_mut)
-            .and_then(|memory| memory.get_mut(..bytes.len()))
+            .and_then(|memory| memory.get_mut(start..start + bytes.len()))
             .ok_or(GpuError::Misuse("a write that does not fit its buffer"))?
             .copy_from_slice(bytes);
         Ok(())
@@ -213,11 +222,11 @@ impl Buffer {
         self.0.size
     }
 
-    /// Whether a shader can see all of it as a storage buffer.
-    pub fn can_be_storage(&self) -> bool {
-        let Inner { device, usage, size, .. } = &*self.0;
+    /// Whether a shader can see so many bytes of it as a storage buffer.
+    pub(crate) fn can_be_storage(&self, bytes: u64) -> bool {
+        let Inner { device, usage, .. } = &*self.0;
         let is_storage = usage.flags().contains(vk::BufferUsageFlags::STORAGE_BUFFER);
-        is_storage && *size <= u64::from(device.adapter.limits.max_storage_buffer_range)
+        is_storage && bytes <= u64::from(device.adapter.limits.max_storage_buffer_range)
     }
 
     pub(crate) fn raw(&self) -> vk::Buffer {

@@ -354,6 +354,8 @@ fn create(instance: &Instance, adapter: &Adapter, presents: bool) -> Result<ash:
         .robust_buffer_access(true)
         // Without it, a mesh may have no more than 2^24 - 1 vertices.
         .full_draw_index_uint32(offered.full_draw_index_uint32 == vk::TRUE)
+        .multi_draw_indirect(adapter.draws_indirectly)
+        .draw_indirect_first_instance(adapter.draws_indirectly)
         .fill_mode_non_solid(adapter.can_draw_lines);
     let mut vulkan_12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default()

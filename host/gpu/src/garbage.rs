@@ -1,16 +1,27 @@
 //! Vulkan objects that wait for the GPU to be done with them.
 
+use std::ops::Range;
+use std::sync::Weak;
+
 use ash::vk;
 use gpu_allocator::vulkan::{Allocation, Allocator};
+
+use crate::arena::Block;
 
 /// Something to destroy.
 pub(crate) enum Garbage {
     Buffer(vk::Buffer, Option<Allocation>),
-    Image { image: vk::Image, views: Vec<vk::ImageView>, allocation: Option<Allocation> },
+    Image {
+        image: vk::Image,
+        views: Vec<vk::ImageView>,
+        allocation: Option<Allocation>,
+    },
     Sampler(vk::Sampler),
     DescriptorSet(vk::DescriptorPool, vk::DescriptorSet),
     DescriptorSetLayout(vk::DescriptorSetLayout),
     Pipeline(vk::Pipeline, vk::PipelineLayout),
+    /// Bytes of a block, which may be gone.
+    Range(Weak<Block>, Range<u64>),
 }
 
 impl Garbage {
@@ -50,6 +61,12 @@ impl Garbage {
                 Self::Pipeline(pipeline, layout) => {
                     device.destroy_pipeline(pipeline, None);
                     device.destroy_pipeline_layout(layout, None);
+                    None
+                }
+                Self::Range(block, range) => {
+                    if let Some(block) = block.upgrade() {
+                        block.release(range);
+                    }
                     None
                 }
             }

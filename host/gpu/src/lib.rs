@@ -8,6 +8,7 @@
 //! the submission that may still use it has finished.
 
 mod adapter;
+mod arena;
 mod bind;
 mod buffer;
 mod compute;
@@ -18,6 +19,7 @@ mod garbage;
 mod gpu;
 mod heap;
 mod image;
+mod indirect;
 mod instance;
 mod paint;
 mod pass;
@@ -33,6 +35,7 @@ mod swapchain;
 mod transfer;
 mod validation;
 
+pub use arena::{Arena, Slice};
 pub use bind::{BindGroup, BindGroupLayout, Binding, BindingKind};
 pub use buffer::{Buffer, BufferUsage};
 pub use compute::{ComputeDescription, ComputePass, ComputePipeline, Dispatch};
@@ -41,7 +44,7 @@ pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
 pub use image::{Image, ImageDescription, ImageKind};
 pub use paint::{Paint, PaintPass};
-pub use pass::{ClearColor, DepthAfter, Draw, Pass, Targets, Viewport};
+pub use pass::{ClearColor, DepthAfter, Draw, DrawCount, Pass, Targets, Viewport};
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };

@@ -1,8 +1,11 @@
 //! Drawing into targets.
 
+use std::ops::AddAssign;
+
 use ash::vk;
 
 use crate::image::ImageUse;
+use crate::indirect::{CALL_BYTES, Call};
 use crate::{BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, Recorder};
 
 /// What colour targets are filled with first.
@@ -60,8 +63,10 @@ pub struct Draw<'a> {
     pub groups: &'a [&'a BindGroup],
     /// Vertices: the pipeline's first vertex buffer.
     pub vertices: &'a Buffer,
-    /// Bytes before the first vertex.
+    /// Bytes before the first vertex that shaders count from.
     pub vertex_offset: u64,
+    /// Added to each index.
+    pub first_vertex: u32,
     /// Instances: its second.
     pub instances: &'a Buffer,
     /// Indices, 32 bits each.
@@ -86,11 +91,53 @@ pub struct Pass<'r> {
     bound: Bound,
 }
 
+/// What drawing took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DrawCount {
+    /// Draws that the device runs.
+    pub draws: u32,
+    /// Commands that ask for them.
+    pub commands: u32,
+}
+
+impl AddAssign for DrawCount {
+    fn add_assign(&mut self, more: Self) {
+        self.draws += more.draws;
+        self.commands += more.commands;
+    }
+}
+
+impl Draw<'_> {
+    /// Whether the other is drawn with all that this one is drawn with.
+    fn is_like(&self, other: &Self) -> bool {
+        let state = |draw: &Self| {
+            let buffers = [draw.vertices, draw.instances, draw.indices].map(Buffer::raw);
+            let ways = (draw.vertex_offset, draw.cull_back, draw.mirrored);
+            (draw.pipeline.raw, buffers, ways)
+        };
+        let groups = |draw: &Self| draw.groups.iter().map(|group| group.raw());
+        state(self) == state(other) && groups(self).eq(groups(other))
+    }
+
+    fn call(&self) -> Call {
+        [
+            self.index_range.len() as u32,
+            self.instance_range.len() as u32,
+            self.index_range.start,
+            self.first_vertex,
+            self.instance_range.start,
+        ]
+    }
+}
+
+/// Groups that a pipeline takes at most (Vulkan 1.3, limit of `maxBoundDescriptorSets`).
+const MAX_GROUPS: usize = 4;
+
 /// What was bound last, so that it is not bound again.
 #[derive(Default)]
 struct Bound {
     pipeline: vk::Pipeline,
-    groups: Vec<vk::DescriptorSet>,
+    groups: [vk::DescriptorSet; MAX_GROUPS],
     vertices: ([vk::Buffer; 2], u64),
     indices: vk::Buffer,
     culling: Option<(bool, bool)>,
@@ -252,31 +299,82 @@ impl Pass<'_> {
     /// # Errors
     /// When the draw does not fit the pass, its pipeline or its buffers.
     pub fn draw(&mut self, draw: &Draw<'_>) -> Result<(), GpuError> {
-        self.check(draw)?;
+        self.check_state(draw)?;
+        check_ranges(draw)?;
         self.bind(draw);
+        self.call(draw);
+        Ok(())
+    }
+
+    /// Draws all in order: those beside each other that are alike but for their ranges by
+    /// one command, where the device can.
+    ///
+    /// # Errors
+    /// As [`Pass::draw`].
+    pub fn draw_all(&mut self, draws: &[Draw<'_>]) -> Result<DrawCount, GpuError> {
+        let mut commands = 0;
+        for alike in draws.chunk_by(Draw::is_like) {
+            self.check_state(&alike[0])?;
+            alike.iter().try_for_each(check_ranges)?;
+            self.bind(&alike[0]);
+            commands += self.call_all(alike)?;
+        }
+        Ok(DrawCount { draws: draws.len() as u32, commands })
+    }
+
+    /// Draws what is alike.
+    fn call_all(&self, alike: &[Draw<'_>]) -> Result<u32, GpuError> {
+        let (mut left, mut commands) = (alike, 0);
+        if alike.len() > 1 && self.recorder.device().adapter.draws_indirectly {
+            let calls: Vec<Call> = alike.iter().map(Draw::call).collect();
+            while !left.is_empty() {
+                let calls = &calls[alike.len() - left.len()..];
+                let Some((buffer, offset, count)) = self.recorder.write_calls(calls)? else {
+                    break;
+                };
+                // SAFETY: as in `call`; the buffer holds so many calls from there on, and is
+                // not written again before the submission is done.
+                unsafe {
+                    self.device.cmd_draw_indexed_indirect(
+                        self.commands,
+                        buffer,
+                        offset,
+                        count as u32,
+                        CALL_BYTES,
+                    );
+                }
+                left = &left[count..];
+                commands += 1;
+            }
+        }
+        left.iter().for_each(|draw| self.call(draw));
+        Ok(commands + left.len() as u32)
+    }
+
+    fn call(&self, draw: &Draw<'_>) {
+        let [indices, instances, first_index, first_vertex, first_instance] = draw.call();
         // SAFETY: the commands are being recorded, inside this pass; all that
         // the pipeline needs is bound and checked; what shaders read beyond a
         // buffer is zero, by robust buffer access.
         unsafe {
             self.device.cmd_draw_indexed(
                 self.commands,
-                draw.index_range.len() as u32,
-                draw.instance_range.len() as u32,
-                draw.index_range.start,
-                0,
-                draw.instance_range.start,
+                indices,
+                instances,
+                first_index,
+                first_vertex.cast_signed(),
+                first_instance,
             );
         }
-        Ok(())
     }
 
-    fn check(&self, draw: &Draw<'_>) -> Result<(), GpuError> {
+    fn check_state(&self, draw: &Draw<'_>) -> Result<(), GpuError> {
         let pipeline = draw.pipeline;
         let made_for = (pipeline.color, pipeline.samples, pipeline.screen);
         if made_for != (self.format, self.samples, false) {
             return Err(GpuError::Misuse("a pipeline made for other targets"));
         }
-        if !pipeline.takes(draw.groups) {
+        if !pipeline.takes(draw.groups) || draw.groups.len() > MAX_GROUPS {
             return Err(GpuError::Misuse("bind groups made for another pipeline"));
         }
         if !matches!(draw.vertices.usage(), BufferUsage::Vertex | BufferUsage::Computed)
@@ -286,12 +384,6 @@ impl Pass<'_> {
             return Err(GpuError::Misuse(
                 "buffers that hold no vertices, no instances or no indices",
             ));
-        }
-        if draw.vertex_offset >= draw.vertices.size() {
-            return Err(GpuError::Misuse("a draw beyond its vertices"));
-        }
-        if u64::from(draw.index_range.end) * size_of::<u32>() as u64 > draw.indices.size() {
-            return Err(GpuError::Misuse("a draw beyond its indices"));
         }
         Ok(())
     }
@@ -305,12 +397,15 @@ impl Pass<'_> {
             if bound.pipeline != draw.pipeline.raw {
                 device.cmd_bind_pipeline(commands, graphics, draw.pipeline.raw);
                 bound.pipeline = draw.pipeline.raw;
-                bound.groups.clear();
+                bound.groups = Default::default();
             }
-            let groups: Vec<_> = draw.groups.iter().map(|group| group.raw()).collect();
+            let mut groups = [vk::DescriptorSet::null(); MAX_GROUPS];
+            for (slot, group) in groups.iter_mut().zip(draw.groups) {
+                *slot = group.raw();
+            }
             if bound.groups != groups {
-                let layout = draw.pipeline.layout;
-                device.cmd_bind_descriptor_sets(commands, graphics, layout, 0, &groups, &[]);
+                let (layout, sets) = (draw.pipeline.layout, &groups[..draw.groups.len()]);
+                device.cmd_bind_descriptor_sets(commands, graphics, layout, 0, sets, &[]);
                 bound.groups = groups;
             }
             let vertices = [draw.vertices.raw(), draw.instances.raw()];
@@ -331,6 +426,16 @@ impl Pass<'_> {
             }
         }
     }
+}
+
+fn check_ranges(draw: &Draw<'_>) -> Result<(), GpuError> {
+    if draw.vertex_offset >= draw.vertices.size() {
+        return Err(GpuError::Misuse("a draw beyond its vertices"));
+    }
+    if u64::from(draw.index_range.end) * size_of::<u32>() as u64 > draw.indices.size() {
+        return Err(GpuError::Misuse("a draw beyond its indices"));
+    }
+    Ok(())
 }
 
 fn cull_mode(cull_back: bool) -> vk::CullModeFlags {

@@ -6,6 +6,7 @@ use ash::vk;
 
 use crate::device::Device;
 use crate::image::ImageUse;
+use crate::indirect::Call;
 use crate::presenter::Presenter;
 use crate::slot::CommandSlot;
 use crate::{Gpu, GpuError, Image};
@@ -56,6 +57,14 @@ impl<'g> Recorder<'g> {
 
     pub(crate) fn commands(&self) -> vk::CommandBuffer {
         self.command_slot().commands
+    }
+
+    /// Puts draw calls where the device reads them, as [`IndirectCalls::write`] does.
+    pub(crate) fn write_calls(
+        &self,
+        calls: &[Call],
+    ) -> Result<Option<(vk::Buffer, u64, usize)>, GpuError> {
+        self.command_slot().calls.borrow_mut().write(self.device(), calls)
     }
 
     /// Makes an image ready for its next use, after its last.

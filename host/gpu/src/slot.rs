@@ -1,5 +1,6 @@
 //! A command buffer of one frame in flight, and the time it takes.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use ash::vk;
@@ -7,6 +8,7 @@ use ash::vk;
 use crate::GpuError;
 use crate::device::Device;
 use crate::error::at;
+use crate::indirect::IndirectCalls;
 
 /// Stages of a submission whose time is taken; those after have none of their own.
 pub const MAX_STAGES: usize = 6;
@@ -33,6 +35,8 @@ pub(crate) struct CommandSlot {
     queries: vk::QueryPool,
     /// Of the last submission, as far as they ended.
     stages: Vec<&'static str>,
+    /// What its draws are read from.
+    pub(crate) calls: RefCell<IndirectCalls>,
     /// The last submission; 0 before the first.
     pub(crate) value: u64,
 }
@@ -45,6 +49,7 @@ impl CommandSlot {
             commands: vk::CommandBuffer::null(),
             queries: vk::QueryPool::null(),
             stages: Vec::new(),
+            calls: RefCell::default(),
             value: 0,
         };
         let raw = &slot.device.raw;
@@ -77,6 +82,7 @@ impl CommandSlot {
 
     pub(crate) fn begin(&mut self) -> Result<(), GpuError> {
         self.stages.clear();
+        self.calls.get_mut().restart();
         let raw = &self.device.raw;
         let info = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);

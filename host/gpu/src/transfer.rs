@@ -4,7 +4,10 @@ use ash::vk;
 
 use crate::format::PIXEL_BYTES;
 use crate::image::ImageUse;
-use crate::{Buffer, BufferUsage, Format, GpuError, Image, ImageDescription, ImageKind, Recorder};
+use crate::{
+    Arena, Buffer, BufferUsage, Format, GpuError, Image, ImageDescription, ImageKind, Recorder,
+    Slice,
+};
 
 /// Bytes that may wait in staging buffers before an upload waits for the GPU.
 const MAX_STAGED_BYTES: u64 = 64 << 20;
@@ -21,13 +24,36 @@ impl Recorder<'_> {
         bytes: &[u8],
     ) -> Result<Buffer, GpuError> {
         let buffer = Buffer::on(self.device(), name, usage, bytes.len() as u64)?;
+        self.fill(&buffer, 0, bytes)?;
+        Ok(buffer)
+    }
+
+    /// A part of an arena's buffers that holds these bytes once submitted.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn upload_slice(&mut self, arena: &mut Arena, bytes: &[u8]) -> Result<Slice, GpuError> {
+        let slice = arena.allocate(self.device(), bytes.len() as u64)?;
+        // Draws of other parts count as reads of the whole buffer.
+        let read = vk::MemoryBarrier2::default()
+            .src_stage_mask(
+                vk::PipelineStageFlags2::VERTEX_INPUT | vk::PipelineStageFlags2::COMPUTE_SHADER,
+            )
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER);
+        self.barriers(&[], &[read]);
+        self.fill(slice.buffer(), slice.offset(), bytes)?;
+        Ok(slice)
+    }
+
+    /// Copies bytes to a place in a buffer on the device, for all that reads it afterwards.
+    fn fill(&mut self, buffer: &Buffer, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
         if bytes.is_empty() {
-            return Ok(buffer);
+            return Ok(());
         }
         let staging = self.stage(bytes)?;
-        let region = [vk::BufferCopy::default().size(bytes.len() as u64)];
+        let region = [vk::BufferCopy::default().dst_offset(offset).size(bytes.len() as u64)];
         // SAFETY: the commands are being recorded; both buffers hold so many
-        // bytes and live until the submission is finished.
+        // bytes there and live until the submission is finished.
         unsafe {
             self.device().raw.cmd_copy_buffer(
                 self.commands(),
@@ -55,7 +81,7 @@ impl Recorder<'_> {
                         | vk::AccessFlags2::SHADER_STORAGE_WRITE,
                 )],
         );
-        Ok(buffer)
+        Ok(())
     }
 
     /// A texture with all its smaller levels, ready to be sampled once

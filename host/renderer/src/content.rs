@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_geometry::CollapseStacks;
-use busbar_gpu::{Binding, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
+use busbar_gpu::{Arena, Binding, BufferUsage, DrawCount, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
 use rayon::prelude::*;
 
 use crate::batch::Plan;
@@ -47,6 +47,8 @@ const PICK_STREAM: usize = MAX_FRAMES_IN_FLIGHT;
 /// All that is drawn and what it is drawn with.
 pub(crate) struct Content {
     pub(crate) models: Vec<Option<GpuModel>>,
+    /// Of all models.
+    pub(crate) vertices: Arena,
     pub(crate) cache: IndexCache,
     pub(crate) resolver: Resolver,
     pub(crate) morpher: Morpher,
@@ -111,6 +113,7 @@ impl Content {
         drop(more);
         Ok(Self {
             models: Vec::new(),
+            vertices: Arena::new("vertices", BufferUsage::Vertex),
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
             resolver: Resolver::new()?,
             morpher: Morpher::default(),
@@ -135,6 +138,12 @@ impl Content {
         self.morpher.drop_all();
         self.resolver.drop_where(|_| true);
         self.forget_order();
+    }
+
+    /// Gives buffers back in which nothing is left.
+    pub(crate) fn trim(&mut self) {
+        self.vertices.trim();
+        self.cache.trim();
     }
 
     /// What was recorded last never ran: images hold nothing.
@@ -293,7 +302,7 @@ impl Content {
         }
         self.ready_polylines(recorder, frame)?;
         let drawer = self.drawer(&plan, stream, frame);
-        let draw_calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
+        let calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         let triangles = drawer.triangles();
         recorder.end_stage("scene");
         if let (true, Some(high)) = (occludes, &self.high) {
@@ -305,7 +314,8 @@ impl Content {
         self.views[Viewing::Frame as usize].plan = plan;
         Ok(FrameStats {
             triangles,
-            draw_calls,
+            draw_calls: calls.draws,
+            draw_commands: calls.commands,
             resolve_millis,
             resolved: self.cache.made() + ways,
             shadows_drawn,
@@ -321,7 +331,7 @@ impl Content {
         frame: &Frame<'_>,
         drawer: &SceneDrawer<'_>,
         keeps_depth: bool,
-    ) -> Result<u32, RenderError> {
+    ) -> Result<DrawCount, RenderError> {
         let undecoded = self.pipelines.undecoded && !frame.wireframe;
         let cleared = targets.cleared_to(frame.background, undecoded, keeps_depth);
         let slot = recorder.slot();
@@ -337,7 +347,7 @@ impl Content {
         let mut calls = drawer.draw(&mut pass, &looks.opaque, Sections::Opaque)?;
         if let (Some(pipeline), Some(_)) = (&self.pipelines.ground, frame.ground) {
             self.ground.draw(&mut pass, pipeline, drawer.frame_group, drawer.instances)?;
-            calls += 1;
+            calls += DrawCount { draws: 1, commands: 1 };
         }
         calls += drawer.draw_blended(&mut pass, &looks.blended, frame.camera.eye)?;
         if let (Some(kit), Some(lines)) = (&self.polylines, &frame.polylines) {

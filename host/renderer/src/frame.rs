@@ -164,6 +164,9 @@ pub struct FrameStats {
     pub triangles: u64,
     /// Draw calls, without those of the panels.
     pub draw_calls: u32,
+    /// Commands that ask for them: those beside each other that are alike are one, where the
+    /// device can.
+    pub draw_commands: u32,
     /// CPU time from the frame's beginning to its submission; waiting for the
     /// GPU is left out.
     pub cpu_millis: f64,

@@ -63,6 +63,7 @@ impl GroundKit {
             groups: &[frame_group],
             vertices: &self.vertices,
             vertex_offset: 0,
+            first_vertex: 0,
             instances,
             indices: &self.indices,
             index_range: 0..TRIANGLES.len() as u32,

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use busbar_gpu::{Buffer, BufferUsage, Recorder};
+use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
 
 use crate::RenderError;
 use crate::resolver::ResolvedTriangles;
@@ -28,8 +28,8 @@ pub(crate) struct IndexKey {
 /// Live triangles of a mesh at a cursor.
 pub(crate) struct ResolvedIndices {
     /// `None` when no triangle lives.
-    pub(crate) buffer: Option<Buffer>,
-    /// For each section, its range of indices.
+    pub(crate) indices: Option<Slice>,
+    /// For each section, its range among them.
     pub(crate) sections: Vec<Range<u32>>,
     pub(crate) triangles: u32,
     bytes: u64,
@@ -42,7 +42,9 @@ pub(crate) struct ResolvedIndices {
 /// Least-recently-used cache. A buffer that is evicted is freed once no frame
 /// in flight uses it; the gpu crate sees to that.
 pub(crate) struct IndexCache {
-    entries: HashMap<IndexKey, ResolvedIndices>,
+    /// Looked up for each batch of each frame.
+    entries: HashMap<IndexKey, ResolvedIndices, foldhash::fast::RandomState>,
+    arena: Arena,
     bytes: u64,
     limit_bytes: u64,
     /// Counts frames and picks.
@@ -55,7 +57,15 @@ pub(crate) struct IndexCache {
 
 impl IndexCache {
     pub(crate) fn new(limit_bytes: u64) -> Self {
-        Self { entries: HashMap::new(), bytes: 0, limit_bytes, clock: 0, frame_bytes: 0, made: 0 }
+        Self {
+            entries: HashMap::default(),
+            arena: Arena::new("indices", BufferUsage::Index),
+            bytes: 0,
+            limit_bytes,
+            clock: 0,
+            frame_bytes: 0,
+            made: 0,
+        }
     }
 
     pub(crate) fn set_limit(&mut self, limit_bytes: u64) {
@@ -96,7 +106,7 @@ impl IndexCache {
         key: IndexKey,
         resolved: &ResolvedTriangles,
     ) -> Result<(), RenderError> {
-        let entry = upload(recorder, resolved, self.clock)?;
+        let entry = upload(recorder, &mut self.arena, resolved, self.clock)?;
         self.made += 1;
         self.bytes += entry.bytes;
         if let Some(replaced) = self.entries.insert(key, entry) {
@@ -125,6 +135,11 @@ impl IndexCache {
 
     pub(crate) fn get(&self, key: IndexKey) -> Option<&ResolvedIndices> {
         self.entries.get(&key)
+    }
+
+    /// Gives buffers back in which nothing is left.
+    pub(crate) fn trim(&mut self) {
+        self.arena.trim();
     }
 
     /// Drops what was used least recently, down to the limit, but nothing that
@@ -180,16 +195,17 @@ impl IndexCache {
 
 fn upload(
     recorder: &mut Recorder<'_>,
+    arena: &mut Arena,
     resolved: &ResolvedTriangles,
     clock: u64,
 ) -> Result<ResolvedIndices, RenderError> {
     let indices: &[u8] = bytemuck::cast_slice(&resolved.triangles);
-    let buffer = match indices {
+    let slice = match indices {
         [] => None,
-        _ => Some(recorder.upload_buffer("indices at a cursor", BufferUsage::Index, indices)?),
+        _ => Some(recorder.upload_slice(arena, indices)?),
     };
     Ok(ResolvedIndices {
-        buffer,
+        indices: slice,
         sections: resolved.sections.iter().map(|range| range.start * 3..range.end * 3).collect(),
         triangles: resolved.triangles.len() as u32,
         bytes: indices.len() as u64 + ENTRY_BYTES,

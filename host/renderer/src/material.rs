@@ -1,6 +1,7 @@
 //! Materials on the device.
 
 use std::collections::HashMap;
+use std::sync::{Arc, Weak};
 
 use busbar_gpu::{
     AddressMode, BindGroup, BindGroupLayout, Binding, BufferUsage, Format, Gpu, Image, Recorder,
@@ -12,12 +13,17 @@ use busbar_shaders::MaterialUniform;
 use crate::RenderError;
 use crate::targets::srgb_from_linear;
 
+/// Materials without textures that are kept in mind to be shared.
+const MAX_SHARED_MATERIALS: usize = 4096;
+
 /// What a metal keeps of its colour at low quality, as `METAL` of the shader.
 const LOW_METAL: f32 = 0.45;
 
 /// A material ready to draw with.
 pub(crate) struct GpuMaterial {
-    pub(crate) group: BindGroup,
+    pub(crate) group: Arc<BindGroup>,
+    /// Tells groups apart, in the order in which they were made.
+    pub(crate) number: u32,
     pub(crate) blends: bool,
     pub(crate) double_sided: bool,
     /// Opaque and without textures.
@@ -30,6 +36,10 @@ pub(crate) struct GpuMaterial {
 pub(crate) struct MaterialKit {
     layout: BindGroupLayout,
     samplers: HashMap<[Wrap; 2], Sampler>,
+    /// Of materials without textures, by what is in them: models often have the same.
+    untextured: HashMap<Vec<u8>, (u32, Weak<BindGroup>)>,
+    /// Groups that there ever were.
+    made: u32,
     /// Stands in where a material has no texture.
     white: Image,
 }
@@ -46,13 +56,13 @@ impl MaterialKit {
         let mut recorder = gpu.begin_transfer()?;
         let white = recorder.upload_texture("white", Format::Rgba8Linear, [1, 1], &[255; 4])?;
         recorder.submit_and_wait()?;
-        Ok(Self { layout, samplers, white })
+        Ok(Self { layout, samplers, untextured: HashMap::new(), made: 0, white })
     }
 
     /// Uploads materials and the textures they use. The last one returned is
     /// the default material.
     pub(crate) fn upload(
-        &self,
+        &mut self,
         recorder: &mut Recorder<'_>,
         materials: &[Material],
         textures: &[Texture],
@@ -66,18 +76,60 @@ impl MaterialKit {
     }
 
     fn upload_one(
-        &self,
+        &mut self,
         recorder: &mut Recorder<'_>,
         textures: &mut TextureUploads<'_>,
         index: u32,
         material: &Material,
     ) -> Result<GpuMaterial, RenderError> {
+        let is_textured =
+            material.base_color_texture.is_some() || material.metallic_roughness_texture.is_some();
         let uniform = uniform_of(material);
-        let uniform = recorder.upload_buffer(
-            "material",
-            BufferUsage::Uniform,
-            bytemuck::bytes_of(&uniform),
-        )?;
+        let bytes = bytemuck::bytes_of(&uniform);
+        let shared = || {
+            let (number, group) = self.untextured.get(bytes)?;
+            Some((*number, group.upgrade()?))
+        };
+        let found = if is_textured { None } else { shared() };
+        let (number, group) = match found {
+            Some(found) => found,
+            None => {
+                let group = Arc::new(self.group(recorder, textures, (index, material), bytes)?);
+                self.made += 1;
+                if !is_textured {
+                    self.share(bytes, &group);
+                }
+                (self.made, group)
+            }
+        };
+        Ok(GpuMaterial {
+            group,
+            number,
+            blends: material.alpha == AlphaMode::Blend,
+            double_sided: material.double_sided,
+            emits: material.emissive != [0.0; 3],
+            plain: material.alpha == AlphaMode::Opaque && !is_textured,
+        })
+    }
+
+    /// Keeps the group made last in mind.
+    fn share(&mut self, uniform: &[u8], group: &Arc<BindGroup>) {
+        if self.untextured.len() == MAX_SHARED_MATERIALS {
+            self.untextured.retain(|_, (_, group)| group.strong_count() > 0);
+        }
+        if self.untextured.len() < MAX_SHARED_MATERIALS {
+            self.untextured.insert(uniform.to_vec(), (self.made, Arc::downgrade(group)));
+        }
+    }
+
+    fn group(
+        &self,
+        recorder: &mut Recorder<'_>,
+        textures: &mut TextureUploads<'_>,
+        (index, material): (u32, &Material),
+        uniform: &[u8],
+    ) -> Result<BindGroup, RenderError> {
+        let uniform = recorder.upload_buffer("material", BufferUsage::Uniform, uniform)?;
         let mut bound = |texture, format| {
             Ok::<_, RenderError>(match texture {
                 None => (self.white.clone(), [Wrap::Repeat; 2]),
@@ -95,15 +147,7 @@ impl MaterialKit {
             Binding::Texture(&rough),
             Binding::Sampler(&self.samplers[&rough_wrap]),
         ];
-        Ok(GpuMaterial {
-            group: BindGroup::new(&self.layout, &bindings)?,
-            blends: material.alpha == AlphaMode::Blend,
-            double_sided: material.double_sided,
-            emits: material.emissive != [0.0; 3],
-            plain: material.alpha == AlphaMode::Opaque
-                && material.base_color_texture.is_none()
-                && material.metallic_roughness_texture.is_none(),
-        })
+        Ok(BindGroup::new(&self.layout, &bindings)?)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use busbar_geometry::{CollapseStacks, Mesh};
-use busbar_gpu::{Buffer, BufferUsage, Recorder};
+use busbar_gpu::{Arena, Recorder, Slice};
 use busbar_scene::{Material, Texture};
 use busbar_shaders::Vertex;
 use glam::Vec3;
@@ -38,7 +38,7 @@ pub(crate) struct GpuModel {
 pub(crate) struct GpuMesh {
     pub(crate) stacks: Arc<CollapseStacks>,
     /// `None` for a mesh without vertices.
-    pub(crate) vertices: Option<Buffer>,
+    pub(crate) vertices: Option<Slice>,
     /// `None` for a mesh that is one piece.
     pub(crate) features: Option<MeshFeatures>,
     /// Around the mesh, mesh space.
@@ -50,15 +50,15 @@ pub(crate) struct GpuMesh {
 impl GpuModel {
     pub(crate) fn upload(
         recorder: &mut Recorder<'_>,
-        kit: &MaterialKit,
-        feature_kit: &FeatureKit,
+        (kit, feature_kit): (&mut MaterialKit, &FeatureKit),
+        vertices: &mut Arena,
         upload: ModelUpload<'_>,
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
         let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mesh = model.upload_mesh(recorder, feature_kit, stacks)?;
+            let mesh = model.upload_mesh(recorder, feature_kit, vertices, stacks)?;
             model.meshes.push(mesh);
         }
         Ok(model)
@@ -68,17 +68,14 @@ impl GpuModel {
         &self,
         recorder: &mut Recorder<'_>,
         feature_kit: &FeatureKit,
+        arena: &mut Arena,
         stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
         let vertices = vertices_of(mesh);
         let vertices = match vertices.as_slice() {
             [] => None,
-            vertices => Some(recorder.upload_buffer(
-                "vertices",
-                BufferUsage::Vertex,
-                bytemuck::cast_slice(vertices),
-            )?),
+            vertices => Some(recorder.upload_slice(arena, bytemuck::cast_slice(vertices))?),
         };
         Ok(GpuMesh {
             stacks: Arc::clone(stacks),

@@ -109,7 +109,8 @@ impl Morpher {
         let bytes: &[u8] = bytemuck::cast_slice(standing);
         let mover = ready(&mut self.mover, || Mover::new(recorder.gpu()))?;
         let buffer = recorder.upload_buffer("standing vertices", BufferUsage::Storage, bytes)?;
-        let group = BindGroup::new(&mover.standing, &[vertices, &buffer].map(Binding::Buffer))?;
+        let group =
+            BindGroup::new(&mover.standing, &[Binding::Slice(vertices), Binding::Buffer(&buffer)])?;
         let bytes = bytes.len() as u64;
         let entry = Standing { group, bytes, used_at: self.clock };
         self.standing_bytes += bytes;

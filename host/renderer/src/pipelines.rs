@@ -93,16 +93,23 @@ impl Shading {
         Self { any, without_features: None, plain: None, plain_is_narrow: false }
     }
 
-    /// The fastest pipeline that will do.
-    pub(crate) fn pipeline(&self, highlights: Highlights, material: &GpuMaterial) -> &Pipeline {
+    /// The fastest pipeline that will do, and its place among them.
+    pub(crate) fn pipeline(
+        &self,
+        highlights: Highlights,
+        material: &GpuMaterial,
+    ) -> (u8, &Pipeline) {
         let is_narrow = !material.double_sided && !material.emits;
         let plain = material.plain && (is_narrow || !self.plain_is_narrow);
+        let without_features = || Some((1, self.without_features.as_ref()?));
         let faster = match (highlights, plain) {
-            (Highlights::None, true) => self.plain.as_ref().or(self.without_features.as_ref()),
+            (Highlights::None, true) => {
+                self.plain.as_ref().map(|plain| (0, plain)).or_else(without_features)
+            }
             (Highlights::OfFeatures, _) => None,
-            _ => self.without_features.as_ref(),
+            _ => without_features(),
         };
-        faster.unwrap_or(&self.any)
+        faster.unwrap_or((2, &self.any))
     }
 }
 

@@ -5,9 +5,9 @@
 //! lies before them and hide nothing themselves: what comes first lies behind.
 
 use busbar_gpu::{
-    AttributeKind, BindGroup, BindGroupLayout, Blend, Buffer, BufferUsage, Draw, Format, Gpu,
-    GpuError, MAX_FRAMES_IN_FLIGHT, Pass, Pipeline, PipelineDescription, Recorder, ShaderStage,
-    VertexAttribute, VertexBuffer,
+    AttributeKind, BindGroup, BindGroupLayout, Blend, Buffer, BufferUsage, Draw, DrawCount, Format,
+    Gpu, GpuError, MAX_FRAMES_IN_FLIGHT, Pass, Pipeline, PipelineDescription, Recorder,
+    ShaderStage, VertexAttribute, VertexBuffer,
 };
 use busbar_shaders::{FaceInstance, POLYLINES, StrokeInstance};
 use glam::Vec3;
@@ -127,16 +127,16 @@ impl PolylineKit {
         Ok(())
     }
 
-    /// Draws over what is farther; how many draws that took.
+    /// Draws over what is farther.
     pub(crate) fn draw(
         &self,
         pass: &mut Pass<'_>,
         frame_group: &BindGroup,
         slot: usize,
         lines: &Polylines<'_>,
-    ) -> Result<u32, GpuError> {
+    ) -> Result<DrawCount, GpuError> {
         let Slot { strokes, faces, .. } = &self.slots[slot];
-        let mut calls = 0;
+        let mut calls = DrawCount::default();
         for (pipeline, instances, count) in
             [(&self.faces, faces, lines.faces.len()), (&self.strokes, strokes, lines.strokes.len())]
         {
@@ -148,6 +148,7 @@ impl PolylineKit {
                 groups: &[frame_group],
                 vertices: &self.corners,
                 vertex_offset: 0,
+                first_vertex: 0,
                 instances,
                 indices: &self.indices,
                 index_range: 0..TRIANGLES.len() as u32,
@@ -155,7 +156,7 @@ impl PolylineKit {
                 cull_back: false,
                 mirrored: false,
             })?;
-            calls += 1;
+            calls += DrawCount { draws: 1, commands: 1 };
         }
         Ok(calls)
     }

@@ -177,6 +177,8 @@ impl Renderer {
     pub fn free_memory(&mut self) -> Result<(), RenderError> {
         self.content.cache.drop_all();
         self.content.morpher.drop_all();
+        self.gpu.free_memory()?;
+        self.content.trim();
         Ok(self.gpu.free_memory()?)
     }
 
@@ -191,8 +193,8 @@ impl Renderer {
             return Err(RenderError::TooMany { what: "models", asked, limit });
         }
         let mut recorder = self.gpu.begin_transfer()?;
-        let model =
-            GpuModel::upload(&mut recorder, &self.content.kit, &self.content.feature_kit, upload)?;
+        let Content { kit, feature_kit, vertices, .. } = &mut self.content;
+        let model = GpuModel::upload(&mut recorder, (kit, feature_kit), vertices, upload)?;
         recorder.submit_and_wait()?;
         self.content.models.push(Some(model));
         Ok(ModelHandle(index as u32))
@@ -334,6 +336,7 @@ impl Renderer {
             recorder.submit()?;
         }
         self.content.cache.evict();
+        self.content.trim();
         Ok(stats)
     }
 

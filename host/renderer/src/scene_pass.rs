@@ -1,13 +1,13 @@
 //! Records a plan's draws.
 
-use busbar_gpu::{BindGroup, Buffer, Draw, GpuError, Pass};
+use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, GpuError, Pass};
 use glam::{Vec3, Vec4};
 
 use crate::batch::{Batch, Plan};
 use crate::features::FeatureKit;
 use crate::index_cache::IndexCache;
-use crate::model::GpuModel;
-use crate::morph::Morpher;
+use crate::model::{GpuMesh, GpuModel};
+use crate::morph::{Morpher, VERTEX_BYTES};
 use crate::pipelines::Shading;
 
 /// Which sections of a mesh are drawn.
@@ -18,7 +18,7 @@ pub(crate) enum Sections {
     Blended,
 }
 
-/// Draws a plan, one call a section of each batch.
+/// Draws a plan: a draw a section of each batch.
 pub(crate) struct SceneDrawer<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a IndexCache,
@@ -35,19 +35,35 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) shows_backs: bool,
 }
 
-impl SceneDrawer<'_> {
-    /// Draws all batches. Returns the number of draw calls.
+/// A draw of one section.
+struct Section<'a> {
+    order: Order,
+    groups: [&'a BindGroup; 4],
+    /// All but the groups.
+    draw: Draw<'a>,
+}
+
+/// What is alike in it is drawn together: pipeline, faces, features, material, and where
+/// vertices and indices lie.
+type Order = (u8, [bool; 3], u32, [u32; 2]);
+
+/// Of vertices that no arena holds.
+const NO_BLOCK: u32 = u32::MAX;
+
+impl<'a> SceneDrawer<'a> {
+    /// Draws all batches.
     pub(crate) fn draw(
         &self,
         pass: &mut Pass<'_>,
         shading: &Shading,
-        sections: Sections,
-    ) -> Result<u32, GpuError> {
-        let mut calls = 0;
+        wanted: Sections,
+    ) -> Result<DrawCount, GpuError> {
+        let mut sections = Vec::with_capacity(self.plan.batches.len());
         for batch in self.plan.seen() {
-            calls += self.draw_batch(pass, shading, batch, sections)?;
+            self.list(&mut sections, shading, batch, wanted);
         }
-        Ok(calls)
+        sections.sort_by_key(|section| section.order);
+        draw_all(pass, &sections)
     }
 
     /// Draws blended sections one instance at a time, the farthest first.
@@ -56,7 +72,7 @@ impl SceneDrawer<'_> {
         pass: &mut Pass<'_>,
         shading: &Shading,
         eye: Vec3,
-    ) -> Result<u32, GpuError> {
+    ) -> Result<DrawCount, GpuError> {
         let mut singles = Vec::new();
         for batch in self.plan.seen() {
             let Some(model) = &self.models[batch.key.model as usize] else {
@@ -75,34 +91,29 @@ impl SceneDrawer<'_> {
             }
         }
         singles.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let mut calls = 0;
+        let mut sections = Vec::with_capacity(singles.len());
         for (_, single) in &singles {
-            calls += self.draw_batch(pass, shading, single, Sections::Blended)?;
+            self.list(&mut sections, shading, single, Sections::Blended);
         }
-        Ok(calls)
+        draw_all(pass, &sections)
     }
 
-    fn draw_batch(
+    /// Lists the draws of a batch.
+    fn list<'s>(
         &self,
-        pass: &mut Pass<'_>,
-        shading: &Shading,
+        sections: &mut Vec<Section<'s>>,
+        shading: &'s Shading,
         batch: &Batch,
         wanted: Sections,
-    ) -> Result<u32, GpuError> {
-        let Some(model) = &self.models[batch.key.model as usize] else {
-            return Ok(0);
-        };
+    ) where
+        'a: 's,
+    {
+        let Some(model) = &self.models[batch.key.model as usize] else { return };
         let mesh = &model.meshes[batch.key.mesh as usize];
-        let Some(resolved) = self.cache.get(batch.key) else {
-            return Ok(0);
-        };
-        let (Some(vertices), Some(indices)) = (&mesh.vertices, &resolved.buffer) else {
-            return Ok(0);
-        };
-        let moved = self.morpher.and_then(|morpher| morpher.vertices_of(batch));
-        let (vertices, vertex_offset) = moved.unwrap_or((vertices, 0));
-        let features = self.feature_kit.group(mesh.features.as_ref());
-        let mut calls = 0;
+        let Some(resolved) = self.cache.get(batch.key) else { return };
+        let Some(indices) = &resolved.indices else { return };
+        let Some(vertices) = self.vertices_of(mesh, batch) else { return };
+        let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -113,24 +124,43 @@ impl SceneDrawer<'_> {
             if !is_wanted || range.is_empty() {
                 continue;
             }
-            let pipeline = shading.pipeline(batch.highlights, material);
+            let (place, pipeline) = shading.pipeline(batch.highlights, material);
+            let cull_back = !material.double_sided && !self.shows_backs;
+            let ways = [cull_back, batch.mirrored, mesh.features.is_some()];
+            let features = self.feature_kit.group(mesh.features.as_ref());
             let last = self.more.unwrap_or(self.frame_group);
-            let groups = [self.frame_group, features, &material.group, last];
-            pass.draw(&Draw {
-                pipeline,
-                groups: &groups[..pipeline.group_count()],
-                vertices,
-                vertex_offset,
-                instances: self.instances,
-                indices,
-                index_range: range.clone(),
-                instance_range: batch.instances.clone(),
-                cull_back: !material.double_sided && !self.shows_backs,
-                mirrored: batch.mirrored,
-            })?;
-            calls += 1;
+            sections.push(Section {
+                order: (place, ways, material.number, [vertices.block, indices.block()]),
+                groups: [self.frame_group, features, &material.group, last],
+                draw: Draw {
+                    pipeline,
+                    groups: &[],
+                    vertices: vertices.buffer,
+                    vertex_offset: vertices.offset,
+                    first_vertex: vertices.first,
+                    instances: self.instances,
+                    indices: indices.buffer(),
+                    index_range: first_index + range.start..first_index + range.end,
+                    instance_range: batch.instances.clone(),
+                    cull_back,
+                    mirrored: batch.mirrored,
+                },
+            });
         }
-        Ok(calls)
+    }
+
+    fn vertices_of(&self, mesh: &'a GpuMesh, batch: &Batch) -> Option<Vertices<'a>> {
+        let slice = mesh.vertices.as_ref()?;
+        let moved = self.morpher.and_then(|morpher| morpher.vertices_of(batch));
+        let (block, buffer, offset) = moved
+            .map_or((slice.block(), slice.buffer(), slice.offset()), |(buffer, offset)| {
+                (NO_BLOCK, buffer, offset)
+            });
+        // Shaders look features up by a vertex's number in its mesh.
+        Some(match mesh.features {
+            Some(_) => Vertices { block, buffer, offset, first: 0 },
+            None => Vertices { block, buffer, offset: 0, first: (offset / VERTEX_BYTES) as u32 },
+        })
     }
 
     /// Live triangles over all instances.
@@ -144,4 +174,27 @@ impl SceneDrawer<'_> {
             })
             .sum()
     }
+}
+
+/// Where the vertices of a batch are.
+struct Vertices<'a> {
+    block: u32,
+    buffer: &'a Buffer,
+    /// Bytes before the first that shaders count from.
+    offset: u64,
+    /// Vertices from there to the batch's first.
+    first: u32,
+}
+
+fn draw_all(pass: &mut Pass<'_>, sections: &[Section<'_>]) -> Result<DrawCount, GpuError> {
+    let draws: Vec<Draw<'_>> = sections
+        .iter()
+        .map(|Section { groups, draw, .. }| Draw {
+            groups: &groups[..draw.pipeline.group_count()],
+            index_range: draw.index_range.clone(),
+            instance_range: draw.instance_range.clone(),
+            ..*draw
+        })
+        .collect();
+    pass.draw_all(&draws)
 }

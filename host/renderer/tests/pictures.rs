@@ -81,6 +81,7 @@ fn instances_at_one_cursor_share_a_draw_call() {
         assert_eq!((stats.triangles, stats.draw_calls), (100, 1));
         let stats = renderer.draw(&frame(&[at(0.0, 0), at(1.0, 1), at(2.0, 0)])).unwrap();
         assert_eq!((stats.triangles, stats.draw_calls), (5, 2));
+        assert_eq!(stats.draw_commands, 1, "what is alike is one command");
     });
 }
 

@@ -34,6 +34,10 @@ pub struct Stats {
     /// GPU milliseconds of the last frame it finished: `frame` in all, and by stage:
     /// `upload`, `scene`, `panels`. Empty on devices without timestamps.
     pub gpu_ms: BTreeMap<&'static str, f64>,
+    /// Draws of the last frame, without those of the panels.
+    pub draw_calls: u32,
+    /// Commands that asked for them: what is alike is one, where the device can.
+    pub draw_commands: u32,
     /// CPU milliseconds that the last frame spent on meshes at new cursors.
     pub resolve_ms: f64,
     /// Meshes that came onto the device at new cursors so far.

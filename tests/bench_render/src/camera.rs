@@ -58,6 +58,16 @@ pub(crate) fn walk(bounds: Bounds, poses: usize) -> Vec<Camera> {
     (0..poses).map(pose).collect()
 }
 
+/// On through the box from its middle, at an operator's height, by so many metres a pose.
+pub(crate) fn stride(bounds: Bounds, poses: usize, metres: f32) -> Vec<Camera> {
+    let middle = bounds.center();
+    let pose = |number: usize| {
+        let eye = Vec3::new(middle.x + number as f32 * metres, bounds.min.y + EYE_HEIGHT, middle.z);
+        Camera::look(eye, eye + Vec3::new(10.0, 1.0, 0.0))
+    };
+    (0..poses).map(pose).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::json;
 use substation::Station;
 
-use crate::camera::{Camera, orbit, walk};
+use crate::camera::{Camera, orbit, stride, walk};
 use crate::drawer::{Drawer, Recipe};
 use crate::scenes::{Scenes, write_models};
 
@@ -23,6 +23,10 @@ pub(crate) const SOME_STATIONS: usize = 12;
 /// Between two stations, metres.
 const GAP: f32 = 20.0;
 const POSES: usize = 6;
+/// From frame to frame where an operator walks, metres: fast, at 60 frames a second.
+pub(crate) const STRIDE_METRES: f32 = 0.2;
+/// Frames of a walk.
+const STRIDES: usize = 30;
 /// Frames before the counted ones: levels of detail are resolved on the way.
 const WARM_UP_ROUNDS: usize = 2;
 /// Pixels of error that theta may show.
@@ -39,7 +43,8 @@ pub(crate) struct Many {
     pub(crate) peak_bytes: u64,
 }
 
-/// Measures one station, some and all, from above all of them and from within one.
+/// Measures one station, some and all, from above all of them and from within one, in leaps
+/// and as one walks.
 pub(crate) fn measure(
     scenes: &Scenes,
     ours: &Recipe,
@@ -53,11 +58,14 @@ pub(crate) fn measure(
         max: scenes.bounds.max + step(scenes.bounds) * (ROW - 1) as f32,
     };
     let birds = orbit(all, POSES, 1.0);
-    let views = [("bird", birds), ("within", walk(scenes.bounds, POSES))];
+    let strides = stride(scenes.bounds, STRIDES, STRIDE_METRES);
+    let views = [("bird", birds), ("within", walk(scenes.bounds, POSES)), ("walking", strides)];
     let mut found = Vec::new();
     for stations in [1, SOME_STATIONS, STATIONS] {
         let path = configuration(stations, scenes.bounds, folder)?;
-        for (view, cameras) in &views {
+        // What the processor takes is asked for of some alone.
+        let count = if stations == SOME_STATIONS { views.len() } else { views.len() - 1 };
+        for (view, cameras) in &views[..count] {
             let mut drawer = Drawer::start(ours, core, &path, 1)?;
             drawer
                 .picture(cameras[1], &pictures.join(format!("stations_{stations}_{view}.png")))?;

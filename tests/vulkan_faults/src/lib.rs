@@ -11,9 +11,11 @@
 mod chain;
 mod codes;
 mod commands;
+mod features;
 mod plan;
 mod setup;
 
 pub use codes::{Code, codes_of, name_of};
+pub use features::WITHOUT_VARIABLE;
 pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE};
 pub use setup::{LAYER_NAME, VALIDATION_LAYER_NAME, install};

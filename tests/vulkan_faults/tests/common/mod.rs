@@ -137,7 +137,7 @@ pub(crate) fn is_final(fault: &Fault) -> bool {
     }
 }
 
-/// Quads one behind the other: textured, see-through, plain.
+/// Quads one behind the other: textured, see-through, plain; and one more plain mesh.
 fn model() -> Model {
     let quads = [quad(0, 0.0), quad(1, 0.6), quad(2, -0.6)];
     let texture = TextureRef { texture: 0, wrap: [Wrap::Repeat; 2] };
@@ -151,19 +151,23 @@ fn model() -> Model {
         ..Material::default()
     };
     Model {
-        meshes: vec![weld(&quads).expect("its points are finite").0],
+        meshes: [&quads[..], &[quad(2, -0.9)]]
+            .map(|quads| weld(quads).expect("its points are finite").0)
+            .into(),
         materials: vec![
             Material { base_color_texture: Some(texture), ..Material::default() },
             glass,
             Material { base_color: [0.5, 0.45, 0.4, 1.0], ..Material::default() },
         ],
         textures: vec![Texture { width: 8, height: 8, rgba8: checks.collect() }],
-        nodes: vec![ModelNode {
-            name: "quads".into(),
-            parent: None,
-            parent_from_node: Mat4::IDENTITY,
-            mesh: Some(0),
-        }],
+        nodes: [("quads", 0), ("quad behind", 1)]
+            .map(|(name, mesh)| ModelNode {
+                name: name.into(),
+                parent: None,
+                parent_from_node: Mat4::IDENTITY,
+                mesh: Some(mesh),
+            })
+            .into(),
         ..Model::default()
     }
 }

@@ -1,0 +1,208 @@
+//! Parts of a few large buffers, so that what is drawn together is bound once.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use range_alloc::RangeAllocator;
+
+use crate::device::Device;
+use crate::garbage::Garbage;
+use crate::{Buffer, BufferUsage, GpuError};
+
+/// Bytes of one block; what is larger gets a block of its own. A driver that renders in
+/// software takes them from the host as they are filled.
+const BLOCK_BYTES: u64 = 16 << 20;
+
+/// Slices begin at multiples of this: any of them may be a storage buffer (Vulkan 1.3, limit
+/// of `minStorageBufferOffsetAlignment`).
+const ALIGNMENT: u64 = 256;
+
+/// Where slices of one usage come from.
+pub struct Arena {
+    name: &'static str,
+    usage: BufferUsage,
+    blocks: Vec<Arc<Block>>,
+    /// Blocks that there ever were.
+    made: u32,
+}
+
+/// A buffer that slices share.
+pub(crate) struct Block {
+    number: u32,
+    buffer: Buffer,
+    free: Mutex<RangeAllocator<u64>>,
+}
+
+impl Arena {
+    /// An empty one; `usage` is one that a [`Recorder`](crate::Recorder) fills.
+    pub fn new(name: &'static str, usage: BufferUsage) -> Self {
+        Self { name, usage, blocks: Vec::new(), made: 0 }
+    }
+
+    pub(crate) fn allocate(&mut self, device: &Arc<Device>, bytes: u64) -> Result<Slice, GpuError> {
+        let needed = bytes.max(1).next_multiple_of(ALIGNMENT);
+        let found = self.blocks.iter().find_map(|block| Slice::of(device, block, needed, bytes));
+        if let Some(slice) = found {
+            return Ok(slice);
+        }
+        let size = needed.max(BLOCK_BYTES);
+        let block = Arc::new(Block {
+            number: self.made,
+            buffer: Buffer::on(device, self.name, self.usage, size)?,
+            free: Mutex::new(RangeAllocator::new(0..size)),
+        });
+        let slice = Slice::of(device, &block, needed, bytes);
+        self.blocks.push(block);
+        self.made += 1;
+        slice.ok_or(GpuError::Misuse("a slice that does not fit a block of its size"))
+    }
+
+    /// Gives blocks back in which nothing is left, but one of the ordinary size.
+    pub fn trim(&mut self) {
+        let mut spare = false;
+        self.blocks.retain(|block| {
+            let is_spare = block.is_empty() && block.buffer.size() == BLOCK_BYTES && !spare;
+            spare |= is_spare;
+            is_spare || !block.is_empty()
+        });
+    }
+}
+
+impl Block {
+    fn free(&self) -> MutexGuard<'_, RangeAllocator<u64>> {
+        self.free.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.free().is_empty()
+    }
+
+    /// Takes back what a slice held.
+    pub(crate) fn release(&self, range: Range<u64>) {
+        self.free().free_range(range);
+    }
+}
+
+/// A part of a buffer; clones share it. It lives until the GPU is done with it.
+#[derive(Clone)]
+pub struct Slice(Arc<Part>);
+
+struct Part {
+    device: Arc<Device>,
+    block: Arc<Block>,
+    /// What it holds of the block, rounded up.
+    range: Range<u64>,
+    size: u64,
+}
+
+impl Slice {
+    fn of(device: &Arc<Device>, block: &Arc<Block>, needed: u64, size: u64) -> Option<Self> {
+        let range = block.free().allocate_range(needed).ok()?;
+        let (device, block) = (Arc::clone(device), Arc::clone(block));
+        Some(Self(Arc::new(Part { device, block, range, size })))
+    }
+
+    /// The buffer that it is a part of.
+    pub fn buffer(&self) -> &Buffer {
+        &self.0.block.buffer
+    }
+
+    /// Which of its arena's buffers that is.
+    pub fn block(&self) -> u32 {
+        self.0.block.number
+    }
+
+    /// Bytes of the buffer before it.
+    pub fn offset(&self) -> u64 {
+        self.0.range.start
+    }
+
+    /// Size in bytes.
+    pub fn size(&self) -> u64 {
+        self.0.size
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        // Not the block itself: it would keep the device, which keeps the garbage.
+        let block: Weak<Block> = Arc::downgrade(&self.block);
+        self.device.discard(Garbage::Range(block, self.range.clone()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gpu, GpuOptions};
+
+    fn open() -> Gpu {
+        Gpu::headless(&GpuOptions { validation: true, ..GpuOptions::default() }).unwrap()
+    }
+
+    fn upload(gpu: &mut Gpu, arena: &mut Arena, bytes: usize) -> Slice {
+        let mut recorder = gpu.begin_transfer().unwrap();
+        let slice = recorder.upload_slice(arena, &vec![7; bytes]).unwrap();
+        recorder.submit_and_wait().unwrap();
+        slice
+    }
+
+    fn overlaps(a: &Slice, b: &Slice) -> bool {
+        let (a_range, b_range) = (&a.0.range, &b.0.range);
+        a.block() == b.block() && a_range.start < b_range.end && b_range.start < a_range.end
+    }
+
+    #[test]
+    fn slices_share_blocks_never_overlap_and_are_used_again() {
+        let mut gpu = open();
+        let log = gpu.validation_log();
+        let mut arena = Arena::new("vertices", BufferUsage::Vertex);
+        let mut slices: Vec<Slice> = Vec::new();
+        let mut sizes = (1..).map(|i: usize| i * 7919 % 300_000);
+        for round in 0..6 {
+            for _ in 0..20 {
+                let bytes = sizes.next().unwrap();
+                let slice = upload(&mut gpu, &mut arena, bytes);
+                assert_eq!((slice.size(), slice.offset() % ALIGNMENT), (bytes as u64, 0));
+                assert!(!slices.iter().any(|other| overlaps(other, &slice)), "round {round}");
+                slices.push(slice);
+            }
+            let mut number = 0;
+            slices.retain(|_| {
+                number += 1;
+                number % 3 != round % 3
+            });
+        }
+        assert_eq!(arena.made, 1, "what was dropped is used again");
+        drop(slices);
+        gpu.free_memory().unwrap();
+        assert!(arena.blocks[0].is_empty());
+        drop((arena, gpu));
+        assert_eq!(log.messages(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn large_slices_have_blocks_of_their_own_which_go_with_them() {
+        let mut gpu = open();
+        let mut arena = Arena::new("vertices", BufferUsage::Vertex);
+        let small = upload(&mut gpu, &mut arena, 100);
+        let large = upload(&mut gpu, &mut arena, BLOCK_BYTES as usize + 1);
+        assert_ne!(small.block(), large.block());
+        arena.trim();
+        assert_eq!(arena.blocks.len(), 2);
+        drop(large);
+        gpu.free_memory().unwrap();
+        arena.trim();
+        assert_eq!(arena.blocks.len(), 1);
+        drop(small);
+        gpu.free_memory().unwrap();
+        arena.trim();
+        assert_eq!(arena.blocks.len(), 1, "one of the ordinary size is kept");
+        // What outlives its arena holds its block.
+        let last = upload(&mut gpu, &mut arena, 5);
+        drop(arena);
+        assert_eq!(last.buffer().size(), BLOCK_BYTES);
+        drop(last);
+        gpu.free_memory().unwrap();
+    }
+}

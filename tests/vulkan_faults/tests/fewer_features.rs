@@ -1,0 +1,39 @@
+//! Devices that lack what makes frames cheap draw the same.
+
+mod common;
+
+use std::fs;
+
+use common::Subject;
+use e2e::finish;
+use serde_json::{Value, json};
+use vulkan_faults::WITHOUT_VARIABLE;
+
+/// The picture, and `--stats`, on a device without these features.
+fn render(subject: &Subject, without: &str) -> (Vec<u8>, Value) {
+    let [picture, stats] = ["picture.png", "stats.json"].map(|name| subject.path(name));
+    let paths = [&picture, &stats].map(|path| path.to_string_lossy().into_owned());
+    let words = ["--out", &paths[0], "--stats", &paths[1]];
+    let mut command = subject.command("render", &words);
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    command.env(WITHOUT_VARIABLE, without);
+    let output = finish(&mut command).expect_code(0);
+    assert!(!output.stderr.contains("validation:"), "{}", output.stderr);
+    let stats = fs::read(stats).expect("it was written");
+    let stats: Value = serde_json::from_slice(&stats).expect("it is JSON");
+    assert_eq!(stats["validation_messages"], json!([]));
+    (fs::read(picture).expect("it was rendered"), stats)
+}
+
+#[test]
+fn without_indirect_draws_each_is_a_command_and_the_picture_the_same() {
+    let subject = Subject::new([160, 120]);
+    let (picture, stats) = render(&subject, "");
+    let draws = &stats["draw_calls"];
+    assert!(stats["draw_commands"].as_u64() < draws.as_u64(), "{stats}");
+    for without in ["multiDrawIndirect", "drawIndirectFirstInstance"] {
+        let (same, stats) = render(&subject, without);
+        assert_eq!((&stats["draw_calls"], &stats["draw_commands"]), (draws, draws));
+        assert!(same == picture, "without {without}");
+    }
+}
