@@ -45,6 +45,13 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::NotUtf8, At::SimulationStatus),
     (Kind::OutOfRange, At::RunCommand),
     (Kind::LeakDescriptor, At::RunCommand),
+    (Kind::Panic, At::DescribeChart),
+    (Kind::NotFinite, At::ReadChart),
+    (Kind::OutOfRange, At::ReadChart),
+    (Kind::Overrun, At::Explain),
+    (Kind::NotUtf8, At::DescribeRecords),
+    (Kind::OutOfRange, At::ReadRecords),
+    (Kind::Overrun, At::ReadRecords),
 ];
 
 fn transformer() -> Value {
@@ -308,13 +315,15 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
         Kind::LeakThread => says(&["left_behind"]),
         Kind::LieAboutSize => says(&["says that it has 8 bytes"]),
         Kind::NotUtf8 => says(&["not UTF-8"]),
-        Kind::NotFinite => says(&["NaN", "not finite"]),
+        Kind::NotFinite => says(&["NaN", "not finite", "is infinite"]),
         Kind::OutOfRange => says(&[
             "1000",
             "which `start` did not give",
             "which is not there",
             "names position",
             "unknown exit code",
+            "not described",
+            "not those of the header",
         ]),
         Kind::NullResult => says(&["null", "failed where it must not"]),
         Kind::Overrun => says(&["beyond the end"]),
