@@ -69,6 +69,14 @@ fn quantities() -> Value {
     })
 }
 
+/// An asset register from somewhere.
+fn lists(source: Value) -> Value {
+    json!({ "lists": [{
+        "title": "Asset register", "kind": "asset", "source": source, "equipment": "ID",
+        "columns": [{ "column": "MAKER", "name": "Maker" }],
+    }] })
+}
+
 /// A source, and a switch between it and another node.
 fn network() -> Value {
     json!({
@@ -136,6 +144,9 @@ fn shipped_plugins_pass() {
             { "kind": "bool", "address": { "column": "closed" } },
         ],
     });
+    let register = folder.path().join("register.csv");
+    std::fs::write(&register, "ID,MAKER\n=Q1,Alpha\n,nobody's\n=Q2,Beta\n").expect("written");
+    let nowhere = json!({ "file": "/no/such/assets.db", "query": "SELECT * FROM assets" });
     let database = json!({
         "settings": {
             "postgres": {
@@ -177,6 +188,8 @@ fn shipped_plugins_pass() {
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("gas_analysis", json!({}), 0),
+        ("csv_records", json!({ "settings": lists(json!({ "file": register })) }), 0),
+        ("sqlite_records", json!({ "settings": lists(nowhere) }), 0),
         ("fault_injector", good_sample(), 0),
     ] {
         let (mut command, folder) = check(&library(plugin), &sample);
