@@ -30,6 +30,7 @@ mod pace;
 mod picker;
 mod point_import;
 mod ray;
+mod records;
 mod recovery;
 mod rows;
 mod running;

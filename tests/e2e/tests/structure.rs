@@ -247,7 +247,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("tokio-modbus", &["modbus_adapter"]),
     ("tokio-rustls", &["busbar_link", "sql_adapter"]),
     ("tokio-serial", &["modbus_adapter"]),
-    ("rusqlite", &["gas_analysis", "sql_adapter", "sqlite_records"]),
+    ("rusqlite", &["gas_analysis", "sql_adapter", "sqlite_records", "substation"]),
     ("tokio-postgres", &["sql_adapter"]),
     ("tokio-postgres-rustls", &["sql_adapter"]),
 ];
