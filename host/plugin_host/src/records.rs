@@ -166,8 +166,8 @@ impl Room {
                     .filter(|time| *time != abi::BUSBAR_RECORD_NO_TIME),
                 severity: match raw.severity {
                     abi::BUSBAR_RECORD_NO_SEVERITY => None,
-                    abi::BUSBAR_RECORD_MINOR => Some(Severity::Minor),
-                    abi::BUSBAR_RECORD_MAJOR => Some(Severity::Major),
+                    abi::BUSBAR_RECORD_GENERAL => Some(Severity::General),
+                    abi::BUSBAR_RECORD_SERIOUS => Some(Severity::Serious),
                     abi::BUSBAR_RECORD_CRITICAL => Some(Severity::Critical),
                     _ => return Err("a row has an unknown severity"),
                 },

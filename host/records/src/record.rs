@@ -9,13 +9,13 @@ pub const MAX_TEXT_BYTES: usize = 1024;
 /// What a text counts besides its bytes.
 const TEXT_OVERHEAD: usize = 32;
 
-/// How bad a defect is.
+/// How bad a defect is, in the words of DL/T 664 for thermography, which sites use of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
     /// To be mended when there is occasion.
-    Minor,
+    General,
     /// To be mended soon, and watched until then.
-    Major,
+    Serious,
     /// To be mended at once.
     Critical,
 }
@@ -24,8 +24,8 @@ impl Severity {
     /// As people say it.
     pub fn word(self) -> &'static str {
         match self {
-            Self::Minor => "minor",
-            Self::Major => "major",
+            Self::General => "general",
+            Self::Serious => "serious",
             Self::Critical => "critical",
         }
     }

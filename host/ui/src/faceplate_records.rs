@@ -2,9 +2,7 @@
 //! leads to them.
 
 use busbar_records::{Kind, Severity};
-use egui::{
-    Align, Color32, Grid, Label, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, vec2,
-};
+use egui::{Align, Color32, Label, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
 
 use crate::faceplate::section;
 use crate::{Mark, RecordRow, RecordSection, hatch, theme};
@@ -36,11 +34,11 @@ pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<Part> {
         if has(Kind::Business) {
             part(ui, Part::Of(Kind::Business), &work_words(records));
         }
-        if has(Kind::Asset) {
-            part(ui, Part::Of(Kind::Asset), "Asset");
-        }
         if let Some(severity) = worst(records) {
             badge(ui, severity, true);
+        }
+        if has(Kind::Asset) {
+            part(ui, Part::Of(Kind::Asset), "Asset");
         }
     });
     clicked
@@ -119,7 +117,7 @@ fn rows(ui: &mut Ui, list: &RecordSection) {
         if list.kind == Kind::Business {
             head(ui, row);
         }
-        cells(ui, row, (&list.title, &list.source, index));
+        cells(ui, row);
     }
     if list.more > 0 {
         ui.weak(format!("and {} more", list.more));
@@ -141,36 +139,36 @@ fn head(ui: &mut Ui, row: &RecordRow) {
 }
 
 /// A severity in words: filled where it is open and critical, framed where it is open and
-/// major, else plain.
+/// serious, else plain.
 fn badge(ui: &mut Ui, severity: Severity, is_open: bool) {
     let palette = theme::of(ui.ctx());
     let (ground, ink, line) = match severity {
         _ if !is_open => (Color32::TRANSPARENT, palette.faint_ink, Color32::TRANSPARENT),
         Severity::Critical => (theme::WARNING, theme::INK, palette.ink),
-        Severity::Major => (Color32::TRANSPARENT, palette.ink, palette.ink),
-        Severity::Minor => (Color32::TRANSPARENT, palette.ink, Color32::TRANSPARENT),
+        Severity::Serious => (Color32::TRANSPARENT, palette.ink, palette.ink),
+        Severity::General => (Color32::TRANSPARENT, palette.ink, Color32::TRANSPARENT),
     };
     let galley = ui.painter().layout_no_wrap(severity.word().to_owned(), theme::value_font(), ink);
-    let (place, _) = ui.allocate_exact_size(galley.size() + vec2(10.0, 2.0), Sense::hover());
+    let around = if line == Color32::TRANSPARENT { vec2(0.0, 2.0) } else { vec2(10.0, 2.0) };
+    let (place, _) = ui.allocate_exact_size(galley.size() + around, Sense::hover());
     ui.painter().rect(place, 3.0, ground, Stroke::new(1.0, line), StrokeKind::Inside);
     let at = Rect::from_center_size(place.center(), galley.size()).min;
     ui.painter().galley(at, galley, ink);
 }
 
-/// Names and what stands there.
-fn cells(ui: &mut Ui, row: &RecordRow, id: (&String, &String, usize)) {
+/// Names of columns and what stands there, the first lines side by side.
+fn cells(ui: &mut Ui, row: &RecordRow) {
     let faint = theme::of(ui.ctx()).faint_ink;
-    let grid = Grid::new(("records", id)).num_columns(2).min_col_width(NAME_WIDTH);
-    grid.spacing(vec2(8.0, 1.0)).show(ui, |ui| {
-        let place = row.place.iter().map(|place| ("Part", place.as_str()));
-        let cells = row.cells.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-        for (name, text) in place.chain(cells) {
-            ui.with_layout(Layout::left_to_right(Align::TOP), |ui| {
-                ui.set_max_width(NAME_WIDTH);
+    let place = row.place.iter().map(|place| ("Part", place.as_str()));
+    let cells = row.cells.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+    for (name, text) in place.chain(cells) {
+        ui.horizontal_top(|ui| {
+            let size = vec2(NAME_WIDTH, 0.0);
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::TOP), |ui| {
+                ui.set_min_width(NAME_WIDTH);
                 ui.add(Label::new(RichText::new(name).color(faint)).truncate());
             });
             ui.add(Label::new(text).wrap());
-            ui.end_row();
-        }
-    });
+        });
+    }
 }

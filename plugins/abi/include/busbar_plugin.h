@@ -161,10 +161,10 @@
 #define BUSBAR_RECORD_NO_SEVERITY 0
 
 // Severity of a defect: to be mended when there is occasion.
-#define BUSBAR_RECORD_MINOR 1
+#define BUSBAR_RECORD_GENERAL 1
 
 // Severity of a defect: to be mended soon, and watched until then.
-#define BUSBAR_RECORD_MAJOR 2
+#define BUSBAR_RECORD_SERIOUS 2
 
 // Severity of a defect: to be mended at once.
 #define BUSBAR_RECORD_CRITICAL 3

@@ -30,9 +30,9 @@ pub const BUSBAR_RECORD_NO_TIME: i64 = i64::MIN;
 /// Severity of a row that is no defect, or of which that is not known.
 pub const BUSBAR_RECORD_NO_SEVERITY: u32 = 0;
 /// Severity of a defect: to be mended when there is occasion.
-pub const BUSBAR_RECORD_MINOR: u32 = 1;
+pub const BUSBAR_RECORD_GENERAL: u32 = 1;
 /// Severity of a defect: to be mended soon, and watched until then.
-pub const BUSBAR_RECORD_MAJOR: u32 = 2;
+pub const BUSBAR_RECORD_SERIOUS: u32 = 2;
 /// Severity of a defect: to be mended at once.
 pub const BUSBAR_RECORD_CRITICAL: u32 = 3;
 

@@ -26,7 +26,7 @@ fn settings(file: &Path, source: serde_json::Value) -> Settings {
         ],
         "time": "REPORTED",
         "open": { "column": "STATE", "closed": ["closed"] },
-        "severity": { "column": "PRIO", "critical": ["1"], "minor": ["3"] },
+        "severity": { "column": "PRIO", "critical": ["1"], "general": ["3"] },
     });
     serde_json::from_value(json!({ "lists": [list] })).expect("they are settings")
 }

@@ -68,7 +68,7 @@ pub(crate) fn lists() -> Vec<RecordList> {
         equipment: EQUIPMENT.into(),
         cells: vec![cell.into()],
         unix_nanos: Some(1),
-        severity: Some(RecordSeverity::Minor),
+        severity: Some(RecordSeverity::General),
         is_open: true,
     };
     vec![RecordList {

@@ -94,10 +94,10 @@ pub struct SeveritySettings {
     pub critical: Vec<String>,
     /// To be mended soon, and watched until then.
     #[serde(default)]
-    pub major: Vec<String>,
+    pub serious: Vec<String>,
     /// To be mended when there is occasion.
     #[serde(default)]
-    pub minor: Vec<String>,
+    pub general: Vec<String>,
 }
 
 impl OpenSettings {
@@ -113,8 +113,8 @@ impl SeveritySettings {
     pub(crate) fn of(&self, cell: &str) -> Option<RecordSeverity> {
         let words = [
             (&self.critical, RecordSeverity::Critical),
-            (&self.major, RecordSeverity::Major),
-            (&self.minor, RecordSeverity::Minor),
+            (&self.serious, RecordSeverity::Serious),
+            (&self.general, RecordSeverity::General),
         ];
         words.into_iter().find(|(words, _)| has(words, cell)).map(|(_, severity)| severity)
     }

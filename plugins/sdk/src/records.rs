@@ -118,13 +118,13 @@ pub enum RecordColumnType {
     Date,
 }
 
-/// How bad a defect is.
+/// How bad a defect is, in the words of DL/T 664 for thermography, which sites use of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RecordSeverity {
     /// To be mended when there is occasion.
-    Minor,
+    General,
     /// To be mended soon, and watched until then.
-    Major,
+    Serious,
     /// To be mended at once.
     Critical,
 }
@@ -244,8 +244,8 @@ impl Written {
                 time_unix_nanos: row.unix_nanos.unwrap_or(abi::BUSBAR_RECORD_NO_TIME),
                 severity: match row.severity {
                     None => abi::BUSBAR_RECORD_NO_SEVERITY,
-                    Some(RecordSeverity::Minor) => abi::BUSBAR_RECORD_MINOR,
-                    Some(RecordSeverity::Major) => abi::BUSBAR_RECORD_MAJOR,
+                    Some(RecordSeverity::General) => abi::BUSBAR_RECORD_GENERAL,
+                    Some(RecordSeverity::Serious) => abi::BUSBAR_RECORD_SERIOUS,
                     Some(RecordSeverity::Critical) => abi::BUSBAR_RECORD_CRITICAL,
                 },
                 flags: if row.is_open { abi::BUSBAR_RECORD_OPEN } else { 0 },

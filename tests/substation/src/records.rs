@@ -122,7 +122,7 @@ impl StationRecords {
         configuration["plugins"]["work"] = json!({
             "plugin": "csv_records",
             "settings": { "lists": [{
-                "title": "Work orders, inspections, defects",
+                "title": "Work",
                 "kind": "business",
                 "source": { "file": folder.join(WORK_FILE) },
                 "equipment": "EQUIPMENT",
@@ -136,7 +136,7 @@ impl StationRecords {
                 "time": "REPORTED",
                 "open": { "column": "STATUS", "closed": ["closed"] },
                 "severity": {
-                    "column": "PRIORITY", "critical": ["1"], "major": ["2"], "minor": ["3"],
+                    "column": "PRIORITY", "critical": ["1"], "serious": ["2"], "general": ["3"],
                 },
             }] },
         });
