@@ -12,7 +12,9 @@ use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
 use encoding_rs::Encoding;
-use record_source::{ListSettings, Source, Watched};
+use record_source::{Source, Watched};
+
+pub use record_source::ListSettings;
 
 use crate::table::Table;
 

@@ -207,6 +207,8 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "fuzz_corpus",
         &[
+            "busbar_alarm_log",
+            "busbar_alarms",
             "busbar_config",
             "busbar_geometry",
             "busbar_gltf_export",
@@ -217,6 +219,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_point_import",
             "busbar_stack_cache",
             "busbar_tags",
+            "csv_records",
             "gas_analysis",
             "iec104",
             "modbus_adapter",
