@@ -15,6 +15,7 @@
 mod journal;
 mod line;
 mod log;
+pub mod probe;
 mod recovery;
 
 pub use journal::LogRules;

@@ -9,6 +9,8 @@ const HASH_DIGITS: usize = 16;
 /// What stands between hash and JSON.
 const NEWS: u8 = b' ';
 const CARRIED: u8 = b'*';
+/// A number that no log reaches: what has it is damaged, and none can follow.
+const MAX_NUMBER: u64 = u64::MAX / 2;
 
 /// What a line tells.
 #[derive(Debug, PartialEq)]
@@ -43,7 +45,10 @@ pub(crate) fn read(line: &[u8]) -> Option<Line> {
     if XxHash3_64::oneshot(json) != hash {
         return None;
     }
-    let record = serde_json::from_slice(json).ok()?;
+    let record: Record = serde_json::from_slice(json).ok()?;
+    if record.number > MAX_NUMBER {
+        return None;
+    }
     match mark {
         NEWS => Some(Line::News(record)),
         CARRIED => Some(Line::Carried(record)),

@@ -72,6 +72,29 @@ type RunCommand = unsafe extern "C" fn(
     *mut abi::BusbarError,
 ) -> Status;
 
+type DescribeInText = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *mut abi::BusbarTextOutput,
+    *mut abi::BusbarError,
+) -> Status;
+type ReadChart = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *mut abi::BusbarChartPage,
+    *mut abi::BusbarError,
+) -> Status;
+type Explain = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    abi::BusbarStr,
+    i64,
+    *mut abi::BusbarTextOutput,
+    *mut abi::BusbarError,
+) -> Status;
+type ReadRecords = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    *mut abi::BusbarRecordPage,
+    *mut abi::BusbarError,
+) -> Status;
+
 /// Notes the name and makes the call.
 macro_rules! call {
     ($probe:expr, $name:literal, $function:ident($($argument:expr),*)) => {{
@@ -233,6 +256,57 @@ impl Probe {
         error: *mut abi::BusbarError,
     ) -> Status {
         call!(self, "run_command", run(plugin, call, streams, result, error))
+    }
+
+    pub(crate) fn describe_chart(
+        &self,
+        describe: DescribeInText,
+        plugin: *const abi::BusbarPlugin,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "describe_chart", describe(plugin, output, error))
+    }
+
+    pub(crate) fn read_chart(
+        &self,
+        read: ReadChart,
+        plugin: *const abi::BusbarPlugin,
+        page: *mut abi::BusbarChartPage,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "read_chart", read(plugin, page, error))
+    }
+
+    pub(crate) fn explain(
+        &self,
+        explain: Explain,
+        plugin: *const abi::BusbarPlugin,
+        (equipment, time): (abi::BusbarStr, i64),
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "explain", explain(plugin, equipment, time, output, error))
+    }
+
+    pub(crate) fn describe_records(
+        &self,
+        describe: DescribeInText,
+        plugin: *const abi::BusbarPlugin,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "describe_records", describe(plugin, output, error))
+    }
+
+    pub(crate) fn read_records(
+        &self,
+        read: ReadRecords,
+        plugin: *const abi::BusbarPlugin,
+        page: *mut abi::BusbarRecordPage,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "read_records", read(plugin, page, error))
     }
 
     pub(crate) fn optimize(

@@ -1,6 +1,8 @@
 //! The cases: a table, and one file for each part of the ABI.
 
 mod arguments;
+mod chart;
+mod chart_arguments;
 mod command;
 mod factory;
 mod instance;
@@ -8,11 +10,14 @@ mod leaks;
 mod library;
 mod optimizer;
 mod overlay;
+mod records;
+mod records_arguments;
 mod settings;
 mod simulator;
 mod simulator_arguments;
 mod telemetry;
 mod telemetry_samples;
+mod text_room;
 
 use busbar_plugin_abi as abi;
 
@@ -50,6 +55,8 @@ const OPTIMIZER: Scope = Scope::Capability(abi::MESH_OPTIMIZER_ID);
 const OVERLAY: Scope = Scope::Capability(abi::OVERLAY_ID);
 const SIMULATOR: Scope = Scope::Capability(abi::SIMULATOR_ID);
 const COMMAND: Scope = Scope::Capability(abi::COMMAND_ID);
+const CHART: Scope = Scope::Capability(abi::CHART_ID);
+const RECORDS: Scope = Scope::Capability(abi::RECORDS_ID);
 
 macro_rules! cases {
     ($($name:literal $scope:expr, $needs:expr, $run:path: $what:literal;)*) => {
@@ -130,6 +137,20 @@ pub(crate) const CASES: &[Case] = cases! {
         "any input, in any pieces, comes to an end and an exit code";
     "command-stop" COMMAND, ["create"], command::stops:
         "a command that is asked to stop does so at once, and runs again";
+    "chart-arguments" CHART, ["create"], chart_arguments::refused:
+        "null, misaligned and short arguments are refused";
+    "chart-describe" CHART, ["create"], chart::describes:
+        "the description keeps its rules, and says what room it takes";
+    "chart-read" CHART, ["create"], chart::reads:
+        "records keep their rules, and are the same in pages of any size";
+    "chart-explain" CHART, ["create"], chart::explains:
+        "explanations keep their rules, and what has no record is refused in words";
+    "records-arguments" RECORDS, ["create"], records_arguments::refused:
+        "null, misaligned, short and unknown arguments are refused";
+    "records-describe" RECORDS, ["create"], records::describes:
+        "the description keeps its rules, and says what room it takes";
+    "records-read" RECORDS, ["create"], records::reads:
+        "rows keep their rules, and are the same in pages of any size";
 };
 
 /// An instance of the plugin of a case.

@@ -6,12 +6,13 @@ use busbar_chart::{Description, Explanation, Record};
 use busbar_plugin_abi as abi;
 use serde::{Deserialize, Serialize};
 
+use crate::json_output::ask_json;
 use crate::{Instance, PluginError};
 
 /// Records of one page: at most 128 bytes of values each.
 pub const MAX_PAGE_RECORDS: u32 = 1 << 16;
-/// Bytes of text that are tried first; most descriptions take less.
-const FIRST_TEXT_BYTES: usize = 16 << 10;
+/// Bytes of a description, or of an explanation.
+const LIMIT: usize = abi::BUSBAR_MAX_CHART_TEXT;
 
 /// A plugin that has a chart.
 #[derive(Clone)]
@@ -71,7 +72,7 @@ impl Chart {
     /// What the plugin says, or the rule that its answer breaks.
     pub fn describe(&self) -> Result<Description, PluginError> {
         let describe = self.table.describe.ok_or_else(|| self.is_null())?;
-        let description: Description = self.text(|output, error| {
+        let description: Description = ask_json(&self.instance, LIMIT, |output, error| {
             // SAFETY: output and error live for the call.
             unsafe { describe(self.instance.as_ptr(), output, error) }
         })?;
@@ -131,48 +132,13 @@ impl Chart {
     pub fn explain(&self, equipment: &str, unix_nanos: i64) -> Result<Explanation, PluginError> {
         let explain = self.table.explain.ok_or_else(|| self.is_null())?;
         let id = abi::BusbarStr::from_borrowed(equipment);
-        let explanation: Explanation = self.text(|output, error| {
+        let explanation: Explanation = ask_json(&self.instance, LIMIT, |output, error| {
             // SAFETY: id, output and error live for the call.
             unsafe { explain(self.instance.as_ptr(), id, unix_nanos, output, error) }
         })?;
         let broken = |fault: busbar_chart::ChartFault| self.instance.violation(fault.to_string());
         explanation.check(usize::MAX).map_err(broken)?;
         Ok(explanation)
-    }
-
-    /// Asks for JSON, with more room where it takes more.
-    fn text<T: for<'de> Deserialize<'de>>(
-        &self,
-        ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatus,
-    ) -> Result<T, PluginError> {
-        let mut room = FIRST_TEXT_BYTES;
-        loop {
-            let mut text = vec![0u8; room];
-            let mut output = abi::BusbarTextOutput {
-                struct_size: size_of::<abi::BusbarTextOutput>() as u32,
-                capacity: room as u32,
-                len: 0,
-                reserved: 0,
-                text: text.as_mut_ptr(),
-            };
-            let mut error = abi::BusbarError::empty();
-            let serial = self.instance.serialise();
-            let status = ask(&mut output, &mut error);
-            drop(serial);
-            let len = output.len as usize;
-            let is_larger = room < len && len <= abi::BUSBAR_MAX_CHART_TEXT;
-            if status == abi::BUSBAR_BUFFER_TOO_SMALL && is_larger {
-                room = len;
-                continue;
-            }
-            self.instance.outcome(status, &error)?;
-            let text = text
-                .get(..len)
-                .ok_or_else(|| self.instance.violation("its chart claims more text than fits"))?;
-            return serde_json::from_slice(text).map_err(|error| {
-                self.instance.violation(format!("what its chart says is not as agreed: {error}"))
-            });
-        }
     }
 
     fn is_null(&self) -> PluginError {

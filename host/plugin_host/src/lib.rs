@@ -11,11 +11,13 @@ mod command;
 mod digest;
 mod error;
 mod instance;
+mod json_output;
 mod library;
 mod log;
 mod mesh_optimizer;
 mod overlay;
 mod overlay_picture;
+mod records;
 mod sample_check;
 mod signature;
 mod simulator;
@@ -39,6 +41,7 @@ pub use overlay_picture::{
     LegendEntry, MAX_PART_BYTES, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
     OverlayTint, Pattern, PictureRules, Severity,
 };
+pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
 pub use sample_check::{SampleCheck, SampleSink};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{

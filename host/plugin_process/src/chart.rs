@@ -28,14 +28,8 @@ impl RunningChart {
         match plugin {
             Plugin::InProcess(instance) => Chart::of(instance.clone()).map(Self::InProcess),
             Plugin::Isolated(process) => {
-                if process.info().capabilities.iter().any(|id| id == abi::CHART_ID) {
-                    return Ok(Self::Isolated(process.clone()));
-                }
-                Err(PluginError::WrongCapability {
-                    id: process.info().id.clone(),
-                    wanted: abi::CHART_ID,
-                    has: process.info().capabilities.clone(),
-                })
+                process.demand(abi::CHART_ID)?;
+                Ok(Self::Isolated(process.clone()))
             }
         }
     }
@@ -49,7 +43,7 @@ impl RunningChart {
             Self::InProcess(chart) => chart.describe(),
             Self::Isolated(process) => match process.shared.call(Request::DescribeChart, &[])? {
                 Answer::ChartDescribed(description) => {
-                    description.check().map_err(|fault| process.broken(fault.to_string()))?;
+                    description.check().map_err(|fault| process.broken(fault))?;
                     Ok(description)
                 }
                 _ => Err(process.shared.confused()),
@@ -69,7 +63,7 @@ impl RunningChart {
                 let request = Request::ReadChart { axes, first, count };
                 match process.shared.call(request, &[])? {
                     Answer::ChartRead(page) => {
-                        page.check(axes, count).map_err(|what| process.broken(what.into()))?;
+                        page.check(axes, count).map_err(|what| process.broken(what))?;
                         Ok(page)
                     }
                     _ => Err(process.shared.confused()),
@@ -90,20 +84,13 @@ impl RunningChart {
                 let request = Request::Explain { equipment: equipment.to_owned(), unix_nanos };
                 match process.shared.call(request, &[])? {
                     Answer::Explained(explanation) => {
-                        let broken =
-                            |fault: busbar_chart::ChartFault| process.broken(fault.to_string());
-                        explanation.check(usize::MAX).map_err(broken)?;
+                        let checked = explanation.check(usize::MAX);
+                        checked.map_err(|fault| process.broken(fault))?;
                         Ok(explanation)
                     }
                     _ => Err(process.shared.confused()),
                 }
             }
         }
-    }
-}
-
-impl PluginProcess {
-    fn broken(&self, what: String) -> PluginError {
-        PluginError::Violation { id: self.info.id.clone(), what }
     }
 }

@@ -6,8 +6,8 @@ use std::time::SystemTime;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     ChartPage, CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding,
-    OverlayDescription, OverlayPicture, PluginError, PluginInfo, SettingsFault, SimulatedTag,
-    Simulation, SimulationStatus, Stage, TelemetryTag, shown,
+    OverlayDescription, OverlayPicture, PluginError, PluginInfo, RecordPage, SettingsFault,
+    SimulatedTag, Simulation, SimulationStatus, Stage, TelemetryTag, shown,
 };
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 4;
+pub(crate) const PROTOCOL_VERSION: u32 = 5;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -61,6 +61,10 @@ pub(crate) enum Request {
     ReadChart { axes: u32, first: u64, count: u32 },
     /// What the last record of a piece of equipment not after an instant means.
     Explain { equipment: String, unix_nanos: i64 },
+    /// Which lists of records it has.
+    DescribeRecords,
+    /// Rows of a list, which has so many columns, from one on; none asks for the revision.
+    ReadRecords { list: u32, columns: u32, first: u64, count: u32 },
     /// Which commands it offers.
     Commands,
     /// Run a command; the descriptors of its input and of a pipe for its output come along.
@@ -110,6 +114,10 @@ pub(crate) enum Answer {
     ChartRead(ChartPage),
     /// What a record means.
     Explained(busbar_chart::Explanation),
+    /// Its lists of records.
+    RecordsDescribed(busbar_records::Description),
+    /// Rows of one.
+    RecordsRead(RecordPage),
     /// What it offers.
     Commands(Vec<CommandInfo>),
     /// A command ran.
@@ -162,6 +170,7 @@ impl Fault {
                     abi::SIMULATOR_ID,
                     abi::COMMAND_ID,
                     abi::CHART_ID,
+                    abi::RECORDS_ID,
                 ];
                 let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
                 match known.into_iter().find(|known| *known == wanted) {
@@ -203,6 +212,8 @@ impl Request {
             Self::DescribeChart => "describe chart",
             Self::ReadChart { .. } => "read chart",
             Self::Explain { .. } => "explain",
+            Self::DescribeRecords => "describe records",
+            Self::ReadRecords { .. } => "read records",
             Self::Commands => "commands",
             Self::Run { .. } => "run",
         }

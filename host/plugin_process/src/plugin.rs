@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use busbar_geometry::Mesh;
+use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayDescription,
     OverlayPicture, PluginError, PluginInfo, SampleSink, Telemetry, TelemetryTag,
@@ -221,7 +222,7 @@ impl Optimizer {
         match plugin {
             Plugin::InProcess(instance) => MeshOptimizer::of(instance.clone()).map(Self::InProcess),
             Plugin::Isolated(process) => {
-                process.can_optimize()?;
+                process.demand(abi::MESH_OPTIMIZER_ID)?;
                 Ok(Self::Isolated(process.clone()))
             }
         }

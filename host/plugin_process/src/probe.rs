@@ -5,9 +5,9 @@ use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
-    LinkReport, MAX_DIAGNOSTICS, MAX_PAGE_RECORDS, OverlayBinding, OverlayDescription,
-    OverlayPicture, PictureRules, PluginError, SampleSink, TelemetryTag, check_commands,
-    check_stages,
+    LinkReport, MAX_DIAGNOSTICS, MAX_PAGE_RECORDS, MAX_PAGE_ROWS, OverlayBinding,
+    OverlayDescription, OverlayPicture, PictureRules, PluginError, SampleSink, TelemetryTag,
+    check_commands, check_stages,
 };
 
 use crate::feed::Feed;
@@ -97,6 +97,14 @@ impl HostSide {
             }
             Ok(Answer::Explained(explanation)) => {
                 let checked = explanation.check(usize::MAX);
+                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+            }
+            Ok(Answer::RecordsDescribed(description)) => {
+                description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
+            }
+            Ok(Answer::RecordsRead(page)) => {
+                let columns = page.rows.first().map_or(0, |row| row.cells.len()) as u32;
+                let checked = page.check(columns, MAX_PAGE_ROWS);
                 checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
             }
             Ok(Answer::Commands(commands)) => check_commands(&commands).map(|()| Heard::Other),

@@ -8,7 +8,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_geometry::{CollapseSequence, Mesh};
-use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     LinkReport, Optimised, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
     PluginInfo, SampleSink, TelemetryTag, check_stages,
@@ -208,16 +207,21 @@ impl PluginProcess {
         Ok(Optimised { sequence, stages })
     }
 
-    /// Whether it says that it can optimise.
-    pub(crate) fn can_optimize(&self) -> Result<(), PluginError> {
-        if self.info.capabilities.iter().any(|id| id == abi::MESH_OPTIMIZER_ID) {
+    /// Whether it has a capability.
+    pub(crate) fn demand(&self, capability: &'static str) -> Result<(), PluginError> {
+        if self.info.capabilities.iter().any(|id| id == capability) {
             return Ok(());
         }
         Err(PluginError::WrongCapability {
             id: self.info.id.clone(),
-            wanted: abi::MESH_OPTIMIZER_ID,
+            wanted: capability,
             has: self.info.capabilities.clone(),
         })
+    }
+
+    /// A rule that its answer breaks.
+    pub(crate) fn broken(&self, what: impl ToString) -> PluginError {
+        PluginError::Violation { id: self.info.id.clone(), what: what.to_string() }
     }
 
     /// Calls, tells how far it is, and cancels where that says so.

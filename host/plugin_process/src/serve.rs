@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
     Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
-    PluginError, SampleReceiver, Simulator, TelemetryStream,
+    PluginError, Records, SampleReceiver, Simulator, TelemetryStream,
 };
 use busbar_tags::Moment;
 use rustix::process::{Signal, getpid, kill_process};
@@ -229,6 +229,14 @@ impl Session {
             Request::Explain { equipment, unix_nanos } => {
                 let chart = Chart::of(self.instance()?.clone())?;
                 Ok(Answer::Explained(chart.explain(&equipment, unix_nanos)?))
+            }
+            Request::DescribeRecords => {
+                let records = Records::of(self.instance()?.clone())?;
+                Ok(Answer::RecordsDescribed(records.describe()?))
+            }
+            Request::ReadRecords { list, columns, first, count } => {
+                let records = Records::of(self.instance()?.clone())?;
+                Ok(Answer::RecordsRead(records.read(list, columns, first, count)?))
             }
             Request::Commands => {
                 Ok(Answer::Commands(Commands::of(self.instance()?.clone())?.list()?))

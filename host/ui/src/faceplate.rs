@@ -5,6 +5,7 @@ use egui::{
 };
 
 use crate::alarm_mark::{self, Look};
+use crate::faceplate_records::{self, Part};
 use crate::tag_panel::quality_text;
 use crate::view_model::age_text;
 use crate::{
@@ -36,6 +37,7 @@ impl FaceplatePanel {
     ) {
         ui.add_space(3.0);
         head(ui, faceplate, into);
+        let goes_to = faceplate_records::bar(ui, &faceplate.records);
         ui.separator();
         // Each piece of equipment is read from its top.
         let area = ScrollArea::vertical().id_salt(("faceplate", &faceplate.id));
@@ -46,10 +48,14 @@ impl FaceplatePanel {
         let shown = area.auto_shrink(false).show(ui, |ui| {
             // The bar stands at the edge, not over the rows.
             ui.set_max_width(ui.available_width() - 6.0);
+            if goes_to == Some(Part::Operating) {
+                ui.scroll_to_cursor(Some(Align::TOP));
+            }
             alarms(ui, faceplate, flashes, into);
             states(ui, &faceplate.states);
             values(ui, faceplate, into);
             trends(ui, faceplate, into);
+            faceplate_records::show(ui, &faceplate.records, goes_to);
         });
         self.offset = shown.state.offset.y;
     }
@@ -94,7 +100,7 @@ fn head(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
 }
 
 /// What stands over a part of a faceplate.
-fn section(ui: &mut Ui, title: &str) {
+pub(crate) fn section(ui: &mut Ui, title: &str) {
     ui.add_space(8.0);
     ui.label(RichText::new(title).strong());
 }

@@ -1,8 +1,9 @@
 //! All that is said of one piece of equipment.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use crate::{AlarmRow, LegendRow, Mark, TagRow};
+use crate::{AlarmRow, LegendRow, Mark, RecordSection, TagRow};
 
 /// A piece of equipment: what it is called, how it is, what is known of it.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +30,8 @@ pub struct Faceplate {
     pub trends: Vec<Trend>,
     /// How far back trends go.
     pub trend_span: Duration,
+    /// What business and management systems have of it.
+    pub records: Arc<[RecordSection]>,
 }
 
 /// A state that an overlay shows equipment in.

@@ -20,6 +20,7 @@ mod equipment_model;
 mod equipment_panel;
 mod faceplate;
 mod faceplate_model;
+mod faceplate_records;
 mod hatch;
 mod help;
 mod hover;
@@ -28,6 +29,7 @@ mod layers;
 mod measure;
 mod model_panel;
 mod plugin_panel;
+mod record_model;
 mod search_field;
 mod section_panel;
 mod side_panel;
@@ -51,6 +53,7 @@ pub use faceplate_model::{
 };
 pub use layers::{LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
+pub use record_model::{RecordRow, RecordSection};
 pub use view_model::{
     Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
     TagRow, TagRows, ViewModel,

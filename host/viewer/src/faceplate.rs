@@ -16,6 +16,7 @@ use crate::alarms;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
 use crate::load::LoadedScene;
+use crate::records::OwnRecords;
 use crate::rows::Rows;
 use crate::running::{Basis, ShownOverlay, ShownState};
 
@@ -82,6 +83,8 @@ pub(crate) struct OpenFaceplate {
     more_values: usize,
     alarms: Vec<AlarmHandle>,
     trended: Vec<TagHandle>,
+    /// What business and management systems have of it.
+    pub(crate) records: OwnRecords,
 }
 
 /// What the faceplate of a frame is made of.
@@ -114,7 +117,11 @@ impl OpenFaceplate {
         let mut values = Vec::new();
         let mut more_values = 0;
         let mut alarms = Vec::new();
+        let mut records = OwnRecords::default();
         for &node in &nodes {
+            let aliases = scene.equipment.names(node).map_or(&[][..], |names| &names.aliases);
+            let ids = [graph.node(node).id()].into_iter().chain(aliases.iter().cloned());
+            records.add(ids, place(graph, device, node).as_deref());
             alarms.extend(at(&at_nodes.alarms, node).map(AlarmHandle));
             for binding in at(&at_nodes.bindings, node) {
                 let tag = scene.bindings[binding as usize].tag;
@@ -145,6 +152,7 @@ impl OpenFaceplate {
             more_values,
             alarms,
             trended,
+            records,
         }
     }
 
@@ -175,6 +183,7 @@ impl OpenFaceplate {
             values: self.values.iter().map(|value| self.value(value, sources)).collect(),
             more_values: self.more_values,
             trends: self.trends(sources),
+            records: self.records.sections(),
             trend_span: sources.span,
         }
     }

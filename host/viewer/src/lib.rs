@@ -30,6 +30,7 @@ mod pace;
 mod picker;
 mod point_import;
 mod ray;
+mod records;
 mod recovery;
 mod rows;
 mod running;
@@ -66,6 +67,6 @@ pub use load::{
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
     AlarmStats, CameraStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis, PluginStats,
-    Stats, TagStats,
+    RecordStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -6,7 +6,7 @@ use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
-use busbar_ui::{CameraMode, Faceplate};
+use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
 use serde::Serialize;
 
 use crate::AlarmState;
@@ -115,6 +115,25 @@ pub struct FaceplateStats {
     pub alarms: Vec<String>,
     /// What overlays show it in.
     pub states: Vec<String>,
+    /// What business and management systems have of it.
+    pub records: Vec<RecordStats>,
+}
+
+/// A list of a faceplate.
+#[derive(Clone, Debug, Serialize)]
+pub struct RecordStats {
+    /// What it is called.
+    pub title: String,
+    /// Where it comes from.
+    pub source: String,
+    /// Why it may not be as the source has it now, or null.
+    pub doubt: Option<String>,
+    /// Rows that are left out.
+    pub left_out: u64,
+    /// How many rows are open.
+    pub open: usize,
+    /// What is shown of each row: part, severity, `open` or `closed`, when, and its cells.
+    pub rows: Vec<Vec<String>>,
 }
 
 /// A chart that stands in the scene.
@@ -185,6 +204,25 @@ pub(crate) fn faceplate(shown: &Faceplate) -> FaceplateStats {
             .collect(),
         alarms: shown.alarms.iter().map(|alarm| alarm.id.clone()).collect(),
         states: shown.states.iter().map(|state| state.state.name.clone()).collect(),
+        records: shown.records.iter().map(records).collect(),
+    }
+}
+
+fn records(shown: &RecordSection) -> RecordStats {
+    let row = |row: &RecordRow| {
+        let severity = row.severity.map_or("", |severity| severity.word());
+        let state = if row.is_open { "open" } else { "closed" };
+        let place = row.place.as_deref().unwrap_or_default();
+        let head = [place, severity, state, &row.when].map(str::to_owned);
+        head.into_iter().chain(row.cells.iter().map(|(_, text)| text.clone())).collect()
+    };
+    RecordStats {
+        title: shown.title.clone(),
+        source: shown.source.clone(),
+        doubt: shown.doubt.clone(),
+        left_out: shown.left_out.0,
+        open: shown.open,
+        rows: shown.rows.iter().map(row).collect(),
     }
 }
 

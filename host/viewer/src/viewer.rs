@@ -49,6 +49,7 @@ use crate::measuring::Measuring;
 use crate::outlines::Outlines;
 use crate::pace::Pace;
 use crate::picker::{Picker, Purpose, Question};
+use crate::records::Books;
 use crate::recovery::Recovery;
 use crate::running::{self, ShownOverlay, ShownState};
 use crate::shown_model::{self, ShownModel, on_device};
@@ -77,6 +78,8 @@ pub struct Viewer {
     alarms: Option<Alarming>,
     /// None where none is configured.
     chart: Option<ShownChart>,
+    /// Of business and management systems.
+    records: Books,
     scene: LoadedScene,
     renderer: Renderer,
     recovery: Recovery,
@@ -262,6 +265,7 @@ impl Viewer {
         let now = input.time.unwrap_or_default();
         self.navigator.advance(now);
         let mut parts = self.take_samples();
+        self.take_records();
         let began = CpuClock::start();
         let snapshot = self.tags.snapshot();
         let patience =

@@ -43,6 +43,8 @@
 #define BUSBAR_OVERLAY_ID "busbar.overlay/1-draft"
 #define BUSBAR_SIMULATOR_ID "busbar.simulator/1-draft"
 #define BUSBAR_COMMAND_ID "busbar.command/1-draft"
+#define BUSBAR_CHART_ID "busbar.chart/1-draft"
+#define BUSBAR_RECORDS_ID "busbar.records/1-draft"
 
 // Marks the one symbol that a library exports:
 //   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
@@ -133,6 +135,42 @@
 
 // Severity: needs action now.
 #define BUSBAR_SEVERITY_ALARM 2
+
+// Lists of a plugin.
+#define BUSBAR_MAX_RECORD_LISTS 16
+
+// Columns of a list.
+#define BUSBAR_MAX_RECORD_COLUMNS 32
+
+// Rows of a list.
+#define BUSBAR_MAX_RECORD_ROWS 200000
+
+// Bytes of an equipment id, or of a cell.
+#define BUSBAR_MAX_RECORD_TEXT 1024
+
+// Bytes of all texts of all lists of a plugin, each counted with 32 more.
+#define BUSBAR_MAX_RECORD_BYTES (64 << 20)
+
+// Bytes of a description.
+#define BUSBAR_MAX_RECORD_DESCRIPTION (4 << 20)
+
+// The time of a row that has none.
+#define BUSBAR_RECORD_NO_TIME INT64_MIN
+
+// Severity of a row that is no defect, or of which that is not known.
+#define BUSBAR_RECORD_NO_SEVERITY 0
+
+// Severity of a defect: to be mended when there is occasion.
+#define BUSBAR_RECORD_GENERAL 1
+
+// Severity of a defect: to be mended soon, and watched until then.
+#define BUSBAR_RECORD_SERIOUS 2
+
+// Severity of a defect: to be mended at once.
+#define BUSBAR_RECORD_CRITICAL 3
+
+// Flag of a row: it is open, so that something is to be done still.
+#define BUSBAR_RECORD_OPEN 1
 
 // Shape: the base, always.
 #define BUSBAR_SHAPE_CONSTANT 0
@@ -963,6 +1001,65 @@ typedef struct BusbarChart {
                           struct BusbarTextOutput *output,
                           struct BusbarError *error);
 } BusbarChart;
+
+// What a row is besides its texts. Array element.
+typedef struct BusbarRecordRow {
+  // When it was reported or done, nanoseconds since 1970-01-01 UTC, or
+  // `BUSBAR_RECORD_NO_TIME`.
+  int64_t time_unix_nanos;
+  // `BUSBAR_RECORD_*` of severities.
+  uint32_t severity;
+  // `BUSBAR_RECORD_OPEN`, or 0.
+  uint32_t flags;
+} BusbarRecordRow;
+
+// Room for some of the rows of a list. The caller owns it and says what it wants.
+typedef struct BusbarRecordPage {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Index of the list described.
+  uint32_t list;
+  // Columns that the caller was told of.
+  uint32_t column_count;
+  // Room in `rows`; 0 asks for the revision alone, of whatever list.
+  uint32_t row_capacity;
+  // The first row wanted.
+  uint64_t first;
+  // Room in `text`, bytes.
+  uint32_t text_capacity;
+  // Rows written: as many as there is room for.
+  uint32_t row_count;
+  // Rows that the list has.
+  uint64_t total;
+  // Grows with every change of the description or of any list.
+  uint64_t revision;
+  // The rows.
+  struct BusbarRecordRow *rows;
+  // Where texts end in `text`: `1 + column_count` a row, row by row. The first is the id
+  // of the equipment, or any alias of it; then comes a cell a column.
+  uint32_t *ends;
+  // UTF-8.
+  uint8_t *text;
+} BusbarRecordPage;
+
+// Table of `busbar.records/1-draft`.
+typedef struct BusbarRecords {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Writes the description as JSON. Fails with
+  // `BUSBAR_BUFFER_TOO_SMALL` when it does not fit, and says in `len` what it takes.
+  BusbarStatus (*describe)(const struct BusbarPlugin *plugin,
+                           struct BusbarTextOutput *output,
+                           struct BusbarError *error);
+  // `[main-thread]` Writes rows. Fails with `BUSBAR_INVALID_ARGUMENT` when there is no
+  // such list, or its columns are more or fewer; with `BUSBAR_BUFFER_TOO_SMALL` when not
+  // one row fits.
+  BusbarStatus (*read)(const struct BusbarPlugin *plugin,
+                       struct BusbarRecordPage *page,
+                       struct BusbarError *error);
+} BusbarRecords;
 
 // Done.
 #define BUSBAR_OK 0

@@ -10,7 +10,7 @@
 //!   so that fields can be added at the end; structs that are passed as arrays
 //!   ([`BusbarCollapse`], [`BusbarStage`], [`BusbarSample`], [`BusbarTagSpec`],
 //!   [`BusbarSimulatedTag`], [`BusbarBinding`], [`BusbarTagValue`],
-//!   [`BusbarOverlayPrimitive`], [`BusbarChartRecord`]) have a frozen layout instead;
+//!   [`BusbarOverlayPrimitive`], [`BusbarChartRecord`], [`BusbarRecordRow`]) have a frozen layout instead;
 //! - text is UTF-8 with a length ([`BusbarStr`]), without a terminating zero;
 //! - what a caller passes is valid during the call only, unless said otherwise;
 //!   who wants to keep it copies it. No call hands over ownership of memory:
@@ -46,6 +46,7 @@ mod command;
 mod entry;
 mod mesh_optimizer;
 mod overlay;
+mod records;
 mod simulator;
 mod telemetry;
 
@@ -54,5 +55,6 @@ pub use command::*;
 pub use entry::*;
 pub use mesh_optimizer::*;
 pub use overlay::*;
+pub use records::*;
 pub use simulator::*;
 pub use telemetry::*;

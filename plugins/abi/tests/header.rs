@@ -37,9 +37,16 @@ fn header_is_up_to_date() {
 #[test]
 fn header_names_the_ids() {
     let header = std::fs::read_to_string(header_path()).unwrap();
-    for id in
-        [PLUGIN_FACTORY_ID, MESH_OPTIMIZER_ID, TELEMETRY_ID, OVERLAY_ID, SIMULATOR_ID, COMMAND_ID]
-    {
+    for id in [
+        PLUGIN_FACTORY_ID,
+        MESH_OPTIMIZER_ID,
+        TELEMETRY_ID,
+        OVERLAY_ID,
+        SIMULATOR_ID,
+        COMMAND_ID,
+        CHART_ID,
+        RECORDS_ID,
+    ] {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }
     assert!(header.contains(ENTRY_SYMBOL.to_str().unwrap()));
@@ -128,6 +135,15 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarCommandStreams { struct_size, context, read, write, diagnose }
         BusbarCommandResult { struct_size, exit_code }
         BusbarCommand { struct_size, count, describe, run }
+        BusbarTextOutput { struct_size, capacity, len, reserved, text }
+        BusbarChartRecord { time_unix_nanos, equipment, state }
+        BusbarChartPage { struct_size, axis_count, first, capacity, count, total, revision,
+            records, values }
+        BusbarChart { struct_size, describe, read, explain }
+        BusbarRecordRow { time_unix_nanos, severity, flags }
+        BusbarRecordPage { struct_size, list, column_count, row_capacity, first, text_capacity,
+            row_count, total, revision, rows, ends, text }
+        BusbarRecords { struct_size, describe, read }
     }
     assert_eq!(size_of::<BusbarSample>(), 24);
     // What a plugin built before wedges came knows of a mesh: it never moves.

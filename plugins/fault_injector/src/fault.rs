@@ -118,6 +118,16 @@ named! {
         StopSimulation,
         /// `BusbarCommand.run`.
         RunCommand,
+        /// `BusbarChart.describe`.
+        DescribeChart,
+        /// `BusbarChart.read`.
+        ReadChart,
+        /// `BusbarChart.explain`.
+        Explain,
+        /// `BusbarRecords.describe`.
+        DescribeRecords,
+        /// `BusbarRecords.read`.
+        ReadRecords,
     }
 }
 
@@ -140,13 +150,36 @@ impl Kind {
                     | Simulate
                     | SimulationStatus
                     | RunCommand
+                    | DescribeChart
+                    | ReadChart
+                    | Explain
+                    | DescribeRecords
+                    | ReadRecords
             ),
-            Self::NotFinite => matches!(at, Publish | Optimize),
+            Self::NotFinite => matches!(at, Publish | Optimize | ReadChart),
             Self::OutOfRange => {
-                matches!(at, Count | Descriptor | Publish | Draw | Optimize | RunCommand)
+                matches!(
+                    at,
+                    Count
+                        | Descriptor
+                        | Publish
+                        | Draw
+                        | Optimize
+                        | RunCommand
+                        | ReadChart
+                        | ReadRecords
+                )
             }
             Self::NullResult => matches!(at, GetFactory | Descriptor | Create | GetCapability),
-            Self::Overrun => matches!(at, Draw | Optimize),
+            Self::Overrun => matches!(
+                at,
+                Draw | Optimize
+                    | DescribeChart
+                    | ReadChart
+                    | Explain
+                    | DescribeRecords
+                    | ReadRecords
+            ),
             Self::Flood | Self::AfterStop => at == Publish,
             _ => true,
         }
@@ -154,11 +187,20 @@ impl Kind {
 }
 
 impl At {
-    /// Whether a view calls it; simulators and commands have no part in one.
+    /// Whether frames wait for it; simulators and commands have no part in a view, and
+    /// charts and records are read beside its frames.
     pub fn is_in_view(self) -> bool {
         !matches!(
             self,
-            Self::Simulate | Self::SimulationStatus | Self::StopSimulation | Self::RunCommand
+            Self::Simulate
+                | Self::SimulationStatus
+                | Self::StopSimulation
+                | Self::RunCommand
+                | Self::DescribeChart
+                | Self::ReadChart
+                | Self::Explain
+                | Self::DescribeRecords
+                | Self::ReadRecords
         )
     }
 

@@ -6,13 +6,14 @@ use std::time::Duration;
 use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
 use busbar_plugin_sdk::{
     Binding, Canvas, Collapse, CollapseList, Command, CommandExit, CommandInfo, DoublePoint, Error,
-    Host, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, Running, Sample,
-    SampleSink, Severity, Simulation, SimulationStatus, Simulator, Streams, TagSpec, Telemetry,
-    Value, ValueKind, Worker, export,
+    Host, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, RecordList,
+    Running, Sample, SampleSink, Severity, Simulation, SimulationStatus, Simulator, Streams,
+    TagSpec, Telemetry, Value, ValueKind, Worker, export,
 };
 
 use crate::fault::{At, Fault, Kind, set};
 use crate::fuse::PLUGIN_ID;
+use crate::kept;
 use crate::strike::strike;
 
 /// Time between two batches.
@@ -39,6 +40,7 @@ pub struct FaultInjector {
     host: Host,
     worker: Option<Worker>,
     bindings: Vec<Binding>,
+    pub(crate) lists: Vec<RecordList>,
 }
 
 impl Plugin for FaultInjector {
@@ -62,7 +64,7 @@ impl Plugin for FaultInjector {
             _ => return Err(Error::settings("settings: give `kind` and `at`, or neither")),
         }
         strike(At::Create);
-        Ok(Self { host, worker: None, bindings: Vec::new() })
+        Ok(Self { host, worker: None, bindings: Vec::new(), lists: kept::lists() })
     }
 }
 
@@ -218,6 +220,8 @@ impl Exported for FaultInjector {
         export::mesh_optimizer::<Self>(),
         export::simulator::<Self>(),
         export::command::<Self>(),
+        export::chart::<Self>(),
+        export::records::<Self>(),
     ];
 
     fn descriptor() -> &'static Descriptor {

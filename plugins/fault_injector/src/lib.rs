@@ -12,12 +12,13 @@
 //!
 //! Without a fault it is a good plugin of every kind: telemetry that publishes a ramp
 //! for each tag at once and every ten milliseconds, an overlay of one line a binding,
-//! and an optimiser by edge length. The fault of the last `create` holds for all
+//! an optimiser by edge length, a chart and a list of records. The fault of the last `create` holds for all
 //! instances of the process.
 
 mod fault;
 mod fuse;
 mod honest;
+mod kept;
 mod spoil;
 mod strike;
 mod tables;

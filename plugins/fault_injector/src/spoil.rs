@@ -1,6 +1,8 @@
 //! The tables of capabilities, whose results are spoiled on their way to the host.
 
+mod chart;
 mod command;
+mod records;
 
 use std::ffi::c_void;
 use std::time::{Duration, Instant};
@@ -34,6 +36,26 @@ pub(crate) unsafe fn error(error: *mut abi::BusbarError) {
         error.status = abi::BUSBAR_FAILED;
         error.message[..4].copy_from_slice(&BAD_BYTES);
         error.message_len = 4;
+    }
+}
+
+/// Spoils a text that was written, if it is to be.
+///
+/// # Safety
+/// `output` is null, or good and written.
+unsafe fn text(at: At, output: *mut abi::BusbarTextOutput) {
+    // SAFETY: the caller vouches for it.
+    let Some(output) = (unsafe { output.as_mut() }) else { return };
+    match due_again(at) {
+        Some(Kind::NotUtf8) if output.len > 0 => {
+            // SAFETY: there is text, so there is a first byte.
+            unsafe { output.text.write(0xff) };
+        }
+        Some(Kind::Overrun) => {
+            // SAFETY: none; writing beyond the end is the fault, which is the purpose.
+            unsafe { output.text.add(output.capacity as usize).write_bytes(0x11, 8) };
+        }
+        _ => {}
     }
 }
 
@@ -100,6 +122,8 @@ pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
         Ok(abi::MESH_OPTIMIZER_ID) => std::ptr::from_ref(&OPTIMIZER[index]).cast(),
         Ok(abi::SIMULATOR_ID) => std::ptr::from_ref(&SIMULATOR[index]).cast(),
         Ok(abi::COMMAND_ID) => std::ptr::from_ref(&command::TABLE[index]).cast(),
+        Ok(abi::CHART_ID) => std::ptr::from_ref(&chart::TABLE[index]).cast(),
+        Ok(abi::RECORDS_ID) => std::ptr::from_ref(&records::TABLE[index]).cast(),
         _ => std::ptr::null(),
     }
 }

@@ -94,3 +94,23 @@ pub(crate) unsafe fn copy_out<T: Copy>(from: &[T], into: *mut T) -> Result<(), E
     unsafe { std::ptr::copy_nonoverlapping(from.as_ptr(), into, from.len()) };
     Ok(())
 }
+
+/// Writes a value as JSON.
+///
+/// # Safety
+/// `output` is null or valid as the ABI demands.
+pub(crate) unsafe fn write_json(
+    value: &impl serde::Serialize,
+    output: *mut abi::BusbarTextOutput,
+) -> Result<(), Error> {
+    // SAFETY: the caller vouches for the pointer.
+    let output = unsafe { given_mut(output, "the text output")? };
+    let json = serde_json::to_string(value)
+        .map_err(|error| Error::internal(format!("it cannot be told as JSON: {error}")))?;
+    output.len = u32::try_from(json.len()).unwrap_or(u32::MAX);
+    if output.len > output.capacity {
+        return Err(Error::buffer(format!("the text takes {} bytes", json.len())));
+    }
+    // SAFETY: the host gives room for `capacity` bytes.
+    unsafe { copy_out(json.as_bytes(), output.text) }
+}

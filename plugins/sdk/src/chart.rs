@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 use serde::Serialize;
 
-use crate::border::{copy_out, given_mut, text};
+use crate::border::{copy_out, given_mut, text, write_json};
 use crate::{Error, Pattern, Plugin, Severity};
 
 /// Records on axes, and what they mean for a piece of equipment.
@@ -261,22 +261,4 @@ pub(crate) unsafe fn read<P: Chart>(
         copy_out(&raw, page.records)?;
         copy_out(&values[first * axes..end * axes], page.values)
     }
-}
-
-/// # Safety
-/// `output` is null or valid as the ABI demands.
-unsafe fn write_json(
-    value: &impl Serialize,
-    output: *mut abi::BusbarTextOutput,
-) -> Result<(), Error> {
-    // SAFETY: the caller vouches for the pointer.
-    let output = unsafe { given_mut(output, "the text output")? };
-    let json = serde_json::to_string(value)
-        .map_err(|error| Error::internal(format!("it cannot be told as JSON: {error}")))?;
-    output.len = u32::try_from(json.len()).unwrap_or(u32::MAX);
-    if output.len > output.capacity {
-        return Err(Error::buffer(format!("the text takes {} bytes", json.len())));
-    }
-    // SAFETY: the host gives room for `capacity` bytes.
-    unsafe { copy_out(json.as_bytes(), output.text) }
 }

@@ -15,10 +15,10 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{chart, command, mesh_optimizer, overlay, simulator, telemetry};
+pub use tables::{chart, command, mesh_optimizer, overlay, records, simulator, telemetry};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command, chart);`
+/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command, chart, records);`
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -63,6 +63,7 @@ enum Table {
     Simulator(abi::BusbarSimulator),
     Command(abi::BusbarCommand),
     Chart(abi::BusbarChart),
+    Records(abi::BusbarRecords),
 }
 
 impl Table {
@@ -74,6 +75,7 @@ impl Table {
             Self::Simulator(table) => std::ptr::from_ref(table).cast(),
             Self::Command(table) => std::ptr::from_ref(table).cast(),
             Self::Chart(table) => std::ptr::from_ref(table).cast(),
+            Self::Records(table) => std::ptr::from_ref(table).cast(),
         }
     }
 }

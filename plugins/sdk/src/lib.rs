@@ -2,7 +2,7 @@
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
 //! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`],
-//! [`Chart`].
+//! [`Chart`], [`Records`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
 //! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
@@ -58,6 +58,7 @@ pub mod export;
 mod host;
 mod mesh_optimizer;
 mod overlay;
+mod records;
 mod secret;
 pub mod simulation;
 mod simulator;
@@ -77,6 +78,11 @@ pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, 
 pub use overlay::{
     Binding, Canvas, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT, Overlay,
     OverlayFrame, Pattern, Severity, TagValue,
+};
+pub use records::{
+    MAX_RECORD_BYTES, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, MAX_RECORD_ROWS, MAX_RECORD_TEXT,
+    Record, RecordColumn, RecordColumnType, RecordKind, RecordList, RecordRowFault, RecordSet,
+    RecordSeverity, Records,
 };
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
 pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};

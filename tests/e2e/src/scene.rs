@@ -50,14 +50,7 @@ impl Scene {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         fs::create_dir(folder.path().join("plugins")).expect("it can be written");
         let scene = Self { folder, config };
-        for plugin in PLUGINS {
-            let library = built(built_folder().join(library_name(plugin)));
-            // No link: libraries outside of their directory are refused.
-            let linked = fs::hard_link(&library, scene.library(plugin));
-            linked
-                .or_else(|_| fs::copy(&library, scene.library(plugin)).map(drop))
-                .expect("a copy");
-        }
+        PLUGINS.iter().for_each(|plugin| scene.lend(plugin));
         let models = built(workspace_path("config/models").join("transformer.glb"));
         let models = models.parent().expect("it is in a folder");
         symlink(models, scene.path("models")).expect("it can be written");
@@ -101,6 +94,17 @@ impl Scene {
         let optimizer = config["plugins"]["optimizer"].take();
         config.insert("plugins".into(), json!({ "optimizer": optimizer }));
         scene
+    }
+
+    /// Puts a plugin's library into its plugin directory.
+    ///
+    /// # Panics
+    /// When the plugin is not built.
+    pub fn lend(&self, plugin: &str) {
+        let library = built(built_folder().join(library_name(plugin)));
+        // No link: libraries outside of their directory are refused.
+        let linked = fs::hard_link(&library, self.library(plugin));
+        linked.or_else(|_| fs::copy(&library, self.library(plugin)).map(drop)).expect("a copy");
     }
 
     /// A path in its folder.

@@ -45,6 +45,13 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::NotUtf8, At::SimulationStatus),
     (Kind::OutOfRange, At::RunCommand),
     (Kind::LeakDescriptor, At::RunCommand),
+    (Kind::Panic, At::DescribeChart),
+    (Kind::NotFinite, At::ReadChart),
+    (Kind::OutOfRange, At::ReadChart),
+    (Kind::Overrun, At::Explain),
+    (Kind::NotUtf8, At::DescribeRecords),
+    (Kind::OutOfRange, At::ReadRecords),
+    (Kind::Overrun, At::ReadRecords),
 ];
 
 fn transformer() -> Value {
@@ -60,6 +67,14 @@ fn quantities() -> Value {
         "quantities": [{ "name": "Core current", "role": "core", "attention": 100, "alarm": 300 }],
         "equipment": ["=T1-TA1"],
     })
+}
+
+/// An asset register from somewhere.
+fn lists(source: Value) -> Value {
+    json!({ "lists": [{
+        "title": "Asset register", "kind": "asset", "source": source, "equipment": "ID",
+        "columns": [{ "column": "MAKER", "name": "Maker" }],
+    }] })
 }
 
 /// A source, and a switch between it and another node.
@@ -129,6 +144,9 @@ fn shipped_plugins_pass() {
             { "kind": "bool", "address": { "column": "closed" } },
         ],
     });
+    let register = folder.path().join("register.csv");
+    std::fs::write(&register, "ID,MAKER\n=Q1,Alpha\n,nobody's\n=Q2,Beta\n").expect("written");
+    let nowhere = json!({ "file": "/no/such/assets.db", "query": "SELECT * FROM assets" });
     let database = json!({
         "settings": {
             "postgres": {
@@ -170,6 +188,8 @@ fn shipped_plugins_pass() {
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("gas_analysis", json!({}), 0),
+        ("csv_records", json!({ "settings": lists(json!({ "file": register })) }), 0),
+        ("sqlite_records", json!({ "settings": lists(nowhere) }), 0),
         ("fault_injector", good_sample(), 0),
     ] {
         let (mut command, folder) = check(&library(plugin), &sample);
@@ -308,13 +328,15 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
         Kind::LeakThread => says(&["left_behind"]),
         Kind::LieAboutSize => says(&["says that it has 8 bytes"]),
         Kind::NotUtf8 => says(&["not UTF-8"]),
-        Kind::NotFinite => says(&["NaN", "not finite"]),
+        Kind::NotFinite => says(&["NaN", "not finite", "is infinite"]),
         Kind::OutOfRange => says(&[
             "1000",
             "which `start` did not give",
             "which is not there",
             "names position",
             "unknown exit code",
+            "not described",
+            "not those of the header",
         ]),
         Kind::NullResult => says(&["null", "failed where it must not"]),
         Kind::Overrun => says(&["beyond the end"]),

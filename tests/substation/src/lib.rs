@@ -6,7 +6,8 @@
 //! dozen models ([`Station::configuration`]; with all points live,
 //! [`Station::live_configuration`]), and flattened into one mesh with
 //! the paper's counts ([`Station::flatten`]). [`points`] is the point list,
-//! [`scenarios`] is what may happen to it.
+//! [`scenarios`] is what may happen to it, [`StationRecords`] what business and management
+//! systems have of it.
 //!
 //! World space is metres, y up, origin on the ground between the transformers;
 //! 220 kV lines leave towards -z, 110 kV lines towards +z.
@@ -22,6 +23,7 @@ mod live;
 mod models;
 mod network;
 mod points;
+mod records;
 mod scatter;
 mod scenarios;
 mod station;
@@ -33,5 +35,6 @@ pub use flatten::{FlatStation, Run};
 pub use layout::Placement;
 pub use network::{Network, NetworkSwitch, network};
 pub use points::{Gateway, Point, PointKind, Usual, csv, points};
+pub use records::{AssetRow, StationRecords, WorkRow};
 pub use scenarios::{Scenario, scenarios};
 pub use station::Station;

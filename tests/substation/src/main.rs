@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use substation::Station;
+use substation::{Station, StationRecords};
 
 /// Folder of the scenarios, beside the configuration.
 const SCENARIO_FOLDER: &str = "scenarios";
@@ -45,7 +45,11 @@ fn main() -> Result<()> {
     let json = serde_json::to_string_pretty(&station.configuration())?;
     write(&out_dir.join("station.json"), json.as_bytes())?;
     progress.inc(1);
-    let live = station.live_configuration(|switch| switch.closed);
+    let mut live = station.live_configuration(|switch| switch.closed);
+    let records = StationRecords::of(&station, seed);
+    // Plugins do not know where the configuration is.
+    records.add_to(&mut live, &fs::canonicalize(&out_dir)?);
+    records.write(&out_dir).context("cannot write the records")?;
     write(&out_dir.join("live.json"), serde_json::to_string_pretty(&live)?.as_bytes())?;
     progress.inc(1);
     fs::create_dir_all(out_dir.join(SCENARIO_FOLDER))?;

@@ -11,13 +11,14 @@ use crate::text;
 /// Plugins of one library, and capabilities of one plugin.
 const MAX_ITEMS: u32 = 64;
 /// Capabilities of this host.
-const CAPABILITIES: [&str; 6] = [
+const CAPABILITIES: [&str; 7] = [
     abi::MESH_OPTIMIZER_ID,
     abi::TELEMETRY_ID,
     abi::OVERLAY_ID,
     abi::SIMULATOR_ID,
     abi::COMMAND_ID,
     abi::CHART_ID,
+    abi::RECORDS_ID,
 ];
 
 pub(crate) fn factory(probe: &Probe) -> Outcome {

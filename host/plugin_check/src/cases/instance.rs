@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 
 use super::Instance;
-use super::{command, leaks, optimizer, overlay, simulator, telemetry};
+use super::{chart, command, leaks, optimizer, overlay, records, simulator, telemetry};
 use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
 use crate::text;
@@ -46,6 +46,11 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
                 super::required(table.read, "read")?;
                 super::required(table.explain, "explain")?;
             }
+            abi::RECORDS_ID => {
+                let table: &abi::BusbarRecords = instance.capability(abi::RECORDS_ID)?;
+                super::required(table.describe, "describe")?;
+                super::required(table.read, "read")?;
+            }
             _ => {}
         }
     }
@@ -56,6 +61,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
         abi::SIMULATOR_ID,
         abi::COMMAND_ID,
         abi::CHART_ID,
+        abi::RECORDS_ID,
     ];
     for known in all {
         if !subject.capabilities.iter().any(|id| id == known) {
@@ -107,6 +113,8 @@ fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Out
             abi::OVERLAY_ID => overlay::use_briefly(probe, instance)?,
             abi::SIMULATOR_ID => simulator::use_briefly(probe, instance)?,
             abi::COMMAND_ID => command::use_briefly(probe, instance)?,
+            abi::CHART_ID => chart::use_briefly(probe, instance)?,
+            abi::RECORDS_ID => records::use_briefly(probe, instance)?,
             _ => {}
         }
     }

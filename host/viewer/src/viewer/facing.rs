@@ -20,6 +20,14 @@ impl Viewer {
             OpenFaceplate::open(&self.scene, &self.at_nodes, tree, history, device)
         });
     }
+
+    /// Takes over what was read of records.
+    pub(super) fn take_records(&mut self) {
+        self.records.step(&self.scene);
+        if let Some(faceplate) = &mut self.faceplate {
+            faceplate.records.look_up(&self.records, wall_clock());
+        }
+    }
 }
 
 /// Histories of numbers: of tags at equipment first, of as many as are kept.

@@ -51,6 +51,7 @@ impl Viewer {
         let overlays = running::start_overlays(&scene)?;
         let telemetry = running::start_telemetry(&scene)?;
         let chart = start_chart(&scene, !in_window)?;
+        let records = Books::start(&scene, !in_window)?;
         let camera =
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera =
@@ -78,6 +79,7 @@ impl Viewer {
             events: EventLog::default(),
             alarms,
             chart,
+            records,
             triangles_full: full_triangles(&scene),
             cursors,
             settles: !in_window,

@@ -8,7 +8,9 @@ use busbar_plugin_abi as abi;
 use super::{Capability, Instance, Table, instance};
 use crate::border::{given, given_mut, guard};
 use crate::overlay::RawDescription;
-use crate::{Chart, Command, Error, MeshOptimizer, Overlay, SampleSink, Simulator, Telemetry};
+use crate::{
+    Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator, Telemetry,
+};
 
 /// `busbar.mesh-optimizer/1-draft` of a type.
 pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
@@ -359,6 +361,47 @@ pub const fn chart<P: Chart>() -> Capability {
             describe: Some(describe::<P>),
             read: Some(read::<P>),
             explain: Some(explain::<P>),
+        }),
+    }
+}
+
+/// `busbar.records/1-draft` of a type.
+pub const fn records<P: Records>() -> Capability {
+    unsafe extern "C" fn describe<P: Records>(
+        plugin: *const abi::BusbarPlugin,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::records::describe(&mut *plugin, output)
+            })
+        }
+    }
+    unsafe extern "C" fn read<P: Records>(
+        plugin: *const abi::BusbarPlugin,
+        page: *mut abi::BusbarRecordPage,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::records::read(&mut *plugin, page)
+            })
+        }
+    }
+    Capability {
+        id: abi::RECORDS_ID,
+        table: Table::Records(abi::BusbarRecords {
+            struct_size: size_of::<abi::BusbarRecords>() as u32,
+            reserved: 0,
+            describe: Some(describe::<P>),
+            read: Some(read::<P>),
         }),
     }
 }

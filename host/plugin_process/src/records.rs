@@ -1,0 +1,85 @@
+//! Plugins with records, wherever they run.
+
+use std::sync::Arc;
+
+use busbar_plugin_abi as abi;
+use busbar_plugin_host::{PluginError, PluginInfo, RecordPage, Records};
+use busbar_records::Description;
+
+use crate::message::{Answer, Request};
+use crate::plugin::Plugin;
+use crate::process::PluginProcess;
+
+/// The records of a plugin. Calls take as long as the plugin takes: not for frames.
+#[derive(Clone)]
+pub enum RunningRecords {
+    /// In this process.
+    InProcess(Records),
+    /// In a process of its own.
+    Isolated(Arc<PluginProcess>),
+}
+
+impl RunningRecords {
+    /// Whether a plugin says that it has records.
+    pub fn are_in(info: &PluginInfo) -> bool {
+        info.capabilities.iter().any(|id| id == abi::RECORDS_ID)
+    }
+
+    /// The records that a plugin has.
+    ///
+    /// # Errors
+    /// [`PluginError::WrongCapability`].
+    pub fn of(plugin: &Plugin) -> Result<Self, PluginError> {
+        match plugin {
+            Plugin::InProcess(instance) => Records::of(instance.clone()).map(Self::InProcess),
+            Plugin::Isolated(process) => {
+                process.demand(abi::RECORDS_ID)?;
+                Ok(Self::Isolated(process.clone()))
+            }
+        }
+    }
+
+    /// Which lists it has.
+    ///
+    /// # Errors
+    /// What the plugin says, the rule that its answer breaks, or how its process ended.
+    pub fn describe(&self) -> Result<Description, PluginError> {
+        match self {
+            Self::InProcess(records) => records.describe(),
+            Self::Isolated(process) => match process.shared.call(Request::DescribeRecords, &[])? {
+                Answer::RecordsDescribed(description) => {
+                    description.check().map_err(|fault| process.broken(fault))?;
+                    Ok(description)
+                }
+                _ => Err(process.shared.confused()),
+            },
+        }
+    }
+
+    /// At most `count` rows from one on, of a list with so many columns; 0 asks for the
+    /// revision alone, of whatever list.
+    ///
+    /// # Errors
+    /// As [`RunningRecords::describe`].
+    pub fn read(
+        &self,
+        list: u32,
+        columns: u32,
+        first: u64,
+        count: u32,
+    ) -> Result<RecordPage, PluginError> {
+        match self {
+            Self::InProcess(records) => records.read(list, columns, first, count),
+            Self::Isolated(process) => {
+                let request = Request::ReadRecords { list, columns, first, count };
+                match process.shared.call(request, &[])? {
+                    Answer::RecordsRead(page) => {
+                        page.check(columns, count).map_err(|fault| process.broken(fault))?;
+                        Ok(page)
+                    }
+                    _ => Err(process.shared.confused()),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The rows of a list, and whose they are.
+
+use std::collections::HashMap;
+
+use crate::{Kind, ListInfo, Record, RecordFault};
+
+/// Rows of a list.
+pub const MAX_ROWS: usize = 200_000;
+/// Bytes of all rows of all lists of a plugin, as [`Record::bytes`] counts them.
+pub const MAX_BYTES: usize = 64 << 20;
+
+/// A list with its rows, checked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct List {
+    info: ListInfo,
+    rows: Vec<Record>,
+    of_equipment: HashMap<String, Vec<u32>>,
+    bytes: usize,
+}
+
+impl List {
+    /// Without rows yet.
+    pub fn new(info: ListInfo) -> Self {
+        Self { info, ..Self::default() }
+    }
+
+    /// Takes more rows.
+    ///
+    /// # Errors
+    /// The rule that they break; those before the one that breaks it are there then.
+    pub fn append(&mut self, rows: Vec<Record>) -> Result<(), RecordFault> {
+        for row in rows {
+            row.check(self.info.columns.len())?;
+            self.bytes += row.bytes();
+            if self.rows.len() >= MAX_ROWS || self.bytes > MAX_BYTES {
+                let title = &self.info.title;
+                let limits = format!("{MAX_ROWS} rows or {MAX_BYTES} bytes");
+                return Err(RecordFault(format!("the list '{title}' has more than {limits}")));
+            }
+            let index = self.rows.len() as u32;
+            match self.of_equipment.get_mut(&row.equipment) {
+                Some(own) => own.push(index),
+                None => drop(self.of_equipment.insert(row.equipment.clone(), vec![index])),
+            }
+            self.rows.push(row);
+        }
+        Ok(())
+    }
+
+    /// What it is.
+    pub fn info(&self) -> &ListInfo {
+        &self.info
+    }
+
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Bytes of its rows.
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    /// What its rows call equipment, each once, in no order.
+    pub fn equipment(&self) -> impl Iterator<Item = &str> {
+        self.of_equipment.keys().map(String::as_str)
+    }
+
+    /// The rows of whatever has one of these ids, each with the place of its id among them.
+    /// What happened is ordered by urgency: the open first, then the newest; what equipment
+    /// is stays in the order of its ids.
+    pub fn rows_of<'a>(&'a self, ids: &[String]) -> Vec<(usize, &'a Record)> {
+        let own = |(place, id): (usize, &String)| {
+            let rows = self.of_equipment.get(id).map_or(&[][..], Vec::as_slice);
+            rows.iter().map(move |&row| (place, row))
+        };
+        let found = ids.iter().enumerate().flat_map(own);
+        let mut found: Vec<_> =
+            found.map(|(place, row)| (place, &self.rows[row as usize])).collect();
+        if self.info.kind == Kind::Business {
+            found.sort_by_cached_key(|(_, row)| row.urgency());
+        }
+        found
+    }
+}

@@ -1,0 +1,80 @@
+//! A row of a list.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{RecordFault, is_line};
+
+/// Bytes of an equipment id, or of a cell.
+pub const MAX_TEXT_BYTES: usize = 1024;
+/// What a text counts besides its bytes.
+const TEXT_OVERHEAD: usize = 32;
+
+/// How bad a defect is, in the words of DL/T 664 for thermography, which sites use of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Severity {
+    /// To be mended when there is occasion.
+    General,
+    /// To be mended soon, and watched until then.
+    Serious,
+    /// To be mended at once.
+    Critical,
+}
+
+impl Severity {
+    /// As people say it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::General => "general",
+            Self::Serious => "serious",
+            Self::Critical => "critical",
+        }
+    }
+}
+
+/// A row of a list.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Record {
+    /// The equipment, by its id or an alias.
+    pub equipment: String,
+    /// A text a column.
+    pub cells: Vec<String>,
+    /// When it was reported or done, nanoseconds since 1970-01-01 UTC.
+    pub unix_nanos: Option<i64>,
+    /// How bad it is, where it is a defect.
+    pub severity: Option<Severity>,
+    /// Whether something is to be done still.
+    pub is_open: bool,
+}
+
+impl Record {
+    /// Bytes that it counts.
+    pub fn bytes(&self) -> usize {
+        let texts = std::iter::once(&self.equipment).chain(&self.cells);
+        texts.map(|text| text.len() + TEXT_OVERHEAD).sum()
+    }
+
+    /// Whether it belongs into a list with so many columns.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn check(&self, columns: usize) -> Result<(), RecordFault> {
+        if self.cells.len() != columns {
+            let count = self.cells.len();
+            return Err(RecordFault(format!("a row has {count} cells for {columns} columns")));
+        }
+        if self.equipment.is_empty() || !is_line(&self.equipment, MAX_TEXT_BYTES) {
+            let what = "the equipment of a row is empty, too long or not one line";
+            return Err(RecordFault::new(what));
+        }
+        if self.cells.iter().any(|cell| cell.len() > MAX_TEXT_BYTES) {
+            return Err(RecordFault(format!("a cell has more than {MAX_TEXT_BYTES} bytes")));
+        }
+        Ok(())
+    }
+
+    /// What must be looked at first comes first: what is open, of that the newest, of the
+    /// same time the severest. What has no time comes last of its own.
+    pub(crate) fn urgency(&self) -> impl Ord + use<> {
+        std::cmp::Reverse((self.is_open, self.unix_nanos, self.severity))
+    }
+}

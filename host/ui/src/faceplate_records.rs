@@ -1,0 +1,174 @@
+//! The parts of a faceplate that come from business and management systems, and the bar that
+//! leads to them.
+
+use busbar_records::{Kind, Severity};
+use egui::{Align, Color32, Label, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
+
+use crate::faceplate::section;
+use crate::{Mark, RecordRow, RecordSection, hatch, theme};
+
+/// A part of a faceplate that the bar leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Operating,
+    Of(Kind),
+}
+
+/// Width of the names of columns, points.
+const NAME_WIDTH: f32 = 96.0;
+
+/// The bar of parts, where there is more than one; the part that is clicked.
+pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<Part> {
+    if records.is_empty() {
+        return None;
+    }
+    let has = |kind: Kind| records.iter().any(|section| section.kind == kind);
+    let mut clicked = None;
+    ui.horizontal(|ui| {
+        let mut part = |ui: &mut Ui, part: Part, words: &str| {
+            if ui.button(words).on_hover_text("Go to this part").clicked() {
+                clicked = Some(part);
+            }
+        };
+        part(ui, Part::Operating, "Operating");
+        if has(Kind::Business) {
+            part(ui, Part::Of(Kind::Business), &work_words(records));
+        }
+        if let Some(severity) = worst(records) {
+            badge(ui, severity, true);
+        }
+        if has(Kind::Asset) {
+            part(ui, Part::Of(Kind::Asset), "Asset");
+        }
+    });
+    clicked
+}
+
+fn work_words(records: &[RecordSection]) -> String {
+    let work = || records.iter().filter(|section| section.kind == Kind::Business);
+    let doubt = if work().any(|section| section.doubt.is_some()) { "× " } else { "" };
+    match work().map(|section| section.open).sum::<usize>() {
+        0 => format!("{doubt}Work"),
+        open => format!("{doubt}Work: {open} open"),
+    }
+}
+
+/// The worst of what is open.
+fn worst(records: &[RecordSection]) -> Option<Severity> {
+    let rows = records.iter().flat_map(|section| &section.rows);
+    rows.filter(|row| row.is_open).filter_map(|row| row.severity).max()
+}
+
+/// Shows all lists; the view goes to the part that was clicked.
+pub(crate) fn show(ui: &mut Ui, records: &[RecordSection], mut goes_to: Option<Part>) {
+    for kind in [Kind::Business, Kind::Asset] {
+        for list in records.iter().filter(|section| section.kind == kind) {
+            if goes_to.take_if(|part| *part == Part::Of(kind)).is_some() {
+                ui.scroll_to_cursor(Some(Align::TOP));
+            }
+            section(ui, &list.title);
+            origin(ui, list);
+            rows(ui, list);
+        }
+    }
+}
+
+/// Source and time; hatched where the list may not be as the source has it now.
+fn origin(ui: &mut Ui, list: &RecordSection) {
+    let as_of = match list.as_of.is_empty() {
+        true => String::new(),
+        false => format!(", as of {}", list.as_of),
+    };
+    let words = match &list.doubt {
+        None => format!("{}{as_of}", list.source),
+        Some(doubt) => format!("× {}{as_of}: {doubt}", list.source),
+    };
+    let palette = theme::of(ui.ctx());
+    let ink = if list.doubt.is_some() { palette.ink } else { palette.faint_ink };
+    let width = ui.available_width();
+    let galley = ui.painter().layout(words, theme::small_font(), ink, width);
+    let (place, _) = ui.allocate_exact_size(vec2(width, galley.size().y), Sense::hover());
+    if let Some(reason) = list.doubt.clone() {
+        hatch::ground(ui.painter(), place, &Mark::Bad { reason });
+    }
+    ui.painter().galley(place.min, galley, ink);
+    let (count, first) = &list.left_out;
+    if *count > 0 {
+        let rows = if *count == 1 { "row is" } else { "rows are" };
+        ui.label(format!("! {count} {rows} wrong there and left out")).on_hover_text(first);
+    }
+}
+
+fn rows(ui: &mut Ui, list: &RecordSection) {
+    if list.rows.is_empty() {
+        // Of a list that is not there, nothing is known.
+        if list.doubt.is_none() {
+            ui.weak(match list.kind {
+                Kind::Business => "none",
+                Kind::Asset => "not in the register",
+            });
+        }
+        return;
+    }
+    for (index, row) in list.rows.iter().enumerate() {
+        if index > 0 {
+            ui.separator();
+        }
+        if list.kind == Kind::Business {
+            head(ui, row);
+        }
+        cells(ui, row);
+    }
+    if list.more > 0 {
+        ui.weak(format!("and {} more", list.more));
+    }
+}
+
+/// How bad, whether open, when.
+fn head(ui: &mut Ui, row: &RecordRow) {
+    ui.horizontal(|ui| {
+        if let Some(severity) = row.severity {
+            badge(ui, severity, row.is_open);
+        }
+        let state = RichText::new(if row.is_open { "open" } else { "closed" });
+        ui.label(if row.is_open { state.strong() } else { state.weak() });
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.label(&row.when);
+        });
+    });
+}
+
+/// A severity in words: filled where it is open and critical, framed where it is open and
+/// serious, else plain.
+fn badge(ui: &mut Ui, severity: Severity, is_open: bool) {
+    let palette = theme::of(ui.ctx());
+    let (ground, ink, line) = match severity {
+        _ if !is_open => (Color32::TRANSPARENT, palette.faint_ink, Color32::TRANSPARENT),
+        Severity::Critical => (theme::WARNING, theme::INK, palette.ink),
+        Severity::Serious => (Color32::TRANSPARENT, palette.ink, palette.ink),
+        Severity::General => (Color32::TRANSPARENT, palette.ink, Color32::TRANSPARENT),
+    };
+    let galley = ui.painter().layout_no_wrap(severity.word().to_owned(), theme::value_font(), ink);
+    let around = if line == Color32::TRANSPARENT { vec2(0.0, 2.0) } else { vec2(10.0, 2.0) };
+    let (place, _) = ui.allocate_exact_size(galley.size() + around, Sense::hover());
+    ui.painter().rect(place, 3.0, ground, Stroke::new(1.0, line), StrokeKind::Inside);
+    let at = Rect::from_center_size(place.center(), galley.size()).min;
+    ui.painter().galley(at, galley, ink);
+}
+
+/// Names of columns and what stands there, the first lines side by side.
+fn cells(ui: &mut Ui, row: &RecordRow) {
+    let faint = theme::of(ui.ctx()).faint_ink;
+    let place = row.place.iter().map(|place| ("Part", place.as_str()));
+    let cells = row.cells.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+    for (name, text) in place.chain(cells) {
+        ui.horizontal_top(|ui| {
+            let size = vec2(NAME_WIDTH, 0.0);
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::TOP), |ui| {
+                ui.set_min_width(NAME_WIDTH);
+                ui.add(Label::new(RichText::new(name).color(faint)).truncate());
+            });
+            ui.add(Label::new(text).wrap());
+        });
+    }
+}

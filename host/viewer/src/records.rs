@@ -1,0 +1,205 @@
+//! Records of business and management systems, joined to the equipment of the scene by its ids
+//! and aliases.
+
+mod reader;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use busbar_plugin_process::{Plugin, RunningRecords};
+use busbar_records::{ColumnType, Kind, List, Record};
+use busbar_tags::SourceTime;
+use busbar_ui::{RecordRow, RecordSection};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+
+use crate::ViewError;
+use crate::load::LoadedScene;
+use reader::Reader;
+
+/// The longest that opening a view without a window waits for the first records.
+const FIRST_PATIENCE: Duration = Duration::from_secs(20);
+/// Rows of a list that a faceplate shows.
+const MAX_ROWS: usize = 20;
+/// Different ids of a list that are looked for in the scene, to say which it has not.
+const MAX_LOOKED_FOR: usize = 10_000;
+/// Bytes of a date, `2026-11-23`.
+const DATE_BYTES: usize = 10;
+const NANOS_PER_SECOND: i64 = 1_000_000_000;
+const SECONDS_PER_DAY: i64 = 86_400;
+
+/// The records of all plugins that have some.
+#[derive(Default)]
+pub(crate) struct Books {
+    books: Vec<Book>,
+    revision: u64,
+}
+
+/// Those of one plugin.
+struct Book {
+    reader: Reader,
+    lists: Vec<List>,
+    /// Why they cannot be read now.
+    fault: Option<String>,
+}
+
+impl Books {
+    /// Begins to read.
+    pub(crate) fn start(scene: &LoadedScene, settles: bool) -> Result<Self, ViewError> {
+        let has_records = |plugin: &&Plugin| RunningRecords::are_in(plugin.info());
+        let mut books = Self::default();
+        for plugin in scene.instances.values().filter(has_records) {
+            let reader = Reader::start(plugin)?;
+            books.books.push(Book { reader, lists: Vec::new(), fault: None });
+        }
+        if settles {
+            books.books.iter().for_each(|book| book.reader.wait_for_first(FIRST_PATIENCE));
+        }
+        Ok(books)
+    }
+
+    /// Takes over what was read.
+    pub(crate) fn step(&mut self, scene: &LoadedScene) {
+        for book in &mut self.books {
+            let (read, fault) = (book.reader.take(), book.reader.fault());
+            self.revision += u64::from(read.is_some() || fault != book.fault);
+            book.fault = fault;
+            if let Some(lists) = read {
+                lists.iter().for_each(|list| note_absent(scene, list));
+                book.lists = lists;
+            }
+        }
+    }
+
+    /// What the lists have of equipment that goes by these ids. `places` says of each id
+    /// which pole or part has it.
+    fn sections(
+        &self,
+        ids: &[String],
+        places: &[Option<String>],
+        now: SourceTime,
+    ) -> Vec<RecordSection> {
+        let lists = self
+            .books
+            .iter()
+            .flat_map(|book| book.lists.iter().map(move |list| (list, book.fault.as_deref())));
+        lists.map(|(list, fault)| section(list, fault, (ids, places), now)).collect()
+    }
+}
+
+/// Tells of rows that belong to nothing in the scene.
+fn note_absent(scene: &LoadedScene, list: &List) {
+    let is_absent = |id: &&str| scene.equipment.find(&scene.graph, id).is_none();
+    let mut absent = list.equipment().take(MAX_LOOKED_FOR).filter(is_absent);
+    if let Some(first) = absent.next() {
+        let (count, title) = (1 + absent.count(), &list.info().title);
+        tracing::warn!(
+            "'{title}' names {count} pieces of equipment that are not in the scene, such as \
+             '{first}': mend the ids there, or add aliases to \"equipment\""
+        );
+    }
+}
+
+fn section(
+    list: &List,
+    fault: Option<&str>,
+    (ids, places): (&[String], &[Option<String>]),
+    now: SourceTime,
+) -> RecordSection {
+    let info = list.info();
+    let found = list.rows_of(ids);
+    let left_out = info.faults.first().map_or_else(String::new, |fault| {
+        format!("{}, row {}: {}", info.source, fault.row, fault.reason)
+    });
+    RecordSection {
+        title: info.title.clone(),
+        kind: info.kind,
+        source: info.source.clone(),
+        as_of: info.as_of_unix_nanos.map_or_else(String::new, local_minute),
+        doubt: doubt(list, fault, now),
+        left_out: (info.left_out, left_out),
+        open: found.iter().filter(|(_, row)| row.is_open).count(),
+        more: found.len().saturating_sub(MAX_ROWS),
+        rows: found
+            .iter()
+            .take(MAX_ROWS)
+            .map(|(id, record)| row(list, record, places.get(*id).cloned().flatten()))
+            .collect(),
+    }
+}
+
+/// Why a list may not be as its source has it now.
+fn doubt(list: &List, fault: Option<&str>, now: SourceTime) -> Option<String> {
+    let info = list.info();
+    if let Some(fault) = fault.or(info.fault.as_deref()) {
+        return Some(fault.to_owned());
+    }
+    let Some(as_of) = info.as_of_unix_nanos else { return Some("not read yet".into()) };
+    let seconds = now.0.saturating_sub(as_of) / NANOS_PER_SECOND;
+    let is_old = info.valid_seconds > 0 && seconds > info.valid_seconds as i64;
+    is_old.then(|| format!("old, nothing came for {} days", seconds / SECONDS_PER_DAY))
+}
+
+fn row(list: &List, record: &Record, place: Option<String>) -> RecordRow {
+    let columns = &list.info().columns;
+    let is_work = list.info().kind == Kind::Business;
+    let dated = columns.iter().position(|column| column.column_type == ColumnType::Date);
+    // It stands in the row's head.
+    let head = dated.filter(|_| is_work);
+    let when = match head.map(|at| record.cells[at].as_str()) {
+        Some(date) => date.get(..DATE_BYTES).unwrap_or(date).to_owned(),
+        None => record.unix_nanos.map_or_else(String::new, local_day),
+    };
+    let cells = columns.iter().zip(&record.cells).enumerate();
+    let cells = cells.filter(|(at, (_, text))| Some(*at) != head && !text.is_empty());
+    let cells = cells.map(|(_, (column, text))| {
+        let text = format!("{text} {}", column.unit);
+        (column.name.clone(), text.trim_end().to_owned())
+    });
+    let (severity, is_open) = (record.severity, record.is_open);
+    RecordRow { place, severity, is_open, when, cells: cells.collect() }
+}
+
+fn local_minute(unix_nanos: i64) -> String {
+    local(unix_nanos, "%Y-%m-%d %H:%M")
+}
+
+fn local_day(unix_nanos: i64) -> String {
+    local(unix_nanos, "%Y-%m-%d")
+}
+
+fn local(unix_nanos: i64, format: &str) -> String {
+    let at = Timestamp::from_nanosecond(i128::from(unix_nanos)).unwrap_or_default();
+    at.to_zoned(TimeZone::system()).strftime(format).to_string()
+}
+
+/// What the lists have of one piece of equipment, between frames.
+#[derive(Debug, Default)]
+pub(crate) struct OwnRecords {
+    ids: Vec<String>,
+    places: Vec<Option<String>>,
+    /// Of the books, and the minute: a list grows old without changing.
+    looked_up: Option<(u64, i64)>,
+    sections: Arc<[RecordSection]>,
+}
+
+impl OwnRecords {
+    /// Adds a node that the equipment is, or that is a part of it, with all that it is called.
+    pub(crate) fn add(&mut self, ids: impl IntoIterator<Item = String>, place: Option<&str>) {
+        self.ids.extend(ids);
+        self.places.resize(self.ids.len(), place.map(str::to_owned));
+    }
+
+    /// Looks them up again where anything may be new.
+    pub(crate) fn look_up(&mut self, books: &Books, now: SourceTime) {
+        let state = Some((books.revision, now.0 / (60 * NANOS_PER_SECOND)));
+        if self.looked_up != state {
+            self.looked_up = state;
+            self.sections = books.sections(&self.ids, &self.places, now).into();
+        }
+    }
+
+    pub(crate) fn sections(&self) -> Arc<[RecordSection]> {
+        self.sections.clone()
+    }
+}

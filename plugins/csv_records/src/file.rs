@@ -1,0 +1,55 @@
+//! The bytes of a file, as text of one encoding.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::Read;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE};
+use record_source::Deadline;
+use rustix::fs::OFlags;
+
+/// Bytes of a file.
+pub(crate) const MAX_FILE_BYTES: u64 = 64 << 20;
+/// Bytes between two looks at the time.
+const PIECE_BYTES: usize = 1 << 20;
+
+/// Reads a file, which may be anything: what blocks, is no file or is huge is refused.
+pub(crate) fn read(path: &Path, deadline: &Deadline) -> Result<Vec<u8>, String> {
+    let words = |error: std::io::Error| error.to_string();
+    // Opening a FIFO would wait for somebody who writes.
+    let flags = OFlags::NONBLOCK.bits() as i32;
+    let file = File::options().read(true).custom_flags(flags).open(path).map_err(words)?;
+    let metadata = file.metadata().map_err(words)?;
+    if !metadata.is_file() {
+        return Err("it is no regular file".into());
+    }
+    let mut bytes = Vec::new();
+    loop {
+        let read = (&file).take(PIECE_BYTES as u64).read_to_end(&mut bytes).map_err(words)?;
+        if read == 0 {
+            return Ok(bytes);
+        }
+        deadline.check()?;
+        if bytes.len() as u64 > MAX_FILE_BYTES {
+            let limit = MAX_FILE_BYTES >> 20;
+            return Err(format!("it has more than {limit} MiB: export fewer rows or columns"));
+        }
+    }
+}
+
+/// The bytes as rows are cut from them, and the encoding of their cells. UTF-16 becomes UTF-8,
+/// since delimiters are bytes.
+pub(crate) fn text<'b>(
+    bytes: &'b [u8],
+    encoding: &'static Encoding,
+) -> (Cow<'b, [u8]>, &'static Encoding) {
+    let (encoding, mark) = Encoding::for_bom(bytes).unwrap_or((encoding, 0));
+    let bytes = &bytes[mark..];
+    if encoding != UTF_16LE && encoding != UTF_16BE {
+        return (bytes.into(), encoding);
+    }
+    let (text, _) = encoding.decode_without_bom_handling(bytes);
+    (text.into_owned().into_bytes().into(), UTF_8)
+}

@@ -1,0 +1,34 @@
+//! Reading bytes without a file: for fuzzing.
+
+use std::time::Duration;
+
+use busbar_plugin_sdk::{Record, RecordRowFault};
+use encoding_rs::Encoding;
+use record_source::{Deadline, Gathered, ListSettings};
+
+use crate::CsvFile;
+use crate::table::Table;
+
+/// More than any bytes take that a fuzzer makes.
+const MAX_TIME: Duration = Duration::from_secs(10);
+
+/// What bytes come to.
+#[derive(Debug, Default)]
+pub struct Read {
+    /// Rows that are good.
+    pub rows: Vec<Record>,
+    /// Rows that are left out.
+    pub faults: Vec<RecordRowFault>,
+}
+
+/// Reads bytes as a list of a file has it, in the encoding of this name.
+///
+/// # Errors
+/// Why they are no table.
+pub fn read(list: ListSettings<CsvFile>, label: &str, bytes: &[u8]) -> Result<Read, String> {
+    let encoding = Encoding::for_label(label.as_bytes()).ok_or("an unknown encoding")?;
+    let mut rows = Gathered::of(1);
+    let deadline = Deadline::within(MAX_TIME);
+    Table { list, encoding }.parse(bytes, &mut rows, &deadline)?;
+    Ok(Read { rows: rows.rows().to_vec(), faults: rows.faults().to_vec() })
+}

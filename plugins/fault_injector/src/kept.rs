@@ -1,0 +1,89 @@
+//! The chart and the records of the good plugin.
+
+use busbar_plugin_sdk::{
+    Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState, Error, Explanation,
+    Pattern, Record, RecordColumn, RecordKind, RecordList, RecordSet, RecordSeverity, Records,
+};
+
+use crate::fault::At;
+use crate::honest::FaultInjector;
+use crate::strike::strike;
+
+/// The equipment that it has anything of.
+const EQUIPMENT: &str = "=Q1";
+const REVISION: u64 = 1;
+const RECORDS: [ChartRecord; 2] = [
+    ChartRecord { unix_nanos: 1, equipment: 0, state: 0 },
+    ChartRecord { unix_nanos: 2, equipment: 0, state: 0 },
+];
+/// Of two axes each.
+const VALUES: [f32; 4] = [1.0, 2.0, f32::NAN, 4.0];
+
+impl Chart for FaultInjector {
+    fn describe_chart(&mut self) -> Result<ChartDescription, Error> {
+        strike(At::DescribeChart);
+        let axis = |name: &str| ChartAxis {
+            name: name.into(),
+            low: 0.0,
+            high: 10.0,
+            ..ChartAxis::default()
+        };
+        let state = ChartState {
+            name: "normal".into(),
+            color: [128; 3],
+            pattern: Pattern::Solid,
+            is_abnormal: false,
+        };
+        Ok(ChartDescription {
+            name: "Of no use".into(),
+            axes: vec![axis("One"), axis("Two")],
+            legend: vec![state],
+            equipment: vec![EQUIPMENT.into()],
+            valid_seconds: 1,
+        })
+    }
+
+    fn chart_records(&mut self) -> Result<ChartRecords<'_>, Error> {
+        strike(At::ReadChart);
+        Ok(ChartRecords { revision: REVISION, records: &RECORDS, values: &VALUES })
+    }
+
+    fn explain(&mut self, equipment: &str, unix_nanos: i64) -> Result<Explanation, Error> {
+        strike(At::Explain);
+        let known = RECORDS.iter().rfind(|record| record.unix_nanos <= unix_nanos);
+        match known.filter(|_| equipment == EQUIPMENT) {
+            Some(record) => Ok(Explanation {
+                unix_nanos: record.unix_nanos,
+                verdict: "nothing is the matter".into(),
+                ..Explanation::default()
+            }),
+            None => Err(Error::failed(format!("there is no record of '{equipment}' then"))),
+        }
+    }
+}
+
+/// One list, whose calls strike where its table is.
+pub(crate) fn lists() -> Vec<RecordList> {
+    let row = |cell: &str| Record {
+        equipment: EQUIPMENT.into(),
+        cells: vec![cell.into()],
+        unix_nanos: Some(1),
+        severity: Some(RecordSeverity::General),
+        is_open: true,
+    };
+    vec![RecordList {
+        title: "Work orders".into(),
+        kind: RecordKind::Business,
+        source: "nowhere".into(),
+        columns: vec![RecordColumn { name: "Text".into(), ..RecordColumn::default() }],
+        as_of_unix_nanos: Some(1),
+        rows: vec![row("one"), row("two")],
+        ..RecordList::default()
+    }]
+}
+
+impl Records for FaultInjector {
+    fn records(&mut self) -> Result<RecordSet<'_>, Error> {
+        Ok(RecordSet { revision: REVISION, lists: &self.lists })
+    }
+}

@@ -1,0 +1,109 @@
+//! From the cells of a source's row to a record.
+
+use busbar_plugin_sdk::{MAX_RECORD_TEXT, Record, RecordColumnType};
+
+use crate::moment::unix_nanos;
+use crate::{ColumnSettings, ListSettings, shown};
+
+/// Columns of a source that a message names.
+const MAX_NAMED: usize = 20;
+
+/// Where in the rows of a source is what a list needs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Layout {
+    equipment: usize,
+    cells: Vec<usize>,
+    time: Option<usize>,
+    open: Option<usize>,
+    severity: Option<usize>,
+}
+
+impl Layout {
+    /// By the names of a source's columns.
+    ///
+    /// # Errors
+    /// A column that is not there, or is there twice, in words.
+    pub fn of<S>(list: &ListSettings<S>, names: &[impl AsRef<str>]) -> Result<Self, String> {
+        let find = |wanted: &String| {
+            let mut found = (0..names.len()).filter(|&at| names[at].as_ref().trim() == wanted);
+            match (found.next(), found.next()) {
+                (Some(at), None) => Ok(at),
+                (Some(_), Some(_)) => Err(format!("column '{wanted}' is there twice: rename one")),
+                (None, _) => {
+                    let named: Vec<_> = names.iter().take(MAX_NAMED).map(AsRef::as_ref).collect();
+                    let has = shown(&named.join("', '"));
+                    Err(format!("there is no column '{wanted}'; it has '{has}'"))
+                }
+            }
+        };
+        Ok(Self {
+            equipment: find(&list.equipment)?,
+            cells: list.columns.iter().map(|c| find(&c.column)).collect::<Result<_, _>>()?,
+            time: list.time.as_ref().map(find).transpose()?,
+            open: list.open.as_ref().map(|open| find(&open.column)).transpose()?,
+            severity: list.severity.as_ref().map(|s| find(&s.column)).transpose()?,
+        })
+    }
+
+    /// The record of a row, whose cells `cell` gives.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub fn record<'c, S>(
+        &self,
+        list: &ListSettings<S>,
+        cell: impl Fn(usize) -> Result<&'c str, String>,
+    ) -> Result<Record, String> {
+        let cell = |at: usize| cell(at).map(str::trim);
+        let optional = |at: Option<usize>| at.map_or(Ok(""), cell);
+        let equipment = cell(self.equipment)?;
+        if equipment.is_empty() {
+            return Err("it names no equipment".into());
+        }
+        if equipment.len() > MAX_RECORD_TEXT || equipment.contains(char::is_control) {
+            return Err("its equipment is too long, or not one line".into());
+        }
+        let mut cells = Vec::with_capacity(self.cells.len());
+        for (at, column) in self.cells.iter().zip(&list.columns) {
+            let text = cell(*at)?;
+            check(column, text)?;
+            cells.push(text.to_owned());
+        }
+        let (time, state) = (optional(self.time)?, optional(self.open)?);
+        let unix_nanos = match time {
+            "" => None,
+            time => Some(unix_nanos(time).ok_or_else(|| no_date(time))?),
+        };
+        let severity = optional(self.severity)?;
+        Ok(Record {
+            equipment: equipment.to_owned(),
+            cells,
+            unix_nanos,
+            severity: list.severity.as_ref().and_then(|settings| settings.of(severity)),
+            is_open: list.open.as_ref().is_some_and(|settings| settings.is_open(state)),
+        })
+    }
+}
+
+fn no_date(text: &str) -> String {
+    format!("'{}' is no date such as 2026-11-23", shown(text))
+}
+
+/// Whether a cell may stand in a column; an empty one may.
+fn check(column: &ColumnSettings, text: &str) -> Result<(), String> {
+    let name = &column.column;
+    if text.len() > MAX_RECORD_TEXT {
+        return Err(format!("column '{name}' has more than {MAX_RECORD_TEXT} bytes"));
+    }
+    let is_number = || text.parse().is_ok_and(f64::is_finite);
+    match column.column_type {
+        _ if text.is_empty() => Ok(()),
+        RecordColumnType::Number if !is_number() => {
+            Err(format!("column '{name}': '{}' is no number", shown(text)))
+        }
+        RecordColumnType::Date if unix_nanos(text).is_none() => {
+            Err(format!("column '{name}': {}", no_date(text)))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,104 @@
+//! Rows as they are read, within limits.
+
+use std::time::{Duration, Instant};
+
+use busbar_plugin_sdk::{MAX_RECORD_BYTES, MAX_RECORD_ROWS, Record, RecordRowFault, Running};
+
+use crate::{MAX_MESSAGE, one_line};
+
+/// The longest that reading a source may take.
+pub(crate) const MAX_READ: Duration = Duration::from_secs(20);
+/// Rows left out that are told one by one.
+const MAX_FAULTS: usize = 100;
+
+/// Until when a source may be read.
+#[derive(Clone)]
+pub struct Deadline {
+    /// None where nobody ends it early.
+    running: Option<Running>,
+    until: Instant,
+}
+
+impl Deadline {
+    pub(crate) fn of(running: &Running) -> Self {
+        Self { running: Some(running.clone()), until: Instant::now() + MAX_READ }
+    }
+
+    /// So long from now on.
+    pub fn within(time: Duration) -> Self {
+        Self { running: None, until: Instant::now() + time }
+    }
+
+    /// Whether reading must end now.
+    pub fn is_over(&self) -> bool {
+        let is_stopped = self.running.as_ref().is_some_and(|running| !running.is_running());
+        is_stopped || Instant::now() > self.until
+    }
+
+    /// Goes on unless it is over.
+    ///
+    /// # Errors
+    /// That it is, in words.
+    pub fn check(&self) -> Result<(), String> {
+        match self.is_over() {
+            true => Err(format!("reading it took longer than {} s", MAX_READ.as_secs())),
+            false => Ok(()),
+        }
+    }
+}
+
+/// The rows of a source, as far as they were read.
+#[derive(Debug, Default, PartialEq)]
+pub struct Gathered {
+    pub(crate) rows: Vec<Record>,
+    pub(crate) left_out: u64,
+    pub(crate) faults: Vec<RecordRowFault>,
+    bytes: usize,
+    max_bytes: usize,
+}
+
+impl Gathered {
+    /// For one of so many lists, which share [`MAX_RECORD_BYTES`].
+    pub fn of(lists: usize) -> Self {
+        Self { max_bytes: MAX_RECORD_BYTES / lists.max(1), ..Self::default() }
+    }
+
+    /// Takes a row, or what is wrong with it; its number is that of a line, or a row of a
+    /// result.
+    ///
+    /// # Errors
+    /// That there are more than a list may have, in words.
+    pub fn take(&mut self, number: u64, row: Result<Record, String>) -> Result<(), String> {
+        match row {
+            Ok(row) => {
+                self.bytes += row.bytes();
+                if self.rows.len() >= MAX_RECORD_ROWS || self.bytes > self.max_bytes {
+                    return Err(format!(
+                        "it has more than {MAX_RECORD_ROWS} rows or {} bytes: give it fewer rows or \
+                         columns",
+                        self.max_bytes
+                    ));
+                }
+                self.rows.push(row);
+            }
+            Err(reason) => {
+                self.left_out += 1;
+                if self.faults.len() < MAX_FAULTS {
+                    let reason = one_line(&reason, MAX_MESSAGE);
+                    self.faults.push(RecordRowFault { row: number, reason });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The rows so far.
+    pub fn rows(&self) -> &[Record] {
+        &self.rows
+    }
+
+    /// What is wrong with the first of those that are left out.
+    pub fn faults(&self) -> &[RecordRowFault] {
+        &self.faults
+    }
+}

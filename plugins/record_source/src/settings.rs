@@ -1,0 +1,183 @@
+//! What settings say of a list.
+
+use std::path::Path;
+
+use busbar_plugin_sdk::{
+    Error, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, RecordColumn, RecordColumnType, RecordKind,
+    RecordList, RecordSeverity,
+};
+
+const SECONDS_PER_DAY: u64 = 86_400;
+/// Days for which lists count as current by default: an export that failed over a weekend
+/// shows, and a register is checked once a year.
+const BUSINESS_DAYS: u32 = 4;
+const ASSET_DAYS: u32 = 400;
+
+/// A list, from a source of whatever kind.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ListSettings<S> {
+    /// What it is called.
+    #[schemars(length(min = 1, max = 100), extend("examples" = ["Work orders"]))]
+    pub title: String,
+    /// `business` for what happened or is to be done, `asset` for what equipment is.
+    pub kind: RecordKind,
+    /// Where it comes from.
+    pub source: S,
+    /// The source's column with the equipment's id, or any alias of it.
+    #[schemars(length(min = 1, max = 200), extend("examples" = ["EQUIPMENT"]))]
+    pub equipment: String,
+    /// The columns that are shown.
+    #[schemars(length(min = 1, max = 32))]
+    pub columns: Vec<ColumnSettings>,
+    /// The source's column with the time by which rows are ordered: a date of ISO 8601, with
+    /// or without a time of day; without a zone it is UTC.
+    #[serde(default)]
+    pub time: Option<String>,
+    /// Which rows are open. Without it none is.
+    #[serde(default)]
+    pub open: Option<OpenSettings>,
+    /// How bad defects are. Without it rows are no defects.
+    #[serde(default)]
+    pub severity: Option<SeveritySettings>,
+    /// Days after which the list counts as old if its source does not change. Where missing,
+    /// 4 for business, 400 for an asset register; 0 is never.
+    #[serde(default)]
+    #[schemars(range(max = 36_500))]
+    pub valid_days: Option<u32>,
+}
+
+/// A column that is shown.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnSettings {
+    /// What the source calls it.
+    #[schemars(length(min = 1, max = 200), extend("examples" = ["WO_NO"]))]
+    pub column: String,
+    /// What people call it; where missing, as the source does.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 200), extend("examples" = ["Work order"]))]
+    pub name: Option<String>,
+    /// What stands in it; a cell that is not so makes the row wrong.
+    #[serde(default, rename = "type")]
+    pub column_type: RecordColumnType,
+    /// Unit of its numbers.
+    #[serde(default)]
+    #[schemars(length(max = 50), extend("examples" = ["kV"]))]
+    pub unit: String,
+}
+
+/// Which rows are open.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpenSettings {
+    /// The source's column that tells.
+    #[schemars(length(min = 1, max = 200), extend("examples" = ["STATUS"]))]
+    pub column: String,
+    /// Texts of it that close a row, in upper or lower case; without any, whatever text does,
+    /// such as a date of completion.
+    #[serde(default)]
+    #[schemars(extend("examples" = [["closed", "done"]]))]
+    pub closed: Vec<String>,
+}
+
+/// How bad defects are: texts of the source, in upper or lower case. Any other text is no
+/// defect.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SeveritySettings {
+    /// The source's column that tells.
+    #[schemars(length(min = 1, max = 200), extend("examples" = ["PRIORITY"]))]
+    pub column: String,
+    /// To be mended at once.
+    #[serde(default)]
+    pub critical: Vec<String>,
+    /// To be mended soon, and watched until then.
+    #[serde(default)]
+    pub serious: Vec<String>,
+    /// To be mended when there is occasion.
+    #[serde(default)]
+    pub general: Vec<String>,
+}
+
+impl OpenSettings {
+    pub(crate) fn is_open(&self, cell: &str) -> bool {
+        match self.closed.is_empty() {
+            true => cell.is_empty(),
+            false => !has(&self.closed, cell),
+        }
+    }
+}
+
+impl SeveritySettings {
+    pub(crate) fn of(&self, cell: &str) -> Option<RecordSeverity> {
+        let words = [
+            (&self.critical, RecordSeverity::Critical),
+            (&self.serious, RecordSeverity::Serious),
+            (&self.general, RecordSeverity::General),
+        ];
+        words.into_iter().find(|(words, _)| has(words, cell)).map(|(_, severity)| severity)
+    }
+}
+
+fn has(words: &[String], cell: &str) -> bool {
+    let cell = cell.to_lowercase();
+    words.iter().any(|word| word.to_lowercase() == cell)
+}
+
+impl<S> ListSettings<S> {
+    /// The list that they make, without rows; `name` is what its source is called.
+    pub fn list(&self, name: &str) -> RecordList {
+        let days = self.valid_days.unwrap_or(match self.kind {
+            RecordKind::Business => BUSINESS_DAYS,
+            RecordKind::Asset => ASSET_DAYS,
+        });
+        let column = |column: &ColumnSettings| RecordColumn {
+            name: column.name.clone().unwrap_or_else(|| column.column.clone()),
+            column_type: column.column_type,
+            unit: column.unit.clone(),
+        };
+        RecordList {
+            title: self.title.clone(),
+            kind: self.kind,
+            source: name.to_owned(),
+            columns: self.columns.iter().map(column).collect(),
+            valid_seconds: u64::from(days) * SECONDS_PER_DAY,
+            ..RecordList::default()
+        }
+    }
+}
+
+/// Whether lists can be read as they are set, each from a file.
+///
+/// # Errors
+/// What must be changed.
+pub fn check<'a, S: 'a>(
+    lists: &'a [ListSettings<S>],
+    file: impl Fn(&'a S) -> &'a Path,
+) -> Result<(), Error> {
+    if lists.is_empty() || lists.len() > MAX_RECORD_LISTS {
+        return Err(Error::settings(format!("lists: give 1 to {MAX_RECORD_LISTS}")));
+    }
+    for (index, list) in lists.iter().enumerate() {
+        let wrong = |what: String| Err(Error::settings(format!("lists[{index}]{what}")));
+        let path = file(&list.source);
+        if !path.is_absolute() {
+            return wrong(format!(".source.file: '{}' is no absolute path", path.display()));
+        }
+        if list.columns.is_empty() || list.columns.len() > MAX_RECORD_COLUMNS {
+            return wrong(format!(".columns: give 1 to {MAX_RECORD_COLUMNS}"));
+        }
+        let texts = [&list.title].into_iter();
+        let names = list.columns.iter().map(|c| c.name.as_ref().unwrap_or(&c.column));
+        let units = list.columns.iter().map(|column| &column.unit);
+        let is_line = |text: &&String| text.len() <= 256 && !text.contains(char::is_control);
+        if let Some(text) = texts.clone().chain(names.clone()).chain(units).find(|t| !is_line(t)) {
+            return wrong(format!(": '{}' is not one short line", crate::shown(text)));
+        }
+        if texts.chain(names).any(|text| text.trim().is_empty()) {
+            return wrong(": its title, or the name of a column, is empty".into());
+        }
+    }
+    Ok(())
+}

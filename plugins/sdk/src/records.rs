@@ -1,0 +1,256 @@
+//! Capability `busbar.records/1-draft`.
+
+use busbar_plugin_abi as abi;
+use serde::Serialize;
+
+use crate::border::{copy_out, given_mut, write_json};
+use crate::{Error, Plugin};
+
+/// Lists of a plugin.
+pub const MAX_RECORD_LISTS: usize = abi::BUSBAR_MAX_RECORD_LISTS;
+/// Columns of a list.
+pub const MAX_RECORD_COLUMNS: usize = abi::BUSBAR_MAX_RECORD_COLUMNS;
+/// Rows of a list.
+pub const MAX_RECORD_ROWS: usize = abi::BUSBAR_MAX_RECORD_ROWS;
+/// Bytes of an equipment id, or of a cell.
+pub const MAX_RECORD_TEXT: usize = abi::BUSBAR_MAX_RECORD_TEXT;
+/// Bytes of all rows of all lists of a plugin, as [`Record::bytes`] counts them.
+pub const MAX_RECORD_BYTES: usize = abi::BUSBAR_MAX_RECORD_BYTES;
+/// What a text counts besides its bytes.
+const TEXT_OVERHEAD: usize = 32;
+
+/// What business and management systems have of equipment.
+pub trait Records: Plugin {
+    /// All lists as they are now. Asked for again and again: what takes long belongs on a
+    /// [`crate::Worker`].
+    ///
+    /// # Errors
+    /// What keeps all of them from being known. What is wrong with the source of one list is
+    /// said in [`RecordList::fault`].
+    fn records(&mut self) -> Result<RecordSet<'_>, Error>;
+}
+
+/// All lists of a plugin.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RecordSet<'a> {
+    /// Grows with every change of whatever is in the lists.
+    pub revision: u64,
+    /// At most [`MAX_RECORD_LISTS`], of at most [`MAX_RECORD_BYTES`] in all.
+    pub lists: &'a [RecordList],
+}
+
+/// What a list is about.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum RecordKind {
+    /// What happened to equipment or is to be done: work orders, inspections, defects
+    /// (IEC 61968-6).
+    #[default]
+    Business,
+    /// What equipment is: an asset register with maker, year, rating, criticality
+    /// (IEC 61968-4).
+    Asset,
+}
+
+/// A list.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RecordList {
+    /// What it is called, such as `Work orders`.
+    pub title: String,
+    /// What it is about.
+    pub kind: RecordKind,
+    /// Where it comes from, such as the name of a file.
+    pub source: String,
+    /// Its columns, 1 to [`MAX_RECORD_COLUMNS`].
+    pub columns: Vec<RecordColumn>,
+    /// When rows were such in the source, nanoseconds since 1970-01-01 UTC; `None` before it
+    /// was read.
+    pub as_of_unix_nanos: Option<i64>,
+    /// How long rows count as current after that, seconds; 0 for ever. Beyond, the host says
+    /// that they are old.
+    pub valid_seconds: u64,
+    /// Why the source cannot be read now; rows stay as they last were.
+    pub fault: Option<String>,
+    /// Rows of the source that are left out.
+    pub left_out: u64,
+    /// The first of them, at most 100, and why.
+    pub faults: Vec<RecordRowFault>,
+    /// At most [`MAX_RECORD_ROWS`].
+    #[serde(skip)]
+    pub rows: Vec<Record>,
+}
+
+/// A row that is left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct RecordRowFault {
+    /// The line of a file, or the row of a result; the first is 1.
+    pub row: u64,
+    /// What is wrong with it, in one line.
+    pub reason: String,
+}
+
+/// A column.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct RecordColumn {
+    /// What it is called.
+    pub name: String,
+    /// What stands in it.
+    #[serde(rename = "type")]
+    pub column_type: RecordColumnType,
+    /// Unit; empty for none.
+    pub unit: String,
+}
+
+/// What stands in a column; an empty cell fits all.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum RecordColumnType {
+    /// Any text.
+    #[default]
+    Text,
+    /// A number with `.` before its fraction.
+    Number,
+    /// A date of ISO 8601, `2026-11-23`; a time may follow.
+    Date,
+}
+
+/// How bad a defect is, in the words of DL/T 664 for thermography, which sites use of all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RecordSeverity {
+    /// To be mended when there is occasion.
+    General,
+    /// To be mended soon, and watched until then.
+    Serious,
+    /// To be mended at once.
+    Critical,
+}
+
+/// A row.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Record {
+    /// The equipment, by its id or any alias of it.
+    pub equipment: String,
+    /// A text a column, at most [`MAX_RECORD_TEXT`] bytes.
+    pub cells: Vec<String>,
+    /// When it was reported or done, nanoseconds since 1970-01-01 UTC.
+    pub unix_nanos: Option<i64>,
+    /// How bad it is, where it is a defect.
+    pub severity: Option<RecordSeverity>,
+    /// Whether something is to be done still.
+    pub is_open: bool,
+}
+
+impl Record {
+    /// Bytes that it counts.
+    pub fn bytes(&self) -> usize {
+        self.texts().map(|text| text.len() + TEXT_OVERHEAD).sum()
+    }
+
+    fn texts(&self) -> impl Iterator<Item = &String> {
+        std::iter::once(&self.equipment).chain(&self.cells)
+    }
+}
+
+#[derive(Serialize)]
+struct Description<'a> {
+    lists: &'a [RecordList],
+}
+
+/// # Safety
+/// Pointers are null or valid as the ABI's `describe` demands.
+pub(crate) unsafe fn describe<P: Records>(
+    plugin: &mut P,
+    output: *mut abi::BusbarTextOutput,
+) -> Result<(), Error> {
+    let lists = plugin.records()?.lists;
+    // SAFETY: the caller vouches for the pointer.
+    unsafe { write_json(&Description { lists }, output) }
+}
+
+/// # Safety
+/// `page` is null or valid as the ABI's `read` demands.
+pub(crate) unsafe fn read<P: Records>(
+    plugin: &mut P,
+    page: *mut abi::BusbarRecordPage,
+) -> Result<(), Error> {
+    // SAFETY: the caller vouches for the pointer.
+    let page = unsafe { given_mut(page, "read: the page")? };
+    let set = plugin.records()?;
+    page.revision = set.revision;
+    (page.row_count, page.total) = (0, 0);
+    if page.row_capacity == 0 {
+        return Ok(());
+    }
+    let index = page.list;
+    let list = set.lists.get(index as usize);
+    let list = list.ok_or_else(|| Error::argument(format!("read: there is no list {index}")))?;
+    let (columns, told) = (list.columns.len(), page.column_count);
+    if told as usize != columns {
+        let text = format!("read: rows of {told} columns asked for, where there are {columns}");
+        return Err(Error::argument(text));
+    }
+    page.total = list.rows.len() as u64;
+    let first = usize::try_from(page.first).unwrap_or(usize::MAX).min(list.rows.len());
+    let wanted = list.rows[first..].iter().take(page.row_capacity as usize);
+    let written = Written::of(wanted, columns, page.text_capacity as usize)?;
+    page.row_count = written.rows.len() as u32;
+    // SAFETY: the host gives room for `row_capacity` rows, as many ends of their texts, and
+    // `text_capacity` bytes, which `Written` keeps to.
+    unsafe {
+        copy_out(&written.rows, page.rows)?;
+        copy_out(&written.ends, page.ends)?;
+        copy_out(written.text.as_bytes(), page.text)
+    }
+}
+
+/// Rows as a page has them.
+#[derive(Default)]
+struct Written {
+    rows: Vec<abi::BusbarRecordRow>,
+    ends: Vec<u32>,
+    text: String,
+}
+
+impl Written {
+    /// As many of the rows as fit.
+    fn of<'r>(
+        rows: impl Iterator<Item = &'r Record>,
+        columns: usize,
+        max_bytes: usize,
+    ) -> Result<Self, Error> {
+        let mut written = Self::default();
+        for row in rows {
+            if row.cells.len() != columns {
+                let cells = row.cells.len();
+                let text = format!("read: a row has {cells} cells for {columns} columns");
+                return Err(Error::internal(text));
+            }
+            let bytes: usize = row.texts().map(String::len).sum();
+            if written.text.len() + bytes > max_bytes {
+                if written.rows.is_empty() {
+                    return Err(Error::buffer(format!("a row takes {bytes} bytes")));
+                }
+                break;
+            }
+            for text in row.texts() {
+                written.text.push_str(text);
+                written.ends.push(written.text.len() as u32);
+            }
+            written.rows.push(abi::BusbarRecordRow {
+                time_unix_nanos: row.unix_nanos.unwrap_or(abi::BUSBAR_RECORD_NO_TIME),
+                severity: match row.severity {
+                    None => abi::BUSBAR_RECORD_NO_SEVERITY,
+                    Some(RecordSeverity::General) => abi::BUSBAR_RECORD_GENERAL,
+                    Some(RecordSeverity::Serious) => abi::BUSBAR_RECORD_SERIOUS,
+                    Some(RecordSeverity::Critical) => abi::BUSBAR_RECORD_CRITICAL,
+                },
+                flags: if row.is_open { abi::BUSBAR_RECORD_OPEN } else { 0 },
+            });
+        }
+        Ok(written)
+    }
+}

@@ -1,0 +1,72 @@
+//! Records of equipment from queries of SQLite files: work orders, inspections, an asset
+//! register.
+//!
+//! A query is asked again when the file changed, or the journal that is written ahead of it.
+//! A row that is wrong is told with its number and the reason, and the rest goes on.
+
+mod query;
+
+use std::path::PathBuf;
+
+use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
+use record_source::{ListSettings, Source, Watched};
+
+use crate::query::Query;
+
+/// Settings.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The lists, each from a query.
+    #[schemars(length(min = 1, max = 16))]
+    lists: Vec<ListSettings<SqliteQuery>>,
+}
+
+/// A query of an SQLite file.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SqliteQuery {
+    /// The file's absolute path.
+    #[schemars(extend("examples" = ["/var/lib/site/assets.db"]))]
+    file: PathBuf,
+    /// One SELECT, whose results are the source's columns.
+    #[schemars(length(min = 1, max = 10_000), extend("examples" = ["SELECT * FROM assets"]))]
+    query: String,
+}
+
+/// The plugin.
+pub struct SqliteRecords {
+    watched: Watched,
+}
+
+impl Plugin for SqliteRecords {
+    const ID: &'static str = "sqlite_records";
+    const NAME: &'static str = "SQLite records";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str = "Work orders and asset registers from SQLite files.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
+        record_source::check(&settings.lists, |source| &source.file)?;
+        let watched = |list: ListSettings<SqliteQuery>| {
+            let file = &list.source.file;
+            let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+            let shown = list.list(&record_source::shown(&name));
+            (shown, Box::new(Query { list }) as Box<dyn Source>)
+        };
+        let lists: Vec<(RecordList, Box<dyn Source>)> =
+            settings.lists.into_iter().map(watched).collect();
+        Ok(Self { watched: Watched::start(&host, lists)? })
+    }
+}
+
+impl Records for SqliteRecords {
+    fn records(&mut self) -> Result<RecordSet<'_>, Error> {
+        Ok(self.watched.records())
+    }
+}
+
+busbar_plugin_sdk::export_plugin!(SqliteRecords: records);
+
+#[cfg(test)]
+mod tests;

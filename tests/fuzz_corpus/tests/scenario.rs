@@ -1,0 +1,63 @@
+//! Any text is a scenario or faults with places and remedies; what happens is in order, within
+//! its limits, and happens to what the configuration has.
+
+use std::sync::OnceLock;
+
+use busbar_config::{Config, parse, parse_scenario};
+
+const CONFIG: &str = r#"{
+    "version": 1,
+    "plugin_directories": ["plugins"],
+    "plugins": { "bay": { "plugin": "modbus_adapter" } },
+    "scene": [],
+    "tags": {
+        "load": { "type": "f64", "range": { "low": 0, "high": 200 },
+            "source": { "plugin": "bay", "address": {} } },
+        "twice": { "type": "f64", "expression": "2 * 3" },
+        "trip": { "type": "bool", "source": { "plugin": "bay", "address": {} } },
+        "Q1": { "type": "double_point", "source": { "plugin": "bay", "address": {} } }
+    }
+}"#;
+/// A year, the longest that a scenario goes.
+const MAX_SECONDS: f64 = 366.0 * 86_400.0;
+
+/// Whether the input is a scenario.
+pub fn fuzz_one(bytes: &[u8]) -> bool {
+    static READ: OnceLock<Config> = OnceLock::new();
+    let config = READ.get_or_init(|| parse(CONFIG).expect("it is a configuration"));
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    let scenario = match parse_scenario(text, config) {
+        Ok(scenario) => scenario,
+        Err(faults) => {
+            assert!(!faults.is_empty(), "refused without a word");
+            for fault in faults {
+                assert!(!fault.cause.is_empty() && !fault.remedy.is_empty(), "{fault:?}");
+            }
+            return false;
+        }
+    };
+    assert!(scenario.events.is_sorted_by(|a, b| a.at_seconds <= b.at_seconds));
+    assert!(scenario.link_faults.is_sorted_by(|a, b| a.at_seconds <= b.at_seconds));
+    for event in &scenario.events {
+        assert!((0.0..=MAX_SECONDS).contains(&event.at_seconds), "{event:?}");
+        let Some((value, over)) = event.value else { continue };
+        assert!((0.0..=MAX_SECONDS).contains(&over), "{event:?}");
+        let most = match event.tag.as_str() {
+            "load" => 200.0,
+            "trip" => 1.0,
+            "Q1" => 3.0,
+            other => panic!("no device has {other}"),
+        };
+        assert!((0.0..=most).contains(&value), "{event:?}");
+    }
+    for fault in &scenario.link_faults {
+        assert!(fault.plugin == "bay" && fault.for_seconds > 0.0, "{fault:?}");
+        assert!((0.0..=MAX_SECONDS).contains(&fault.at_seconds), "{fault:?}");
+    }
+    true
+}
+
+#[test]
+fn kept_inputs_and_mutations_of_them() {
+    fuzz_corpus::check("scenario", fuzz_one);
+}
