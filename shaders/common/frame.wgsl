@@ -104,11 +104,13 @@ fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
     return feature_highlights[vertex.ids.z + feature];
 }
 
-// Of patterns: points from mark to mark, the share of it that a mark takes, and how much
-// of the tint is seen between marks.
+// Of patterns: points from mark to mark, and the share of it that a mark takes. Between
+// marks a body is paler, by a share of the tint's strength, so that marks are seen on any
+// body, dark porcelain too, and without colour.
 const PATTERN_PERIOD = 9.0;
 const PATTERN_MARK = 0.42;
-const PATTERN_BETWEEN = 0.18;
+const PATTERN_BETWEEN = 0.55;
+const BETWEEN_MARKS = vec3<f32>(0.9);
 
 // What of a highlight is seen at a pixel: linear rgb and strength. A pattern lies on the
 // screen, so that it is as legible far away as it is near.
@@ -129,7 +131,8 @@ fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     );
     let edge = 1.5 / period;
     let mark = smoothstep(1.0 - PATTERN_MARK - edge, 1.0 - PATTERN_MARK + edge, marks);
-    return vec4<f32>(highlight.rgb, strength * mix(PATTERN_BETWEEN, 1.0, mark));
+    let rgb = mix(BETWEEN_MARKS, highlight.rgb, mark);
+    return vec4<f32>(rgb, strength * mix(PATTERN_BETWEEN, 1.0, mark));
 }
 
 // Unit vector from what a fragment shows to the eye. A pixel knows it: a

@@ -16,6 +16,7 @@ mod log;
 mod mesh_optimizer;
 mod overlay;
 mod overlay_picture;
+mod overlay_quantity;
 mod sample_check;
 mod signature;
 mod simulator;
@@ -39,6 +40,7 @@ pub use overlay_picture::{
     LegendEntry, MAX_PART_BYTES, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
     OverlayTint, Pattern, PictureRules, Severity,
 };
+pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use sample_check::{SampleCheck, SampleSink};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{

@@ -4,8 +4,9 @@ use busbar_renderer::{DrawInstance, DrawList, Morph};
 use busbar_scene::NodeIndex;
 
 use crate::cursors::{Cursors, Drawn, Place};
-use crate::highlight::{self, Highlights};
+use crate::highlight::Highlights;
 use crate::load::LoadedScene;
+use crate::looks;
 use crate::shown_model::ShownModel;
 use crate::viewer::object_of;
 
@@ -61,7 +62,7 @@ fn node_of(scene: &LoadedScene, drawn: Drawn) -> NodeIndex {
 }
 
 fn highlight_of(highlights: &Highlights, node: NodeIndex) -> [f32; 4] {
-    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(highlight::NONE)
+    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(looks::NONE)
 }
 
 fn instance_of(

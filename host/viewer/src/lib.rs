@@ -22,6 +22,7 @@ mod faceplate;
 mod highlight;
 mod labels;
 mod load;
+pub mod looks;
 mod measuring;
 mod occlusion;
 pub mod optimize;

@@ -121,10 +121,11 @@ impl ShownOverlay {
     /// What it drew last, with nothing to rest on any more. Were it gone from the picture,
     /// equipment would look as if all were well.
     fn lost(&mut self) -> Arc<OverlayPicture> {
-        let OverlayPicture { lines, tints, states } = Arc::make_mut(&mut self.last);
+        let OverlayPicture { lines, tints, states, quantities } = Arc::make_mut(&mut self.last);
         lines.iter_mut().for_each(|line| line.tag = NO_TAG);
         tints.iter_mut().for_each(|tint| tint.tag = NO_TAG);
         states.iter_mut().for_each(|state| state.tag = NO_TAG);
+        quantities.iter_mut().for_each(|quantity| quantity.tag = NO_TAG);
         Arc::clone(&self.last)
     }
 

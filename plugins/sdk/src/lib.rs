@@ -75,8 +75,8 @@ pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use overlay::{
-    Binding, Canvas, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT, Overlay,
-    OverlayFrame, Pattern, Severity, TagValue,
+    Binding, Canvas, Contour, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT,
+    Overlay, OverlayFrame, Pattern, Severity, TagValue,
 };
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
 pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};

@@ -178,6 +178,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_plugin_sdk",
+            "busbar_renderer",
             "busbar_scene",
             "busbar_viewer",
             "corpus",
