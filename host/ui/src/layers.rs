@@ -4,12 +4,15 @@ use std::sync::Arc;
 
 use egui::{Align2, Area, Color32, Context, Frame, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
 
+use crate::flags::{self, FlagState};
 use crate::{Command, theme};
 
 /// Points between the layers and the edge of the scene.
 const MARGIN: f32 = 8.0;
 /// Size of a sample, points.
 const SAMPLE: [f32; 2] = [26.0, 13.0];
+/// Height of a flag's sample, points.
+const FLAG_HEIGHT: f32 = 17.0;
 /// Of the scene's height that they take before the rest is left to scrolling.
 const MAX_SHARE: f32 = 0.7;
 /// How much of a plain state's colour shows on equipment.
@@ -26,6 +29,8 @@ pub struct LayerRow {
     pub shown: bool,
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,
+    /// Whether it shows where switches stand.
+    pub has_flags: bool,
 }
 
 /// A state of a legend.
@@ -74,6 +79,9 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
                     }
                     if layer.shown {
                         layer.legend.iter().for_each(|row| entry(ui, row));
+                        if layer.has_flags {
+                            FlagState::ALL.into_iter().for_each(|state| flag_entry(ui, state));
+                        }
                     }
                 }
             });
@@ -88,6 +96,17 @@ pub(crate) fn entry(ui: &mut Ui, row: &LegendRow) {
         let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
         sample(&ui.painter().with_clip_rect(rect), rect, row);
         ui.label(&row.name);
+    });
+}
+
+/// The flag of a state with its name.
+fn flag_entry(ui: &mut Ui, state: FlagState) {
+    ui.horizontal(|ui| {
+        ui.add_space(18.0);
+        let size = vec2(SAMPLE[0], FLAG_HEIGHT);
+        let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+        flags::shape(ui.painter(), rect.center(), state);
+        ui.label(state.word());
     });
 }
 

@@ -20,6 +20,7 @@ mod equipment_model;
 mod equipment_panel;
 mod faceplate;
 mod faceplate_model;
+mod flags;
 mod hatch;
 mod help;
 mod hover;
@@ -49,6 +50,7 @@ pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState,
 };
+pub use flags::{Flag, FlagState};
 pub use layers::{LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use view_model::{
@@ -112,6 +114,8 @@ pub struct SceneOverlay<'a> {
     pub labels: Vec<Label<'a>>,
     /// Marks at equipment in alarm.
     pub beacons: Vec<Beacon>,
+    /// Where switches stand.
+    pub flags: Vec<Flag>,
     /// What is being measured.
     pub measurement: Option<Measurement>,
     /// Whether the camera has just come to another place: labels are placed anew.
@@ -228,8 +232,13 @@ impl Panels {
                 if overlay.arrived {
                     *placement = Placement::default();
                 }
-                let occupied: Vec<Rect> =
-                    banner.into_iter().chain(beacons::places(&overlay.beacons)).collect();
+                let flags = flags::placed(ui, &overlay.flags);
+                let occupied: Vec<Rect> = banner
+                    .into_iter()
+                    .chain(beacons::places(&overlay.beacons))
+                    .chain(flags.iter().map(|(_, place)| *place))
+                    .collect();
+                flags::paint(ui, &flags);
                 labels::paint(ui, &overlay.labels, placement, &occupied);
                 beacons::paint(ui, &overlay.beacons, flashes);
                 if let Some(measurement) = &overlay.measurement {

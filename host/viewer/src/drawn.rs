@@ -23,6 +23,17 @@ impl DrawnScene {
         &self.list
     }
 
+    /// Takes over where instances of the graph stand now.
+    pub(crate) fn move_instances(&mut self, scene: &LoadedScene, moved: &[usize]) {
+        for &index in moved {
+            let instance = &scene.graph.instances()[index];
+            if let Some(&drawn) = self.list.get(index) {
+                let world_from_mesh = scene.graph.world_from_mesh(instance);
+                self.list.set(index, Some(DrawInstance { world_from_mesh, ..drawn }));
+            }
+        }
+    }
+
     /// Takes over what changed.
     pub(crate) fn update(
         &mut self,

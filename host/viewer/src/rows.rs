@@ -84,6 +84,7 @@ pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
         name: overlay.overlay.name().to_owned(),
         shown: overlay.is_shown,
         legend: Arc::clone(&overlay.legend),
+        has_flags: !overlay.description.mechanisms.is_empty(),
     }
 }
 

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_host::{OverlayDescription, OverlayLine, OverlayPicture, OverlayTint, Pattern};
+use busbar_plugin_host::{
+    OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint, Pattern,
+    Quantity,
+};
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Snapshot, TagHandle};
@@ -30,6 +33,8 @@ pub(crate) struct ShownOverlay {
     pub(crate) legend: Arc<[LegendRow]>,
     /// The nodes of the equipment described; none for what the scene has not.
     nodes: Vec<Option<NodeIndex>>,
+    /// The mechanisms described.
+    mechanisms: Vec<Arc<str>>,
     /// What it drew last.
     last: Arc<OverlayPicture>,
 }
@@ -44,6 +49,19 @@ pub(crate) struct Overlaid {
     pub(crate) pictures: Vec<Arc<OverlayPicture>>,
     pub(crate) tints: Vec<OverlayTint>,
     pub(crate) states: Vec<ShownState>,
+    pub(crate) positions: Vec<ShownPosition>,
+}
+
+/// Where a switch stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ShownPosition {
+    pub(crate) node: NodeIndex,
+    /// What moves.
+    pub(crate) mechanism: Arc<str>,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// From open, 0, to closed, 1; none where what is reported contradicts itself.
+    pub(crate) travelled: Option<f64>,
 }
 
 /// A node in a state of a legend.
@@ -91,6 +109,7 @@ impl ShownOverlay {
             description: Arc::default(),
             legend: Arc::default(),
             nodes: Vec::new(),
+            mechanisms: Vec::new(),
             last: Arc::default(),
         }
     }
@@ -103,6 +122,12 @@ impl ShownOverlay {
             return;
         }
         if description != self.description {
+            // An operator's choice outlives what an overlay says when it is started again.
+            if *self.description == OverlayDescription::default() {
+                self.is_shown &= !description.starts_hidden;
+            }
+            self.mechanisms =
+                description.mechanisms.iter().map(|name| name.as_str().into()).collect();
             self.legend = rows::legend(&description.legend);
             self.nodes = description.equipment.iter().map(|id| graph.find(id)).collect();
             let mut absent = description.equipment.iter().zip(&self.nodes);
@@ -138,7 +163,24 @@ impl ShownOverlay {
             let legend = Some((overlay, state.entry));
             Some(ShownState { node, basis: Basis::Tag(state.tag), color, pattern, legend })
         }));
+        for quantity in &picture.quantities {
+            self.add_quantity(quantity, all);
+        }
         all.pictures.push(picture);
+    }
+
+    fn add_quantity(&self, quantity: &OverlayQuantity, all: &mut Overlaid) {
+        let node_of = |equipment: u32| self.nodes.get(equipment as usize).copied().flatten();
+        let Some(node) = node_of(quantity.equipment) else { return };
+        let tag = quantity.tag;
+        match quantity.what {
+            Quantity::Position { mechanism, travelled } => {
+                if let Some(mechanism) = self.mechanisms.get(mechanism as usize).cloned() {
+                    all.positions.push(ShownPosition { node, mechanism, tag, travelled });
+                }
+            }
+            Quantity::Flow { .. } | Quantity::Level(_) => {}
+        }
     }
 }
 

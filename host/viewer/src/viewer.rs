@@ -47,6 +47,7 @@ use crate::labels::LinesOfNodes;
 use crate::load::LoadedScene;
 use crate::looks::Highlight;
 use crate::measuring::Measuring;
+use crate::moving::MovingParts;
 use crate::outlines::Outlines;
 use crate::pace::Pace;
 use crate::picker::{Picker, Purpose, Question};
@@ -56,7 +57,7 @@ use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::surroundings::{self, Surroundings};
 use crate::tag_list::TagList;
-use crate::{Stats, ViewError, labels, occlusion, ray, rows, stats};
+use crate::{Stats, ViewError, flags, labels, occlusion, ray, rows, stats};
 
 /// Pieces of equipment that are selected at once; of more the first in the scene.
 pub const MAX_SELECTED: usize = 10_000;
@@ -79,6 +80,8 @@ pub struct Viewer {
     /// None where none is configured.
     chart: Option<ShownChart>,
     scene: LoadedScene,
+    /// Parts that move with switches.
+    moving: MovingParts,
     renderer: Renderer,
     recovery: Recovery,
     models: Vec<ShownModel>,
@@ -270,6 +273,8 @@ impl Viewer {
         let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
+        let graph = &mut self.scene.graph;
+        overlaid.states.extend(self.moving.update(graph, &overlaid.positions, snapshot));
         let chart_goes_to =
             self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
         if let Some(id) = &chart_goes_to {
@@ -299,6 +304,7 @@ impl Viewer {
         let mut over_scene = [0.0; 2];
         let chart_goes_to: Vec<_> = chart_goes_to.into_iter().map(Command::Reveal).collect();
         let (chart, pointer) = (&mut self.chart, self.pointer);
+        let (positions, moving) = (&overlaid.positions, &self.moving);
         let output = panels.run(input, &model, &lists, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
@@ -316,6 +322,7 @@ impl Viewer {
             SceneOverlay {
                 labels,
                 beacons,
+                flags: flags::flags(positions, moving, snapshot, graph, sight),
                 arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
@@ -342,6 +349,7 @@ impl Viewer {
         let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, ShownChart::brushed_nodes);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered, &brushed);
         self.force_detail();
+        self.move_parts();
         self.move_cursors(now);
         self.update_drawn();
         let overlay = EguiFrame {

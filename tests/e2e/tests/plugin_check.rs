@@ -62,6 +62,10 @@ fn quantities() -> Value {
     })
 }
 
+fn switches() -> Value {
+    json!({ "switches": [{ "equipment": "=Q1", "mechanism": "blade", "travel_seconds": 6 }] })
+}
+
 /// A source, and a switch between it and another node.
 fn network() -> Value {
     json!({
@@ -167,6 +171,7 @@ fn shipped_plugins_pass() {
         ("sf6_density", json!({ "settings": gas() }), 0),
         ("thermography", json!({ "settings": { "equipment": ["=Q1-QB1-L1"] } }), 0),
         ("condition", json!({ "settings": quantities() }), 0),
+        ("switch_position", json!({ "settings": switches() }), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("gas_analysis", json!({}), 0),

@@ -81,6 +81,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("sample_generator", &["busbar_plugin_sdk"]),
     ("sf6_density", &["busbar_plugin_sdk"]),
     ("sql_adapter", &["busbar_link", "busbar_plugin_sdk"]),
+    ("switch_position", &["busbar_plugin_sdk"]),
     ("thermography", &["busbar_plugin_sdk"]),
     ("transformer_thermal", &["busbar_plugin_sdk"]),
     ("weighted_collapse", &["busbar_plugin_sdk"]),

@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use serde_json::{Map, Value, json};
 
-use crate::points::{Gateway, MAIN_TRANSFORMERS, Point, PointKind, Usual, points};
+use crate::models::{BLADE, EARTHING_BLADE};
+use crate::points::{EARTHED, Gateway, MAIN_TRANSFORMERS, Point, PointKind, Usual, points};
 use crate::{Network, NetworkSwitch, Station, network};
 
 /// Port of the first simulated gateway; the others follow.
@@ -46,6 +47,8 @@ impl Station {
             });
         }
         plugins["energised"] = json!({ "plugin": "energisation", "settings": settings });
+        plugins["positions"] =
+            json!({ "plugin": "switch_position", "settings": switch_positions(&switches) });
         plugins["thermal"] = json!({ "plugin": "transformer_thermal", "settings": thermal() });
         for (name, plugin, settings, roles) in monitoring::overlays(&points) {
             plugins[name] = json!({ "plugin": plugin, "settings": settings, "roles": roles });
@@ -70,6 +73,7 @@ impl Station {
             "monitored",
             "gas",
             "thermal",
+            "positions",
             "values"
         ]);
         for (name, eye, target) in CAMERAS {
@@ -81,8 +85,9 @@ impl Station {
 }
 
 /// What overlays that are not of condition monitoring need of the station's points.
-const ROLES: [(&str, &[&str]); 3] = [
+const ROLES: [(&str, &[&str]); 4] = [
     ("energised", &["position"]),
+    ("positions", &["position", "earth_switch"]),
     ("thermal", &["load", "ambient"]),
     ("values", &["active_power", "load", "top_oil", "hot_spot"]),
 ];
@@ -179,6 +184,30 @@ fn bindings(points: &[Point]) -> Vec<Value> {
     let ambient = (1..=MAIN_TRANSFORMERS)
         .map(|number| binding(AMBIENT, &format!("=S12T{number}-TA1"), "ambient"));
     own.chain(ambient).collect()
+}
+
+/// All switches, and the earthing blades of lines.
+fn switch_positions(switches: &[NetworkSwitch]) -> Value {
+    let main = |switch: &NetworkSwitch| {
+        let equipment = &switch.equipment;
+        match equipment.ends_with("-QA1") {
+            // Too quick to be seen.
+            true => json!({ "equipment": equipment, "mechanism": "breaker" }),
+            false => json!({ "equipment": equipment, "mechanism": BLADE, "travel_seconds": 8 }),
+        }
+    };
+    let earthing = |switch: &NetworkSwitch| {
+        switch.equipment.ends_with(EARTHED).then(|| {
+            json!({
+                "equipment": switch.equipment,
+                "mechanism": EARTHING_BLADE,
+                "role": "earth_switch",
+                "travel_seconds": 6,
+            })
+        })
+    };
+    let all = switches.iter().map(main).chain(switches.iter().filter_map(earthing));
+    json!({ "switches": all.collect::<Vec<_>>() })
 }
 
 /// Forced-air cooling, as transformers of this size have.

@@ -69,6 +69,15 @@ impl Viewer {
         }
     }
 
+    /// Takes over where parts stand that moved.
+    pub(super) fn move_parts(&mut self) {
+        let Self { moving, cursors, drawn, scene, .. } = self;
+        if !moving.just_moved().is_empty() {
+            cursors.move_instances(&scene.graph, moving.just_moved(), moving.moved());
+            drawn.move_instances(scene, moving.just_moved());
+        }
+    }
+
     /// Takes over what is to be drawn otherwise than before.
     pub(super) fn update_drawn(&mut self) {
         let Self { drawn, scene, models, cursors, highlights, .. } = self;

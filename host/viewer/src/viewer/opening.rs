@@ -85,6 +85,7 @@ impl Viewer {
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
             section: scene.config.view.section.map(surroundings::section_of),
             surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
+            moving: std::mem::take(&mut scene.moving),
             navigator: Navigator::new(camera, &scene.config.view, in_window),
             scene,
             renderer,
