@@ -109,7 +109,7 @@ fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
 // body, dark porcelain too, and without colour.
 const PATTERN_PERIOD = 9.0;
 const PATTERN_MARK = 0.42;
-const PATTERN_BETWEEN = 0.55;
+const PATTERN_BETWEEN = 0.42;
 const BETWEEN_MARKS = vec3<f32>(0.9);
 
 // What of a highlight is seen at a pixel: linear rgb and strength. A pattern lies on the
@@ -125,7 +125,7 @@ fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     let phase = abs(fract(along) - 0.5) * 2.0;
     // Stripes; stripes both ways, thinner; dots where both ways have one.
     let marks = select(
-        select(max(phase.x, phase.y) - 0.15, min(phase.x, phase.y) + 0.2, pattern == 3.0),
+        select(max(phase.x, phase.y) - 0.15, min(phase.x, phase.y) + 0.08, pattern == 3.0),
         phase.x,
         pattern == 1.0,
     );

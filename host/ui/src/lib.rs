@@ -21,6 +21,8 @@ mod equipment_panel;
 mod faceplate;
 mod faceplate_model;
 mod flags;
+#[cfg(test)]
+mod greyscale_tests;
 mod hatch;
 mod help;
 mod hover;
@@ -51,7 +53,7 @@ pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState,
 };
 pub use flags::{Flag, FlagState};
-pub use layers::{LayerRow, LegendRow, Pattern};
+pub use layers::{ContourRow, LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use view_model::{
     Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,

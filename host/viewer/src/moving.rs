@@ -180,3 +180,154 @@ fn motion(config: &MovingPartConfig) -> Motion {
         scale: config.scale.into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use busbar_geometry::{RawPrimitive, weld};
+    use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
+    use busbar_tags::{
+        DoublePoint, Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value,
+        ValueKind,
+    };
+    use glam::{Mat4, Vec3};
+
+    use super::*;
+
+    const TAG: TagHandle = TagHandle(0);
+
+    /// Two poles of a switch, each with a blade along x.
+    fn graph() -> SceneGraph {
+        let blade = RawPrimitive {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 0.1, 0.0)],
+            triangles: vec![[0, 1, 2]],
+            ..RawPrimitive::default()
+        };
+        let model = Model {
+            meshes: vec![weld(&[blade]).unwrap().0],
+            nodes: vec![ModelNode {
+                name: "blade".into(),
+                parent: None,
+                parent_from_node: Mat4::IDENTITY,
+                mesh: Some(0),
+            }],
+            ..Model::default()
+        };
+        let placement = |id: &str, parent: Option<usize>| Placement {
+            id: id.into(),
+            parent,
+            transform: Transform::default(),
+            model: parent.map(|_| ModelIndex(0)),
+            theta: None,
+        };
+        let poles = [placement("Q", None), placement("Q-L1", Some(0)), placement("Q-L2", Some(0))];
+        SceneGraph::build(&poles, &[model]).unwrap()
+    }
+
+    fn parts(graph: &SceneGraph) -> MovingParts {
+        let config = MovingPartConfig {
+            part: "blade".into(),
+            mechanism: "blade".into(),
+            modelled: EndConfig::Closed,
+            pivot: [0.0; 3],
+            axis: [0.0, 0.0, 1.0],
+            degrees: 90.0,
+            travel: [0.0; 3],
+            scale: [1.0; 3],
+            pointer: String::new(),
+        };
+        let mut parts = MovingParts::default();
+        for pole in ["Q-L1/blade", "Q-L2/blade"] {
+            parts.add(graph, graph.find(pole).unwrap(), &config);
+        }
+        parts
+    }
+
+    /// A good value, so old.
+    fn table(age: Duration) -> TagTable {
+        let start = Moment::now();
+        let spec = TagSpec {
+            id: "a".into(),
+            name: "a".into(),
+            kind: ValueKind::DoublePoint,
+            unit: String::new(),
+            range: None,
+            freshness: Duration::from_secs(1),
+            scale: None,
+            dead_band: 0.0,
+            expression: None,
+        };
+        let mut table = TagTable::new(Arc::new(TagSet::new(vec![spec]).unwrap()), start);
+        let sample = Sample {
+            tag: TAG,
+            value: Some(Value::DoublePoint(DoublePoint::On)),
+            quality: Quality::Good,
+            source_time: None,
+            received: start,
+            valid_from: start,
+        };
+        table.apply(&sample, |_| {});
+        table.advance(start.after(age), |_| {});
+        table
+    }
+
+    fn at(graph: &SceneGraph, id: &str, mechanism: &str, travelled: Option<f64>) -> ShownPosition {
+        let node = graph.find(id).unwrap();
+        ShownPosition { node, mechanism: mechanism.into(), tag: TAG, travelled }
+    }
+
+    /// Where the tips of both blades are.
+    fn tips(graph: &SceneGraph) -> [Vec3; 2] {
+        ["Q-L1/blade", "Q-L2/blade"].map(|id| {
+            let world = graph.node(graph.find(id).unwrap()).world_from_node();
+            world.transform_point3(Vec3::X)
+        })
+    }
+
+    #[test]
+    fn a_position_moves_what_is_under_its_equipment_and_costs_nothing_while_it_stays() {
+        let mut graph = graph();
+        let mut parts = parts(&graph);
+        let good = table(Duration::ZERO);
+        let open = [at(&graph, "Q", "blade", Some(0.0))];
+        assert!(parts.update(&mut graph, &open, good.snapshot()).is_empty());
+        assert_eq!((parts.just_moved(), parts.moved().len()), (&[0, 1][..], 2));
+        assert!(tips(&graph).iter().all(|tip| tip.distance(Vec3::Y) < 1e-6));
+        parts.update(&mut graph, &open, good.snapshot());
+        assert!(parts.just_moved().is_empty(), "nothing moves");
+
+        let closed =
+            [at(&graph, "Q-L1", "blade", Some(1.0)), at(&graph, "Q-L2", "blade", Some(0.0))];
+        parts.update(&mut graph, &closed, good.snapshot());
+        assert_eq!((parts.just_moved(), parts.moved().len()), (&[0][..], 1), "one pole alone");
+        assert_eq!(tips(&graph)[0], Vec3::X);
+    }
+
+    #[test]
+    fn what_is_not_known_stands_in_the_middle_and_says_so() {
+        let mut graph = graph();
+        let mut parts = parts(&graph);
+        let (good, stale) = (table(Duration::ZERO), table(Duration::from_secs(2)));
+        let other = [at(&graph, "Q", "earthing blade", Some(0.0))];
+        assert!(parts.update(&mut graph, &other, good.snapshot()).is_empty(), "not this one");
+        assert_eq!(tips(&graph), [Vec3::X; 2], "as modelled, as long as nobody tells");
+        let half = Vec3::new(0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0);
+        let closed = [at(&graph, "Q", "blade", Some(1.0))];
+        let contradiction = [at(&graph, "Q", "blade", None)];
+        let known = |parts: &mut MovingParts, graph: &mut SceneGraph| {
+            assert!(parts.update(graph, &closed, good.snapshot()).is_empty());
+            assert_eq!(tips(graph), [Vec3::X; 2]);
+        };
+        for (positions, tags) in
+            [(&closed[..], &stale), (&contradiction[..], &good), (&[][..], &good)]
+        {
+            known(&mut parts, &mut graph);
+            let unknown = parts.update(&mut graph, positions, tags.snapshot());
+            assert_eq!(unknown.len(), 2);
+            assert!(unknown.iter().all(|state| state.basis == Basis::Record { is_valid: false }));
+            assert!(tips(&graph).iter().all(|tip| tip.distance(half) < 1e-6));
+        }
+    }
+}

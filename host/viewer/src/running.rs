@@ -50,6 +50,32 @@ pub(crate) struct Overlaid {
     pub(crate) tints: Vec<OverlayTint>,
     pub(crate) states: Vec<ShownState>,
     pub(crate) positions: Vec<ShownPosition>,
+    pub(crate) flows: Vec<ShownFlow>,
+    /// Those of one overlay in a row.
+    pub(crate) levels: Vec<ShownLevel>,
+}
+
+/// Power that flows from one piece of equipment to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ShownFlow {
+    pub(crate) from: NodeIndex,
+    pub(crate) to: NodeIndex,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// Share of the rating; negative against that direction.
+    pub(crate) share: f64,
+}
+
+/// A level of an overlay's contour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ShownLevel {
+    /// Index of the overlay.
+    pub(crate) overlay: u32,
+    pub(crate) node: NodeIndex,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// In the contour's unit.
+    pub(crate) value: f64,
 }
 
 /// Where a switch stands.
@@ -101,6 +127,11 @@ pub(crate) enum Basis {
 }
 
 impl ShownOverlay {
+    /// Whether it shows flows of power.
+    pub(crate) fn has_flows(&self) -> bool {
+        self.last.quantities.iter().any(|quantity| matches!(quantity.what, Quantity::Flow { .. }))
+    }
+
     fn new(overlay: RunningOverlay) -> Self {
         Self {
             overlay,
@@ -164,12 +195,12 @@ impl ShownOverlay {
             Some(ShownState { node, basis: Basis::Tag(state.tag), color, pattern, legend })
         }));
         for quantity in &picture.quantities {
-            self.add_quantity(quantity, all);
+            self.add_quantity(overlay, quantity, all);
         }
         all.pictures.push(picture);
     }
 
-    fn add_quantity(&self, quantity: &OverlayQuantity, all: &mut Overlaid) {
+    fn add_quantity(&self, overlay: u32, quantity: &OverlayQuantity, all: &mut Overlaid) {
         let node_of = |equipment: u32| self.nodes.get(equipment as usize).copied().flatten();
         let Some(node) = node_of(quantity.equipment) else { return };
         let tag = quantity.tag;
@@ -179,7 +210,12 @@ impl ShownOverlay {
                     all.positions.push(ShownPosition { node, mechanism, tag, travelled });
                 }
             }
-            Quantity::Flow { .. } | Quantity::Level(_) => {}
+            Quantity::Flow { to, share } => {
+                if let Some(to) = node_of(to) {
+                    all.flows.push(ShownFlow { from: node, to, tag, share });
+                }
+            }
+            Quantity::Level(value) => all.levels.push(ShownLevel { overlay, node, tag, value }),
         }
     }
 }

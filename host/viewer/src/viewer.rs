@@ -42,6 +42,7 @@ use crate::cursors::{Cursors, Drawn, Eye, Needed};
 use crate::drawn::DrawnScene;
 use crate::equipment_tree::{self, EquipmentTree};
 use crate::faceplate::{self, AtNodes, OpenFaceplate};
+use crate::ground_marks::GroundMarks;
 use crate::highlight::Highlights;
 use crate::labels::LinesOfNodes;
 use crate::load::LoadedScene;
@@ -126,6 +127,7 @@ pub struct Viewer {
     /// The states of the last frame.
     states: Vec<ShownState>,
     outlines: Outlines,
+    ground_marks: GroundMarks,
     /// What the last frame drew.
     drawn: DrawnScene,
     /// The panels of the last frame, to draw it again.
@@ -343,6 +345,9 @@ impl Viewer {
         let began = CpuClock::start();
         let (graph, snapshot) = (&self.scene.graph, self.tags.snapshot());
         self.highlights.update(graph, &overlaid, snapshot, &self.selection);
+        let eye = self.navigator.camera().eye();
+        self.ground_marks.update(graph, &self.overlays, &overlaid, snapshot, eye);
+        self.ground_marks.join(self.chart.as_ref().and_then(ShownChart::polylines));
         parts.overlays += labels_millis + began.millis();
         parts.alarms += beacons_millis;
         self.part_millis = parts;
@@ -361,7 +366,8 @@ impl Viewer {
         let view = self.view();
         let of_nodes = self.highlights.of_nodes();
         let shown = self.picture_of(view, self.drawn.list(), of_nodes, Some(overlay));
-        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let chart = self.chart.as_ref().and_then(ShownChart::polylines);
+        let polylines = self.ground_marks.polylines(chart);
         let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let in_window = self.in_window;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {

@@ -180,12 +180,17 @@ pub struct TagValue {
 impl TagValue {
     /// The number that the tag has, if it is good.
     pub fn good_number(&self) -> Option<f64> {
+        self.number().filter(|_| self.quality == Quality::Good)
+    }
+
+    /// The last number that the tag had, whatever its quality.
+    pub fn number(&self) -> Option<f64> {
         let number = match self.value? {
             Value::F64(value) => value,
             Value::I64(value) => value as f64,
             Value::Bool(_) | Value::DoublePoint(_) => return None,
         };
-        (self.quality == Quality::Good && number.is_finite()).then_some(number)
+        number.is_finite().then_some(number)
     }
 }
 

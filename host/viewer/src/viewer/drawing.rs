@@ -24,7 +24,8 @@ impl Viewer {
             self.highlights.of_nodes(),
             Some(overlay),
         );
-        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let chart = self.chart.as_ref().and_then(ShownChart::polylines);
+        let polylines = self.ground_marks.polylines(chart);
         let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let has_drawn = self.frames > 0;
         let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {

@@ -114,6 +114,7 @@ impl Viewer {
             highlights: Highlights::default(),
             states: Vec::new(),
             outlines: Outlines::default(),
+            ground_marks: GroundMarks::default(),
             drawn: DrawnScene::default(),
             painted: Vec::new(),
             last: FrameStats::default(),
