@@ -12,7 +12,8 @@ use e2e::peer::Peer;
 use glam::{Mat4, Vec3};
 use serde_json::{Value, json};
 
-const SIZE: [u32; 2] = [320, 240];
+/// Wide enough for the angle of a camera to be that of its height.
+const SIZE: [u32; 2] = [480, 270];
 const SWITCH: &str = "=Q1-QB9";
 const BLADE: &str = "=Q1-QB9/blade";
 /// Bits of a double-point, first and second as they lie in the table.
@@ -158,11 +159,9 @@ impl View {
     fn spread_at(&mut self, degrees: f32) -> f64 {
         let picture = self.draw();
         let [x, y] = Self::pixel_at(degrees);
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        let greys: Vec<f64> = (-12..=12)
-            .map(|along: i32| {
-                let x = (x as f32 + along as f32 * cos) as u32;
-                let y = (y as f32 - along as f32 * sin) as u32;
+        let near = (y - 3..=y + 3).flat_map(|y| (x - 3..=x + 3).map(move |x| (x, y)));
+        let greys: Vec<f64> = near
+            .map(|(x, y)| {
                 let at = ((y * picture.width + x) * 4) as usize;
                 picture.rgba8[at..at + 3].iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0
             })
