@@ -86,7 +86,7 @@ fn band_of(contour: &Contour, value: f64) -> i32 {
 /// Colour and cover of a band.
 fn look(band: i32) -> ([u8; 3], f32) {
     if band == 0 {
-        return (NORMAL, 0.35);
+        return (NORMAL, 0.22);
     }
     let share = (band.unsigned_abs() - 1) as f32 / (MAX_BANDS - 1) as f32;
     let mixed = |i: usize| f32::from(FIRST[i]) * (1.0 - share) + f32::from(LAST[i]) * share;

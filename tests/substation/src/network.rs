@@ -145,8 +145,8 @@ pub fn network() -> Network {
             // Muted: the saturated is for what is abnormal; and so far from each other in
             // grey that a picture without colour tells them apart.
             { "name": "220 kV", "color": "#1c1430" },
-            { "name": "110 kV", "color": "#a06a4e" },
-            { "name": "35 kV", "color": "#b8a860" }
+            { "name": "110 kV", "color": "#8a7568" },
+            { "name": "35 kV", "color": "#b3a878" }
         ],
         "nodes": nodes,
         "branches": branches,
