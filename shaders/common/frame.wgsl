@@ -104,11 +104,13 @@ fn feature_highlight(vertex: VertexInput, index: u32) -> vec4<f32> {
     return feature_highlights[vertex.ids.z + feature];
 }
 
-// Of patterns: points from mark to mark, the share of it that a mark takes, and how much
-// of the tint is seen between marks.
+// Of patterns: points from mark to mark, and the share of it that a mark takes. Between
+// marks a body is paler, by a share of the tint's strength, so that marks are seen on any
+// body, dark porcelain too, and without colour.
 const PATTERN_PERIOD = 9.0;
 const PATTERN_MARK = 0.42;
-const PATTERN_BETWEEN = 0.18;
+const PATTERN_BETWEEN = 0.42;
+const BETWEEN_MARKS = vec3<f32>(0.9);
 
 // What of a highlight is seen at a pixel: linear rgb and strength. A pattern lies on the
 // screen, so that it is as legible far away as it is near.
@@ -123,13 +125,14 @@ fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     let phase = abs(fract(along) - 0.5) * 2.0;
     // Stripes; stripes both ways, thinner; dots where both ways have one.
     let marks = select(
-        select(max(phase.x, phase.y) - 0.15, min(phase.x, phase.y) + 0.2, pattern == 3.0),
+        select(max(phase.x, phase.y) - 0.15, min(phase.x, phase.y) + 0.08, pattern == 3.0),
         phase.x,
         pattern == 1.0,
     );
     let edge = 1.5 / period;
     let mark = smoothstep(1.0 - PATTERN_MARK - edge, 1.0 - PATTERN_MARK + edge, marks);
-    return vec4<f32>(highlight.rgb, strength * mix(PATTERN_BETWEEN, 1.0, mark));
+    let rgb = mix(BETWEEN_MARKS, highlight.rgb, mark);
+    return vec4<f32>(rgb, strength * mix(PATTERN_BETWEEN, 1.0, mark));
 }
 
 // Unit vector from what a fragment shows to the eye. A pixel knows it: a

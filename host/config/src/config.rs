@@ -88,8 +88,45 @@ pub struct ModelConfig {
     pub optimizer: Option<String>,
     /// How much of it is collapsed, where a node does not say otherwise.
     pub theta: ThetaConfig,
+    /// Parts of it that move with a switch.
+    pub moving_parts: Vec<MovingPartConfig>,
     /// JSON pointer; the file is at its `/file`.
     pub pointer: String,
+}
+
+/// A part of a model that moves with a switch, in the part's own space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovingPartConfig {
+    /// Name of the model's node.
+    pub part: String,
+    /// What moves it.
+    pub mechanism: String,
+    /// The position that the file shows.
+    pub modelled: EndConfig,
+    /// A point of the hinge's axis, metres.
+    pub pivot: [f32; 3],
+    /// Its direction; not all zero.
+    pub axis: [f32; 3],
+    /// By how much it turns, right-handed.
+    pub degrees: f32,
+    /// By how much it shifts, metres.
+    pub travel: [f32; 3],
+    /// Factors by which it folds.
+    pub scale: [f32; 3],
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// An end of a switch's way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "End")]
+pub enum EndConfig {
+    /// It conducts.
+    #[default]
+    Closed,
+    /// It does not.
+    Open,
 }
 
 /// How theta, the share of vertices collapsed, is chosen; all are 0 to 1.

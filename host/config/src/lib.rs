@@ -15,6 +15,7 @@ mod diagnostic;
 mod equipment;
 mod index;
 mod limits;
+mod moving;
 mod placing_rules;
 mod plugins;
 mod pointer;
@@ -40,9 +41,9 @@ pub use alarms::{
 };
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, ChartConfig, Config, DirectoryConfig,
-    ModelConfig, NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig,
-    SectionConfig, SourceConfig, TagConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig,
-    TransformConfig, ViewConfig,
+    EndConfig, ModelConfig, MovingPartConfig, NodeConfig, OriginConfig, OverlayConfig,
+    ProjectionConfig, QualityConfig, SectionConfig, SourceConfig, TagConfig, TagType, ThemeConfig,
+    ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;

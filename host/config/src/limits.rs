@@ -93,6 +93,10 @@ pub const MAX_COORDINATE_METRES: f32 = 1.0e7;
 pub const MIN_SCALE: f32 = 1.0e-6;
 /// The greatest magnitude of a scale factor.
 pub const MAX_SCALE: f32 = 1.0e6;
+/// Parts of one model that move.
+pub const MAX_MOVING_PARTS: usize = 64;
+/// By how much a part turns at most, in degrees.
+pub const MAX_TURN_DEGREES: f32 = 360.0;
 /// Events of a scenario.
 pub const MAX_SCENARIO_EVENTS: usize = 100_000;
 /// How long a scenario takes at most, in seconds: a week.

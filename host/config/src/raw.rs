@@ -11,6 +11,7 @@ use crate::alarms::{RawAlarm, RawAlarmHandling};
 use crate::config::{TagType, ThemeConfig};
 use crate::equipment::RawEquipment;
 use crate::limits::*;
+use crate::moving::RawMovingPart;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::simulate::RawSimulate;
 use crate::theta::RawTheta;
@@ -116,6 +117,10 @@ pub(crate) struct RawModel {
     /// How much of it is collapsed, where a node does not say otherwise.
     #[serde(default)]
     pub(crate) theta: RawTheta,
+    /// Parts of it that move with a switch.
+    #[serde(default)]
+    #[schemars(length(max = MAX_MOVING_PARTS))]
+    pub(crate) moving_parts: Vec<RawMovingPart>,
 }
 
 /// A piece of equipment: placed, with what hangs under it.

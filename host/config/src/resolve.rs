@@ -7,6 +7,7 @@ use serde_json::Value;
 use serde_path_to_error::Segment;
 
 use crate::config::*;
+use crate::moving::RawMovingPart;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
 use crate::scene::SceneConfig;
@@ -53,6 +54,11 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             file: raw.file,
             optimizer: raw.optimizer,
             theta: raw.theta.resolve(),
+            moving_parts: indexed(
+                raw.moving_parts,
+                &join_pointer(&pointer, "moving_parts"),
+                RawMovingPart::resolve,
+            ),
             pointer,
         }),
         scene: SceneConfig::new(raw.scene, raw.templates),

@@ -11,7 +11,8 @@ use serde_json::{Map, Value};
 use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{
-    MAX_NAME_BYTES, alarm_rules, join_pointer, plugins, scene_rules, simulate, suggest, theta,
+    MAX_NAME_BYTES, alarm_rules, join_pointer, moving, plugins, scene_rules, simulate, suggest,
+    theta,
 };
 
 /// One of the parts of a direction is at least so long.
@@ -48,6 +49,7 @@ impl<'d> Rules<'d, '_, '_> {
             check_name_key(name, &pointer, "model", self.report);
             let theta_pointer = join_pointer(&pointer, "theta");
             theta::check(&model["theta"], &theta_pointer, self.report);
+            moving::check(model, &pointer, self.report);
             if model["optimizer"].is_string() {
                 self.check_plugin_reference(&model["optimizer"], &pointer, "optimizer");
             } else if theta::collapses(&model["theta"]) {

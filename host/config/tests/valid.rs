@@ -1,9 +1,9 @@
 //! A valid configuration and what becomes of it.
 
 use busbar_config::{
-    AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, Isolation, LimitConfig,
-    PriorityConfig, QualityConfig, Severity, StateConfig, TagType, ThemeConfig, ThetaConfig,
-    ThetaLevelConfig, WatchConfig, parse, schema,
+    AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, EndConfig, Isolation,
+    LimitConfig, PriorityConfig, QualityConfig, Severity, StateConfig, TagType, ThemeConfig,
+    ThetaConfig, ThetaLevelConfig, WatchConfig, parse, schema,
 };
 use serde_json::json;
 
@@ -36,6 +36,21 @@ fn the_example_becomes_typed_values() {
     assert_eq!(config.view.background, [0xd8, 0xda, 0xdd]);
     assert_eq!((config.view.samples, config.view.size), (1, [640, 480]));
     assert_eq!(config.view.theta_scale, 0.5);
+}
+
+#[test]
+fn parts_of_models_move_as_written() {
+    let moving = r#"{ "file": "models/breaker.gltf", "moving_parts": [{
+        "part": "blade 1", "mechanism": "blade", "modelled": "open",
+        "pivot": [0, 2, 1.5], "axis": [1, 0, 0], "degrees": -90 }] }"#;
+    let text = EXAMPLE.replace(r#"{ "file": "models/breaker.gltf" }"#, moving);
+    let config = parse(&text).unwrap_or_else(|faults| panic!("{faults:#?}"));
+    let part = &config.models["breaker"].moving_parts[0];
+    assert_eq!((part.part.as_str(), part.mechanism.as_str()), ("blade 1", "blade"));
+    assert_eq!((part.modelled, part.pivot), (EndConfig::Open, [0.0, 2.0, 1.5]));
+    assert_eq!((part.axis, part.degrees), ([1.0, 0.0, 0.0], -90.0));
+    assert_eq!((part.travel, part.scale), ([0.0; 3], [1.0; 3]));
+    assert_eq!(part.pointer, "/models/breaker/moving_parts/0");
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod log;
 mod mesh_optimizer;
 mod overlay;
 mod overlay_picture;
+mod overlay_quantity;
 mod records;
 mod sample_check;
 mod signature;
@@ -41,6 +42,7 @@ pub use overlay_picture::{
     LegendEntry, MAX_PART_BYTES, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
     OverlayTint, Pattern, PictureRules, Severity,
 };
+pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
 pub use sample_check::{SampleCheck, SampleSink};
 pub use signature::{PublicKey, sign_library};

@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 use crate::overlay_picture::{
     MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, max_primitives,
 };
+use crate::overlay_quantity::{self, MAX_MECHANISMS, max_quantities};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
 use crate::{
-    Instance, LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
+    Contour, Instance, LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
     OverlayTint, Pattern, PictureRules, PluginError, Severity, text,
 };
 
@@ -54,6 +55,7 @@ pub struct Overlay {
     rules: PictureRules,
     primitives: Vec<abi::BusbarOverlayPrimitive>,
     text: Vec<u8>,
+    quantities: Vec<abi::BusbarOverlayQuantity>,
 }
 
 impl Overlay {
@@ -80,9 +82,10 @@ impl Overlay {
         let room = bindings.len() * 2 + description.equipment.len() + 1;
         let primitives = vec![NO_PRIMITIVE; room];
         let text = vec![0; primitives.len() * 32];
+        let quantities = vec![NO_QUANTITY; max_quantities(bindings.len(), &description)];
         let rules = PictureRules::new(&bindings, &description);
         let description = Arc::new(description);
-        Ok(Self { instance, table, bindings, description, rules, primitives, text })
+        Ok(Self { instance, table, bindings, description, rules, primitives, text, quantities })
     }
 
     /// The instance.
@@ -151,8 +154,8 @@ impl Overlay {
                 continue;
             }
             self.instance.outcome(status, &error)?;
-            let (count, len) = (output.primitive_count as usize, output.text_len as usize);
-            return self.read(count, len).map_err(|what| self.instance.violation(what));
+            let picture = self.read(&output);
+            return picture.map_err(|what| self.instance.violation(what));
         }
     }
 
@@ -166,6 +169,9 @@ impl Overlay {
             reserved: 0,
             primitives: self.primitives.as_mut_ptr(),
             text: self.text.as_mut_ptr(),
+            quantity_capacity: self.quantities.len() as u32,
+            quantity_count: 0,
+            quantities: self.quantities.as_mut_ptr(),
         }
     }
 
@@ -178,9 +184,13 @@ impl Overlay {
         before != (self.primitives.len(), self.text.len())
     }
 
-    fn read(&self, count: usize, text_len: usize) -> Result<OverlayPicture, String> {
+    fn read(&self, output: &abi::BusbarOverlayOutput) -> Result<OverlayPicture, String> {
+        let [count, text_len, quantities] =
+            [output.primitive_count, output.text_len, output.quantity_count].map(|n| n as usize);
         let primitives = self.primitives.get(..count).ok_or("it claims too many primitives")?;
         let text = self.text.get(..text_len).ok_or("it claims too much text")?;
+        let quantities =
+            self.quantities.get(..quantities).ok_or("it claims too many quantities")?;
         let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
         let part = |offset: u32, len: u32| {
             if len as usize > MAX_PART_BYTES {
@@ -221,6 +231,11 @@ impl Overlay {
                 other => return Err(format!("a primitive has the unknown kind {other}")),
             }
         }
+        for quantity in quantities {
+            let binding = self.bindings.get(quantity.binding as usize);
+            let binding = binding.ok_or("a quantity names a binding that does not exist")?;
+            picture.quantities.push(overlay_quantity::read(quantity, binding.tag)?);
+        }
         self.rules.check(&picture)?;
         Ok(picture)
     }
@@ -241,6 +256,10 @@ fn describe(
         reserved: 0,
         legend: std::ptr::null(),
         equipment: std::ptr::null(),
+        mechanism_count: 0,
+        starts_hidden: 0,
+        mechanisms: std::ptr::null(),
+        contour: std::ptr::null(),
     };
     let mut error = abi::BusbarError::empty();
     let serial = instance.serialise();
@@ -255,10 +274,15 @@ fn describe(
 
 fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescription, String> {
     let (entries, ids) = (raw.legend_count as usize, raw.equipment_count as usize);
-    if entries > MAX_LEGEND_ENTRIES || ids > MAX_OVERLAY_EQUIPMENT {
+    let mechanism_count = raw.mechanism_count as usize;
+    let is_too_much = entries > MAX_LEGEND_ENTRIES || mechanism_count > MAX_MECHANISMS;
+    if is_too_much || ids > MAX_OVERLAY_EQUIPMENT {
         return Err("it describes more than an overlay may show".into());
     }
-    if (entries > 0 && raw.legend.is_null()) || (ids > 0 && raw.equipment.is_null()) {
+    if (entries > 0 && raw.legend.is_null())
+        || (ids > 0 && raw.equipment.is_null())
+        || (mechanism_count > 0 && raw.mechanisms.is_null())
+    {
         return Err("it describes what is null".into());
     }
     let (mut legend, mut equipment) = (Vec::with_capacity(entries), Vec::with_capacity(ids));
@@ -282,8 +306,27 @@ fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescri
         // SAFETY: as above.
         equipment.push(unsafe { text::read(raw.equipment.add(at).read_unaligned())? });
     }
-    Ok(OverlayDescription { legend, equipment })
+    let mut mechanisms = Vec::with_capacity(mechanism_count);
+    for at in 0..mechanism_count {
+        // SAFETY: as above.
+        mechanisms.push(unsafe { text::read(raw.mechanisms.add(at).read_unaligned())? });
+    }
+    let contour = (!raw.contour.is_null()).then(|| {
+        // SAFETY: not null; the plugin vouches for it and its texts.
+        unsafe { Contour::read(&raw.contour.read_unaligned()) }
+    });
+    let starts_hidden = raw.starts_hidden != 0;
+    Ok(OverlayDescription {
+        legend,
+        equipment,
+        mechanisms,
+        contour: contour.transpose()?,
+        starts_hidden,
+    })
 }
+
+const NO_QUANTITY: abi::BusbarOverlayQuantity =
+    abi::BusbarOverlayQuantity { kind: 0, binding: 0, equipment: 0, other: 0, value: 0.0 };
 
 const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
     kind: 0,

@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
-use crate::OverlayBinding;
+use crate::overlay_quantity::{MAX_MECHANISMS, max_quantities};
+use crate::{Contour, OverlayBinding, OverlayQuantity, Quantity};
 
 const MAX_BINDINGS_A_STATE: usize = busbar_plugin_abi::BUSBAR_MAX_BINDINGS_A_STATE as usize;
 /// Primitives that one overlay may draw in a frame, a binding.
@@ -45,12 +46,18 @@ pub struct LegendEntry {
 }
 
 /// What an overlay shows besides values.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OverlayDescription {
     /// Its states.
     pub legend: Vec<LegendEntry>,
-    /// Ids of the equipment that it shows states at.
+    /// Ids of the equipment that it shows states and quantities at.
     pub equipment: Vec<String>,
+    /// Mechanisms, as models name them, that it gives positions of.
+    pub mechanisms: Vec<String>,
+    /// What its levels are of.
+    pub contour: Option<Contour>,
+    /// Whether it is drawn only once an operator switches it on.
+    pub starts_hidden: bool,
 }
 
 impl OverlayDescription {
@@ -71,7 +78,13 @@ impl OverlayDescription {
         if self.equipment.iter().any(|id| id.len() > MAX_PART_BYTES) {
             return Err("an equipment id is longer than 256 bytes");
         }
-        Ok(())
+        if self.mechanisms.len() > MAX_MECHANISMS {
+            return Err("it gives positions of more than 16 mechanisms");
+        }
+        if self.mechanisms.iter().any(|name| name.len() > MAX_LEGEND_NAME) {
+            return Err("the name of a mechanism is longer than 64 bytes");
+        }
+        self.contour.as_ref().map_or(Ok(()), Contour::check)
     }
 }
 
@@ -133,6 +146,8 @@ pub struct OverlayPicture {
     pub tints: Vec<OverlayTint>,
     /// States.
     pub states: Vec<OverlayState>,
+    /// Positions, flows and levels.
+    pub quantities: Vec<OverlayQuantity>,
 }
 
 /// What a picture of an overlay with certain bindings and description may name.
@@ -142,7 +157,10 @@ pub struct PictureRules {
     nodes: HashSet<u32>,
     legend: usize,
     equipment: usize,
+    mechanisms: usize,
+    has_contour: bool,
     max_primitives: usize,
+    max_quantities: usize,
 }
 
 /// Primitives that an overlay may draw in a frame.
@@ -159,6 +177,9 @@ impl PictureRules {
             nodes: bindings.iter().map(|b| b.node).collect(),
             legend: description.legend.len(),
             equipment: description.equipment.len(),
+            mechanisms: description.mechanisms.len(),
+            has_contour: description.contour.is_some(),
+            max_quantities: max_quantities(bindings.len(), description),
             max_primitives: max_primitives(bindings.len(), description),
         }
     }
@@ -168,7 +189,11 @@ impl PictureRules {
     /// # Errors
     /// The rule that it breaks, in words.
     pub fn check(&self, picture: &OverlayPicture) -> Result<(), &'static str> {
-        let OverlayPicture { lines, tints, states } = picture;
+        let OverlayPicture { lines, tints, states, quantities } = picture;
+        if quantities.len() > self.max_quantities {
+            return Err("it claims too many quantities");
+        }
+        quantities.iter().try_for_each(|quantity| self.check_quantity(quantity))?;
         if lines.len() + tints.len() + states.len() > self.max_primitives {
             return Err("it claims too many primitives");
         }
@@ -199,6 +224,34 @@ impl PictureRules {
     }
 }
 
+impl PictureRules {
+    fn check_quantity(&self, quantity: &OverlayQuantity) -> Result<(), &'static str> {
+        if !self.tags.contains(&quantity.tag) {
+            return Err("a quantity rests on a tag that is not bound");
+        }
+        let is_described = |equipment: u32| (equipment as usize) < self.equipment;
+        if !is_described(quantity.equipment) {
+            return Err("a quantity names equipment that was not described");
+        }
+        match quantity.what {
+            Quantity::Position { mechanism, .. } if mechanism as usize >= self.mechanisms => {
+                Err("a position names a mechanism that was not described")
+            }
+            Quantity::Position { travelled: Some(share), .. } if !(0.0..=1.0).contains(&share) => {
+                Err("a position is not a share of a way, 0 to 1")
+            }
+            Quantity::Flow { to, .. } if !is_described(to) => {
+                Err("a flow goes to equipment that was not described")
+            }
+            Quantity::Level(_) if !self.has_contour => Err("a level is of no contour described"),
+            Quantity::Flow { share: value, .. } | Quantity::Level(value) if !value.is_finite() => {
+                Err("a flow or level is not finite")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use busbar_tags::ValueKind;
@@ -225,6 +278,8 @@ mod tests {
                 pattern: Pattern::Solid,
             }],
             equipment: vec!["=Q1".into(), "=Q2".into()],
+            mechanisms: vec!["blade".into()],
+            ..OverlayDescription::default()
         };
         let bindings = [OverlayBinding {
             tag: TagHandle(3),
@@ -253,6 +308,22 @@ mod tests {
         assert_eq!(rules.check(&state(1, 0, 3)), Ok(()));
         for wrong in [state(2, 0, 3), state(1, 1, 3), state(1, 0, 4)] {
             assert!(rules.check(&wrong).is_err());
+        }
+        let quantity = |equipment, tag, what| OverlayPicture {
+            quantities: vec![OverlayQuantity { equipment, tag: TagHandle(tag), what }],
+            ..OverlayPicture::default()
+        };
+        let position = |mechanism, travelled| Quantity::Position { mechanism, travelled };
+        let flow = |to, share| Quantity::Flow { to, share };
+        for right in [position(0, None), position(0, Some(0.5)), flow(1, -1.2)] {
+            assert_eq!(rules.check(&quantity(0, 3, right)), Ok(()), "{right:?}");
+            assert!(rules.check(&quantity(2, 3, right)).is_err(), "{right:?}");
+            assert!(rules.check(&quantity(0, 4, right)).is_err(), "{right:?}");
+        }
+        let no_share = position(0, Some(f64::NAN));
+        let wrong = [position(1, None), position(0, Some(1.1)), no_share, flow(2, 0.1)];
+        for wrong in wrong.into_iter().chain([flow(1, f64::INFINITY), Quantity::Level(1.0)]) {
+            assert!(rules.check(&quantity(0, 3, wrong)).is_err(), "{wrong:?}");
         }
     }
 }

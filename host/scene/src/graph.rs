@@ -285,6 +285,30 @@ impl SceneGraph {
         }
     }
 
+    /// Moves a part of a placement, with what hangs under it, from where its model has it:
+    /// `pose` is a transform of the part's own space; `None` puts it back. Gives the
+    /// instances that moved, by index. What a box around a whole placement holds stays.
+    pub fn pose(&mut self, part: NodeIndex, pose: Option<Mat4>) -> Vec<usize> {
+        let place = self.nodes.place_of(part);
+        let Some(index) = place.part.filter(|_| self.nodes.pose(place, pose)) else {
+            return Vec::new();
+        };
+        let first = self.instances.partition_point(|i| i.placement < place.placement);
+        let mut moved = Vec::new();
+        for (at, instance) in self.instances.iter_mut().enumerate().skip(first) {
+            if instance.placement != place.placement {
+                break;
+            }
+            let own = self.nodes.place_in(instance.placement, instance.node);
+            if self.nodes.hangs_under(own, index) {
+                let bounds = self.nodes.bounds_of_mesh(own, instance.model);
+                instance.bounds = bounds.map(|b| b.transformed(&self.nodes.world_from(own)));
+                moved.push(at);
+            }
+        }
+        moved
+    }
+
     fn place(&mut self, placement: &Placement) -> Result<(), SceneError> {
         let Placement { id, parent, transform, model, theta } = placement;
         if id.contains('/') {

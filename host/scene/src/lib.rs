@@ -6,8 +6,10 @@ mod features;
 mod graph;
 mod groups;
 mod model;
+mod motion;
 mod nodes;
 mod parts;
+mod poses;
 mod screen_error;
 mod theta;
 
@@ -17,5 +19,6 @@ pub use graph::{
 };
 pub use groups::{Group, find_groups, first_after};
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
+pub use motion::Motion;
 pub use screen_error::ScreenError;
 pub use theta::{Detail, DistanceLevel, DistanceTable, Sight, ThetaPolicy, distance_to_bounds};

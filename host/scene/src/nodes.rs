@@ -9,6 +9,7 @@ use hashbrown::HashTable;
 
 use crate::graph::NodeIndex;
 use crate::parts::{Part, Parts, united};
+use crate::poses::Poses;
 use crate::{EquipmentId, ModelIndex};
 
 /// In place of an index: there is none.
@@ -63,6 +64,7 @@ pub(crate) struct Nodes {
     by_id: HashTable<u32>,
     hasher: RandomState,
     count: usize,
+    poses: Poses,
 }
 
 impl Nodes {
@@ -189,13 +191,39 @@ impl Nodes {
 
     pub(crate) fn world_from(&self, place: Place) -> Mat4 {
         let world_from_placement = self.world_from_placements[place.placement as usize].matrix();
-        match self.part(place) {
-            // Most parts stand where their placement does, and this is asked each frame.
-            Some(part) if part.placement_from_part != Mat4::IDENTITY => {
-                world_from_placement * part.placement_from_part
-            }
-            _ => world_from_placement,
+        let Some(part) = place.part else { return world_from_placement };
+        let Record { model, .. } = self.records[place.placement as usize];
+        let parts = &self.parts[model as usize];
+        let placement_from_part = self.poses.placement_from(parts, place.placement, part);
+        // Most parts stand where their placement does, and this is asked each frame.
+        if placement_from_part == Mat4::IDENTITY {
+            return world_from_placement;
         }
+        world_from_placement * placement_from_part
+    }
+
+    /// Moves a part from where its model has it, or back there; whether that changes it.
+    pub(crate) fn pose(&mut self, place: Place, pose: Option<Mat4>) -> bool {
+        self.poses.set(place, pose)
+    }
+
+    /// Whether a part of a placement is another one, or hangs under it.
+    pub(crate) fn hangs_under(&self, place: Place, part: u32) -> bool {
+        let Record { model, .. } = self.records[place.placement as usize];
+        let mut above = place.part;
+        while let Some(index) = above {
+            if index == part {
+                return true;
+            }
+            above = self.parts[model as usize].all[index as usize].parent;
+        }
+        false
+    }
+
+    /// The box around the mesh of a part, in its own space.
+    pub(crate) fn bounds_of_mesh(&self, place: Place, model: ModelIndex) -> Option<Bounds> {
+        let meshes = &self.parts_of_model(model).meshes;
+        meshes.iter().find(|mesh| Some(mesh.part) == place.part)?.bounds
     }
 
     pub(crate) fn bounds(&self, place: Place) -> Option<Bounds> {

@@ -48,6 +48,32 @@ fn model_nodes_hang_under_their_placement() {
 }
 
 #[test]
+fn a_part_that_moves_takes_along_what_hangs_under_it() {
+    let placements = [placement("T1", None, 10.0), placement("T2", None, 20.0)];
+    let mut graph = SceneGraph::build(&placements, &[model()]).unwrap();
+    let as_modelled = graph.instances().to_vec();
+    let [tank, bushing] = ["T2/tank", "T2/bushing"].map(|id| graph.find(id).unwrap());
+    let origin =
+        |graph: &SceneGraph, node| graph.node(node).world_from_node().transform_point3(Vec3::ZERO);
+    // Of the tank by a turn that takes z to x, of the bushing by a shift within that.
+    let turn = Mat4::from_rotation_y(90.0_f32.to_radians());
+    assert_eq!(graph.pose(tank, Some(turn)), [1]);
+    assert!(origin(&graph, bushing).distance(Vec3::new(21.0, 0.0, 1.0)) < 1e-5);
+    assert_eq!(graph.pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [1]);
+    assert!(origin(&graph, bushing).distance(Vec3::new(22.0, 0.0, 1.0)) < 1e-5);
+    let bounds = graph.instances()[1].bounds.unwrap();
+    let (min, max) = (Vec3::new(22.0, 0.0, 0.0), Vec3::new(22.0, 1.0, 1.0));
+    assert!(bounds.min.distance(min) < 1e-5 && bounds.max.distance(max) < 1e-5, "{bounds:?}");
+    assert_eq!(graph.instances()[0], as_modelled[0], "another placement of the model");
+
+    assert_eq!(graph.pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [], "it is there");
+    assert_eq!(graph.pose(graph.find("T2").unwrap(), Some(turn)), [], "no part");
+    assert_eq!(graph.pose(tank, None), [1]);
+    assert_eq!(graph.pose(bushing, None), [1]);
+    assert_eq!(graph.instances(), as_modelled);
+}
+
+#[test]
 fn a_placement_may_have_a_policy_of_its_own() {
     let mut placements = [placement("T1", None, 0.0), placement("T2", None, 5.0)];
     placements[1].theta = Some(ThetaPolicy::Fixed(0.5));

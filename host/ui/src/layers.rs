@@ -2,14 +2,20 @@
 
 use std::sync::Arc;
 
-use egui::{Align2, Area, Color32, Context, Frame, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
+use egui::{
+    Align2, Area, Color32, Context, Frame, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui,
+    pos2, vec2,
+};
 
-use crate::{Command, theme};
+use crate::flags::{self, FlagState};
+use crate::{Command, Mark, hatch, theme};
 
 /// Points between the layers and the edge of the scene.
 const MARGIN: f32 = 8.0;
 /// Size of a sample, points.
 const SAMPLE: [f32; 2] = [26.0, 13.0];
+/// Height of a flag's sample, points.
+const FLAG_HEIGHT: f32 = 17.0;
 /// Of the scene's height that they take before the rest is left to scrolling.
 const MAX_SHARE: f32 = 0.7;
 /// How much of a plain state's colour shows on equipment.
@@ -26,6 +32,27 @@ pub struct LayerRow {
     pub shown: bool,
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,
+    /// Whether it shows where switches stand.
+    pub has_flags: bool,
+    /// Whether it shows flows of power.
+    pub has_arrows: bool,
+    /// The contour that it shows.
+    pub contour: Option<ContourRow>,
+}
+
+/// A contour in a legend.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContourRow {
+    /// What it is of, with its unit.
+    pub name: String,
+    /// What is normal, in words.
+    pub normal: String,
+    /// From line to line, in words.
+    pub step: String,
+    /// How far values count, in words.
+    pub reach: String,
+    /// sRGB of what is beyond the normal band: the first step and the last.
+    pub colors: [[u8; 3]; 2],
 }
 
 /// A state of a legend.
@@ -74,6 +101,15 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
                     }
                     if layer.shown {
                         layer.legend.iter().for_each(|row| entry(ui, row));
+                        if layer.has_flags {
+                            FlagState::ALL.into_iter().for_each(|state| flag_entry(ui, state));
+                        }
+                        if layer.has_arrows {
+                            ArrowKey::ALL.into_iter().for_each(|key| arrow_entry(ui, key));
+                        }
+                        if let Some(contour) = &layer.contour {
+                            contour_entries(ui, contour);
+                        }
                     }
                 }
             });
@@ -88,6 +124,123 @@ pub(crate) fn entry(ui: &mut Ui, row: &LegendRow) {
         let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
         sample(&ui.painter().with_clip_rect(rect), rect, row);
         ui.label(&row.name);
+    });
+}
+
+/// The flag of a state with its name.
+fn flag_entry(ui: &mut Ui, state: FlagState) {
+    ui.horizontal(|ui| {
+        ui.add_space(18.0);
+        let size = vec2(SAMPLE[0], FLAG_HEIGHT);
+        let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+        flags::shape(ui.painter(), rect.center(), state);
+        ui.label(state.word());
+    });
+}
+
+/// The arrows of a legend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ArrowKey {
+    /// Within the rating.
+    Within,
+    /// Above it.
+    Above,
+    /// Nothing flows.
+    None,
+    /// Nobody knows.
+    Unknown,
+}
+
+impl ArrowKey {
+    pub(crate) const ALL: [Self; 4] = [Self::Within, Self::Above, Self::None, Self::Unknown];
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Within => "power, as wide as its share of the rating",
+            Self::Above => "above the rating",
+            Self::None => "no power",
+            Self::Unknown => "not known",
+        }
+    }
+}
+
+fn arrow_entry(ui: &mut Ui, key: ArrowKey) {
+    ui.horizontal(|ui| {
+        ui.add_space(18.0);
+        let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+        arrow(ui.painter(), rect, key);
+        ui.label(key.word());
+    });
+}
+
+/// An arrow as it is in the scene, in a sample.
+pub(crate) fn arrow(painter: &Painter, rect: Rect, key: ArrowKey) {
+    let ink = theme::of(painter.ctx()).ink;
+    let fill = match key {
+        ArrowKey::Above => theme::WARNING,
+        _ => Color32::from_gray(120),
+    };
+    let heads = match key {
+        ArrowKey::Within => 1,
+        ArrowKey::Above => 2,
+        ArrowKey::None | ArrowKey::Unknown => 0,
+    };
+    let edge = Stroke::new(1.0, ink);
+    let head = 6.0;
+    let shaft = Rect::from_center_size(rect.center(), vec2(rect.width(), 5.0));
+    let shaft = shaft.with_max_x(rect.right() - head * heads as f32);
+    if key == ArrowKey::Unknown {
+        let [a, b, c, d] =
+            [shaft.left_top(), shaft.right_top(), shaft.right_bottom(), shaft.left_bottom()];
+        painter.extend(Shape::dashed_line(&[a, b, c, d, a], edge, 3.0, 2.0));
+        return;
+    }
+    painter.rect(shaft, 0.0, fill, edge, StrokeKind::Inside);
+    for number in 0..heads {
+        let base = shaft.right() + head * number as f32;
+        let tip = vec![
+            pos2(base, rect.top()),
+            pos2(base + head, rect.center().y),
+            pos2(base, rect.bottom()),
+        ];
+        painter.add(Shape::convex_polygon(tip, fill, edge));
+    }
+}
+
+fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
+    let row = |ui: &mut Ui, words: &str, paint: &dyn Fn(&Painter, Rect)| {
+        ui.horizontal(|ui| {
+            ui.add_space(18.0);
+            let (rect, _) = ui.allocate_exact_size(SAMPLE.into(), egui::Sense::hover());
+            paint(&ui.painter().with_clip_rect(rect), rect);
+            ui.label(words);
+        });
+    };
+    let line = Stroke::new(1.0, Color32::from_gray(46));
+    ui.horizontal(|ui| {
+        ui.add_space(18.0);
+        ui.label(&contour.name);
+    });
+    row(ui, &contour.normal, &|painter, rect| {
+        painter.rect_filled(rect, 0.0, Color32::from_gray(236));
+    });
+    row(ui, &contour.step, &|painter, rect| {
+        let [first, last] = contour.colors.map(|[r, g, b]| Color32::from_rgb(r, g, b));
+        for part in 0..4 {
+            let width = rect.width() / 4.0;
+            let left = rect.left() + width * part as f32;
+            let own = Rect::from_min_size(pos2(left, rect.top()), vec2(width, rect.height()));
+            painter.rect_filled(own, 0.0, first.lerp_to_gamma(last, part as f32 / 3.0));
+            painter.line_segment([own.left_top(), own.left_bottom()], line);
+        }
+    });
+    row(ui, "no data", &|painter, rect| {
+        hatch::stripe(painter, rect, &Mark::Bad { reason: String::new() });
+        painter.rect_stroke(rect, 0.0, line, StrokeKind::Inside);
+    });
+    ui.horizontal(|ui| {
+        ui.add_space(18.0);
+        ui.label(&contour.reach);
     });
 }
 

@@ -21,6 +21,9 @@ mod equipment_panel;
 mod faceplate;
 mod faceplate_model;
 mod faceplate_records;
+mod flags;
+#[cfg(test)]
+mod greyscale_tests;
 mod hatch;
 mod help;
 mod hover;
@@ -51,7 +54,8 @@ pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState,
 };
-pub use layers::{LayerRow, LegendRow, Pattern};
+pub use flags::{Flag, FlagState};
+pub use layers::{ContourRow, LayerRow, LegendRow, Pattern};
 pub use measure::{MeasuredPoint, Measurement};
 pub use record_model::{RecordRow, RecordSection};
 pub use view_model::{
@@ -115,6 +119,8 @@ pub struct SceneOverlay<'a> {
     pub labels: Vec<Label<'a>>,
     /// Marks at equipment in alarm.
     pub beacons: Vec<Beacon>,
+    /// Where switches stand.
+    pub flags: Vec<Flag>,
     /// What is being measured.
     pub measurement: Option<Measurement>,
     /// Whether the camera has just come to another place: labels are placed anew.
@@ -231,8 +237,13 @@ impl Panels {
                 if overlay.arrived {
                     *placement = Placement::default();
                 }
-                let occupied: Vec<Rect> =
-                    banner.into_iter().chain(beacons::places(&overlay.beacons)).collect();
+                let flags = flags::placed(ui, &overlay.flags);
+                let occupied: Vec<Rect> = banner
+                    .into_iter()
+                    .chain(beacons::places(&overlay.beacons))
+                    .chain(flags.iter().map(|(_, place)| *place))
+                    .collect();
+                flags::paint(ui, &flags);
                 labels::paint(ui, &overlay.labels, placement, &occupied);
                 beacons::paint(ui, &overlay.beacons, flashes);
                 if let Some(measurement) = &overlay.measurement {

@@ -73,6 +73,8 @@ pub(crate) struct Cursors {
     eye: Option<Eye>,
     /// Instances in full detail, whatever their policies say.
     full: BTreeSet<usize>,
+    /// Instances that are elsewhere than proxies show them: their groups are not drawn as one.
+    apart: BTreeSet<usize>,
     /// How many times over errors may show that policies bound, 1 or more.
     coarseness: f32,
     /// Instances that are not shown where they are wanted, or on their way there.
@@ -197,6 +199,7 @@ impl Cursors {
             instances,
             eye: None,
             full: BTreeSet::new(),
+            apart: BTreeSet::new(),
             coarseness: 1.0,
             moving: Vec::new(),
             morphs: Morphs::default(),
@@ -234,6 +237,22 @@ impl Cursors {
     pub(crate) fn set_full_detail(&mut self, instances: BTreeSet<usize>) {
         if self.full != instances {
             self.full = instances;
+            self.eye = None;
+        }
+    }
+
+    /// Takes over that instances moved, and which stand elsewhere than proxies show them.
+    pub(crate) fn move_instances(
+        &mut self,
+        graph: &SceneGraph,
+        moved: &[usize],
+        apart: &BTreeSet<usize>,
+    ) {
+        for &index in moved {
+            self.instances[index].bounds = graph.instances()[index].bounds;
+        }
+        if self.apart != *apart {
+            self.apart.clone_from(apart);
             self.eye = None;
         }
     }

@@ -4,8 +4,9 @@ use busbar_renderer::{DrawInstance, DrawList, Morph};
 use busbar_scene::NodeIndex;
 
 use crate::cursors::{Cursors, Drawn, Place};
-use crate::highlight::{self, Highlights};
+use crate::highlight::Highlights;
 use crate::load::LoadedScene;
+use crate::looks;
 use crate::shown_model::ShownModel;
 use crate::viewer::object_of;
 
@@ -20,6 +21,17 @@ pub(crate) struct DrawnScene {
 impl DrawnScene {
     pub(crate) fn list(&self) -> &DrawList {
         &self.list
+    }
+
+    /// Takes over where instances of the graph stand now.
+    pub(crate) fn move_instances(&mut self, scene: &LoadedScene, moved: &[usize]) {
+        for &index in moved {
+            let instance = &scene.graph.instances()[index];
+            if let Some(&drawn) = self.list.get(index) {
+                let world_from_mesh = scene.graph.world_from_mesh(instance);
+                self.list.set(index, Some(DrawInstance { world_from_mesh, ..drawn }));
+            }
+        }
     }
 
     /// Takes over what changed.
@@ -61,7 +73,7 @@ fn node_of(scene: &LoadedScene, drawn: Drawn) -> NodeIndex {
 }
 
 fn highlight_of(highlights: &Highlights, node: NodeIndex) -> [f32; 4] {
-    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(highlight::NONE)
+    highlights.of_nodes().get(node.0 as usize).copied().unwrap_or(looks::NONE)
 }
 
 fn instance_of(

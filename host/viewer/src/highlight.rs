@@ -2,30 +2,12 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use busbar_plugin_host::{OverlayTint, Pattern, Severity};
-use busbar_renderer::patterned;
+use busbar_plugin_host::{OverlayTint, Severity};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
-use crate::color::linear_from_srgb;
+use crate::looks::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
 use crate::running::{Basis, Overlaid, ShownState};
-
-/// Linear rgb, strength and pattern, as the renderer takes them.
-pub(crate) type Highlight = [f32; 4];
-
-pub(crate) const NONE: Highlight = [0.0; 4];
-const SELECTION: Highlight = [0.02, 0.16, 0.55, 0.45];
-const WARNING: Highlight = [0.96, 0.46, 0.02, 0.6];
-const ALARM: Highlight = [0.6, 0.005, 0.008, 0.7];
-/// Something was shown here, and is not known any more.
-const UNKNOWN: Highlight = patterned([0.05, 0.05, 0.06], 0.75, STRIPED);
-/// How strongly states of a legend show: what is plain is as it should be, and calm.
-const PLAIN_STRENGTH: f32 = 0.4;
-const PATTERN_STRENGTH: f32 = 0.85;
-/// The renderer's patterns.
-const STRIPED: u32 = 1;
-const CROSSED: u32 = 2;
-const DOTTED: u32 = 3;
 
 /// What a node is marked as, the least urgent first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -146,14 +128,7 @@ fn states_of(states: &[ShownState], snapshot: Snapshot<'_>) -> HashMap<u32, High
     let highlight = |run: &[ShownState]| {
         let state = run.last()?;
         let good = run.iter().all(is_good);
-        let pattern = match state.pattern {
-            Pattern::Solid => 0,
-            Pattern::Striped => STRIPED,
-            Pattern::Crossed => CROSSED,
-            Pattern::Dotted => DOTTED,
-        };
-        let strength = if pattern == 0 { PLAIN_STRENGTH } else { PATTERN_STRENGTH };
-        let known = patterned(state.color.map(linear_from_srgb), strength, pattern);
+        let known = looks::of_state(state.color, state.pattern);
         Some((state.node.0, if good { known } else { UNKNOWN }))
     };
     states.chunk_by(ShownState::is_same).filter_map(highlight).collect()
@@ -164,6 +139,7 @@ mod tests {
     use std::sync::Arc;
     use std::time::Duration;
 
+    use busbar_plugin_host::Pattern;
     use busbar_scene::{Placement, Transform};
     use busbar_tags::{
         Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
@@ -289,7 +265,7 @@ mod tests {
             of_both(&highlights)
         };
         let fresh = table_after(Duration::ZERO);
-        let red = patterned([1.0, 0.0, 0.0], PATTERN_STRENGTH, DOTTED);
+        let red = looks::of_state([255, 0, 0], Pattern::Dotted);
         assert_eq!(shown(&[], &fresh), [red, red], "and at what is under it");
         assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh), [red, ALARM]);
         assert_eq!(shown(&[], &table_after(Duration::from_secs(2))), [UNKNOWN; 2]);

@@ -8,10 +8,12 @@
 //! Invariant: no Vulkan type and no protocol word crosses this façade.
 
 mod alarms;
+mod arrows;
 mod camera;
 mod chart;
 mod color;
 mod commands;
+mod contour;
 mod cpu_clock;
 mod cursors;
 mod drawn;
@@ -19,10 +21,14 @@ mod equipment;
 mod equipment_tree;
 mod error;
 mod faceplate;
+mod flags;
+mod ground_marks;
 mod highlight;
 mod labels;
 mod load;
+pub mod looks;
 mod measuring;
+mod moving;
 mod occlusion;
 pub mod optimize;
 mod outlines;

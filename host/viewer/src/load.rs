@@ -6,6 +6,7 @@ mod cache;
 mod font;
 mod hlod;
 mod models;
+mod moving;
 mod plugins;
 mod simulate;
 
@@ -30,6 +31,7 @@ pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::cursors::policy_of;
 use crate::equipment::Equipment;
+use crate::moving::MovingParts;
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
 
@@ -51,6 +53,7 @@ pub struct LoadedScene {
     pub(crate) groups: Vec<HlodGroup>,
     pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Vec<Binding>,
+    pub(crate) moving: MovingParts,
     pub(crate) alarms: LoadedAlarms,
     /// Folder of the alarm log.
     pub(crate) alarm_log: Option<PathBuf>,
@@ -163,6 +166,7 @@ impl LoadedScene {
             nodes_of_tags.entry(binding.tag).or_insert(binding.node);
         }
         let placed = graph.as_ref();
+        let moving = moving::resolve(&config, placed, &imported, &mut faults);
         let alarms =
             alarms::resolve(&config, &tags, placed, &imported, &nodes_of_tags, &mut faults);
         let equipment = placed.map(|graph| {
@@ -221,6 +225,7 @@ impl LoadedScene {
                     groups,
                     tags,
                     bindings,
+                    moving,
                     alarms,
                     alarm_log,
                     equipment: equipment.unwrap_or_default(),

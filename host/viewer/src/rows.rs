@@ -8,6 +8,7 @@ use busbar_tags::{Snapshot, TagHandle, Value};
 use busbar_ui::{LayerRow, LegendRow, LinkLamp, PluginRow, TagRow, TagRows};
 
 use crate::LoadedScene;
+use crate::contour;
 use crate::labels::mark;
 use crate::running::ShownOverlay;
 use crate::tag_list::TagList;
@@ -84,6 +85,9 @@ pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
         name: overlay.overlay.name().to_owned(),
         shown: overlay.is_shown,
         legend: Arc::clone(&overlay.legend),
+        has_flags: !overlay.description.mechanisms.is_empty(),
+        has_arrows: overlay.has_flows(),
+        contour: overlay.description.contour.as_ref().map(contour::legend),
     }
 }
 

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_host::{OverlayDescription, OverlayLine, OverlayPicture, OverlayTint, Pattern};
+use busbar_plugin_host::{
+    OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint, Pattern,
+    Quantity,
+};
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Snapshot, TagHandle};
@@ -30,6 +33,8 @@ pub(crate) struct ShownOverlay {
     pub(crate) legend: Arc<[LegendRow]>,
     /// The nodes of the equipment described; none for what the scene has not.
     nodes: Vec<Option<NodeIndex>>,
+    /// The mechanisms described.
+    mechanisms: Vec<Arc<str>>,
     /// What it drew last.
     last: Arc<OverlayPicture>,
 }
@@ -44,6 +49,45 @@ pub(crate) struct Overlaid {
     pub(crate) pictures: Vec<Arc<OverlayPicture>>,
     pub(crate) tints: Vec<OverlayTint>,
     pub(crate) states: Vec<ShownState>,
+    pub(crate) positions: Vec<ShownPosition>,
+    pub(crate) flows: Vec<ShownFlow>,
+    /// Those of one overlay in a row.
+    pub(crate) levels: Vec<ShownLevel>,
+}
+
+/// Power that flows from one piece of equipment to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ShownFlow {
+    pub(crate) from: NodeIndex,
+    pub(crate) to: NodeIndex,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// Share of the rating; negative against that direction.
+    pub(crate) share: f64,
+}
+
+/// A level of an overlay's contour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ShownLevel {
+    /// Index of the overlay.
+    pub(crate) overlay: u32,
+    pub(crate) node: NodeIndex,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// In the contour's unit.
+    pub(crate) value: f64,
+}
+
+/// Where a switch stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ShownPosition {
+    pub(crate) node: NodeIndex,
+    /// What moves.
+    pub(crate) mechanism: Arc<str>,
+    /// The tag that it rests on.
+    pub(crate) tag: TagHandle,
+    /// From open, 0, to closed, 1; none where what is reported contradicts itself.
+    pub(crate) travelled: Option<f64>,
 }
 
 /// A node in a state of a legend.
@@ -83,6 +127,11 @@ pub(crate) enum Basis {
 }
 
 impl ShownOverlay {
+    /// Whether it shows flows of power.
+    pub(crate) fn has_flows(&self) -> bool {
+        self.last.quantities.iter().any(|quantity| matches!(quantity.what, Quantity::Flow { .. }))
+    }
+
     fn new(overlay: RunningOverlay) -> Self {
         Self {
             overlay,
@@ -91,6 +140,7 @@ impl ShownOverlay {
             description: Arc::default(),
             legend: Arc::default(),
             nodes: Vec::new(),
+            mechanisms: Vec::new(),
             last: Arc::default(),
         }
     }
@@ -103,6 +153,12 @@ impl ShownOverlay {
             return;
         }
         if description != self.description {
+            // An operator's choice outlives what an overlay says when it is started again.
+            if *self.description == OverlayDescription::default() {
+                self.is_shown &= !description.starts_hidden;
+            }
+            self.mechanisms =
+                description.mechanisms.iter().map(|name| name.as_str().into()).collect();
             self.legend = rows::legend(&description.legend);
             self.nodes = description.equipment.iter().map(|id| graph.find(id)).collect();
             let mut absent = description.equipment.iter().zip(&self.nodes);
@@ -121,10 +177,11 @@ impl ShownOverlay {
     /// What it drew last, with nothing to rest on any more. Were it gone from the picture,
     /// equipment would look as if all were well.
     fn lost(&mut self) -> Arc<OverlayPicture> {
-        let OverlayPicture { lines, tints, states } = Arc::make_mut(&mut self.last);
+        let OverlayPicture { lines, tints, states, quantities } = Arc::make_mut(&mut self.last);
         lines.iter_mut().for_each(|line| line.tag = NO_TAG);
         tints.iter_mut().for_each(|tint| tint.tag = NO_TAG);
         states.iter_mut().for_each(|state| state.tag = NO_TAG);
+        quantities.iter_mut().for_each(|quantity| quantity.tag = NO_TAG);
         Arc::clone(&self.last)
     }
 
@@ -137,7 +194,29 @@ impl ShownOverlay {
             let legend = Some((overlay, state.entry));
             Some(ShownState { node, basis: Basis::Tag(state.tag), color, pattern, legend })
         }));
+        for quantity in &picture.quantities {
+            self.add_quantity(overlay, quantity, all);
+        }
         all.pictures.push(picture);
+    }
+
+    fn add_quantity(&self, overlay: u32, quantity: &OverlayQuantity, all: &mut Overlaid) {
+        let node_of = |equipment: u32| self.nodes.get(equipment as usize).copied().flatten();
+        let Some(node) = node_of(quantity.equipment) else { return };
+        let tag = quantity.tag;
+        match quantity.what {
+            Quantity::Position { mechanism, travelled } => {
+                if let Some(mechanism) = self.mechanisms.get(mechanism as usize).cloned() {
+                    all.positions.push(ShownPosition { node, mechanism, tag, travelled });
+                }
+            }
+            Quantity::Flow { to, share } => {
+                if let Some(to) = node_of(to) {
+                    all.flows.push(ShownFlow { from: node, to, tag, share });
+                }
+            }
+            Quantity::Level(value) => all.levels.push(ShownLevel { overlay, node, tag, value }),
+        }
     }
 }
 

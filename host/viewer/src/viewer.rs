@@ -42,10 +42,13 @@ use crate::cursors::{Cursors, Drawn, Eye, Needed};
 use crate::drawn::DrawnScene;
 use crate::equipment_tree::{self, EquipmentTree};
 use crate::faceplate::{self, AtNodes, OpenFaceplate};
-use crate::highlight::{Highlight, Highlights};
+use crate::ground_marks::GroundMarks;
+use crate::highlight::Highlights;
 use crate::labels::LinesOfNodes;
 use crate::load::LoadedScene;
+use crate::looks::Highlight;
 use crate::measuring::Measuring;
+use crate::moving::MovingParts;
 use crate::outlines::Outlines;
 use crate::pace::Pace;
 use crate::picker::{Picker, Purpose, Question};
@@ -56,7 +59,7 @@ use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::surroundings::{self, Surroundings};
 use crate::tag_list::TagList;
-use crate::{Stats, ViewError, labels, occlusion, ray, rows, stats};
+use crate::{Stats, ViewError, flags, labels, occlusion, ray, rows, stats};
 
 /// Pieces of equipment that are selected at once; of more the first in the scene.
 pub const MAX_SELECTED: usize = 10_000;
@@ -81,6 +84,8 @@ pub struct Viewer {
     /// Of business and management systems.
     records: Books,
     scene: LoadedScene,
+    /// Parts that move with switches.
+    moving: MovingParts,
     renderer: Renderer,
     recovery: Recovery,
     models: Vec<ShownModel>,
@@ -125,6 +130,7 @@ pub struct Viewer {
     /// The states of the last frame.
     states: Vec<ShownState>,
     outlines: Outlines,
+    ground_marks: GroundMarks,
     /// What the last frame drew.
     drawn: DrawnScene,
     /// The panels of the last frame, to draw it again.
@@ -273,6 +279,8 @@ impl Viewer {
         let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
+        let graph = &mut self.scene.graph;
+        overlaid.states.extend(self.moving.update(graph, &overlaid.positions, snapshot));
         let chart_goes_to =
             self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
         if let Some(id) = &chart_goes_to {
@@ -302,6 +310,7 @@ impl Viewer {
         let mut over_scene = [0.0; 2];
         let chart_goes_to: Vec<_> = chart_goes_to.into_iter().map(Command::Reveal).collect();
         let (chart, pointer) = (&mut self.chart, self.pointer);
+        let (positions, moving) = (&overlaid.positions, &self.moving);
         let output = panels.run(input, &model, &lists, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
@@ -319,6 +328,7 @@ impl Viewer {
             SceneOverlay {
                 labels,
                 beacons,
+                flags: flags::flags(positions, moving, snapshot, graph, sight),
                 arrived: navigator.take_arrival(),
                 measurement: measuring.as_ref().map(|measuring| measuring.shown(projection)),
                 hovered: hovered.map(|node| graph.node(node).id()),
@@ -339,12 +349,16 @@ impl Viewer {
         let began = CpuClock::start();
         let (graph, snapshot) = (&self.scene.graph, self.tags.snapshot());
         self.highlights.update(graph, &overlaid, snapshot, &self.selection);
+        let eye = self.navigator.camera().eye();
+        self.ground_marks.update(graph, &self.overlays, &overlaid, snapshot, eye);
+        self.ground_marks.join(self.chart.as_ref().and_then(ShownChart::polylines));
         parts.overlays += labels_millis + began.millis();
         parts.alarms += beacons_millis;
         self.part_millis = parts;
         let brushed = self.chart.as_ref().map_or_else(BTreeSet::new, ShownChart::brushed_nodes);
         self.outlines.update(&self.scene.graph, &self.selection, self.hovered, &brushed);
         self.force_detail();
+        self.move_parts();
         self.move_cursors(now);
         self.update_drawn();
         let overlay = EguiFrame {
@@ -356,7 +370,8 @@ impl Viewer {
         let view = self.view();
         let of_nodes = self.highlights.of_nodes();
         let shown = self.picture_of(view, self.drawn.list(), of_nodes, Some(overlay));
-        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let chart = self.chart.as_ref().and_then(ShownChart::polylines);
+        let polylines = self.ground_marks.polylines(chart);
         let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let in_window = self.in_window;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {

@@ -127,6 +127,18 @@
 // Pattern: dots.
 #define BUSBAR_PATTERN_DOTTED 3
 
+// Quantity: the position of a switch. `value` is the share of its way that it has travelled
+// from open (0) to closed (1), in between while it travels; NaN where what is reported
+// contradicts itself. `other` is the index of the mechanism.
+#define BUSBAR_QUANTITY_POSITION 1
+
+// Quantity: power that flows. `value` is its share of the rating, positive from `equipment`
+// to `other`, a second piece of it.
+#define BUSBAR_QUANTITY_FLOW 2
+
+// Quantity: a level of the contour, in its unit. `other` is zero.
+#define BUSBAR_QUANTITY_LEVEL 3
+
 // Severity: normal; grey.
 #define BUSBAR_SEVERITY_NORMAL 0
 
@@ -663,6 +675,20 @@ typedef struct BusbarOverlayPrimitive {
   uint32_t text_len;
 } BusbarOverlayPrimitive;
 
+// A number at equipment that the host gives a shape. Array element.
+typedef struct BusbarOverlayQuantity {
+  // `BUSBAR_QUANTITY_*`.
+  uint32_t kind;
+  // Index of the binding whose value this rests on: what is not good is drawn as not known.
+  uint32_t binding;
+  // Index of the equipment described.
+  uint32_t equipment;
+  // By kind.
+  uint32_t other;
+  // By kind; finite unless the kind says otherwise.
+  double value;
+} BusbarOverlayQuantity;
+
 // Buffers for what to draw. The caller owns them; the plugin fills in the
 // counts.
 typedef struct BusbarOverlayOutput {
@@ -682,6 +708,12 @@ typedef struct BusbarOverlayOutput {
   struct BusbarOverlayPrimitive *primitives;
   // UTF-8 that the primitives name.
   uint8_t *text;
+  // Room in `quantities`. This and what follows is there where the size says so.
+  uint32_t quantity_capacity;
+  // Quantities written.
+  uint32_t quantity_count;
+  // What has a shape of the host's.
+  struct BusbarOverlayQuantity *quantities;
 } BusbarOverlayOutput;
 
 // A state that an overlay shows equipment in, as the legend has it. Array element.
@@ -694,6 +726,23 @@ typedef struct BusbarLegendEntry {
   // `0xRRGGBB`, sRGB.
   uint32_t color;
 } BusbarLegendEntry;
+
+// A quantity whose course over the ground an overlay shows, worked out of levels at
+// equipment. Array element.
+typedef struct BusbarContour {
+  // What it is called, for people; at most 64 bytes.
+  struct BusbarStr name;
+  // Its unit, such as `°C`; empty for none; at most 16 bytes.
+  struct BusbarStr unit;
+  // How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+  double reach_metres;
+  // Normal band, lower end; NaN for none. Only what lies outside the band is coloured.
+  double low;
+  // Normal band, upper end; NaN for none.
+  double high;
+  // From one line of equal level to the next, in the unit; above 0.
+  double step;
+} BusbarContour;
 
 // What an overlay shows besides values. The caller sets the size; the plugin fills in
 // the rest, all of which stays as it is until the plugin is destroyed.
@@ -710,6 +759,15 @@ typedef struct BusbarOverlayDescription {
   const struct BusbarLegendEntry *legend;
   // Ids of the equipment that states are shown at, by any alias.
   const struct BusbarStr *equipment;
+  // Number of mechanisms; at most 16. This and what follows is there where the size
+  // says so.
+  uint32_t mechanism_count;
+  // Whether it is drawn only once an operator switches it on: 0 or 1.
+  uint32_t starts_hidden;
+  // Names of mechanisms, as models have them, that positions are given of.
+  const struct BusbarStr *mechanisms;
+  // The contour that levels are of; null for none.
+  const struct BusbarContour *contour;
 } BusbarOverlayDescription;
 
 // Table of `busbar.overlay/1-draft`.

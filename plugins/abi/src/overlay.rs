@@ -98,6 +98,25 @@ pub struct BusbarLegendEntry {
     pub color: u32,
 }
 
+/// A quantity whose course over the ground an overlay shows, worked out of levels at
+/// equipment. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarContour {
+    /// What it is called, for people; at most 64 bytes.
+    pub name: BusbarStr,
+    /// Its unit, such as `°C`; empty for none; at most 16 bytes.
+    pub unit: BusbarStr,
+    /// How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+    pub reach_metres: f64,
+    /// Normal band, lower end; NaN for none. Only what lies outside the band is coloured.
+    pub low: f64,
+    /// Normal band, upper end; NaN for none.
+    pub high: f64,
+    /// From one line of equal level to the next, in the unit; above 0.
+    pub step: f64,
+}
+
 /// What an overlay shows besides values. The caller sets the size; the plugin fills in
 /// the rest, all of which stays as it is until the plugin is destroyed.
 #[repr(C)]
@@ -115,6 +134,41 @@ pub struct BusbarOverlayDescription {
     pub legend: *const BusbarLegendEntry,
     /// Ids of the equipment that states are shown at, by any alias.
     pub equipment: *const BusbarStr,
+    /// Number of mechanisms; at most 16. This and what follows is there where the size
+    /// says so.
+    pub mechanism_count: u32,
+    /// Whether it is drawn only once an operator switches it on: 0 or 1.
+    pub starts_hidden: u32,
+    /// Names of mechanisms, as models have them, that positions are given of.
+    pub mechanisms: *const BusbarStr,
+    /// The contour that levels are of; null for none.
+    pub contour: *const BusbarContour,
+}
+
+/// Quantity: the position of a switch. `value` is the share of its way that it has travelled
+/// from open (0) to closed (1), in between while it travels; NaN where what is reported
+/// contradicts itself. `other` is the index of the mechanism.
+pub const BUSBAR_QUANTITY_POSITION: u32 = 1;
+/// Quantity: power that flows. `value` is its share of the rating, positive from `equipment`
+/// to `other`, a second piece of it.
+pub const BUSBAR_QUANTITY_FLOW: u32 = 2;
+/// Quantity: a level of the contour, in its unit. `other` is zero.
+pub const BUSBAR_QUANTITY_LEVEL: u32 = 3;
+
+/// A number at equipment that the host gives a shape. Array element.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlayQuantity {
+    /// `BUSBAR_QUANTITY_*`.
+    pub kind: u32,
+    /// Index of the binding whose value this rests on: what is not good is drawn as not known.
+    pub binding: u32,
+    /// Index of the equipment described.
+    pub equipment: u32,
+    /// By kind.
+    pub other: u32,
+    /// By kind; finite unless the kind says otherwise.
+    pub value: f64,
 }
 
 /// Severity: normal; grey.
@@ -168,6 +222,12 @@ pub struct BusbarOverlayOutput {
     pub primitives: *mut BusbarOverlayPrimitive,
     /// UTF-8 that the primitives name.
     pub text: *mut u8,
+    /// Room in `quantities`. This and what follows is there where the size says so.
+    pub quantity_capacity: u32,
+    /// Quantities written.
+    pub quantity_count: u32,
+    /// What has a shape of the host's.
+    pub quantities: *mut BusbarOverlayQuantity,
 }
 
 /// Table of `busbar.overlay/1-draft`.

@@ -118,9 +118,12 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarOverlayPrimitive { kind, binding, node, severity, caption_offset, caption_len,
             text_offset, text_len }
         BusbarOverlayOutput { struct_size, primitive_capacity, primitive_count, text_capacity,
-            text_len, primitives, text }
+            text_len, primitives, text, quantity_capacity, quantity_count, quantities }
+        BusbarOverlayQuantity { kind, binding, equipment, other, value }
         BusbarLegendEntry { name, pattern, color }
-        BusbarOverlayDescription { struct_size, legend_count, equipment_count, legend, equipment }
+        BusbarOverlayDescription { struct_size, legend_count, equipment_count, legend, equipment,
+            mechanism_count, starts_hidden, mechanisms, contour }
+        BusbarContour { name, unit, reach_metres, low, high, step }
         BusbarOverlay { struct_size, configure, draw, describe }
         BusbarSimulatedTag { spec, shape, base, amplitude, period_seconds }
         BusbarSimulation { struct_size, faults, seed, update_millis, fault_period_millis,

@@ -60,6 +60,7 @@ impl Overlay for Condition {
         Description {
             legend: self.settings.quantities.iter().flat_map(entries).collect(),
             equipment: self.settings.equipment.clone(),
+            ..Description::default()
         }
     }
 

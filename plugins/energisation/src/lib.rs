@@ -76,7 +76,11 @@ impl Plugin for EnergisationOverlay {
 
 impl Overlay for EnergisationOverlay {
     fn describe(&self) -> Description {
-        Description { legend: self.settings.legend(), equipment: self.topology.equipment.clone() }
+        Description {
+            legend: self.settings.legend(),
+            equipment: self.topology.equipment.clone(),
+            ..Description::default()
+        }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {

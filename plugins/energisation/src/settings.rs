@@ -113,11 +113,11 @@ impl schemars::JsonSchema for Color {
 }
 
 /// Of what is dead: a grey.
-const DEAD: [u8; 3] = [0x6f, 0x74, 0x7a];
+const DEAD: [u8; 3] = [0x4a, 0x4e, 0x54];
 /// Of what is earthed (IEC 60445: green and yellow is the protective conductor).
 const EARTHED: [u8; 3] = [0x5f, 0xa8, 0x2d];
 /// Of what is not known.
-const UNKNOWN: [u8; 3] = [0xc2, 0x2f, 0xb0];
+const UNKNOWN: [u8; 3] = [0x9c, 0x1f, 0x8c];
 
 impl Settings {
     /// The legend: each level energised, then dead, earthed and unknown.
@@ -128,8 +128,8 @@ impl Settings {
         };
         let others = [
             entry("dead".into(), DEAD, Pattern::Dotted),
-            entry("earthed".into(), EARTHED, Pattern::Striped),
-            entry("unknown".into(), UNKNOWN, Pattern::Crossed),
+            entry("earthed".into(), EARTHED, Pattern::Crossed),
+            entry("unknown".into(), UNKNOWN, Pattern::Striped),
         ];
         self.levels.iter().map(energised).chain(others).collect()
     }

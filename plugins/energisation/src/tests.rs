@@ -177,7 +177,7 @@ fn shown(values: [(Value, Quality); 4]) -> Vec<(String, String, Vec<usize>)> {
     let settings = settings(NETWORK);
     let mut overlay =
         EnergisationOverlay::create(settings, busbar_plugin_sdk::testing::host()).unwrap();
-    let Description { legend, equipment } = overlay.describe();
+    let Description { legend, equipment, .. } = overlay.describe();
     let bindings = ["=QA1", "=QA30", "=QA2", "=QC9"].map(binding).to_vec();
     let values = values.map(|(value, quality)| TagValue {
         value: Some(value),

@@ -76,8 +76,8 @@ pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use overlay::{
-    Binding, Canvas, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT, Overlay,
-    OverlayFrame, Pattern, Severity, TagValue,
+    Binding, Canvas, Contour, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT,
+    Overlay, OverlayFrame, Pattern, Severity, TagValue,
 };
 pub use records::{
     MAX_RECORD_BYTES, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, MAX_RECORD_ROWS, MAX_RECORD_TEXT,

@@ -39,8 +39,31 @@ pub trait Overlay: Plugin {
 pub struct Description {
     /// The states that it shows equipment in; at most 64.
     pub legend: Vec<LegendEntry>,
-    /// Ids of the equipment that it shows states at; at most 100,000.
+    /// Ids of the equipment that it shows states and quantities at; at most 100,000.
     pub equipment: Vec<String>,
+    /// Mechanisms, as models name them, that it gives positions of; at most 16.
+    pub mechanisms: Vec<String>,
+    /// What its levels are of.
+    pub contour: Option<Contour>,
+    /// Whether it is drawn only once an operator switches it on.
+    pub starts_hidden: bool,
+}
+
+/// A quantity whose course over the ground is worked out of levels at equipment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contour {
+    /// What it is called; at most 64 bytes.
+    pub name: String,
+    /// Its unit; empty for none; at most 16 bytes.
+    pub unit: String,
+    /// How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+    pub reach_metres: f64,
+    /// Lower end of the normal band: only what lies outside of it is coloured.
+    pub low: Option<f64>,
+    /// Upper end of the normal band.
+    pub high: Option<f64>,
+    /// From one line of equal level to the next, in the unit; above 0.
+    pub step: f64,
 }
 
 /// A state of the legend.
@@ -71,7 +94,9 @@ pub enum Pattern {
 pub(crate) struct RawDescription {
     legend: Vec<abi::BusbarLegendEntry>,
     equipment: Vec<abi::BusbarStr>,
-    _kept: Description,
+    mechanisms: Vec<abi::BusbarStr>,
+    contour: Option<abi::BusbarContour>,
+    kept: Description,
 }
 
 impl RawDescription {
@@ -84,15 +109,24 @@ impl RawDescription {
                 color: u32::from_be_bytes([0, red, green, blue]),
             }
         };
+        let texts = |texts: &[String]| {
+            texts.iter().map(|text| abi::BusbarStr::from_borrowed(text)).collect()
+        };
+        let contour = |contour: &Contour| abi::BusbarContour {
+            name: abi::BusbarStr::from_borrowed(&contour.name),
+            unit: abi::BusbarStr::from_borrowed(&contour.unit),
+            reach_metres: contour.reach_metres,
+            low: contour.low.unwrap_or(f64::NAN),
+            high: contour.high.unwrap_or(f64::NAN),
+            step: contour.step,
+        };
         // Strings stay where they are when the vectors that hold them move.
         Self {
             legend: description.legend.iter().map(entry).collect(),
-            equipment: description
-                .equipment
-                .iter()
-                .map(|id| abi::BusbarStr::from_borrowed(id))
-                .collect(),
-            _kept: description,
+            equipment: texts(&description.equipment),
+            mechanisms: texts(&description.mechanisms),
+            contour: description.contour.as_ref().map(contour),
+            kept: description,
         }
     }
 
@@ -102,6 +136,10 @@ impl RawDescription {
         into.reserved = 0;
         into.legend = self.legend.as_ptr();
         into.equipment = self.equipment.as_ptr();
+        into.mechanism_count = self.mechanisms.len() as u32;
+        into.starts_hidden = self.kept.starts_hidden.into();
+        into.mechanisms = self.mechanisms.as_ptr();
+        into.contour = self.contour.as_ref().map_or(std::ptr::null(), std::ptr::from_ref);
     }
 }
 
@@ -142,12 +180,17 @@ pub struct TagValue {
 impl TagValue {
     /// The number that the tag has, if it is good.
     pub fn good_number(&self) -> Option<f64> {
+        self.number().filter(|_| self.quality == Quality::Good)
+    }
+
+    /// The last number that the tag had, whatever its quality.
+    pub fn number(&self) -> Option<f64> {
         let number = match self.value? {
             Value::F64(value) => value,
             Value::I64(value) => value as f64,
             Value::Bool(_) | Value::DoublePoint(_) => return None,
         };
-        (self.quality == Quality::Good && number.is_finite()).then_some(number)
+        number.is_finite().then_some(number)
     }
 }
 
@@ -269,6 +312,71 @@ impl Canvas<'_> {
         bindings.into_iter().try_for_each(|binding| self.state(binding, equipment, entry))
     }
 
+    /// Where a switch of the equipment described stands: the share of its way that a
+    /// mechanism has travelled from open, 0, to closed, 1; `None` where what is reported
+    /// contradicts itself. The host moves the parts of that mechanism; a switch without any
+    /// has a flag.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn position(
+        &mut self,
+        binding: usize,
+        equipment: usize,
+        mechanism: usize,
+        travelled: Option<f64>,
+    ) -> Result<(), Error> {
+        let value = travelled.map_or(f64::NAN, |share| share.clamp(0.0, 1.0));
+        self.quantity(abi::BUSBAR_QUANTITY_POSITION, binding, [equipment, mechanism], value)
+    }
+
+    /// Power that flows from one piece of the equipment described to another, as a share of
+    /// the rating; against that direction where it is negative.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn flow(
+        &mut self,
+        binding: usize,
+        [from, to]: [usize; 2],
+        share: f64,
+    ) -> Result<(), Error> {
+        self.quantity(abi::BUSBAR_QUANTITY_FLOW, binding, [from, to], share)
+    }
+
+    /// A level of the contour at a piece of the equipment described, in its unit.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn level(&mut self, binding: usize, equipment: usize, value: f64) -> Result<(), Error> {
+        self.quantity(abi::BUSBAR_QUANTITY_LEVEL, binding, [equipment, 0], value)
+    }
+
+    fn quantity(
+        &mut self,
+        kind: u32,
+        binding: usize,
+        [equipment, other]: [usize; 2],
+        value: f64,
+    ) -> Result<(), Error> {
+        if self.output.quantity_count >= self.output.quantity_capacity {
+            let room = self.output.quantity_capacity;
+            return Err(Error::buffer(format!("more than {room} overlay quantities")));
+        }
+        let quantity = abi::BusbarOverlayQuantity {
+            kind,
+            binding: binding as u32,
+            equipment: equipment as u32,
+            other: other as u32,
+            value,
+        };
+        let end = self.output.quantities.wrapping_add(self.output.quantity_count as usize);
+        // SAFETY: the host gives room for `quantity_capacity` elements.
+        unsafe { copy_out(&[quantity], end)? };
+        self.output.quantity_count += 1;
+        Ok(())
+    }
+
     fn push(&mut self, primitive: abi::BusbarOverlayPrimitive) -> Result<(), Error> {
         if self.output.primitive_count >= self.output.primitive_capacity {
             let room = self.output.primitive_capacity;
@@ -311,6 +419,7 @@ pub(crate) unsafe fn run<P: Overlay>(
     }
     output.primitive_count = 0;
     output.text_len = 0;
+    output.quantity_count = 0;
     // SAFETY: the host gives `value_count` elements.
     let values = unsafe { crate::border::slice(frame.values, frame.value_count as usize)? };
     let unix_nanos = frame.time_unix_nanos;

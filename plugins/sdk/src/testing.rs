@@ -26,7 +26,7 @@ use crate::{Host, Progress, TagSpec, ValueKind};
 pub use clock::TestClock;
 pub use command::{CommandRun, run_command};
 pub use mesh::{Grid, check_sequence};
-pub use overlay::{Drawing, DrawnLine, DrawnState, draw, draw_at};
+pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
 
 /// A host without a log.

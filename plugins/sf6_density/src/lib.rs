@@ -68,6 +68,7 @@ impl Overlay for Sf6Density {
                 entry("SF6 lock-out", [0xc0, 0x22, 0x2b], Pattern::Crossed),
             ],
             equipment: self.equipment.clone(),
+            ..Description::default()
         }
     }
 

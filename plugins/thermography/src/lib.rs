@@ -88,6 +88,7 @@ impl Overlay for Thermography {
                 entry("critical defect", [0xc0, 0x22, 0x2b], Pattern::Crossed),
             ],
             equipment: self.settings.equipment.clone(),
+            ..Description::default()
         }
     }
 

@@ -11,12 +11,13 @@ use tempfile::TempDir;
 use crate::{built, built_folder, workspace_path};
 
 /// The plugins that the demo names, and one more optimiser.
-const PLUGINS: [&str; 6] = [
+const PLUGINS: [&str; 7] = [
     "energisation",
     "gas_analysis",
     "modbus_adapter",
     "power_overlay",
     "quadric_collapse",
+    "switch_position",
     "weighted_collapse",
 ];
 /// Poll period of the tests: several polls within a second.

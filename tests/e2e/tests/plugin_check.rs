@@ -77,6 +77,24 @@ fn lists(source: Value) -> Value {
     }] })
 }
 
+fn contour() -> Value {
+    json!({
+        "name": "Contacts", "unit": "°C", "role": "contact", "equipment": ["=Q1-QB1"],
+        "reach_metres": 6, "high": 70, "step": 10,
+    })
+}
+
+fn flows() -> Value {
+    let flow = json!({ "measured_at": "=Q1-BC1", "from": "=Q1-BC1", "to": "=Q1-BV1" });
+    let mut flows = json!({ "flows": [flow] });
+    flows["flows"][0]["rating_mva"] = json!(305);
+    flows
+}
+
+fn switches() -> Value {
+    json!({ "switches": [{ "equipment": "=Q1", "mechanism": "blade", "travel_seconds": 6 }] })
+}
+
 /// A source, and a switch between it and another node.
 fn network() -> Value {
     json!({
@@ -185,6 +203,9 @@ fn shipped_plugins_pass() {
         ("sf6_density", json!({ "settings": gas() }), 0),
         ("thermography", json!({ "settings": { "equipment": ["=Q1-QB1-L1"] } }), 0),
         ("condition", json!({ "settings": quantities() }), 0),
+        ("contour", json!({ "settings": contour() }), 0),
+        ("load_flow", json!({ "settings": flows() }), 0),
+        ("switch_position", json!({ "settings": switches() }), 0),
         ("quadric_collapse", json!({}), 0),
         ("weighted_collapse", json!({}), 0),
         ("gas_analysis", json!({}), 0),

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::models::moving_parts;
 use crate::{Placement, Station};
 
 /// Folder of the models, beside the configuration.
@@ -21,11 +22,14 @@ impl Station {
                 let file = format!("{MODEL_FOLDER}/{name}.glb");
                 let meshes = entry.model.meshes.iter();
                 let triangles: usize = meshes.map(|mesh| mesh.triangles.len()).sum();
-                let configured = if triangles >= MIN_REDUCED_TRIANGLES {
+                let mut configured = if triangles >= MIN_REDUCED_TRIANGLES {
                     json!({ "file": file, "optimizer": "optimizer", "theta": theta() })
                 } else {
                     json!({ "file": file })
                 };
+                if let Some(parts) = moving_parts(name) {
+                    configured["moving_parts"] = parts;
+                }
                 (name.to_owned(), configured)
             })
             .collect();

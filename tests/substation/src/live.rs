@@ -8,7 +8,10 @@ use std::collections::{BTreeMap, HashMap};
 
 use serde_json::{Map, Value, json};
 
-use crate::points::{Gateway, MAIN_TRANSFORMERS, Point, PointKind, Usual, points};
+use crate::models::{BLADE, EARTHING_BLADE};
+use crate::points::{
+    EARTHED, Gateway, Load, MAIN_TRANSFORMERS, Point, PointKind, Usual, bay_loads, points,
+};
 use crate::{Network, NetworkSwitch, Station, network};
 
 /// Port of the first simulated gateway; the others follow.
@@ -46,6 +49,11 @@ impl Station {
             });
         }
         plugins["energised"] = json!({ "plugin": "energisation", "settings": settings });
+        plugins["flow"] = json!({ "plugin": "load_flow", "settings": flows() });
+        plugins["contact_contour"] =
+            json!({ "plugin": "contour", "settings": contact_contour(&points) });
+        plugins["positions"] =
+            json!({ "plugin": "switch_position", "settings": switch_positions(&switches) });
         plugins["thermal"] = json!({ "plugin": "transformer_thermal", "settings": thermal() });
         for (name, plugin, settings, roles) in monitoring::overlays(&points) {
             plugins[name] = json!({ "plugin": plugin, "settings": settings, "roles": roles });
@@ -70,6 +78,9 @@ impl Station {
             "monitored",
             "gas",
             "thermal",
+            "positions",
+            "flow",
+            "contact_contour",
             "values"
         ]);
         for (name, eye, target) in CAMERAS {
@@ -81,16 +92,20 @@ impl Station {
 }
 
 /// What overlays that are not of condition monitoring need of the station's points.
-const ROLES: [(&str, &[&str]); 3] = [
+const ROLES: [(&str, &[&str]); 6] = [
+    ("contact_contour", &["contact_temperature"]),
     ("energised", &["position"]),
+    ("flow", &["active_power"]),
+    ("positions", &["position", "earth_switch"]),
     ("thermal", &["load", "ambient"]),
-    ("values", &["active_power", "load", "top_oil", "hot_spot"]),
+    ("values", &["load", "top_oil", "hot_spot"]),
 ];
 
 /// What a camera sees best: the place of a scenario, by its name.
 type Camera = (&'static str, [f64; 3], [f64; 3]);
 
-const CAMERAS: [Camera; 4] = [
+const CAMERAS: [Camera; 5] = [
+    ("isolation", [-4.5, 9.5, -76.5], [-14.5, 5.0, -63.5]),
     ("yard_110", [0.0, 40.0, 80.0], [0.0, 0.0, 29.0]),
     ("overload", [-44.0, 9.0, 62.0], [-44.0, 4.5, 40.0]),
     ("sf6", [-8.0, 8.0, -74.0], [-14.0, 4.5, -57.0]),
@@ -179,6 +194,63 @@ fn bindings(points: &[Point]) -> Vec<Value> {
     let ambient = (1..=MAIN_TRANSFORMERS)
         .map(|number| binding(AMBIENT, &format!("=S12T{number}-TA1"), "ambient"));
     own.chain(ambient).collect()
+}
+
+/// All switches, and the earthing blades of lines.
+fn switch_positions(switches: &[NetworkSwitch]) -> Value {
+    let main = |switch: &NetworkSwitch| {
+        let equipment = &switch.equipment;
+        match equipment.ends_with("-QA1") {
+            // Too quick to be seen.
+            true => json!({ "equipment": equipment, "mechanism": "breaker" }),
+            false => json!({ "equipment": equipment, "mechanism": BLADE, "travel_seconds": 8 }),
+        }
+    };
+    let earthing = |switch: &NetworkSwitch| {
+        switch.equipment.ends_with(EARTHED).then(|| {
+            json!({
+                "equipment": switch.equipment,
+                "mechanism": EARTHING_BLADE,
+                "role": "earth_switch",
+                "travel_seconds": 6,
+            })
+        })
+    };
+    let all = switches.iter().map(main).chain(switches.iter().filter_map(earthing));
+    json!({ "switches": all.collect::<Vec<_>>() })
+}
+
+/// Power at the current transformers of all bays: out of the busbar is positive.
+fn flows() -> Value {
+    let flow = |load: Load| {
+        let at = |device: &str| format!("{}-{device}", load.bay);
+        let to = match load.bay.rsplit_once('Q').map(|(_, number)| number) {
+            Some("30") => "UP2",
+            _ => "FA1",
+        };
+        json!({
+            "measured_at": at("BC1"),
+            "from": at("BC1"),
+            "to": at(to),
+            "rating_mva": (3_f64.sqrt() * load.kilovolts * load.rated_amperes / 1000.0).round(),
+        })
+    };
+    let in_yards = bay_loads().into_iter().filter(|load| load.bay.contains('Q'));
+    json!({ "flows": in_yards.map(flow).collect::<Vec<_>>() })
+}
+
+/// Temperatures of all contacts; the limit is that of copper contacts in air (IEC 62271-1,
+/// table 14: a rise of 65 K for tin-plated ones, at 20 °C).
+fn contact_contour(points: &[Point]) -> Value {
+    json!({
+        "name": "Contact temperature, °C",
+        "unit": "°C",
+        "role": "contact_temperature",
+        "equipment": monitoring::equipment(points, &["contact_temperature"]),
+        "reach_metres": 6,
+        "high": 85,
+        "step": 5,
+    })
 }
 
 /// Forced-air cooling, as transformers of this size have.

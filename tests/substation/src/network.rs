@@ -142,10 +142,11 @@ pub fn network() -> Network {
     let Builder { nodes, branches, sources, switches } = builder;
     let settings = json!({
         "levels": [
-            // Muted: the saturated is for what is abnormal.
-            { "name": "220 kV", "color": "#8d6fb8" },
-            { "name": "110 kV", "color": "#c07a5a" },
-            { "name": "35 kV", "color": "#b3a14a" }
+            // Muted: the saturated is for what is abnormal; and so far from each other in
+            // grey that a picture without colour tells them apart.
+            { "name": "220 kV", "color": "#1c1430" },
+            { "name": "110 kV", "color": "#8a7568" },
+            { "name": "35 kV", "color": "#b3a878" }
         ],
         "nodes": nodes,
         "branches": branches,

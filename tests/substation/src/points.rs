@@ -11,6 +11,7 @@ use std::fmt::Write;
 
 pub(crate) use loads::{Load, MAIN_TRANSFORMERS, bay_loads};
 pub(crate) use monitoring::{SF6_ALARM, SF6_FILLING, SF6_LOCK_OUT};
+pub(crate) use states::EARTHED;
 
 /// What a point carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -31,6 +31,7 @@ pub fn scenarios() -> Vec<Scenario> {
         scenario("overload", load, overload()),
         scenario("transformer_heating", heating, transformer_heating()),
         scenario("sf6_leak", "A pole of breaker D1Q3 loses its gas", sf6_leak()),
+        scenario("isolation", "Line D1Q3 is switched off, isolated and earthed", isolation()),
         scenario("link_loss", "The gateway of the 110 kV yard is silent", link_loss()),
     ]
 }
@@ -143,6 +144,28 @@ fn sf6_leak() -> Timeline {
     timeline.ramp(BEGIN, "S12D1Q3MON/SIMG2.Pres", 5.96, 30.0);
     timeline.jump(BEGIN + 16.5, "S12D1Q3PROT/SIMG1.InsAlm", 1.0);
     timeline.jump(BEGIN + 27.5, "S12D1Q3PROT/SIMG1.InsBlk", 1.0);
+    timeline
+}
+
+/// How long blades take, seconds; `live.rs` says so to the overlay.
+const BLADE_SECONDS: f64 = 8.0;
+const EARTHING_SECONDS: f64 = 6.0;
+
+fn isolation() -> Timeline {
+    let mut timeline = Timeline::default();
+    let bay = "S12D1Q3";
+    timeline.jump(BEGIN, format!("{bay}CTRL/XCBR1.Pos"), 0.0);
+    timeline.jump(BEGIN + 0.2, format!("{bay}CTRL/XCBR1.Pos"), 1.0);
+    timeline.load(BEGIN + 0.2, "=S12D1Q3", 0.0, 0.1);
+    // The line's disconnector, then its earthing blade: each leaves one end and comes to the
+    // other (IEC 61850-7-3: 0 on its way, 1 off, 2 on).
+    let disconnecting = BEGIN + 4.0;
+    timeline.jump(disconnecting, format!("{bay}CTRL/XSWI3.Pos"), 0.0);
+    timeline.jump(disconnecting + BLADE_SECONDS, format!("{bay}CTRL/XSWI3.Pos"), 1.0);
+    timeline.dead(BEGIN + 1.0, bay, &["PPV.phsAB"]);
+    let earthing = disconnecting + BLADE_SECONDS + 4.0;
+    timeline.jump(earthing, format!("{bay}CTRL/XSWI4.Pos"), 0.0);
+    timeline.jump(earthing + EARTHING_SECONDS, format!("{bay}CTRL/XSWI4.Pos"), 2.0);
     timeline
 }
 

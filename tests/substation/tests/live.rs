@@ -62,7 +62,7 @@ fn values_that_are_usual_are_within_limits() {
 #[test]
 fn scenarios_are_of_tags_that_are_there() {
     let scenarios = scenarios();
-    assert_eq!(scenarios.len(), 5);
+    assert_eq!(scenarios.len(), 6);
     for scenario in scenarios {
         let text = scenario.events.to_string();
         let read = busbar_config::parse_scenario(&text, &CONFIG);

@@ -26,7 +26,8 @@ pub(crate) struct Arguments {
     /// Make a picture even where there is a display.
     #[arg(long)]
     picture: bool,
-    /// Let something happen: breaker_trip, overload, transformer_heating, sf6_leak or link_loss
+    /// Let something happen: breaker_trip, overload, transformer_heating, sf6_leak, isolation or
+    /// link_loss
     #[arg(long, value_name = "NAME")]
     scenario: Option<String>,
 }

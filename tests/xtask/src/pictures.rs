@@ -65,6 +65,8 @@ const SCENARIOS: &[(&str, &str, &str)] = &[
     ("overload", "overload", "30"),
     ("transformer_heating", "transformer_1", "36"),
     ("sf6_leak", "sf6", "36"),
+    // The disconnector has opened half-way.
+    ("isolation", "isolation", "12"),
     ("link_loss", "yard_110", "14"),
 ];
 

@@ -44,6 +44,15 @@ const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
     text_offset: 0,
     text_len: 0,
 };
+const NO_QUANTITY: abi::BusbarOverlayQuantity = abi::BusbarOverlayQuantity {
+    kind: 0xa5a5_a5a5,
+    binding: 0,
+    equipment: 0,
+    other: 0,
+    value: 0.0,
+};
+const QUANTITIES: [u32; 3] =
+    [abi::BUSBAR_QUANTITY_POSITION, abi::BUSBAR_QUANTITY_FLOW, abi::BUSBAR_QUANTITY_LEVEL];
 const TEXTS: [&str; 4] = ["Top oil", "Öl °C µV – ×", "", LONG_NAME];
 /// Longer than a caption may be, with a character of two bytes at the very limit.
 const LONG_NAME: &str = concat!(
@@ -131,12 +140,14 @@ pub(crate) struct Buffers {
     pub(crate) raw: abi::BusbarOverlayOutput,
     primitives: Vec<abi::BusbarOverlayPrimitive>,
     text: Vec<u8>,
+    quantities: Vec<abi::BusbarOverlayQuantity>,
 }
 
 impl Buffers {
     pub(crate) fn new(primitives: usize, bytes: usize) -> Self {
         let mut list = vec![NO_PRIMITIVE; primitives + CANARIES];
         let mut text = vec![CANARY; bytes + CANARIES];
+        let mut quantities = vec![NO_QUANTITY; primitives + CANARIES];
         let raw = abi::BusbarOverlayOutput {
             struct_size: size_of::<abi::BusbarOverlayOutput>() as u32,
             primitive_capacity: primitives as u32,
@@ -146,8 +157,11 @@ impl Buffers {
             reserved: 0,
             primitives: list.as_mut_ptr(),
             text: text.as_mut_ptr(),
+            quantity_capacity: primitives as u32,
+            quantity_count: 0,
+            quantities: quantities.as_mut_ptr(),
         };
-        Self { raw, primitives: list, text }
+        Self { raw, primitives: list, text, quantities }
     }
 
     /// The largest that the host would offer.
@@ -160,7 +174,8 @@ impl Buffers {
         let room = self.primitives.len() - CANARIES;
         let bytes = self.text.len() - CANARIES;
         let whole = self.primitives[room..].iter().all(|p| p.kind == NO_PRIMITIVE.kind)
-            && self.text[bytes..].iter().all(|&byte| byte == CANARY);
+            && self.text[bytes..].iter().all(|&byte| byte == CANARY)
+            && self.quantities[room..].iter().all(|q| q.kind == NO_QUANTITY.kind);
         let fault = format!("`draw` writes beyond the end of its buffers, given {what}");
         probe.expect(whole, fault, "write at most `primitive_capacity` and `text_capacity`");
     }
@@ -176,6 +191,21 @@ impl Buffers {
 
     fn fault(&self, scene: &Scene) -> Result<(), String> {
         let (count, len) = (self.raw.primitive_count, self.raw.text_len);
+        let quantities = self.raw.quantity_count;
+        if quantities > self.raw.quantity_capacity {
+            return Err(format!("it claims {quantities} quantities, more than fit"));
+        }
+        for (index, quantity) in self.quantities[..quantities as usize].iter().enumerate() {
+            if quantity.binding as usize >= scene.bindings.len() {
+                let binding = quantity.binding;
+                return Err(format!(
+                    "quantity {index} names binding {binding}, which is not there"
+                ));
+            }
+            if !QUANTITIES.contains(&quantity.kind) {
+                return Err(format!("quantity {index} has the unknown kind {}", quantity.kind));
+            }
+        }
         if count > self.raw.primitive_capacity || len > self.raw.text_capacity {
             return Err(format!("it claims {count} primitives and {len} bytes, more than fit"));
         }

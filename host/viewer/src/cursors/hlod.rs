@@ -4,6 +4,7 @@
 //! proxy has at its finest. It *is* drawn as one, or by its instances, until what is
 //! wanted is ready: nothing is ever missing from the picture.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use busbar_scene::{Detail, SceneGraph};
@@ -112,8 +113,10 @@ impl Cursors {
     /// Whether nothing but the policy decides on the detail of what is in a group.
     fn follows_policy(&self, group: usize) -> bool {
         let by_hand = |&model: &u32| self.by_hand[model as usize].is_some();
-        let in_full = self.full.range(self.groups[group].instances.clone()).next().is_some();
-        self.scale == 1.0 && !in_full && !self.groups[group].models.iter().any(by_hand)
+        let within = &self.groups[group].instances;
+        let has_any = |of: &BTreeSet<usize>| of.range(within.clone()).next().is_some();
+        let is_special = has_any(&self.full) || has_any(&self.apart);
+        self.scale == 1.0 && !is_special && !self.groups[group].models.iter().any(by_hand)
     }
 
     fn draw_as_wanted(&mut self, group: usize) {

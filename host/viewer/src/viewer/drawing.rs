@@ -24,7 +24,8 @@ impl Viewer {
             self.highlights.of_nodes(),
             Some(overlay),
         );
-        let polylines = self.chart.as_ref().and_then(ShownChart::polylines);
+        let chart = self.chart.as_ref().and_then(ShownChart::polylines);
+        let polylines = self.ground_marks.polylines(chart);
         let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
         let has_drawn = self.frames > 0;
         let read = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
@@ -66,6 +67,15 @@ impl Viewer {
         cursors.count_moved(|place| renderer.triangles_at(&on_device(models, place)));
         if let Some(details) = cursors.changed_detail(&scene.models) {
             models.iter_mut().zip(&details).for_each(|(model, detail)| model.note(detail));
+        }
+    }
+
+    /// Takes over where parts stand that moved.
+    pub(super) fn move_parts(&mut self) {
+        let Self { moving, cursors, drawn, scene, .. } = self;
+        if !moving.just_moved().is_empty() {
+            cursors.move_instances(&scene.graph, moving.just_moved(), moving.moved());
+            drawn.move_instances(scene, moving.just_moved());
         }
     }
 

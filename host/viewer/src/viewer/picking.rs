@@ -46,7 +46,7 @@ impl Viewer {
 
     /// Whether frames must go on without input: an answer is to come, or the camera moves.
     pub(super) fn is_restless(&self) -> bool {
-        self.picker.is_busy() || self.navigator.is_moving()
+        self.picker.is_busy() || self.navigator.is_moving() || !self.moving.just_moved().is_empty()
     }
 
     /// Selects the equipment whose line of a chart is at a place; asks what is there in the

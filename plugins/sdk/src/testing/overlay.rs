@@ -19,6 +19,19 @@ pub struct Drawing {
     pub tints: Vec<(u32, Severity)>,
     /// Equipment with the entry of the legend and the binding that it rests on.
     pub states: Vec<DrawnState>,
+    /// Positions, flows and levels.
+    pub quantities: Vec<DrawnQuantity>,
+}
+
+/// A quantity, by the indices of what was described and of the binding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DrawnQuantity {
+    /// Of a switch: binding, equipment, mechanism, share travelled.
+    Position([usize; 3], Option<f64>),
+    /// From and to which equipment: binding, from, to, share of the rating.
+    Flow([usize; 3], f64),
+    /// Of a contour: binding, equipment, value.
+    Level([usize; 2], f64),
 }
 
 /// A state, by the indices of what was described and of the binding.
@@ -80,6 +93,7 @@ pub fn draw_at<P: Overlay>(
     };
     let mut primitives = Vec::with_capacity(CAPACITY);
     let mut text = vec![0; CAPACITY];
+    let mut quantities = Vec::with_capacity(CAPACITY);
     let mut output = abi::BusbarOverlayOutput {
         struct_size: size_of::<abi::BusbarOverlayOutput>() as u32,
         primitive_capacity: CAPACITY as u32,
@@ -89,16 +103,34 @@ pub fn draw_at<P: Overlay>(
         reserved: 0,
         primitives: primitives.as_mut_ptr(),
         text: text.as_mut_ptr(),
+        quantity_capacity: CAPACITY as u32,
+        quantity_count: 0,
+        quantities: quantities.as_mut_ptr(),
     };
     // SAFETY: frame and buffers live for the call and are as long as they say.
     unsafe { run(overlay, &raw const frame, &raw mut output)? };
     // SAFETY: the canvas wrote each primitive that it counts.
     unsafe { primitives.set_len(output.primitive_count as usize) };
+    // SAFETY: likewise each quantity.
+    unsafe { quantities.set_len(output.quantity_count as usize) };
     let mut drawing = Drawing::default();
     for primitive in &primitives {
         read(primitive, &text, &mut drawing);
     }
+    drawing.quantities = quantities.iter().map(read_quantity).collect();
     Ok(drawing)
+}
+
+fn read_quantity(quantity: &abi::BusbarOverlayQuantity) -> DrawnQuantity {
+    let abi::BusbarOverlayQuantity { kind, binding, equipment, other, value } = *quantity;
+    let [binding, equipment, other] = [binding, equipment, other].map(|index| index as usize);
+    match kind {
+        abi::BUSBAR_QUANTITY_POSITION => {
+            DrawnQuantity::Position([binding, equipment, other], (!value.is_nan()).then_some(value))
+        }
+        abi::BUSBAR_QUANTITY_FLOW => DrawnQuantity::Flow([binding, equipment, other], value),
+        _ => DrawnQuantity::Level([binding, equipment], value),
+    }
 }
 
 fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing) {

@@ -53,7 +53,7 @@ pub(super) fn overlays(points: &[Point]) -> [Overlay; 3] {
 }
 
 /// What points in these roles are at.
-fn equipment<'p>(points: &'p [Point], roles: &[&str]) -> BTreeSet<&'p str> {
+pub(super) fn equipment<'p>(points: &'p [Point], roles: &[&str]) -> BTreeSet<&'p str> {
     let in_role = points.iter().filter(|point| roles.contains(&point.role));
     in_role.map(|point| point.equipment.as_str()).collect()
 }

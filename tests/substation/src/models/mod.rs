@@ -86,8 +86,6 @@ pub(crate) fn add_all(catalogue: &mut Catalogue) -> Result<(), StationError> {
     for class in [&CLASS_252, &CLASS_126] {
         for (kind, body) in [
             ("breaker", switchgear::breaker(class)),
-            ("pantograph", switchgear::pantograph(class)),
-            ("disconnector", switchgear::disconnector(class)),
             ("current_transformer", instrument::current_transformer(class)),
             ("voltage_transformer", instrument::voltage_transformer(class)),
             ("arrester", instrument::arrester(class)),
@@ -100,6 +98,12 @@ pub(crate) fn add_all(catalogue: &mut Catalogue) -> Result<(), StationError> {
             ("gantry_beam", steel::gantry_beam(class)),
         ] {
             catalogue.add(&class.named(kind), body)?;
+        }
+        for (kind, parts) in [
+            ("pantograph", switchgear::pantograph(class)),
+            ("disconnector", switchgear::disconnector(class)),
+        ] {
+            catalogue.add_parts(&class.named(kind), &parts.bodies, &parts.places)?;
         }
     }
     let (bodies, parts) = transformer::transformer();
@@ -125,5 +129,5 @@ pub(crate) use civil::{SITE_MAX, SITE_MIN, trench, trench_metres};
 pub(crate) use instrument::primary_rise;
 pub(crate) use insulator::{suspension_reach, tension_reach};
 pub(crate) use steel::{MAST_HEIGHT, peak_height};
-pub(crate) use switchgear::{breaker_top, disconnector_reach};
+pub(crate) use switchgear::{BLADE, EARTHING_BLADE, breaker_top, disconnector_reach, moving_parts};
 pub(crate) use transformer::{Winding, bushing_tip};

@@ -2,12 +2,23 @@
 
 use demo_model::shapes::{Ends, block, loft, pipe};
 use demo_model::{Finish, Solid, at};
-use glam::Vec3;
+use glam::{Mat4, Vec3};
+use serde_json::{Value, json};
 
 use super::Class;
 use super::insulator::Column;
 use super::steel::{hollow_beam, support};
 use crate::body::{Body, along_x, along_z, tube, turned};
+
+/// Bodies, and where each is, by name.
+pub(super) struct Parts {
+    pub(super) bodies: Vec<Body>,
+    pub(super) places: Vec<(String, usize, Mat4)>,
+}
+
+fn part(name: &str, body: usize, place: Mat4) -> (String, usize, Mat4) {
+    (name.to_owned(), body, place)
+}
 
 /// A mechanism box about its middle.
 fn mechanism_box(width: f32, height: f32, depth: f32) -> Body {
@@ -64,8 +75,9 @@ fn frame(corners: &[Vec3], bar: f32) -> Solid {
     loft(&(0..n).map(ring).collect::<Vec<_>>(), Ends::Joined)
 }
 
-/// A pantograph pole, closed onto the busbar's contact above it.
-pub(super) fn pantograph(class: &Class) -> Body {
+/// A pantograph pole, closed onto the busbar's contact above it: what stands, and its
+/// scissors.
+pub(super) fn pantograph(class: &Class) -> Parts {
     let s = class.scale();
     let mut body = Body::new();
     let base = class.terminal - class.column;
@@ -78,18 +90,22 @@ pub(super) fn pantograph(class: &Class) -> Body {
     let gear = block(Vec3::new(0.3, 0.26, 2.0 * spread + 0.3), 0.04);
     body.add(Finish::Aluminium, gear.moved(0.0, class.terminal + 0.12, 0.0));
     let (low, high) = (class.terminal + 0.22, class.bus - 0.36);
-    let (knee, wide) = (low + 0.48 * (high - low), 0.42 * (high - low));
+    let reach = high - low;
+    let (knee, wide) = (0.48 * reach, 0.42 * reach);
+    let mut scissors = Body::new();
     for (i, x) in [-0.09, 0.09].into_iter().enumerate() {
         let lift = 0.01 * i as f32;
         let corners = [
-            Vec3::new(x, low + lift, 0.0),
+            Vec3::new(x, lift, 0.0),
             Vec3::new(x * 1.3, knee + lift, wide),
-            Vec3::new(x * 0.6, high + lift, 0.0),
+            Vec3::new(x * 0.6, reach + lift, 0.0),
             Vec3::new(x * 1.3, knee + lift, -wide),
         ];
-        body.add(Finish::Aluminium, frame(&corners, 0.05));
+        scissors.add(Finish::Aluminium, frame(&corners, 0.05));
     }
-    // The trapeze that hangs from the busbar, and the horn that grips it.
+    // The horn that grips the trapeze, which hangs from the busbar.
+    let horn = tube(0.015, 0.03, -0.35, 0.35, 8).transformed(along_x());
+    scissors.add(Finish::Copper, horn.moved(0.0, reach + 0.06, 0.0));
     let trapeze = [
         (-0.3, class.bus - 0.3),
         (0.3, class.bus - 0.3),
@@ -98,15 +114,17 @@ pub(super) fn pantograph(class: &Class) -> Body {
     ];
     let trapeze = trapeze.map(|(z, y)| Vec3::new(0.0, y, z));
     body.add(Finish::Aluminium, frame(&trapeze, 0.03));
-    let horn = tube(0.015, 0.03, -0.35, 0.35, 8).transformed(along_x());
-    body.add(Finish::Copper, horn.moved(0.0, high + 0.06, 0.0));
     body.add_body(mechanism_box(0.5, 0.8, 0.4), at(0.42, 1.4, 0.0));
-    body
+    Parts {
+        bodies: vec![body, scissors],
+        places: vec![part("body", 0, Mat4::IDENTITY), part("scissors", 1, at(0.0, low, 0.0))],
+    }
 }
 
 /// A centre-break disconnector pole with two turning columns, closed, the
-/// current path along z, with its earthing blade.
-pub(super) fn disconnector(class: &Class) -> Body {
+/// current path along z, with its earthing blade, open: what stands, and three blades, each
+/// about its hinge.
+pub(super) fn disconnector(class: &Class) -> Parts {
     let s = class.scale();
     let mut body = Body::new();
     let base = class.terminal - class.column;
@@ -118,24 +136,62 @@ pub(super) fn disconnector(class: &Class) -> Body {
         body.add_body(class.column_at(base + 0.012, 0.08).with_head(&head), at(0.0, 0.0, z));
     }
     let y = class.terminal + 0.09;
-    let (radius, along) = (0.035 + 0.015 * s, half + 0.3);
+    let radius = 0.035 + 0.015 * s;
+    let bar = |from: f32, to: f32, sides: usize| {
+        tube(0.7 * radius, radius, from, to, sides).transformed(along_z())
+    };
+    // Terminals stay where wires end.
     for sign in [-1.0, 1.0] {
-        let arm = tube(0.7 * radius, radius, 0.04, along, 8).transformed(along_z());
-        body.add(
-            Finish::Aluminium,
-            arm.transformed(turned(Vec3::Y, 90.0 - 90.0 * sign)).moved(0.0, y, 0.0),
-        );
+        let terminal = bar(half + 0.02, half + 0.3, 4);
+        let turn = turned(Vec3::Y, 90.0 - 90.0 * sign);
+        body.add(Finish::Aluminium, terminal.transformed(turn).moved(0.0, y, 0.0));
+    }
+    let mut blades = [Body::new(), Body::new()];
+    for blade in &mut blades {
+        blade.add(Finish::Aluminium, bar(-0.05, half - 0.04, 6));
     }
     let contact = block(Vec3::new(0.16, 0.2, 0.26), 0.03);
-    body.add(Finish::Copper, contact.moved(0.0, y, 0.0));
+    blades[0].add(Finish::Copper, contact.moved(0.0, 0.0, half));
     let hinge = Vec3::new(0.2, base + 0.02, -half - 0.1);
     let tip = Vec3::new(0.2, base + 0.12, half * 0.9);
-    body.add(Finish::Aluminium, pipe(&[hinge, tip], 0.03, 0.0, 6));
+    let mut earthing = Body::new();
+    earthing.add(Finish::Aluminium, pipe(&[Vec3::ZERO, tip - hinge], 0.03, 0.0, 6));
     body.add_body(mechanism_box(0.46, 0.75, 0.36), at(0.38, 1.35, half * 0.8));
     let drive = tube(0.015, 0.025, 1.6, base - 0.05, 6).moved(0.3, 0.0, half * 0.8);
     body.add(Finish::Galvanised, drive);
-    body
+    let [first, second] = blades;
+    Parts {
+        bodies: vec![body, first, second, earthing],
+        places: vec![
+            part("body", 0, Mat4::IDENTITY),
+            part("blade 1", 1, at(0.0, y, -half)),
+            part("blade 2", 2, at(0.0, y, half) * turned(Vec3::Y, 180.0)),
+            part("earthing blade", 3, Mat4::from_translation(hinge)),
+        ],
+    }
 }
+
+/// How the parts of a model move, as a configuration words it; none of what stands still.
+pub(crate) fn moving_parts(model: &str) -> Option<Value> {
+    let blade = |part: &str, degrees: f32| json!({ "part": part, "mechanism": BLADE, "axis": [0, 1, 0], "degrees": degrees });
+    let scissors = json!({ "part": "scissors", "mechanism": BLADE, "scale": [1, 0.3, 1.5] });
+    let earthing = json!({
+        "part": "earthing blade",
+        "mechanism": EARTHING_BLADE,
+        "modelled": "open",
+        "axis": [1, 0, 0],
+        "degrees": -88,
+    });
+    match model.rsplit_once('_')?.0 {
+        "disconnector" => Some(json!([blade("blade 1", 90.0), blade("blade 2", -90.0), earthing])),
+        "pantograph" => Some(json!([scissors])),
+        _ => None,
+    }
+}
+
+/// What moves the current path of a disconnector, and its earthing blade.
+pub(crate) const BLADE: &str = "blade";
+pub(crate) const EARTHING_BLADE: &str = "earthing blade";
 
 /// Half the length of a disconnector's current path, metres.
 pub(crate) fn disconnector_reach(class: &Class) -> f32 {

@@ -40,6 +40,8 @@ pub(super) fn switches(bay: &str) -> Vec<Switch> {
         .collect()
 }
 
+/// The disconnector that has an earthing blade.
+pub(crate) const EARTHED: &str = "-QB9";
 /// Name of breakers.
 pub(super) const BREAKER: &str = "breaker";
 /// How an open and a closed switch are told (IEC 61850-7-3, 7.4.4).
@@ -60,7 +62,10 @@ pub(super) fn add_doubles(bay: &str, switches: &[Switch], earths: usize, list: &
         list.add(PointKind::Double, (class, name, "", 0.0, 3.0, 1000), place, usual);
     }
     for node in disconnectors + 1..=disconnectors + earths {
-        let Some((equipment, ..)) = switches.first() else { continue };
+        // The first is the line's, at its disconnector.
+        let line = switches.iter().find(|(equipment, ..)| equipment.ends_with(EARTHED));
+        let line = line.filter(|_| node == disconnectors + 1);
+        let Some((equipment, ..)) = line.or(switches.first()) else { continue };
         let place = Place { bay, equipment: equipment.clone(), node, role: "earth_switch" };
         let quantity = ("XSWI.Pos", "earth switch", "", 0.0, 3.0, 1000);
         list.add(PointKind::Double, quantity, place, Usual::Constant(OPEN));

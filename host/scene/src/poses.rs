@@ -1,0 +1,52 @@
+//! Parts that stand elsewhere than their models show them.
+
+use std::collections::HashMap;
+
+use glam::Mat4;
+
+use crate::nodes::Place;
+use crate::parts::Parts;
+
+/// How far parts are moved, in their own spaces. Few are at a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Poses {
+    /// By placement: parts with their poses.
+    of_placements: HashMap<u32, Vec<(u32, Mat4)>>,
+}
+
+impl Poses {
+    /// Moves a part; `None` puts it back where its model has it. Whether that changes it.
+    pub(crate) fn set(&mut self, Place { placement, part }: Place, pose: Option<Mat4>) -> bool {
+        let Some(part) = part else { return false };
+        let moved = self.of_placements.entry(placement).or_default();
+        let known = moved.iter().position(|(other, _)| *other == part);
+        let was = known.map(|at| moved[at].1);
+        match (known, pose) {
+            (Some(at), Some(pose)) => moved[at].1 = pose,
+            (Some(at), None) => drop(moved.swap_remove(at)),
+            (None, Some(pose)) => moved.push((part, pose)),
+            (None, None) => {}
+        }
+        if moved.is_empty() {
+            self.of_placements.remove(&placement);
+        }
+        was != pose
+    }
+
+    /// Where a part stands in its placement: moved itself, and with those that it hangs under.
+    pub(crate) fn placement_from(&self, parts: &Parts, placement: u32, part: u32) -> Mat4 {
+        let as_modelled = parts.all[part as usize].placement_from_part;
+        let Some(moved) = self.of_placements.get(&placement) else { return as_modelled };
+        let mut placement_from_part = as_modelled;
+        let mut above = Some(part);
+        while let Some(index) = above {
+            let own = &parts.all[index as usize];
+            if let Some((_, pose)) = moved.iter().find(|(other, _)| *other == index) {
+                let from_own = own.placement_from_part;
+                placement_from_part = from_own * *pose * from_own.inverse() * placement_from_part;
+            }
+            above = own.parent;
+        }
+        placement_from_part
+    }
+}

@@ -1,0 +1,158 @@
+//! Flags of switches in the scene: where one stands, by shape and word (after IEC 60617-7:
+//! what conducts is filled), so that it needs no colour.
+
+use std::time::Duration;
+
+use egui::{Align2, Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
+
+use crate::view_model::age_text;
+use crate::{Mark, hatch, theme};
+
+/// Half a side of a flag, points.
+const HALF: f32 = 7.0;
+/// From a flag's edge to the paper around it, points.
+const PAPER: f32 = 3.0;
+/// Words beside flags of normal positions as far as this, metres: farther off the shape
+/// tells it. What is not normal has its word everywhere.
+const MAX_WORD_METRES: f32 = 70.0;
+/// Flags of normal positions as far as this, metres.
+const MAX_METRES: f32 = 220.0;
+/// Flags in a frame, what is not normal first, then the nearest.
+const MAX_FLAGS: usize = 300;
+
+/// Where a switch stands, as far as it is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlagState {
+    /// It does not conduct.
+    Open,
+    /// It conducts.
+    Closed,
+    /// It is on its way.
+    Travelling,
+    /// What is reported contradicts itself.
+    Invalid,
+    /// What was reported is not good.
+    Unknown,
+}
+
+impl FlagState {
+    /// All of them, for a legend.
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Open, Self::Closed, Self::Travelling, Self::Invalid, Self::Unknown];
+
+    /// In a word.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Closed => "closed",
+            Self::Travelling => "travelling",
+            Self::Invalid => "invalid",
+            Self::Unknown => "unknown",
+        }
+    }
+
+    fn is_normal(self) -> bool {
+        matches!(self, Self::Open | Self::Closed)
+    }
+}
+
+/// A flag at a switch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flag {
+    /// Where the switch is on the screen, points.
+    pub anchor: Pos2,
+    /// From the eye, metres.
+    pub distance: f32,
+    /// Where it stands.
+    pub state: FlagState,
+    /// Age of what is not good.
+    pub age: Option<Duration>,
+}
+
+/// Flags that are shown, with the places that they take: labels go elsewhere. One that
+/// would cover another is left out, the less urgent and farther one first.
+pub(crate) fn placed(ui: &Ui, flags: &[Flag]) -> Vec<(Flag, Rect)> {
+    let viewport = ui.max_rect();
+    let is_seen = |flag: &&Flag| {
+        viewport.contains(flag.anchor) && (!flag.state.is_normal() || flag.distance < MAX_METRES)
+    };
+    let mut ordered: Vec<&Flag> = flags.iter().filter(is_seen).collect();
+    ordered.sort_by(|a, b| {
+        let rank = |flag: &Flag| flag.state.is_normal();
+        rank(a).cmp(&rank(b)).then(a.distance.total_cmp(&b.distance))
+    });
+    ordered.truncate(MAX_FLAGS);
+    let mut shown: Vec<(Flag, Rect)> = Vec::new();
+    for flag in ordered {
+        let rect = place_of(ui.painter(), flag);
+        if shown.iter().all(|(_, other)| !other.intersects(rect)) {
+            shown.push((*flag, rect));
+        }
+    }
+    shown
+}
+
+/// Paints flags over the scene.
+pub(crate) fn paint(ui: &Ui, flags: &[(Flag, Rect)]) {
+    let painter = ui.painter().with_clip_rect(ui.max_rect());
+    for (flag, rect) in flags {
+        painter.rect_filled(*rect, 2.0, theme::of(ui.ctx()).paper.gamma_multiply(0.9));
+        shape(&painter, flag.anchor, flag.state);
+        let at = flag.anchor + vec2(HALF + PAPER, 0.0);
+        let ink = theme::of(ui.ctx()).ink;
+        painter.text(at, Align2::LEFT_CENTER, words(flag), theme::small_font(), ink);
+    }
+}
+
+fn words(flag: &Flag) -> String {
+    match (flag.state, flag.age) {
+        (FlagState::Unknown, Some(age)) => format!("? {}", age_text(age)),
+        (FlagState::Unknown, None) => "?".to_owned(),
+        (state, _) if state.is_normal() && flag.distance > MAX_WORD_METRES => String::new(),
+        (state, _) => state.word().to_owned(),
+    }
+}
+
+fn place_of(painter: &Painter, flag: &Flag) -> Rect {
+    let own = Rect::from_center_size(flag.anchor, Vec2::splat(2.0 * (HALF + PAPER)));
+    let words = words(flag);
+    if words.is_empty() {
+        return own;
+    }
+    let text = painter.layout_no_wrap(words, theme::small_font(), Color32::BLACK);
+    own.with_max_x(own.right() + text.size().x + PAPER)
+}
+
+/// Paints the shape of a state about a point.
+pub(crate) fn shape(painter: &Painter, center: Pos2, state: FlagState) {
+    let square = Rect::from_center_size(center, Vec2::splat(2.0 * HALF));
+    let palette = theme::of(painter.ctx());
+    let outline = Stroke::new(2.0, palette.ink);
+    let fill = match state {
+        FlagState::Closed => palette.ink,
+        FlagState::Invalid => theme::WARNING,
+        _ => palette.paper,
+    };
+    painter.rect_filled(square, 0.0, fill);
+    match state {
+        FlagState::Open | FlagState::Closed => {}
+        FlagState::Travelling => {
+            // Half of it conducts, as if it were.
+            let half = vec![square.left_bottom(), square.right_top(), square.right_bottom()];
+            painter.add(Shape::convex_polygon(half, palette.ink, Stroke::NONE));
+        }
+        FlagState::Invalid => {
+            let cross = square.shrink(2.0);
+            let stroke = Stroke::new(2.0, theme::INK);
+            painter.line_segment([cross.left_top(), cross.right_bottom()], stroke);
+            painter.line_segment([cross.right_top(), cross.left_bottom()], stroke);
+        }
+        FlagState::Unknown => {
+            hatch::stripe(painter, square, &Mark::Bad { reason: String::new() });
+            let font = theme::small_font();
+            painter.circle_filled(pos2(center.x, center.y), 5.0, palette.paper);
+            painter.text(center, Align2::CENTER_CENTER, "?", font, palette.ink);
+        }
+    }
+    painter.rect_stroke(square, 0.0, outline, StrokeKind::Inside);
+}

@@ -1,0 +1,300 @@
+//! The course of a quantity over the ground, from levels at equipment: the mean of those
+//! within reach, each weighted by one over its squared distance (Shepard 1968).
+//!
+//! Where the nearest level is not good there is no data, whatever is known farther away;
+//! where nothing is within reach nothing is shown. Only what lies outside the normal band
+//! is coloured.
+
+use busbar_plugin_host::Contour;
+use busbar_renderer::{FaceInWorld, StrokeInWorld};
+use busbar_ui::ContourRow;
+use glam::{Vec2, Vec3, vec2, vec3};
+
+/// Cells along the longer side.
+const MAX_CELLS: usize = 96;
+/// The smallest cell, metres.
+const MIN_CELL: f32 = 0.5;
+/// Cells that a reach is divided into at least, as far as there may be so many.
+const CELLS_A_REACH: f32 = 8.0;
+/// Within so many metres a level counts fully.
+const CORE: f32 = 1.0;
+/// Lines and colours beyond a limit; what lies farther beyond looks like the last.
+const MAX_BANDS: i32 = 6;
+/// Height over the ground, metres: above what lies flat on it.
+const HEIGHT: f32 = 0.15;
+/// sRGB: within the band, and beyond it from the first step to the last.
+const NORMAL: [u8; 3] = [236, 238, 240];
+const FIRST: [u8; 3] = [244, 186, 66];
+const LAST: [u8; 3] = [158, 20, 34];
+const LINE: [u8; 3] = [46, 48, 54];
+
+/// A level at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Level {
+    /// Where from above: x and z, metres.
+    pub(crate) place: Vec2,
+    /// None where it is not good.
+    pub(crate) value: Option<f64>,
+}
+
+/// What is known of a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Course {
+    /// Nothing is measured within reach.
+    Beyond,
+    /// What is measured here is not good.
+    NoData,
+    /// In the contour's unit.
+    Value(f64),
+}
+
+/// What is known of a place.
+pub(crate) fn course_at(place: Vec2, levels: &[Level], reach: f32) -> Course {
+    let mut nearest: Option<(f32, bool)> = None;
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for level in levels {
+        let distance = level.place.distance(place);
+        if distance > reach {
+            continue;
+        }
+        if nearest.is_none_or(|(least, _)| distance < least) {
+            nearest = Some((distance, level.value.is_some()));
+        }
+        if let Some(value) = level.value {
+            let weight = 1.0 / f64::from(distance.max(CORE)).powi(2);
+            (sum, weights) = (sum + weight * value, weights + weight);
+        }
+    }
+    match nearest {
+        None => Course::Beyond,
+        Some((_, false)) => Course::NoData,
+        Some((_, true)) => Course::Value(sum / weights),
+    }
+}
+
+/// How many steps a value lies outside the normal band: 0 within it, 1 just above, -1 just
+/// below.
+fn band_of(contour: &Contour, value: f64) -> i32 {
+    let steps = |beyond: f64| ((beyond / contour.step).floor() as i32).min(MAX_BANDS - 1) + 1;
+    match (contour.low, contour.high) {
+        (_, Some(high)) if value > high => steps(value - high),
+        (Some(low), _) if value < low => -steps(low - value),
+        _ => 0,
+    }
+}
+
+/// Colour and cover of a band.
+fn look(band: i32) -> ([u8; 3], f32) {
+    if band == 0 {
+        return (NORMAL, 0.22);
+    }
+    let share = (band.unsigned_abs() - 1) as f32 / (MAX_BANDS - 1) as f32;
+    let mixed = |i: usize| f32::from(FIRST[i]) * (1.0 - share) + f32::from(LAST[i]) * share;
+    ([0, 1, 2].map(|i| mixed(i) as u8), 0.75)
+}
+
+/// What it means, for people.
+pub(crate) fn legend(contour: &Contour) -> ContourRow {
+    let Contour { name, unit, reach_metres, low, high, step } = contour;
+    let with_unit = |number: f64| format!("{number} {unit}").trim_end().to_owned();
+    let normal = match (low, high) {
+        (Some(low), Some(high)) => format!("{low} to {}: normal", with_unit(*high)),
+        (Some(low), None) => format!("{} and more: normal", with_unit(*low)),
+        (None, Some(high)) => format!("up to {}: normal", with_unit(*high)),
+        (None, None) => "normal".to_owned(),
+    };
+    ContourRow {
+        name: name.clone(),
+        normal,
+        step: format!("beyond, a line each {}", with_unit(*step)),
+        reach: format!("values count within {reach_metres} m"),
+        colors: [FIRST, LAST],
+    }
+}
+
+/// Cells over all that is within reach of the levels.
+struct Grid {
+    origin: Vec2,
+    cell: f32,
+    size: [usize; 2],
+    /// Row by row.
+    courses: Vec<Course>,
+}
+
+impl Grid {
+    fn over(levels: &[Level], reach: f32) -> Option<Self> {
+        let places = levels.iter().map(|level| level.place).filter(|place| place.is_finite());
+        let bounds = places.map(|place| [place, place]);
+        let [least, most] = bounds.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
+        let (least, most) = (least - reach, most + reach);
+        let longest = (most - least).max_element();
+        let cell = (reach / CELLS_A_REACH).max(MIN_CELL).max(longest / MAX_CELLS as f32);
+        let size = (most - least).to_array().map(|side| ((side / cell).ceil() as usize).max(1));
+        let mut grid = Self { origin: least, cell, size, courses: Vec::new() };
+        grid.courses = (0..size[0] * size[1])
+            .map(|at| course_at(grid.middle(at % size[0], at / size[0]), levels, reach))
+            .collect();
+        Some(grid)
+    }
+
+    fn middle(&self, x: usize, y: usize) -> Vec2 {
+        self.origin + vec2(x as f32 + 0.5, y as f32 + 0.5) * self.cell
+    }
+
+    fn corner(&self, x: usize, y: usize) -> Vec3 {
+        let place = self.origin + vec2(x as f32, y as f32) * self.cell;
+        vec3(place.x, HEIGHT, place.y)
+    }
+
+    fn course(&self, x: usize, y: usize) -> Course {
+        self.courses[y * self.size[0] + x]
+    }
+}
+
+/// Draws the course of a quantity on the ground.
+pub(crate) fn draw(
+    contour: &Contour,
+    levels: &[Level],
+    faces: &mut Vec<FaceInWorld>,
+    strokes: &mut Vec<StrokeInWorld>,
+) {
+    let Some(grid) = Grid::over(levels, contour.reach_metres as f32) else { return };
+    let band = |x: usize, y: usize| match grid.course(x, y) {
+        Course::Value(value) => Some(band_of(contour, value)),
+        Course::NoData | Course::Beyond => None,
+    };
+    let [width, height] = grid.size;
+    for y in 0..height {
+        // Cells of one look in a row are one face.
+        let mut x = 0;
+        while x < width {
+            let from = x;
+            let own = band(x, y);
+            while x < width && band(x, y) == own {
+                x += 1;
+            }
+            if let Some(own) = own {
+                let (color, cover) = look(own);
+                let corners = [
+                    grid.corner(from, y),
+                    grid.corner(x, y),
+                    grid.corner(x, y + 1),
+                    grid.corner(from, y + 1),
+                ];
+                faces.push(FaceInWorld { corners, color, cover });
+            }
+        }
+        for x in 0..width {
+            hatch(&grid, x, y, strokes);
+            borders(&grid, band, x, y, strokes);
+        }
+    }
+}
+
+/// Slanted lines through cells without data.
+fn hatch(grid: &Grid, x: usize, y: usize, strokes: &mut Vec<StrokeInWorld>) {
+    if grid.course(x, y) == Course::NoData && (x + grid.size[1] - y).is_multiple_of(2) {
+        strokes.push(line(grid.corner(x, y), grid.corner(x + 1, y + 1), 1.6));
+    }
+}
+
+/// Lines between cells of different bands: the greyscale picture has them too.
+fn borders(
+    grid: &Grid,
+    band: impl Fn(usize, usize) -> Option<i32>,
+    x: usize,
+    y: usize,
+    strokes: &mut Vec<StrokeInWorld>,
+) {
+    let Some(own) = band(x, y) else { return };
+    let mut border = |other: Option<i32>, from: Vec3, to: Vec3| {
+        if other.is_some_and(|other| other != own) {
+            strokes.push(line(from, to, 1.2));
+        }
+    };
+    if x + 1 < grid.size[0] {
+        border(band(x + 1, y), grid.corner(x + 1, y), grid.corner(x + 1, y + 1));
+    }
+    if y + 1 < grid.size[1] {
+        border(band(x, y + 1), grid.corner(x, y + 1), grid.corner(x + 1, y + 1));
+    }
+}
+
+fn line(from: Vec3, to: Vec3, width: f32) -> StrokeInWorld {
+    StrokeInWorld { from, to, width, color: LINE, cover: 0.8, pattern: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(x: f32, value: Option<f64>) -> Level {
+        Level { place: vec2(x, 0.0), value }
+    }
+
+    fn contour() -> Contour {
+        Contour {
+            name: "Contacts".into(),
+            unit: "°C".into(),
+            reach_metres: 6.0,
+            low: Some(-20.0),
+            high: Some(70.0),
+            step: 10.0,
+        }
+    }
+
+    #[test]
+    fn near_levels_count_more_and_far_ones_not_at_all() {
+        let levels = [level(0.0, Some(40.0)), level(6.0, Some(80.0)), level(50.0, Some(500.0))];
+        let at = |x: f32| course_at(vec2(x, 0.0), &levels, 8.0);
+        let value = |x: f32| match at(x) {
+            Course::Value(value) => value,
+            other => panic!("{other:?} at {x}"),
+        };
+        assert!((value(3.0) - 60.0).abs() < 1e-9);
+        // Weights 1/4 and 1/16.
+        assert!((value(2.0) - 48.0).abs() < 1e-9);
+        assert_eq!(at(-8.5), Course::Beyond);
+        assert_eq!(value(50.0), 500.0);
+    }
+
+    #[test]
+    fn where_the_nearest_is_not_good_there_is_no_data() {
+        let levels = [level(0.0, Some(40.0)), level(6.0, None)];
+        let at = |x: f32| course_at(vec2(x, 0.0), &levels, 8.0);
+        assert_eq!(
+            (at(2.9), at(3.1), at(14.0)),
+            (Course::Value(40.0), Course::NoData, Course::NoData)
+        );
+        assert_eq!(at(14.1), Course::Beyond);
+    }
+
+    #[test]
+    fn bands_begin_outside_the_limits() {
+        let check = |value, band| assert_eq!(band_of(&contour(), value), band, "{value}");
+        check(70.0, 0);
+        check(70.1, 1);
+        check(85.0, 2);
+        check(1e9, MAX_BANDS);
+        check(-20.0, 0);
+        check(-21.0, -1);
+    }
+
+    #[test]
+    fn what_is_drawn_is_bounded_and_shows_what_is_missing() {
+        let drawn = |levels: &[Level]| {
+            let (mut faces, mut strokes) = (Vec::new(), Vec::new());
+            draw(&contour(), levels, &mut faces, &mut strokes);
+            (faces, strokes)
+        };
+        assert_eq!(drawn(&[]), (vec![], vec![]));
+        let (faces, strokes) = drawn(&[level(0.0, None)]);
+        assert!(faces.is_empty() && strokes.len() > 20, "hatched alone");
+        let (faces, strokes) = drawn(&[level(0.0, Some(40.0))]);
+        assert!(faces.iter().all(|face| face.color == NORMAL) && strokes.is_empty());
+        let (faces, strokes) = drawn(&[level(0.0, Some(40.0)), level(5.0, Some(112.0))]);
+        assert!(faces.iter().any(|face| face.color != NORMAL) && !strokes.is_empty());
+        let far: Vec<Level> = (0..100).map(|i| level(1000.0 * i as f32, Some(90.0))).collect();
+        assert!(drawn(&far).0.len() <= MAX_CELLS * (MAX_CELLS + 1));
+    }
+}

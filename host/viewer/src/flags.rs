@@ -1,0 +1,64 @@
+//! Positions of switches to flags on the screen.
+
+use busbar_scene::SceneGraph;
+use busbar_tags::Snapshot;
+use busbar_ui::{Flag, FlagState};
+
+use crate::labels::Sight;
+use crate::moving::MovingParts;
+use crate::running::ShownPosition;
+
+/// Flags of the switches before the camera: of those without a part that moves, and of all
+/// that are neither open nor closed.
+pub(crate) fn flags(
+    positions: &[ShownPosition],
+    moving: &MovingParts,
+    snapshot: Snapshot<'_>,
+    graph: &SceneGraph,
+    sight: Sight,
+) -> Vec<Flag> {
+    let flag = |position: &ShownPosition| {
+        let told = snapshot.state(position.tag);
+        let is_good = told.is_some_and(|told| told.quality.is_good());
+        let state = state_of(position.travelled, is_good);
+        let is_seen_by_part = matches!(state, FlagState::Open | FlagState::Closed);
+        if is_seen_by_part && moving.has(position) {
+            return None;
+        }
+        let place = graph.node(position.node).bounds()?.center();
+        Some(Flag {
+            anchor: sight.projection.to_screen(place)?,
+            distance: sight.eye.distance(place),
+            state,
+            age: told.and_then(|told| told.age).filter(|_| !is_good),
+        })
+    };
+    positions.iter().filter_map(flag).collect()
+}
+
+/// What is not good is not known, whatever was reported last.
+fn state_of(travelled: Option<f64>, is_good: bool) -> FlagState {
+    match travelled {
+        _ if !is_good => FlagState::Unknown,
+        None => FlagState::Invalid,
+        Some(0.0) => FlagState::Open,
+        Some(1.0) => FlagState::Closed,
+        Some(_) => FlagState::Travelling,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_good_is_neither_open_nor_closed() {
+        for travelled in [None, Some(0.0), Some(0.3), Some(1.0)] {
+            assert_eq!(state_of(travelled, false), FlagState::Unknown, "{travelled:?}");
+        }
+        assert_eq!(state_of(None, true), FlagState::Invalid);
+        assert_eq!(state_of(Some(0.0), true), FlagState::Open);
+        assert_eq!(state_of(Some(0.3), true), FlagState::Travelling);
+        assert_eq!(state_of(Some(1.0), true), FlagState::Closed);
+    }
+}

@@ -1,0 +1,333 @@
+//! Parts of models that move with switches: where each stands, as far as it is known.
+//!
+//! A part whose position is not known, or not any more, stands in the middle of its way and
+//! is hatched: it is shown neither open nor closed.
+
+use std::collections::{BTreeSet, HashMap};
+
+use busbar_config::{Config, EndConfig, MovingPartConfig};
+use busbar_plugin_host::Pattern;
+use busbar_scene::{Motion, NodeIndex, SceneGraph};
+use busbar_tags::Snapshot;
+
+use crate::running::{Basis, ShownPosition, ShownState};
+
+/// Where a part of unknown position stands.
+const MIDDLE: f64 = 0.5;
+
+/// All parts of a scene that may move.
+#[derive(Default)]
+pub(crate) struct MovingParts {
+    parts: Vec<MovingPart>,
+    /// Parts at a piece of equipment or under it, by what moves them.
+    at: HashMap<NodeIndex, Vec<u32>>,
+    /// Instances that stand elsewhere than their models show them.
+    moved: BTreeSet<usize>,
+    /// Instances that the last update moved.
+    just_moved: Vec<usize>,
+}
+
+struct MovingPart {
+    node: NodeIndex,
+    mechanism: String,
+    motion: Motion,
+    modelled: EndConfig,
+    /// What is shown: none as long as no overlay tells its position.
+    shown: Option<Shown>,
+    /// Instances of it, once it has moved.
+    instances: Vec<usize>,
+}
+
+/// Where a part is shown, from open, 0, to closed, 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Shown {
+    travelled: f64,
+    is_known: bool,
+}
+
+impl Shown {
+    const UNKNOWN: Self = Self { travelled: MIDDLE, is_known: false };
+}
+
+impl MovingParts {
+    /// Those that the models of a configuration have, wherever they are placed.
+    pub(crate) fn of(config: &Config, graph: &SceneGraph) -> Self {
+        let mut all = Self::default();
+        if config.models.values().all(|model| model.moving_parts.is_empty()) {
+            return all;
+        }
+        for placed in config.scene.iter() {
+            let model = placed.model.as_ref().and_then(|name| config.models.get(name));
+            for part in model.iter().flat_map(|model| &model.moving_parts) {
+                if let Some(node) = graph.find(&format!("{}/{}", placed.id, part.part)) {
+                    all.add(graph, node, part);
+                }
+            }
+        }
+        all
+    }
+
+    fn add(&mut self, graph: &SceneGraph, node: NodeIndex, config: &MovingPartConfig) {
+        let index = self.parts.len() as u32;
+        let mut above = Some(node);
+        while let Some(node) = above {
+            self.at.entry(node).or_default().push(index);
+            above = graph.node(node).parent();
+        }
+        self.parts.push(MovingPart {
+            node,
+            mechanism: config.mechanism.clone(),
+            motion: motion(config),
+            modelled: config.modelled,
+            shown: None,
+            instances: Vec::new(),
+        });
+    }
+
+    /// Whether a position at a piece of equipment moves any part.
+    pub(crate) fn has(&self, position: &ShownPosition) -> bool {
+        self.moved_by(position).next().is_some()
+    }
+
+    fn moved_by<'a>(&'a self, position: &'a ShownPosition) -> impl Iterator<Item = usize> + 'a {
+        let at = self.at.get(&position.node).into_iter().flatten();
+        at.map(|&index| index as usize)
+            .filter(|&index| *self.parts[index].mechanism == *position.mechanism)
+    }
+
+    /// Moves the parts whose positions changed, and gives what is not known as states.
+    pub(crate) fn update(
+        &mut self,
+        graph: &mut SceneGraph,
+        positions: &[ShownPosition],
+        snapshot: Snapshot<'_>,
+    ) -> Vec<ShownState> {
+        self.just_moved.clear();
+        let mut told: HashMap<usize, Shown> = HashMap::new();
+        for position in positions {
+            let is_good = snapshot.state(position.tag).is_some_and(|state| state.quality.is_good());
+            let travelled = position.travelled.filter(|_| is_good);
+            let shown =
+                travelled.map_or(Shown::UNKNOWN, |travelled| Shown { travelled, is_known: true });
+            self.moved_by(position).for_each(|index| {
+                told.insert(index, shown);
+            });
+        }
+        let mut unknown = Vec::new();
+        for index in 0..self.parts.len() {
+            // Of what an overlay does not tell any more nothing is known.
+            let told = told.get(&index).copied();
+            let shown = told.or(self.parts[index].shown.map(|_| Shown::UNKNOWN));
+            if self.parts[index].shown != shown {
+                self.show(graph, index, shown);
+            }
+            if shown.is_some_and(|shown| !shown.is_known) {
+                unknown.push(not_known(self.parts[index].node));
+            }
+        }
+        unknown
+    }
+
+    fn show(&mut self, graph: &mut SceneGraph, index: usize, shown: Option<Shown>) {
+        let part = &mut self.parts[index];
+        part.shown = shown;
+        let away = shown.map_or(0.0, |shown| match part.modelled {
+            EndConfig::Closed => 1.0 - shown.travelled,
+            EndConfig::Open => shown.travelled,
+        });
+        let pose = (away != 0.0).then(|| part.motion.at(away as f32));
+        let moved = graph.pose(part.node, pose);
+        if !moved.is_empty() {
+            part.instances.clone_from(&moved);
+        }
+        self.just_moved.extend(moved);
+        for &instance in &part.instances {
+            match pose {
+                Some(_) => self.moved.insert(instance),
+                None => self.moved.remove(&instance),
+            };
+        }
+    }
+
+    /// Instances that the last update moved.
+    pub(crate) fn just_moved(&self) -> &[usize] {
+        &self.just_moved
+    }
+
+    /// Instances that stand elsewhere than their models show them.
+    pub(crate) fn moved(&self) -> &BTreeSet<usize> {
+        &self.moved
+    }
+}
+
+/// A state that rests on nothing: the host draws it as not known.
+fn not_known(node: NodeIndex) -> ShownState {
+    ShownState {
+        node,
+        basis: Basis::Record { is_valid: false },
+        color: [0; 3],
+        pattern: Pattern::Striped,
+        legend: None,
+    }
+}
+
+fn motion(config: &MovingPartConfig) -> Motion {
+    Motion {
+        pivot: config.pivot.into(),
+        axis: config.axis.into(),
+        degrees: config.degrees,
+        travel: config.travel.into(),
+        scale: config.scale.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use busbar_geometry::{RawPrimitive, weld};
+    use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
+    use busbar_tags::{
+        DoublePoint, Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value,
+        ValueKind,
+    };
+    use glam::{Mat4, Vec3};
+
+    use super::*;
+
+    const TAG: TagHandle = TagHandle(0);
+
+    /// Two poles of a switch, each with a blade along x.
+    fn graph() -> SceneGraph {
+        let blade = RawPrimitive {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 0.1, 0.0)],
+            triangles: vec![[0, 1, 2]],
+            ..RawPrimitive::default()
+        };
+        let model = Model {
+            meshes: vec![weld(&[blade]).unwrap().0],
+            nodes: vec![ModelNode {
+                name: "blade".into(),
+                parent: None,
+                parent_from_node: Mat4::IDENTITY,
+                mesh: Some(0),
+            }],
+            ..Model::default()
+        };
+        let placement = |id: &str, parent: Option<usize>| Placement {
+            id: id.into(),
+            parent,
+            transform: Transform::default(),
+            model: parent.map(|_| ModelIndex(0)),
+            theta: None,
+        };
+        let poles = [placement("Q", None), placement("Q-L1", Some(0)), placement("Q-L2", Some(0))];
+        SceneGraph::build(&poles, &[model]).unwrap()
+    }
+
+    fn parts(graph: &SceneGraph) -> MovingParts {
+        let config = MovingPartConfig {
+            part: "blade".into(),
+            mechanism: "blade".into(),
+            modelled: EndConfig::Closed,
+            pivot: [0.0; 3],
+            axis: [0.0, 0.0, 1.0],
+            degrees: 90.0,
+            travel: [0.0; 3],
+            scale: [1.0; 3],
+            pointer: String::new(),
+        };
+        let mut parts = MovingParts::default();
+        for pole in ["Q-L1/blade", "Q-L2/blade"] {
+            parts.add(graph, graph.find(pole).unwrap(), &config);
+        }
+        parts
+    }
+
+    /// A good value, so old.
+    fn table(age: Duration) -> TagTable {
+        let start = Moment::now();
+        let spec = TagSpec {
+            id: "a".into(),
+            name: "a".into(),
+            kind: ValueKind::DoublePoint,
+            unit: String::new(),
+            range: None,
+            freshness: Duration::from_secs(1),
+            scale: None,
+            dead_band: 0.0,
+            expression: None,
+        };
+        let mut table = TagTable::new(Arc::new(TagSet::new(vec![spec]).unwrap()), start);
+        let sample = Sample {
+            tag: TAG,
+            value: Some(Value::DoublePoint(DoublePoint::On)),
+            quality: Quality::Good,
+            source_time: None,
+            received: start,
+            valid_from: start,
+        };
+        table.apply(&sample, |_| {});
+        table.advance(start.after(age), |_| {});
+        table
+    }
+
+    fn at(graph: &SceneGraph, id: &str, mechanism: &str, travelled: Option<f64>) -> ShownPosition {
+        let node = graph.find(id).unwrap();
+        ShownPosition { node, mechanism: mechanism.into(), tag: TAG, travelled }
+    }
+
+    /// Where the tips of both blades are.
+    fn tips(graph: &SceneGraph) -> [Vec3; 2] {
+        ["Q-L1/blade", "Q-L2/blade"].map(|id| {
+            let world = graph.node(graph.find(id).unwrap()).world_from_node();
+            world.transform_point3(Vec3::X)
+        })
+    }
+
+    #[test]
+    fn a_position_moves_what_is_under_its_equipment_and_costs_nothing_while_it_stays() {
+        let mut graph = graph();
+        let mut parts = parts(&graph);
+        let good = table(Duration::ZERO);
+        let open = [at(&graph, "Q", "blade", Some(0.0))];
+        assert!(parts.update(&mut graph, &open, good.snapshot()).is_empty());
+        assert_eq!((parts.just_moved(), parts.moved().len()), (&[0, 1][..], 2));
+        assert!(tips(&graph).iter().all(|tip| tip.distance(Vec3::Y) < 1e-6));
+        parts.update(&mut graph, &open, good.snapshot());
+        assert!(parts.just_moved().is_empty(), "nothing moves");
+
+        let closed =
+            [at(&graph, "Q-L1", "blade", Some(1.0)), at(&graph, "Q-L2", "blade", Some(0.0))];
+        parts.update(&mut graph, &closed, good.snapshot());
+        assert_eq!((parts.just_moved(), parts.moved().len()), (&[0][..], 1), "one pole alone");
+        assert_eq!(tips(&graph)[0], Vec3::X);
+    }
+
+    #[test]
+    fn what_is_not_known_stands_in_the_middle_and_says_so() {
+        let mut graph = graph();
+        let mut parts = parts(&graph);
+        let (good, stale) = (table(Duration::ZERO), table(Duration::from_secs(2)));
+        let other = [at(&graph, "Q", "earthing blade", Some(0.0))];
+        assert!(parts.update(&mut graph, &other, good.snapshot()).is_empty(), "not this one");
+        assert_eq!(tips(&graph), [Vec3::X; 2], "as modelled, as long as nobody tells");
+        let half = Vec3::new(0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0);
+        let closed = [at(&graph, "Q", "blade", Some(1.0))];
+        let contradiction = [at(&graph, "Q", "blade", None)];
+        let known = |parts: &mut MovingParts, graph: &mut SceneGraph| {
+            assert!(parts.update(graph, &closed, good.snapshot()).is_empty());
+            assert_eq!(tips(graph), [Vec3::X; 2]);
+        };
+        for (positions, tags) in
+            [(&closed[..], &stale), (&contradiction[..], &good), (&[][..], &good)]
+        {
+            known(&mut parts, &mut graph);
+            let unknown = parts.update(&mut graph, positions, tags.snapshot());
+            assert_eq!(unknown.len(), 2);
+            assert!(unknown.iter().all(|state| state.basis == Basis::Record { is_valid: false }));
+            assert!(tips(&graph).iter().all(|tip| tip.distance(half) < 1e-6));
+        }
+    }
+}

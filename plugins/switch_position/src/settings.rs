@@ -1,0 +1,77 @@
+//! Switches as they are configured.
+
+/// Switches of one overlay.
+const MAX_SWITCHES: usize = 10_000;
+/// The host's limit.
+const MAX_MECHANISMS: usize = 16;
+/// Bytes of a mechanism's name.
+const MAX_NAME_BYTES: usize = 64;
+/// How long a switch may take, seconds.
+const MAX_TRAVEL_SECONDS: f64 = 600.0;
+
+/// Settings of the overlay: the switches whose positions are shown.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The switches, 16 kinds of mechanisms at most.
+    #[schemars(length(max = MAX_SWITCHES))]
+    pub switches: Vec<SwitchSettings>,
+}
+
+/// A switch, whose position is bound to its equipment.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SwitchSettings {
+    /// Id of the equipment.
+    pub equipment: String,
+    /// Role of the tag of its position, a double-point.
+    #[serde(default = "position")]
+    #[schemars(length(min = 1, max = 200))]
+    pub role: String,
+    /// What moves, as the equipment's model calls it.
+    #[serde(default = "main")]
+    #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
+    pub mechanism: String,
+    /// How long it takes from one end to the other as a rule, seconds: while it is reported
+    /// to be on its way, it is shown as far on its way as that. 0 where that is too short
+    /// to be seen.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = MAX_TRAVEL_SECONDS))]
+    pub travel_seconds: f64,
+}
+
+fn position() -> String {
+    "position".to_owned()
+}
+
+fn main() -> String {
+    "main".to_owned()
+}
+
+impl Settings {
+    /// What makes no sense, in words.
+    pub(crate) fn fault(&self) -> Option<String> {
+        if self.switches.len() > MAX_SWITCHES {
+            return Some(format!("name at most {MAX_SWITCHES} switches"));
+        }
+        let mut mechanisms: Vec<&str> =
+            self.switches.iter().map(|s| s.mechanism.as_str()).collect();
+        mechanisms.sort_unstable();
+        mechanisms.dedup();
+        if mechanisms.len() > MAX_MECHANISMS {
+            return Some(format!("name at most {MAX_MECHANISMS} kinds of mechanisms"));
+        }
+        self.switches.iter().find_map(|switch| {
+            let SwitchSettings { equipment, mechanism, travel_seconds, .. } = switch;
+            if mechanism.is_empty() || mechanism.len() > MAX_NAME_BYTES {
+                let most = MAX_NAME_BYTES;
+                return Some(format!("{equipment}: give a mechanism of 1 to {most} bytes"));
+            }
+            (!(0.0..=MAX_TRAVEL_SECONDS).contains(travel_seconds)).then(|| {
+                format!(
+                    "{equipment}: a switch takes 0 to {MAX_TRAVEL_SECONDS} s, not {travel_seconds}"
+                )
+            })
+        })
+    }
+}
