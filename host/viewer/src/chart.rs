@@ -1,6 +1,7 @@
 //! The chart that stands in the scene: what a plugin tells of the equipment, arranged by
 //! the operator, and what follows from it for the equipment.
 
+mod density;
 mod reader;
 mod words;
 
@@ -11,7 +12,9 @@ use busbar_chart::{Action, Board, Brush, Explanation, Selected, Shape, Size, nea
 use busbar_config::ChartConfig;
 use busbar_plugin_host::{Pattern, PluginError, wall_clock};
 use busbar_plugin_process::{Plugin, RunningChart};
-use busbar_renderer::{FaceInWorld, MAX_POLYLINE_PARTS, Polylines, StrokeInWorld};
+use busbar_renderer::{
+    FaceInWorld, MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, StrokeInWorld,
+};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_ui::{ChartCommand, ChartOverlay};
 use egui::Pos2;
@@ -19,6 +22,7 @@ use glam::{Affine3A, Quat, Vec3};
 
 use crate::camera::Projection;
 use crate::running::{Basis, ShownState};
+use density::Density;
 use reader::{Question, Reader};
 
 /// How near to a line the pointer must be, points.
@@ -46,6 +50,7 @@ pub(crate) struct ShownChart {
     /// Index of the equipment, and what is said of it.
     explained: Option<(usize, Explanation)>,
     drawn: Drawn,
+    density: Density,
     seconds: f64,
 }
 
@@ -84,6 +89,7 @@ impl ShownChart {
             hovered: None,
             explained: None,
             drawn: Drawn::default(),
+            density: Density::default(),
             seconds: 0.0,
         };
         if settles {
@@ -193,8 +199,7 @@ impl ShownChart {
     }
 
     fn brushed_known(&self) -> impl Iterator<Item = &Selected> {
-        let meant = self.board.meant();
-        self.known.iter().flatten().filter(|one| meant[one.record])
+        self.known.iter().flatten().filter(|one| self.board.is_meant(one.record))
     }
 
     /// Does what the operator asks.
@@ -247,10 +252,25 @@ impl ShownChart {
         self.drawn = Drawn { revision: Some(revision), faces, strokes, shape };
     }
 
+    /// Goes on with counting records that are too many for lines.
+    ///
+    /// # Errors
+    /// The device's.
+    pub(crate) fn count(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
+        let counted = (&self.board, self.data_revision);
+        self.density.advance(renderer, counted, self.world_from_chart, self.settles)
+    }
+
+    /// Whether it will look otherwise by itself.
+    pub(crate) fn is_coming(&self) -> bool {
+        self.density.is_coming() || self.board.plays()
+    }
+
     /// Its lines and faces.
     pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
         let Drawn { revision, faces, strokes, .. } = &self.drawn;
-        Some(Polylines { revision: (*revision)?, faces, strokes })
+        let planes = self.density.planes();
+        Some(Polylines { revision: (*revision)?, faces, planes, strokes })
     }
 
     /// Notes what is under the pointer.

@@ -118,8 +118,10 @@ pub struct FaceplateStats {
 pub struct ChartStats {
     /// Records there are.
     pub records: usize,
-    /// Records that brushes mean.
+    /// Records that are known at the instant shown and that brushes mean.
     pub meant: usize,
+    /// Whether those are still being counted.
+    pub is_counting: bool,
     /// Equipment whose last known record they mean.
     pub brushed: Vec<String>,
     /// The state of each piece of equipment by its last known record; null where that is

@@ -69,14 +69,13 @@ fn tooltip(chart: &ShownChart, record: usize) -> Vec<String> {
 pub(super) fn model(chart: &ShownChart) -> ChartModel {
     let board = &chart.board;
     let description = board.description();
-    let known = (0..board.records().len()).filter(|&record| board.is_known(record));
+    let [known, meant] = counts(chart);
     let axis = |view: &AxisView| ChartAxisRow {
         name: named(&description.axes[view.axis]),
         is_hidden: view.is_hidden,
         is_flipped: view.is_flipped,
         log: view.log,
     };
-    let meant = || known.clone().filter(|&record| board.meant()[record]).count();
     ChartModel {
         name: match description.name.as_str() {
             "" => "Chart".to_owned(),
@@ -87,10 +86,10 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
         axes: board.order().iter().map(axis).collect(),
         join: board.brushes().join,
         brushes: board.brushes().list.iter().map(|brush| brush_words(chart, brush)).collect(),
-        known: known.clone().count(),
-        meant: (!board.brushes().is_empty()).then(meant),
+        known,
+        meant: (!board.brushes().is_empty()).then_some(meant),
         meant_equipment: brushed_ids(chart),
-        is_dense: board.is_dense(),
+        density: chart.density.row(),
         legend: description.legend.iter().map(legend_row).collect(),
         span: board.records().span(),
         playhead: board.playhead(),
@@ -105,6 +104,17 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
     }
 }
 
+/// Records that are known, and those of them that brushes mean; of what is dense as far as
+/// it is counted.
+fn counts(chart: &ShownChart) -> [usize; 2] {
+    let board = &chart.board;
+    if board.is_dense() {
+        return chart.density.counts().unwrap_or_default();
+    }
+    let known = || (0..board.records().len()).filter(|&record| board.is_known(record));
+    [known().count(), known().filter(|&record| board.is_meant(record)).count()]
+}
+
 pub(super) fn stats(chart: &ShownChart) -> ChartStats {
     let description = chart.board.description();
     let state = |one: &Selected| {
@@ -115,7 +125,8 @@ pub(super) fn stats(chart: &ShownChart) -> ChartStats {
     let evidence = explained.map_or(&[][..], |(_, explanation)| &explanation.evidence);
     ChartStats {
         records: chart.board.records().len(),
-        meant: chart.board.meant().iter().filter(|meant| **meant).count(),
+        meant: counts(chart)[1],
+        is_counting: chart.density.is_coming(),
         brushed: brushed_ids(chart),
         states: chart.known.iter().flatten().map(state).collect(),
         explained: explained.map(|(at, _)| description.equipment[*at].clone()),
