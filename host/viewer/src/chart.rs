@@ -16,7 +16,7 @@ use busbar_renderer::{
     FaceInWorld, MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, StrokeInWorld,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_ui::{ChartCommand, ChartOverlay};
+use busbar_ui::{ChartAxisOnScreen, ChartCommand, ChartOverlay};
 use egui::Pos2;
 use glam::{Affine3A, Quat, Vec3};
 
@@ -47,6 +47,8 @@ pub(crate) struct ShownChart {
     /// What was known when it was last looked at, by equipment.
     known: Vec<Option<Selected>>,
     hovered: Option<usize>,
+    /// As the last frame had them.
+    axes_on_screen: Vec<ChartAxisOnScreen>,
     /// Index of the equipment, and what is said of it.
     explained: Option<(usize, Explanation)>,
     drawn: Drawn,
@@ -87,6 +89,7 @@ impl ShownChart {
             equipment: HashMap::new(),
             known: Vec::new(),
             hovered: None,
+            axes_on_screen: Vec::new(),
             explained: None,
             drawn: Drawn::default(),
             density: Density::default(),
@@ -294,8 +297,10 @@ impl ShownChart {
     }
 
     /// What of it lies over the scene.
-    pub(crate) fn overlay(&self, projection: Projection) -> ChartOverlay {
-        words::overlay(self, projection)
+    pub(crate) fn overlay(&mut self, projection: Projection) -> ChartOverlay {
+        let overlay = words::overlay(self, projection);
+        self.axes_on_screen.clone_from(&overlay.axes);
+        overlay
     }
 
     /// What is said of it in panels.

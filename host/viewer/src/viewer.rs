@@ -275,7 +275,8 @@ impl Viewer {
             self.selection = self.scene.graph.find(id).into_iter().collect();
         }
         if let Some(chart) = &mut self.chart {
-            overlaid.states.extend(chart.states());
+            // Of several the last one shows: what tags say now comes after records.
+            overlaid.states.splice(0..0, chart.states());
             chart.follow_selection(&self.scene.graph, &self.selection);
             chart.shape_up();
         }

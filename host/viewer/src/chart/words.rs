@@ -7,7 +7,7 @@ use busbar_ui::{
 
 use super::ShownChart;
 use crate::camera::Projection;
-use crate::stats::{ChartEvidence, ChartStats};
+use crate::stats::{ChartAxisStats, ChartEvidence, ChartStats};
 
 const NANOS_PER_DAY: i64 = 86_400_000_000_000;
 /// Values that a tooltip lists.
@@ -30,9 +30,10 @@ pub(super) fn overlay(chart: &ShownChart, projection: Projection) -> ChartOverla
             brushed: brushed(chart, &order[place]),
         })
     };
+    let axes = shape.axes.iter().enumerate().filter_map(axis).collect();
     ChartOverlay {
         texts: shape.texts.iter().filter_map(text).collect(),
-        axes: shape.axes.iter().enumerate().filter_map(axis).collect(),
+        axes,
         tooltip: chart.hovered.map_or_else(Vec::new, |record| tooltip(chart, record)),
     }
 }
@@ -129,6 +130,7 @@ pub(super) fn stats(chart: &ShownChart) -> ChartStats {
         is_counting: chart.density.is_coming(),
         brushed: brushed_ids(chart),
         states: chart.known.iter().flatten().map(state).collect(),
+        axes: chart.axes_on_screen.iter().filter_map(|axis| axis_stats(chart, axis)).collect(),
         explained: explained.map(|(at, _)| description.equipment[*at].clone()),
         verdict: explained.map(|(_, explanation)| explanation.verdict.clone()),
         evidence: evidence
@@ -141,6 +143,18 @@ pub(super) fn stats(chart: &ShownChart) -> ChartStats {
             .collect(),
         fault: chart.reader.fault(),
     }
+}
+
+fn axis_stats(chart: &ShownChart, axis: &ChartAxisOnScreen) -> Option<ChartAxisStats> {
+    let view = chart.board.order().get(axis.place)?;
+    let ends = if view.is_flipped { [view.high, view.low] } else { [view.low, view.high] };
+    Some(ChartAxisStats {
+        name: chart.board.description().axes[view.axis].name.clone(),
+        foot: axis.foot.into(),
+        head: axis.head.into(),
+        ends,
+        log: view.log,
+    })
 }
 
 fn brushed_ids(chart: &ShownChart) -> Vec<String> {
