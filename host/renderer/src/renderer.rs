@@ -13,8 +13,8 @@ use crate::panels::Panels;
 use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
 use crate::targets::SceneTargets;
 use crate::{
-    DensityCounts, DensityInput, DensityProgress, EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle,
-    ModelUpload, Picture, RenderError, Wanted,
+    DensityCounts, DensityInput, DensityProgress, EguiFrame, Frame, FrameStats, MeshAtCursor,
+    ModelHandle, ModelUpload, Picture, RenderError, Wanted,
 };
 
 /// Models that one renderer ever takes, removed ones included.

@@ -67,7 +67,8 @@ fn what_lies_before_hides_and_what_comes_later_covers() {
         let drawn = [instance(mesh, Mat4::IDENTITY, 1)];
         let mut seen = |z: f32, revision: u64| {
             let (faces, strokes) = ([face(z)], [stroke([-0.3, 0.0, z], [0.3, 0.0, z], 8.0)]);
-            let polylines = Some(Polylines { revision, faces: &faces, planes: &[], strokes: &strokes });
+            let polylines =
+                Some(Polylines { revision, faces: &faces, planes: &[], strokes: &strokes });
             picture_of(renderer, &Frame { polylines, ..frame(&drawn) })
         };
         let center = SIZE[1] as usize / 2 * SIZE[0] as usize + SIZE[0] as usize / 2;

@@ -2,8 +2,8 @@
 
 use busbar_chart::{Action, Join, Layout};
 use egui::{
-    Align2, Button, Context, DragValue, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2, Window,
-    pos2, vec2,
+    Align2, Button, Context, DragValue, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2,
+    Window, pos2, vec2,
 };
 
 use crate::chart_model::{ChartCommand, ChartModel, DensityRow};

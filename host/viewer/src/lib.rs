@@ -65,7 +65,7 @@ pub use load::{
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, ChartEvidence, ChartAxisStats, ChartStats, FaceplateStats, LoadMillis, PluginStats,
-    Stats, TagStats,
+    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis,
+    PluginStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

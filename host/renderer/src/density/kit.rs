@@ -10,8 +10,8 @@ use busbar_shaders::{
     DENSITY, DENSITY_COLUMNS, DENSITY_GROUP, DENSITY_WEAVE, DensityStep, WeaveStep,
 };
 
-use super::input::{DensityInput, SIDE};
 use super::WORD;
+use super::input::{DensityInput, SIDE};
 use crate::RenderError;
 
 /// Pipelines and layouts.

@@ -1,8 +1,8 @@
 //! Draws a density's picture between the axes in the world.
 
 use busbar_gpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsage, Format, GpuError, MAX_FRAMES_IN_FLIGHT,
-    Pass, Pipeline, Recorder,
+    BindGroup, BindGroupLayout, Buffer, BufferUsage, Format, GpuError, MAX_FRAMES_IN_FLIGHT, Pass,
+    Pipeline, Recorder,
 };
 use busbar_shaders::{DENSITY_PLANE, PlaneInstance};
 use glam::Vec3;
