@@ -155,8 +155,12 @@ impl Fleet {
         let known = own.partition_point(|judged| judged.unix_nanos <= unix_nanos);
         let measured = monitors.history(equipment).rev();
         let measured = measured.filter(|judged| judged.unix_nanos <= unix_nanos);
-        let mut recent: Vec<&Judged> =
-            own[..known].iter().rev().take(MAX_TRAIL + 1).chain(measured.take(MAX_TRAIL + 1)).collect();
+        let mut recent: Vec<&Judged> = own[..known]
+            .iter()
+            .rev()
+            .take(MAX_TRAIL + 1)
+            .chain(measured.take(MAX_TRAIL + 1))
+            .collect();
         recent.sort_by_key(|judged| judged.unix_nanos);
         recent.split_off(recent.len().saturating_sub(MAX_TRAIL + 1))
     }

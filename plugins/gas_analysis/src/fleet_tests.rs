@@ -71,7 +71,8 @@ fn a_database_is_read_and_its_bad_rows_are_told_with_their_reasons() {
     let readings = source::read(&fleet, &Default::default()).unwrap();
     assert_eq!((readings.all.len(), readings.left_out), (2, 4));
     let faults = readings.faults.join("\n");
-    for words in ["-1 ppm is negative", "a value is binary", "'yesterday' is no time", "not named"] {
+    for words in ["-1 ppm is negative", "a value is binary", "'yesterday' is no time", "not named"]
+    {
         assert!(faults.contains(words), "{words}: {faults}");
     }
     assert!(readings.faults.iter().all(|fault| fault.starts_with("row ")));

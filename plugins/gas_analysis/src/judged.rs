@@ -56,8 +56,7 @@ pub(crate) fn of_monitor(
     let judgement = verdict::judge(&sample, settings);
     let status = c57_104::status(&sample, settings.age.into());
     let state = verdict::state(status, &judgement);
-    let judged =
-        Judged { unix_nanos, sample, extras, status, state, is_online: true, doubt: None };
+    let judged = Judged { unix_nanos, sample, extras, status, state, is_online: true, doubt: None };
     (judged, judgement)
 }
 

@@ -70,11 +70,7 @@ impl Drop for Loading {
     }
 }
 
-fn judge_all(
-    readings: Readings,
-    settings: &Settings,
-    ends: &AtomicBool,
-) -> Result<Loaded, String> {
+fn judge_all(readings: Readings, settings: &Settings, ends: &AtomicBool) -> Result<Loaded, String> {
     let Readings { mut all, equipment, mut faults, mut left_out, .. } = readings;
     all.sort_by_key(|reading| (reading.equipment, reading.unix_nanos));
     let mut histories: BTreeMap<String, Vec<Judged>> = BTreeMap::new();
@@ -94,12 +90,7 @@ fn judge_all(
                 continue;
             }
             let measured = (reading.sample, reading.extras);
-            history.push(judged::of_laboratory(
-                reading.unix_nanos,
-                measured,
-                &mut page,
-                settings,
-            ));
+            history.push(judged::of_laboratory(reading.unix_nanos, measured, &mut page, settings));
         }
         histories.insert(id.clone(), history);
     }

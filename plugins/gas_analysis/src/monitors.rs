@@ -6,9 +6,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use busbar_plugin_sdk::{
-    Binding, Canvas, Error, LegendEntry, Quality, Reason, Severity, TagValue,
-};
+use busbar_plugin_sdk::{Binding, Canvas, Error, LegendEntry, Quality, Reason, Severity, TagValue};
 use dga::{Concentration, Gas, Sample};
 
 use crate::Settings;

@@ -68,7 +68,10 @@ fn gases_are_judged_as_those_of_a_laboratory_are() {
     let mut plugin = plugin(60.0);
     let calm = draw(&mut plugin, &values(CALM), 0);
     assert_eq!(state_of(&calm), NORMAL);
-    assert_eq!((calm.lines[0].severity, calm.lines[0].text.as_str()), (Severity::Normal, "status 1"));
+    assert_eq!(
+        (calm.lines[0].severity, calm.lines[0].text.as_str()),
+        (Severity::Normal, "status 1")
+    );
     let arcing = draw(&mut plugin, &values(ARCING), 10);
     assert_eq!((state_of(&arcing), arcing.lines[0].severity), (DISCHARGE, Severity::Alarm));
     assert!(arcing.lines[0].text.contains("status 3, discharges of"), "{}", arcing.lines[0].text);

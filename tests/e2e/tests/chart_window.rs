@@ -6,8 +6,8 @@ use std::path::Path;
 
 use busbar_viewer::{ChartAxisStats, LoadedScene, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::{Process, Scene, busbar, picture};
-use fleet::{Row, TRANSFORMERS, equipment, histories, place};
+use e2e::{Process, Scene, built, busbar, finish, picture, workspace_path};
+use fleet::{Row, TRANSFORMERS, equipment, histories};
 use image::RgbImage;
 use serde_json::{Value, json};
 use time::OffsetDateTime;
@@ -24,9 +24,10 @@ const SELECTION: [u8; 3] = [30, 90, 170];
 fn scene(rows: &[Row]) -> Scene {
     let mut scene = Scene::without_tags();
     std::fs::write(scene.path("samples.csv"), fleet::csv(rows)).expect("it can be written");
+    // In three rows of four, none before another, and none behind the chart or its panel.
     let nodes = (0..TRANSFORMERS).map(|transformer| {
-        let [x, z] = place(transformer);
-        let transform = json!({ "translation": [x, 0.0, z] });
+        let [x, z] = [-24 + 15 * (transformer as i32 % 4), 62 + 16 * (transformer as i32 / 4)];
+        let transform = json!({ "translation": [x, 0, z] });
         json!({ "id": equipment(transformer), "model": "transformer", "transform": transform })
     });
     let config = &mut scene.config;
@@ -37,7 +38,7 @@ fn scene(rows: &[Row]) -> Scene {
     });
     config["chart"] =
         json!({ "plugin": "gases", "position": [-33, 13.5, 52], "size": [66, 17, 26] });
-    config["cameras"] = json!({ "chart": { "eye": [0, 24, 128], "target": [0, 12, 52] } });
+    config["cameras"] = json!({ "chart": { "eye": [14, 60, 132], "target": [14, 0, 58] } });
     config["view"] = json!({
         "camera": "chart", "samples": 1, "size": SIZE, "quality": "low", "transition_seconds": 0
     });
@@ -63,8 +64,10 @@ impl Places {
             viewer.frame(input).expect("a frame is drawn");
         }
         let axes = viewer.stats().chart.expect("there is a chart").axes;
-        let all: Vec<[u32; 2]> =
-            (0..SIZE[1]).step_by(2).flat_map(|y| (0..SIZE[0]).step_by(2).map(move |x| [x, y])).collect();
+        let all: Vec<[u32; 2]> = (0..SIZE[1])
+            .step_by(2)
+            .flat_map(|y| (0..SIZE[0]).step_by(2).map(move |x| [x, y]))
+            .collect();
         let ids = viewer.pick_many(&all).expect("ids are drawn");
         let mut pixels: BTreeMap<String, Vec<[i32; 2]>> = BTreeMap::new();
         for (pixel, id) in all.iter().zip(ids) {
@@ -83,17 +86,6 @@ impl Places {
         let [low, high] = axis.ends.map(scale);
         let share = (scale(value) - low) / (high - low);
         [0, 1].map(|i| (axis.foot[i] + share * (axis.head[i] - axis.foot[i])).round() as i32)
-    }
-
-    /// Pixels of the chart, from its first to its last axis.
-    fn chart(&self) -> impl Iterator<Item = [u32; 2]> {
-        let edge = |i: usize, of: fn(f32, f32) -> f32| {
-            let ends = self.axes.iter().flat_map(|axis| [axis.foot[i], axis.head[i]]);
-            ends.reduce(of).expect("there are axes") as u32
-        };
-        let [left, right] = [edge(0, f32::min), edge(0, f32::max)];
-        let [above, below] = [edge(1, f32::min), edge(1, f32::max)];
-        (above..below).flat_map(move |y| (left..right).map(move |x| [x, y]))
     }
 }
 
@@ -174,8 +166,10 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     // From the value to the axis' upper end, and beyond it.
     let [x, head] = places.on_axis("H2", 1e5);
     let from = places.on_axis("H2", MUCH_H2);
+    // A hand is over an axis before it presses.
+    window.display.xdotool(&format!("mousemove {} {} sleep 1", from[0], from[1]));
     window.display.drag(LEFT_BUTTON, from, [x, head]);
-    window.display.xdotool("mousemove 640 700");
+    window.display.xdotool("sleep 1 mousemove 640 700");
     let brushed = window.shoot("chart_brushed");
     let stats = window.close();
     let plain = with_much_h2(&rows);
@@ -186,10 +180,19 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     let marked: BTreeSet<String> = places
         .pixels
         .iter()
-        .filter(|(_, pixels)| changes(&calm, &brushed, pixels) > pixels.len() / 20)
+        .filter(|(_, pixels)| changes(&calm, &brushed, pixels) > pixels.len() / 4)
         .map(|(id, _)| id.clone())
         .collect();
     assert_eq!(marked, plain, "as seen");
+}
+
+#[test]
+fn the_committed_configuration_of_the_fleet_is_whole() {
+    let station = built(workspace_path("config/models/samples.csv"));
+    assert!(station.with_file_name("station").is_dir());
+    let check = finish(busbar().arg("check").arg(workspace_path("config/dga.json")));
+    let output = check.expect_code(0);
+    assert!(output.stdout.contains("no errors"), "{}", output.stdout);
 }
 
 #[test]
@@ -199,17 +202,18 @@ fn a_click_on_a_transformer_marks_its_line() {
     let places = Places::of(&scene.write());
     let window = Window::open(scene, display);
     let calm = window.shoot("chart_unpicked");
-    let id = equipment(5);
+    // A normal one, whose line has the colour of the selection alone.
+    let id = equipment(6);
     let pixels = &places.pixels[&id];
-    window.display.click_button(LEFT_BUTTON, pixels[pixels.len() / 2]);
-    window.display.xdotool("mousemove 640 700");
+    let at = pixels[pixels.len() / 2];
+    // A frame between each, however slow they are.
+    window.display.xdotool(&format!("mousemove {} {} sleep 1", at[0], at[1]));
+    window.display.click_button(LEFT_BUTTON, at);
+    window.display.xdotool("sleep 1 mousemove 640 700");
     let picked = window.shoot("chart_picked");
     let blue = |picture: &RgbImage| {
-        let is_it = |[x, y]: [u32; 2]| {
-            let near = |(a, b): (&u8, &u8)| a.abs_diff(*b) < 40;
-            picture.get_pixel(x, y).0.iter().zip(&SELECTION).all(near)
-        };
-        places.chart().filter(|pixel| is_it(*pixel)).count()
+        let near = |(a, b): (&u8, &u8)| a.abs_diff(*b) < 40;
+        picture.pixels().filter(|pixel| pixel.0.iter().zip(&SELECTION).all(near)).count()
     };
     let stats = window.close();
     assert!(stats["selected"][0].as_str().is_some_and(|picked| picked.starts_with(&id)), "{stats}");

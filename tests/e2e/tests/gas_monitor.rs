@@ -32,7 +32,8 @@ fn scene(port: u16) -> Scene {
         (format!("DGA.{gas}"), tag)
     });
     let role = |gas: &str| format!("gas_{}", gas.to_lowercase());
-    let binding = |gas: &&str| json!({ "tag": format!("DGA.{gas}"), "node": ID, "role": role(gas) });
+    let binding =
+        |gas: &&str| json!({ "tag": format!("DGA.{gas}"), "node": ID, "role": role(gas) });
     let config = &mut scene.config;
     config["tags"] = Value::Object(tags.collect());
     config["bindings"] = GASES.iter().map(binding).collect();

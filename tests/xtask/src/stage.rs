@@ -68,6 +68,16 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
     make_models(workspace, profile)
 }
 
+/// Lends the staged plugins to a configuration in another folder.
+pub(crate) fn lend_plugins(workspace: &Workspace, folder: &Path) -> Result<()> {
+    let plugins = folder.join("plugins");
+    if plugins.exists() {
+        return Ok(());
+    }
+    std::os::unix::fs::symlink(workspace.path("config/plugins"), &plugins)
+        .with_context(|| format!("cannot make {}", plugins.display()))
+}
+
 /// Makes the models of the demo.
 pub(crate) fn models(workspace: &Workspace) -> Result<()> {
     build_packages(workspace, Profile::Release, [MODEL_MAKER, FLEET_MAKER])?;
