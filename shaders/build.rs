@@ -23,7 +23,7 @@ const SECTION: &str = "common/section.wgsl";
 const SCREEN: &str = "common/screen.wgsl";
 
 /// Pass source, name of its words, what it is put together with.
-const PASSES: [(&str, &str, &[&str]); 22] = [
+const PASSES: [(&str, &str, &[&str]); 24] = [
     ("scene/scene.wgsl", "SCENE", &[UNSHADOWED, WHOLE]),
     ("scene/scene.wgsl", "SCENE_SECTION", &[UNSHADOWED, SECTION]),
     ("scene/scene.wgsl", "SCENE_SHADOWED", &[SHADOWED, WHOLE]),
@@ -46,13 +46,16 @@ const PASSES: [(&str, &str, &[&str]); 22] = [
     ("morph/morph.wgsl", "MORPH", &[]),
     ("polylines/polylines.wgsl", "POLYLINES", &[]),
     ("density/density.wgsl", "DENSITY", &[]),
+    ("density/weave.wgsl", "DENSITY_WEAVE", &[]),
+    ("density/plane.wgsl", "DENSITY_PLANE", &[]),
 ];
 
 /// Structs shared with Rust under the same name.
 const SHARED_STRUCTS: [&str; 2] = ["FrameUniform", "MaterialUniform"];
 
 /// Likewise, with the pass that takes it.
-const STEP_STRUCTS: [(&str, &str); 2] = [("MORPH", "MorphStep"), ("DENSITY", "DensityStep")];
+const STEP_STRUCTS: [(&str, &str); 3] =
+    [("MORPH", "MorphStep"), ("DENSITY", "DensityStep"), ("DENSITY_WEAVE", "WeaveStep")];
 
 /// What vertices and instances bring.
 const VERTEX_INPUT: &str = "VertexInput";

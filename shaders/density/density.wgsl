@@ -14,6 +14,9 @@ struct DensityStep {
     any: u32,
     // Words of the mask before the first of these records.
     first_word: u32,
+    // Words of the first gate, and of the second: a bit a record. 0 where there is none.
+    known_words: u32,
+    given_words: u32,
 }
 
 const BINS = 128u;
@@ -32,15 +35,25 @@ var<immediate> step: DensityStep;
 @group(1) @binding(2) var<storage, read_write> counts: array<atomic<u32>>;
 @group(1) @binding(3) var<storage, read_write> meant_counts: array<atomic<u32>>;
 @group(1) @binding(4) var<storage, read_write> mask: array<atomic<u32>>;
+// A bit a record of this dispatch: whether it is counted; then whether it meets brushes that
+// cannot be compared here.
+@group(2) @binding(0) var<storage, read> gates: array<u32>;
 
 fn is_missing(value: f32) -> bool {
     return (bitcast<u32>(value) & 0x7fffffffu) > 0x7f800000u;
 }
 
-fn is_meant(base: u32) -> bool {
+fn bit(first_word: u32, record: u32) -> bool {
+    return (gates[first_word + record / 32u] >> (record % 32u) & 1u) == 1u;
+}
+
+fn is_meant(record: u32) -> bool {
+    let base = record * step.axes;
     var at = step.shown + 2u * step.pairs;
-    var all = step.brushes > 0u;
-    var any = false;
+    let has_given = step.given_words > 0u;
+    let given = has_given && bit(step.known_words, record);
+    var all = (step.brushes > 0u || has_given) && (given || !has_given);
+    var any = given;
     for (var brush = 0u; brush < step.brushes; brush++) {
         let value = values[base + plan[at]];
         let ranges = plan[at + 1u];
@@ -80,8 +93,11 @@ fn count_main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= step.records {
         return;
     }
+    if step.known_words > 0u && !bit(0u, id.x) {
+        return;
+    }
     let base = id.x * step.axes;
-    let meant = is_meant(base);
+    let meant = is_meant(id.x);
     if meant {
         atomicOr(&mask[step.first_word + id.x / 32u], 1u << (id.x % 32u));
     }

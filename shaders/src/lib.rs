@@ -193,6 +193,42 @@ pub struct DensityStep {
     pub any: u32,
     /// Words of the mask before the first of these records.
     pub first_word: u32,
+    /// Words of the gate that says which records are counted; 0 where all are.
+    pub known_words: u32,
+    /// Words of the gate that says which meet brushes that are not among these, behind that
+    /// one; 0 where there is no such brush.
+    pub given_words: u32,
+}
+
+/// What a dispatch of [`DENSITY_WEAVE`] is told: an invocation a pair, column and bin with
+/// that of records without a value, [`DENSITY_GROUP`] of them in a workgroup.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct WeaveStep {
+    /// Pairs of axes.
+    pub pairs: u32,
+}
+
+/// Columns of a density's picture from axis to axis, as the shader's `COLUMNS`.
+pub const DENSITY_COLUMNS: u32 = 64;
+/// Its rows, as the shader's `ROWS`: a row a bin, and below those the lane of records without
+/// a value.
+pub const DENSITY_ROWS: u32 = 137;
+
+/// The picture between two axes, an instance of [`DENSITY_PLANE`], at locations 1 to 5.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PlaneInstance {
+    /// Foot of the first axis, world space in metres; height of axes.
+    pub from_height: [f32; 4],
+    /// Foot of the second; the number of the pair.
+    pub to_pair: [f32; 4],
+    /// As the target takes it; most lines in a cell.
+    pub color_most: [f32; 4],
+    /// Likewise of lines that are meant.
+    pub meant_most: [f32; 4],
+    /// Pairs there are; 1 where lines may be meant; unused.
+    pub pairs: [f32; 4],
 }
 
 /// As the shader's workgroup size.
@@ -247,6 +283,8 @@ mod tests {
         check(super::PANELS, &["vertex_main", "fragment_main"]);
         check(super::MORPH, &["morph_main"]);
         check(super::DENSITY, &["count_main"]);
+        check(super::DENSITY_WEAVE, &["weave_main"]);
+        check(super::DENSITY_PLANE, &["plane_vertex", "plane_fragment"]);
         let polylines = ["stroke_vertex", "stroke_fragment", "face_vertex", "face_fragment"];
         check(super::POLYLINES, &polylines);
     }

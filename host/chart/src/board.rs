@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::{
-    Action, AxisView, Brush, Brushes, Description, Layout, Record, Records, Shape, Size, export,
-    shape,
+    Action, AxisView, Brush, Brushes, DensityRequest, Description, Layout, Record, Records, Shape,
+    Size, export, shape,
 };
 
-/// Records that are drawn as lines; of more, density shows, and lines only for what is
-/// selected.
+/// Records that are drawn as lines; of more, density shows, and as many lines at most for
+/// what is selected.
 pub const MAX_STROKED_RECORDS: usize = 20_000;
 /// Seconds in which the chart plays from its first record to its last.
 const PLAY_SECONDS: f64 = 30.0;
@@ -30,8 +30,9 @@ pub struct Board {
     pub(crate) shows_clusters: bool,
     /// Equipment, by its index.
     pub(crate) selected: BTreeSet<usize>,
-    /// For each record whether a brush means it.
-    pub(crate) meant: Vec<bool>,
+    /// For each record whether a brush means it; empty where records are too many for that
+    /// to be known at once.
+    meant: Vec<bool>,
     /// Grows with every change of what is seen.
     revision: u64,
 }
@@ -110,14 +111,25 @@ impl Board {
         self.layout
     }
 
+    /// How high its axes are, metres.
+    pub fn height(&self) -> f32 {
+        self.size.height
+    }
+
     /// Its brushes.
     pub fn brushes(&self) -> &Brushes {
         &self.brushes
     }
 
-    /// For each record whether a brush means it.
-    pub fn meant(&self) -> &[bool] {
-        &self.meant
+    /// Whether a brush means a record.
+    pub fn is_meant(&self, record: usize) -> bool {
+        let mean = || self.brushes.mean(self.records.row(record), &self.order);
+        self.meant.get(record).copied().unwrap_or_else(mean)
+    }
+
+    /// Records that a brush means.
+    pub fn meant(&self) -> impl Iterator<Item = usize> {
+        (0..self.records.len()).filter(|&record| self.is_meant(record))
     }
 
     /// The instant that is shown; `None` for the present.
@@ -143,6 +155,27 @@ impl Board {
     /// Whether records are too many for lines.
     pub fn is_dense(&self) -> bool {
         self.records.len() > MAX_STROKED_RECORDS
+    }
+
+    /// What is counted of records that are too many for lines; `None` where they are not.
+    pub fn density(&self) -> Option<DensityRequest> {
+        let views = self.shown_axes();
+        self.is_dense().then(|| DensityRequest {
+            pairs: self.layout.pairs(views.len()),
+            views,
+            brushes: self.brushes.clone(),
+            playhead: self.playhead,
+            order: self.order.clone(),
+        })
+    }
+
+    /// Where the picture of that stands: the feet of each pair of axes.
+    pub fn density_feet(&self) -> Vec<[[f32; 3]; 2]> {
+        let count = self.shown_axes().len();
+        let feet = self.layout.feet(count, self.size);
+        let back = shape::density_depth(self);
+        let foot = |axis: usize| [feet[axis][0], 0.0, feet[axis][1] + back];
+        self.layout.pairs(count).into_iter().map(|[from, to]| [foot(from), foot(to)]).collect()
     }
 
     /// Whether a record is known at the instant that is shown.
@@ -199,9 +232,9 @@ impl Board {
 
     /// Lets an axis reach from the lowest brushed value to the highest.
     fn rescale(&mut self, at: usize) {
+        let meant: Vec<usize> = self.meant().collect();
         let Some(view) = self.order.get_mut(at) else { return };
-        let meant = self.meant.iter().enumerate().filter(|(_, meant)| **meant);
-        let values = meant.map(|(record, _)| self.records.row(record)[view.axis]);
+        let values = meant.into_iter().map(|record| self.records.row(record)[view.axis]);
         let is_usable = |value: &f32| !value.is_nan() && (!view.log || *value > 0.0);
         let values: Vec<f32> = values.filter(is_usable).collect();
         let low = values.iter().copied().reduce(f32::min);
@@ -234,7 +267,10 @@ impl Board {
 
     /// Works out anew what brushes mean.
     fn brush(&mut self) {
-        self.meant = self.brushes.select(&self.records, &self.order);
+        self.meant = match self.is_dense() {
+            true => Vec::new(),
+            false => self.brushes.select(&self.records, &self.order),
+        };
         self.revision += 1;
     }
 
@@ -255,7 +291,7 @@ impl Board {
 
     /// Equipment whose last known record a brush means.
     pub fn brushed_equipment(&self, now: i64) -> Vec<usize> {
-        let known = self.known(now).filter(|known| self.meant[known.record]);
+        let known = self.known(now).filter(|known| self.is_meant(known.record));
         known.map(|known| known.equipment).collect()
     }
 
@@ -267,7 +303,7 @@ impl Board {
     /// The records that brushes mean as CSV; all that are known where there is no brush.
     pub fn csv(&self) -> String {
         let all = self.brushes.is_empty();
-        let is_meant = |record| self.is_known(record) && (all || self.meant[record]);
+        let is_meant = |record| self.is_known(record) && (all || self.is_meant(record));
         export::csv(&self.description, &self.records, is_meant)
     }
 

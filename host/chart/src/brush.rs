@@ -59,13 +59,14 @@ impl Brushes {
             return vec![false; records.len()];
         }
         let rows = records.values().chunks_exact(records.axes());
-        rows.map(|row| self.meets(row, views)).collect()
+        rows.map(|row| self.mean(row, views)).collect()
     }
 
-    fn meets(&self, row: &[f32], views: &[AxisView]) -> bool {
+    /// Whether a record with these values is meant.
+    pub fn mean(&self, row: &[f32], views: &[AxisView]) -> bool {
         let mut met = self.list.iter().map(|brush| brush.is_met(row, views));
         match self.join {
-            Join::And => met.all(|met| met),
+            Join::And => !self.is_empty() && met.all(|met| met),
             Join::Or => met.any(|met| met),
         }
     }
@@ -110,7 +111,7 @@ impl Brushes {
 }
 
 impl Brush {
-    fn is_met(&self, row: &[f32], views: &[AxisView]) -> bool {
+    pub(crate) fn is_met(&self, row: &[f32], views: &[AxisView]) -> bool {
         match self {
             Self::Ranges { axis, ranges, with_missing } => {
                 let value = row.get(*axis).copied().unwrap_or(f32::NAN);

@@ -3,7 +3,8 @@
 //! The GPU counts the same in `shaders/density`; here is its twin. Values are put into bins
 //! by comparing them with the bins' edges, which is exact anywhere.
 
-use crate::{AxisView, Records};
+use crate::brush::Join;
+use crate::{AxisView, Brush, Brushes, Records};
 
 /// Bins of an axis.
 pub const BINS: usize = 128;
@@ -46,4 +47,54 @@ pub fn bin_pairs(
         }
     }
     counts
+}
+
+/// What of records is counted, as an operator has arranged the chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DensityRequest {
+    /// Axes that are shown, from the left to the right.
+    pub views: Vec<AxisView>,
+    /// Which of those lines go between, by their places.
+    pub pairs: Vec<[usize; 2]>,
+    /// What is brushed.
+    pub brushes: Brushes,
+    /// The instant that is shown, nanoseconds since 1970-01-01 UTC; `None` for the present.
+    pub playhead: Option<i64>,
+    /// All axes, which brushes by rise are meant on.
+    pub(crate) order: Vec<AxisView>,
+}
+
+impl DensityRequest {
+    /// Whether the picture of another has the same axes.
+    pub fn has_axes_of(&self, other: &Self) -> bool {
+        self.views == other.views && self.pairs == other.pairs
+    }
+
+    /// Whether another differs in the instant at most.
+    pub fn is_but_for_time(&self, other: &Self) -> bool {
+        self.has_axes_of(other) && self.brushes == other.brushes && self.order == other.order
+    }
+
+    /// Whether a record is counted.
+    pub fn is_known(&self, records: &Records, record: usize) -> bool {
+        self.playhead.is_none_or(|playhead| records.all()[record].unix_nanos <= playhead)
+    }
+
+    /// Whether there are brushes by rise, which are worked out and not compared.
+    pub fn has_rises(&self) -> bool {
+        self.rises().next().is_some()
+    }
+
+    /// Whether a record meets those.
+    pub fn meets_rises(&self, records: &Records, record: usize) -> bool {
+        let mut met = self.rises().map(|brush| brush.is_met(records.row(record), &self.order));
+        match self.brushes.join {
+            Join::And => met.all(|met| met),
+            Join::Or => met.any(|met| met),
+        }
+    }
+
+    fn rises(&self) -> impl Iterator<Item = &Brush> {
+        self.brushes.list.iter().filter(|brush| matches!(brush, Brush::Rise { .. }))
+    }
 }

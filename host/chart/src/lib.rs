@@ -26,7 +26,7 @@ pub use action::Action;
 pub use axis::{AxisView, Tick, short};
 pub use board::{Board, MAX_STROKED_RECORDS, Selected};
 pub use brush::{Brush, Brushes, Join, MAX_BRUSHES, MAX_RANGES};
-pub use density::{BINS, MISSING_BIN, bin_of, bin_pairs, edges_of};
+pub use density::{BINS, DensityRequest, MISSING_BIN, bin_of, bin_pairs, edges_of};
 pub use description::{Axis, Band, ChartFault, Description, MAX_AXES, Pattern, State};
 pub use explanation::{Diagram, DiagramZone, Evidence, Explanation, Severity, Table, TableRow};
 pub use layout::{Layout, Size};

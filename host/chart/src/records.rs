@@ -27,6 +27,8 @@ pub struct Records {
     values: Vec<f32>,
     /// Records of each piece of equipment.
     of_equipment: Vec<Vec<u32>>,
+    /// The first and the last time.
+    span: Option<[i64; 2]>,
 }
 
 impl Records {
@@ -37,6 +39,7 @@ impl Records {
             records: Vec::new(),
             values: Vec::new(),
             of_equipment: vec![Vec::new(); description.equipment.len()],
+            span: None,
         }
     }
 
@@ -79,6 +82,11 @@ impl Records {
                 return Err(ChartFault::new("records of one piece are not in the order of time"));
             }
             own.push(index);
+        }
+        for record in records {
+            let at = record.unix_nanos;
+            let [first, last] = self.span.unwrap_or([at; 2]);
+            self.span = Some([first.min(at), last.max(at)]);
         }
         self.records.extend_from_slice(records);
         let flushed = |value: &f32| if value.is_subnormal() { 0.0 } else { *value };
@@ -138,7 +146,6 @@ impl Records {
 
     /// The first and the last time.
     pub fn span(&self) -> Option<[i64; 2]> {
-        let times = || self.records.iter().map(|record| record.unix_nanos);
-        Some([times().min()?, times().max()?])
+        self.span
     }
 }

@@ -6,7 +6,7 @@ mod lines;
 
 pub use axes::date;
 
-use crate::Board;
+use crate::{Board, Layout};
 
 /// A line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,4 +96,16 @@ pub(crate) fn build(board: &Board, now: i64) -> Shape {
     axes::add(board, &mut shape);
     lines::add(board, now, &mut shape);
     shape
+}
+
+/// How far in the depth the picture of a density stands, metres: that of the instant shown
+/// where time goes into the depth, and just behind the lines elsewhere.
+pub(crate) fn density_depth(board: &Board) -> f32 {
+    const BEHIND: f32 = 0.01;
+    match (board.layout, board.records.span()) {
+        (Layout::Time, Some(span)) => {
+            axes::depth_of(board.playhead.unwrap_or(span[1]), span, board.size.depth)
+        }
+        _ => -BEHIND,
+    }
 }

@@ -103,8 +103,8 @@ pub struct Dispatch<'a> {
     pub workgroups: u32,
 }
 
-/// Dispatches that do not depend on each other; what they write is there for draws once
-/// the pass is dropped.
+/// Dispatches that do not depend on each other; what they write is there for draws and for
+/// later passes once the pass is dropped.
 pub struct ComputePass<'r> {
     recorder: &'r Recorder<'r>,
 }
@@ -115,7 +115,9 @@ impl Recorder<'_> {
         self.begin_label(name);
         let recorder: &Recorder<'_> = self;
         let drawn = vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::VERTEX_INPUT)
+            .src_stage_mask(
+                vk::PipelineStageFlags2::VERTEX_INPUT | vk::PipelineStageFlags2::FRAGMENT_SHADER,
+            )
             .dst_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER);
         recorder.barriers(&[], &[drawn]);
         ComputePass { recorder }
@@ -160,8 +162,16 @@ impl Drop for ComputePass<'_> {
         let written = vk::MemoryBarrier2::default()
             .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
             .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::VERTEX_INPUT)
-            .dst_access_mask(vk::AccessFlags2::VERTEX_ATTRIBUTE_READ);
+            .dst_stage_mask(
+                vk::PipelineStageFlags2::VERTEX_INPUT
+                    | vk::PipelineStageFlags2::FRAGMENT_SHADER
+                    | vk::PipelineStageFlags2::COMPUTE_SHADER,
+            )
+            .dst_access_mask(
+                vk::AccessFlags2::VERTEX_ATTRIBUTE_READ
+                    | vk::AccessFlags2::SHADER_STORAGE_READ
+                    | vk::AccessFlags2::SHADER_STORAGE_WRITE,
+            );
         self.recorder.barriers(&[], &[written]);
         self.recorder.end_label();
     }

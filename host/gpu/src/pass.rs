@@ -100,6 +100,11 @@ pub struct DrawCount {
     pub commands: u32,
 }
 
+impl DrawCount {
+    /// A draw with a command of its own.
+    pub const ONE: Self = Self { draws: 1, commands: 1 };
+}
+
 impl AddAssign for DrawCount {
     fn add_assign(&mut self, more: Self) {
         self.draws += more.draws;

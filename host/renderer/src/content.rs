@@ -8,6 +8,7 @@ use busbar_gpu::{Arena, Binding, BufferUsage, DrawCount, Gpu, MAX_FRAMES_IN_FLIG
 use rayon::prelude::*;
 
 use crate::batch::Plan;
+use crate::density::{Density, PlaneKit};
 use crate::features::FeatureKit;
 use crate::frustum::Frustum;
 use crate::ground::GroundKit;
@@ -63,6 +64,9 @@ pub(crate) struct Content {
     outlines: Option<Outlines>,
     /// Once there were any.
     polylines: Option<PolylineKit>,
+    /// Once something was counted.
+    pub(crate) density: Option<Density>,
+    planes: Option<PlaneKit>,
     samples: u32,
     streams: Vec<FrameStream>,
     /// Those of frames and of picks.
@@ -126,6 +130,8 @@ impl Content {
             outlines: None,
             views: <[View; 2]>::default(),
             polylines: None,
+            density: None,
+            planes: None,
             samples,
             streams,
         })
@@ -151,7 +157,7 @@ impl Content {
         self.cache.abandon_frame();
         // Among it may be what was never filled.
         self.morpher.drop_all();
-        self.polylines = None;
+        (self.polylines, self.planes) = (None, None);
         self.forget_layers();
     }
 
@@ -347,11 +353,17 @@ impl Content {
         let mut calls = drawer.draw(&mut pass, &looks.opaque, Sections::Opaque)?;
         if let (Some(pipeline), Some(_)) = (&self.pipelines.ground, frame.ground) {
             self.ground.draw(&mut pass, pipeline, drawer.frame_group, drawer.instances)?;
-            calls += DrawCount { draws: 1, commands: 1 };
+            calls += DrawCount::ONE;
         }
         calls += drawer.draw_blended(&mut pass, &looks.blended, frame.camera.eye)?;
         if let (Some(kit), Some(lines)) = (&self.polylines, &frame.polylines) {
-            calls += kit.draw(&mut pass, drawer.frame_group, slot, lines)?;
+            let group = drawer.frame_group;
+            calls += kit.draw_faces(&mut pass, group, slot, lines)?;
+            if let (Some(planes), Some(density)) = (&self.planes, &self.density) {
+                let at = (slot, &kit.quads);
+                calls += planes.draw(&mut pass, group, at, (density, lines.planes))?;
+            }
+            calls += kit.draw_strokes(&mut pass, group, slot, lines)?;
         }
         Ok(calls)
     }
@@ -369,7 +381,13 @@ impl Content {
         let (layout, samples) = (&self.layouts.frame, self.samples);
         let kit =
             ready(&mut self.polylines, || PolylineKit::new(recorder, layout, target, samples))?;
-        kit.write(recorder.gpu(), recorder.slot(), lines)
+        kit.write(recorder.gpu(), recorder.slot(), lines)?;
+        let (Some(density), false) = (&self.density, lines.planes.is_empty()) else {
+            return Ok(());
+        };
+        let layouts = (layout, density);
+        let kit = ready(&mut self.planes, || PlaneKit::new(recorder, layouts, target, samples))?;
+        kit.write(recorder.slot(), density, lines.planes)
     }
 
     fn record_shadows(

@@ -1,95 +1,129 @@
-//! Density of polylines: records go through bins of axes, and a compute pass counts how many
-//! go from where to where. What there is of records stays on the device until others come.
+//! Density of polylines: records go through bins of axes, and compute passes count how many
+//! go from where to where and lay that out as a picture. What there is of records stays on
+//! the device until others come.
+//!
+//! Counting goes by slices of [`SLICE_RECORDS`] records, one at a time beside the frames;
+//! what was counted before shows until the next is whole.
 
-use busbar_gpu::{
-    BindGroup, BindGroupLayout, Binding, BindingKind, Buffer, BufferUsage, ComputeDescription,
-    ComputePipeline, Dispatch, Gpu, GpuError, Recorder, ShaderStage,
-};
-use busbar_shaders::{DENSITY, DENSITY_BINS, DENSITY_GROUP, DensityStep};
+mod input;
+mod kit;
+mod plane;
+
+use busbar_gpu::{BindGroup, Binding, Buffer, BufferUsage, Gpu, GpuError, Recorder, Submission};
+use busbar_shaders::{DENSITY_COLUMNS, DENSITY_ROWS};
 
 use crate::RenderError;
 use crate::layer::ready;
+pub use input::{
+    BrushedAxis, DensityCounts, DensityInput, DensityProgress, DensitySummary, MAX_DENSITY_AXES,
+    MAX_DENSITY_BYTES,
+};
+use input::{SIDE, check, flips, gates, plan};
+use kit::{Chunk, Kit, OfCounts};
+pub use plane::PlaneInWorld;
+pub(crate) use plane::PlaneKit;
 
-/// Values that one record may have.
-pub const MAX_DENSITY_AXES: usize = 32;
-/// Records that are counted together: with 32 values each, the 128 MiB that every device
-/// lets a shader see.
-const CHUNK_RECORDS: usize = 1 << 20;
+/// Records that are uploaded and counted at once: with 32 values each 32 MiB, and some 10 to
+/// 20 ms of a software rasteriser.
+pub const SLICE_RECORDS: usize = 1 << 18;
 /// Records of a mask word.
 const WORD: usize = 32;
 
-/// What is counted.
-#[derive(Clone, Copy, Debug)]
-pub struct DensityInput<'a> {
-    /// Another one for other values: the same are not uploaded again.
-    pub revision: u64,
-    /// Values a record; at most [`MAX_DENSITY_AXES`].
-    pub axes: usize,
-    /// The values, record by record; NaN where there is none, no subnormals.
-    pub values: &'a [f32],
-    /// Axes that are binned: which they are, and the lower edges of their bins 1, 2 and so
-    /// on, ascending.
-    pub shown: &'a [(usize, [f32; DENSITY_BINS as usize - 1])],
-    /// Pairs of those, by their places.
-    pub pairs: &'a [[usize; 2]],
-    /// Which records are meant; none where there is no brush.
-    pub brushes: &'a [BrushedAxis<'a>],
-    /// Whether meeting any of them is enough.
-    pub any: bool,
-}
-
-/// A condition on the value of one axis.
-#[derive(Clone, Copy, Debug)]
-pub struct BrushedAxis<'a> {
-    /// Which.
-    pub axis: usize,
-    /// The value lies in one of these, ends included.
-    pub ranges: &'a [[f32; 2]],
-    /// Whether records without a value are meant too.
-    pub with_missing: bool,
-}
-
-/// What was counted.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct DensityCounts {
-    /// For each pair, from each bin of the first to each of the second: 129 times 129 counts;
-    /// the last bin is that of records without a value.
-    pub all: Vec<u32>,
-    /// Likewise of the records that are meant.
-    pub meant: Vec<u32>,
-    /// A bit a record: whether it is meant.
-    pub mask: Vec<u32>,
-}
-
-/// What counts; made when it is first needed.
-pub(crate) struct DensityKit {
-    pipeline: ComputePipeline,
-    of_values: BindGroupLayout,
-    of_counts: BindGroupLayout,
+/// What counts, and what was counted.
+pub(crate) struct Density {
+    kit: Kit,
+    /// Of the values that are on the device.
     revision: Option<u64>,
     chunks: Vec<Chunk>,
+    running: Option<Running>,
+    shown: Option<Woven>,
 }
 
-/// Records that are counted together.
-struct Chunk {
+/// What is being counted.
+struct Running {
+    arrangement: u64,
+    /// Counts of all, of those meant, and the mask.
+    counts: [Buffer; 3],
     group: BindGroup,
-    records: usize,
+    /// Records that were handed to the device.
+    handed: usize,
+    /// Of the slice before.
+    submission: Submission,
+    /// Once all were: the picture, and where its summary arrives.
+    last: Option<(Buffer, Buffer)>,
 }
 
-/// Counts, and waits for it.
-pub(crate) fn count(
+/// What was counted, laid out.
+pub(crate) struct Woven {
+    summary: DensitySummary,
+    counts: [Buffer; 3],
+    picture: Buffer,
+    group: BindGroup,
+}
+
+impl Density {
+    /// Hands the next slice to the device, if it is done with the one before; does not wait.
+    fn step(
+        &mut self,
+        gpu: &mut Gpu,
+        input: &DensityInput<'_>,
+    ) -> Result<DensityProgress, RenderError> {
+        if self.revision != Some(input.revision) {
+            (self.running, self.shown) = (None, None);
+            self.chunks.clear();
+            self.revision = Some(input.revision);
+        }
+        let of = input.values.len() / input.axes;
+        let progress = |counted, shown: &Option<Woven>| DensityProgress {
+            counted,
+            of,
+            shown: shown.as_ref().map(|woven| woven.summary),
+        };
+        let is_wanted = |woven: &Woven| woven.summary.arrangement == input.arrangement;
+        if self.shown.as_ref().is_some_and(is_wanted) {
+            self.running = None;
+            return Ok(progress(of, &self.shown));
+        }
+        self.running.take_if(|running| running.arrangement != input.arrangement);
+        let running = match &mut self.running {
+            Some(running) => running,
+            none => none.insert(begin(gpu, &self.kit, input, of)?),
+        };
+        if !gpu.has_finished(running.submission)? {
+            return Ok(progress(running.handed, &self.shown));
+        }
+        if let Some((picture, summary)) = &running.last {
+            let group = BindGroup::new(&self.kit.of_picture, &[Binding::Buffer(picture)])?;
+            let [most, meant_most, lines, meant] = words(summary)?[..] else {
+                return Err(GpuError::Misuse("a summary of another size").into());
+            };
+            let arrangement = input.arrangement;
+            let pairs = input.pairs.len() as u32;
+            let summary = DensitySummary { arrangement, pairs, most, meant_most, lines, meant };
+            let (counts, picture) = (running.counts.clone(), picture.clone());
+            self.shown = Some(Woven { summary, counts, picture, group });
+            self.running = None;
+            return Ok(progress(of, &self.shown));
+        }
+        let mut recorder = gpu.begin_transfer()?;
+        hand_slice(&mut recorder, &self.kit, &mut self.chunks, running, input)?;
+        if running.handed == of {
+            running.last = Some(weave(&mut recorder, &self.kit, running, input)?);
+        }
+        running.submission = recorder.submit_for_later()?;
+        Ok(progress(running.handed, &self.shown))
+    }
+}
+
+fn begin(
     gpu: &mut Gpu,
-    kit: &mut Option<DensityKit>,
+    kit: &Kit,
     input: &DensityInput<'_>,
-) -> Result<DensityCounts, RenderError> {
-    check(input)?;
-    let kit = ready(kit, || DensityKit::new(gpu))?;
+    records: usize,
+) -> Result<Running, RenderError> {
     let mut recorder = gpu.begin_transfer()?;
-    kit.upload(&mut recorder, input)?;
     let edges: Vec<f32> = input.shown.iter().flat_map(|(_, edges)| *edges).collect();
-    let side = DENSITY_BINS as usize + 1;
-    let zeros = vec![0u32; (input.pairs.len() * side * side).max(1)];
-    let records: usize = kit.chunks.iter().map(|chunk| chunk.records).sum();
+    let zeros = vec![0u32; (input.pairs.len() * SIDE * SIDE).max(1)];
     let no_mask = vec![0u32; records.div_ceil(WORD).max(1)];
     let mut upload = |name, usage, bytes: &[u8]| recorder.upload_buffer(name, usage, bytes);
     let edges = upload("density edges", BufferUsage::Storage, bytemuck::cast_slice(&edges))?;
@@ -97,111 +131,116 @@ pub(crate) fn count(
     let plan = upload("density plan", BufferUsage::Storage, bytemuck::cast_slice(&plan))?;
     let mut written =
         |name, words: &[u32]| upload(name, BufferUsage::Counted, bytemuck::cast_slice(words));
-    let counts = written("density counts", &zeros)?;
-    let meant = written("density meant", &zeros)?;
-    let mask = written("density mask", &no_mask)?;
-    let bindings = [&edges, &plan, &counts, &meant, &mask].map(Binding::Buffer);
+    let counts = [
+        written("density counts", &zeros)?,
+        written("density meant", &zeros)?,
+        written("density mask", &no_mask)?,
+    ];
+    let [all, meant, mask] = &counts;
+    let bindings = [&edges, &plan, all, meant, mask].map(Binding::Buffer);
     let group = BindGroup::new(&kit.of_counts, &bindings)?;
-    let mut pass = recorder.compute_pass("density");
-    let mut first = 0;
-    for chunk in &kit.chunks {
-        let step = DensityStep {
-            records: chunk.records as u32,
-            axes: input.axes as u32,
-            shown: input.shown.len() as u32,
-            pairs: input.pairs.len() as u32,
-            brushes: input.brushes.len() as u32,
-            any: u32::from(input.any),
-            first_word: (first / WORD) as u32,
-        };
-        pass.dispatch(&Dispatch {
-            pipeline: &kit.pipeline,
-            groups: &[&chunk.group, &group],
-            constants: bytemuck::bytes_of(&step),
-            workgroups: (chunk.records as u32).div_ceil(DENSITY_GROUP),
-        })?;
-        first += chunk.records;
+    let submission = recorder.submit_for_later()?;
+    let arrangement = input.arrangement;
+    Ok(Running { arrangement, counts, group, handed: 0, submission, last: None })
+}
+
+/// Uploads the next slice, unless it is there, and counts it.
+fn hand_slice(
+    recorder: &mut Recorder<'_>,
+    kit: &Kit,
+    chunks: &mut Vec<Chunk>,
+    running: &mut Running,
+    input: &DensityInput<'_>,
+) -> Result<(), RenderError> {
+    let first = running.handed;
+    let end = (first + SLICE_RECORDS).min(input.values.len() / input.axes);
+    if end == first {
+        return Ok(());
     }
-    drop(pass);
-    let downloads = [&counts, &meant, &mask].map(|buffer| recorder.download_buffer(buffer));
-    recorder.submit_and_wait()?;
-    let [all, meant, mask] = downloads.map(|download| words(&download?));
-    let (mut all, mut meant, mut mask) = (all?, meant?, mask?);
-    let (counts, bits) = (input.pairs.len() * side * side, records.div_ceil(WORD));
-    all.truncate(counts);
-    meant.truncate(counts);
-    mask.truncate(bits);
-    Ok(DensityCounts { all, meant, mask })
+    let at = first / SLICE_RECORDS;
+    if chunks.len() == at {
+        chunks.push(kit.upload(recorder, &input.values[first * input.axes..end * input.axes])?);
+    }
+    let (gates, known_words, given_words) = gates(input, first..end);
+    let gates =
+        recorder.upload_buffer("gates", BufferUsage::Storage, bytemuck::cast_slice(&gates))?;
+    let gates = BindGroup::new(&kit.of_values, &[Binding::Buffer(&gates)])?;
+    let counted = OfCounts { group: &running.group, gates: &gates, known_words, given_words };
+    kit.count(recorder, &chunks[at], &counted, input, first..end)?;
+    running.handed = end;
+    Ok(())
+}
+
+/// Lays out what was counted; the picture, and where its summary arrives.
+fn weave(
+    recorder: &mut Recorder<'_>,
+    kit: &Kit,
+    running: &Running,
+    input: &DensityInput<'_>,
+) -> Result<(Buffer, Buffer), RenderError> {
+    let cells = 2 * input.pairs.len() * (DENSITY_COLUMNS * DENSITY_ROWS) as usize;
+    let mut upload = |name, usage, words: &[u32]| {
+        recorder.upload_buffer(name, usage, bytemuck::cast_slice(words))
+    };
+    let picture = upload("density picture", BufferUsage::Counted, &vec![0; cells.max(1)])?;
+    let summary = upload("density summary", BufferUsage::Counted, &[0; 4])?;
+    let flips = upload("density flips", BufferUsage::Storage, &flips(input))?;
+    let [all, meant, _] = &running.counts;
+    let bindings = [all, meant, &flips, &picture, &summary].map(Binding::Buffer);
+    kit.weave(recorder, &bindings, input.pairs.len() as u32)?;
+    let summary = recorder.download_buffer(&summary)?;
+    Ok((picture, summary))
 }
 
 fn words(download: &Buffer) -> Result<Vec<u32>, GpuError> {
     Ok(bytemuck::pod_collect_to_vec(&download.contents()?))
 }
 
-impl DensityKit {
-    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        use BindingKind::{Storage, Written};
-        let of_values = BindGroupLayout::new(gpu, &[Storage])?;
-        let of_counts = BindGroupLayout::new(gpu, &[Storage, Storage, Written, Written, Written])?;
-        let pipeline = ComputePipeline::new(
-            gpu,
-            &ComputeDescription {
-                name: "density",
-                stage: ShaderStage { words: DENSITY, entry: c"count_main" },
-                groups: &[&of_values, &of_counts],
-                constant_bytes: size_of::<DensityStep>(),
-            },
-        )?;
-        Ok(Self { pipeline, of_values, of_counts, revision: None, chunks: Vec::new() })
-    }
-
-    /// Brings values onto the device that are not there yet.
-    fn upload(
-        &mut self,
-        recorder: &mut Recorder<'_>,
-        input: &DensityInput<'_>,
-    ) -> Result<(), RenderError> {
-        if self.revision == Some(input.revision) {
-            return Ok(());
+/// Goes on with counting what is not counted yet; `settles` waits for all of it.
+pub(crate) fn advance(
+    gpu: &mut Gpu,
+    density: &mut Option<Density>,
+    input: &DensityInput<'_>,
+    settles: bool,
+) -> Result<DensityProgress, RenderError> {
+    check(input)?;
+    let made = || -> Result<_, RenderError> {
+        let kit = Kit::new(gpu)?;
+        Ok(Density { kit, revision: None, chunks: Vec::new(), running: None, shown: None })
+    };
+    let density = ready(density, made)?;
+    loop {
+        let progress = density.step(gpu, input)?;
+        let is_done = density.running.is_none();
+        if is_done || !settles {
+            return Ok(progress);
         }
-        self.revision = None;
-        self.chunks.clear();
-        for values in input.values.chunks(CHUNK_RECORDS * input.axes) {
-            let bytes = bytemuck::cast_slice(values);
-            let buffer = recorder.upload_buffer("density values", BufferUsage::Storage, bytes)?;
-            let group = BindGroup::new(&self.of_values, &[Binding::Buffer(&buffer)])?;
-            self.chunks.push(Chunk { group, records: values.len() / input.axes });
-        }
-        self.revision = Some(input.revision);
-        Ok(())
+        gpu.wait()?;
     }
 }
 
-fn check(input: &DensityInput<'_>) -> Result<(), RenderError> {
-    let DensityInput { axes, values, shown, pairs, brushes, .. } = *input;
-    let (asked, limit) = (axes.max(shown.len()) as u64, MAX_DENSITY_AXES as u64);
-    if asked > limit {
-        return Err(RenderError::TooMany { what: "axes of records", asked, limit });
+/// Counts anew, and waits for it.
+pub(crate) fn count(
+    gpu: &mut Gpu,
+    density: &mut Option<Density>,
+    input: &DensityInput<'_>,
+) -> Result<DensityCounts, RenderError> {
+    if let Some(density) = density {
+        (density.running, density.shown) = (None, None);
     }
-    let names = shown.iter().map(|(axis, _)| *axis).chain(brushes.iter().map(|brush| brush.axis));
-    let fits = axes > 0
-        && values.len() % axes == 0
-        && names.into_iter().all(|axis| axis < axes)
-        && pairs.iter().flatten().all(|place| *place < shown.len());
-    if fits { Ok(()) } else { Err(GpuError::Misuse("records that do not fit their axes").into()) }
-}
-
-/// What the shader reads beside edges.
-fn plan(input: &DensityInput<'_>) -> Vec<u32> {
-    let shown = input.shown.iter().map(|(axis, _)| *axis as u32);
-    let pairs = input.pairs.iter().flatten().map(|place| *place as u32);
-    let brushes = input.brushes.iter().flat_map(|brush| {
-        let head = [brush.axis as u32, brush.ranges.len() as u32, u32::from(brush.with_missing)];
-        head.into_iter().chain(brush.ranges.iter().flatten().map(|end| end.to_bits()))
-    });
-    let mut plan: Vec<u32> = shown.chain(pairs).chain(brushes).collect();
-    if plan.is_empty() {
-        plan.push(0);
-    }
-    plan
+    advance(gpu, density, input, true)?;
+    let woven = density.as_ref().and_then(|density| density.shown.as_ref());
+    let woven = woven.ok_or(GpuError::Misuse("a count that ended without a result"))?;
+    let mut recorder = gpu.begin_transfer()?;
+    let downloads = woven.counts.each_ref().map(|buffer| recorder.download_buffer(buffer));
+    let picture = recorder.download_buffer(&woven.picture)?;
+    recorder.submit_and_wait()?;
+    let [all, meant, mask] = downloads.map(|download| words(&download?));
+    let (mut all, mut meant, mut mask, mut picture) = (all?, meant?, mask?, words(&picture)?);
+    let counts = input.pairs.len() * SIDE * SIDE;
+    all.truncate(counts);
+    meant.truncate(counts);
+    mask.truncate((input.values.len() / input.axes).div_ceil(WORD));
+    picture.truncate(2 * input.pairs.len() * (DENSITY_COLUMNS * DENSITY_ROWS) as usize);
+    Ok(DensityCounts { all, meant, mask, picture, summary: woven.summary })
 }

@@ -46,7 +46,10 @@ mod words;
 pub use busbar_gpu::{Cure, GpuError, MAX_STAGES, StageMillis, ValidationLog, WindowHandles};
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
-pub use density::{BrushedAxis, DensityCounts, DensityInput, MAX_DENSITY_AXES};
+pub use density::{
+    BrushedAxis, DensityCounts, DensityInput, DensityProgress, DensitySummary, MAX_DENSITY_AXES,
+    MAX_DENSITY_BYTES, PlaneInWorld, SLICE_RECORDS,
+};
 pub use draw_list::{DrawList, Instances, MAX_DRAW_CHANGES};
 pub use error::RenderError;
 pub use frame::{

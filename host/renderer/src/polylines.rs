@@ -13,6 +13,7 @@ use busbar_shaders::{FaceInstance, POLYLINES, StrokeInstance};
 use glam::Vec3;
 
 use crate::RenderError;
+use crate::density::PlaneInWorld;
 
 /// Lines, and likewise faces, in one frame: 24 and 32 MB.
 pub const MAX_POLYLINE_PARTS: usize = 500_000;
@@ -30,6 +31,9 @@ pub struct Polylines<'a> {
     pub revision: u64,
     /// Behind all lines, what lies behind first.
     pub faces: &'a [FaceInWorld],
+    /// Between faces and lines: where the picture of what was counted last stands, a plane
+    /// a pair of axes; empty where none is to be drawn.
+    pub planes: &'a [PlaneInWorld],
     /// Lines, what lies behind first.
     pub strokes: &'a [StrokeInWorld],
 }
@@ -68,9 +72,46 @@ pub(crate) struct PolylineKit {
     faces: Pipeline,
     /// Whether the target takes colours as bytes.
     undecoded: bool,
+    pub(crate) quads: Quads,
+    slots: Vec<Slot>,
+}
+
+/// The quad that every instance is.
+pub(crate) struct Quads {
     corners: Buffer,
     indices: Buffer,
-    slots: Vec<Slot>,
+}
+
+impl Quads {
+    fn new(recorder: &mut Recorder<'_>) -> Result<Self, GpuError> {
+        let corners = bytemuck::cast_slice(&CORNERS);
+        let corners = recorder.upload_buffer("polyline corners", BufferUsage::Vertex, corners)?;
+        let indices = bytemuck::cast_slice(&TRIANGLES);
+        let indices = recorder.upload_buffer("polyline indices", BufferUsage::Index, indices)?;
+        Ok(Self { corners, indices })
+    }
+
+    /// A draw of so many instances.
+    pub(crate) fn draw<'a>(
+        &'a self,
+        pipeline: &'a Pipeline,
+        groups: &'a [&'a BindGroup],
+        (instances, count): (&'a Buffer, u32),
+    ) -> Draw<'a> {
+        Draw {
+            pipeline,
+            groups,
+            vertices: &self.corners,
+            vertex_offset: 0,
+            first_vertex: 0,
+            instances,
+            indices: &self.indices,
+            index_range: 0..TRIANGLES.len() as u32,
+            instance_range: 0..count,
+            cull_back: false,
+            mirrored: false,
+        }
+    }
 }
 
 /// The buffers of one frame in flight.
@@ -88,16 +129,13 @@ impl PolylineKit {
         (color, undecoded): (Format, bool),
         samples: u32,
     ) -> Result<Self, RenderError> {
-        let corners = bytemuck::cast_slice(&CORNERS);
-        let corners = recorder.upload_buffer("polyline corners", BufferUsage::Vertex, corners)?;
-        let indices = bytemuck::cast_slice(&TRIANGLES);
-        let indices = recorder.upload_buffer("polyline indices", BufferUsage::Index, indices)?;
+        let quads = Quads::new(recorder)?;
         let gpu = recorder.gpu();
         let slots = (0..MAX_FRAMES_IN_FLIGHT).map(|_| Slot::new(gpu)).collect::<Result<_, _>>()?;
         let target = (color, samples);
-        let strokes = pipeline(gpu, frame, target, STROKES)?;
-        let faces = pipeline(gpu, frame, target, FACES)?;
-        Ok(Self { strokes, faces, undecoded, corners, indices, slots })
+        let strokes = quad_pipeline(gpu, &[frame], target, &STROKES)?;
+        let faces = quad_pipeline(gpu, &[frame], target, &FACES)?;
+        Ok(Self { strokes, faces, undecoded, quads, slots })
     }
 
     /// Writes what changed; the last frame in this slot must be finished.
@@ -127,38 +165,42 @@ impl PolylineKit {
         Ok(())
     }
 
-    /// Draws over what is farther.
-    pub(crate) fn draw(
+    /// Draws faces over what is farther.
+    pub(crate) fn draw_faces(
         &self,
         pass: &mut Pass<'_>,
         frame_group: &BindGroup,
         slot: usize,
         lines: &Polylines<'_>,
     ) -> Result<DrawCount, GpuError> {
-        let Slot { strokes, faces, .. } = &self.slots[slot];
-        let mut calls = DrawCount::default();
-        for (pipeline, instances, count) in
-            [(&self.faces, faces, lines.faces.len()), (&self.strokes, strokes, lines.strokes.len())]
-        {
-            if count == 0 {
-                continue;
-            }
-            pass.draw(&Draw {
-                pipeline,
-                groups: &[frame_group],
-                vertices: &self.corners,
-                vertex_offset: 0,
-                first_vertex: 0,
-                instances,
-                indices: &self.indices,
-                index_range: 0..TRIANGLES.len() as u32,
-                instance_range: 0..count as u32,
-                cull_back: false,
-                mirrored: false,
-            })?;
-            calls += DrawCount { draws: 1, commands: 1 };
+        let instances = (&self.slots[slot].faces, lines.faces.len() as u32);
+        self.draw(pass, frame_group, &self.faces, instances)
+    }
+
+    /// Likewise lines.
+    pub(crate) fn draw_strokes(
+        &self,
+        pass: &mut Pass<'_>,
+        frame_group: &BindGroup,
+        slot: usize,
+        lines: &Polylines<'_>,
+    ) -> Result<DrawCount, GpuError> {
+        let instances = (&self.slots[slot].strokes, lines.strokes.len() as u32);
+        self.draw(pass, frame_group, &self.strokes, instances)
+    }
+
+    fn draw(
+        &self,
+        pass: &mut Pass<'_>,
+        frame_group: &BindGroup,
+        pipeline: &Pipeline,
+        instances: (&Buffer, u32),
+    ) -> Result<DrawCount, GpuError> {
+        if instances.1 == 0 {
+            return Ok(DrawCount::default());
         }
-        Ok(calls)
+        pass.draw(&self.quads.draw(pipeline, &[frame_group], instances))?;
+        Ok(DrawCount::ONE)
     }
 }
 
@@ -208,7 +250,7 @@ fn face(face: &FaceInWorld, undecoded: bool) -> FaceInstance {
 }
 
 /// A colour as the target takes it (IEC 61966-2-1).
-fn shown(color: [u8; 3], undecoded: bool) -> [f32; 3] {
+pub(crate) fn shown(color: [u8; 3], undecoded: bool) -> [f32; 3] {
     color.map(|byte| {
         let value = f32::from(byte) / 255.0;
         match (undecoded, value <= 0.04045) {
@@ -219,36 +261,40 @@ fn shown(color: [u8; 3], undecoded: bool) -> [f32; 3] {
     })
 }
 
-/// What tells the two pipelines apart.
-struct Kind {
-    name: &'static str,
-    vertex: &'static std::ffi::CStr,
-    fragment: &'static std::ffi::CStr,
-    vectors: usize,
+/// What tells pipelines of quads apart.
+pub(crate) struct Kind {
+    pub(crate) name: &'static str,
+    pub(crate) words: &'static [u32],
+    pub(crate) vertex: &'static std::ffi::CStr,
+    pub(crate) fragment: &'static std::ffi::CStr,
+    /// Of an instance, which is vectors alone.
+    pub(crate) bytes: usize,
 }
 
 const STROKES: Kind = Kind {
     name: "strokes",
+    words: POLYLINES,
     vertex: c"stroke_vertex",
     fragment: c"stroke_fragment",
-    vectors: size_of::<StrokeInstance>() / VECTOR_BYTES,
+    bytes: size_of::<StrokeInstance>(),
 };
 const FACES: Kind = Kind {
     name: "faces",
+    words: POLYLINES,
     vertex: c"face_vertex",
     fragment: c"face_fragment",
-    vectors: size_of::<FaceInstance>() / VECTOR_BYTES,
+    bytes: size_of::<FaceInstance>(),
 };
 const VECTOR_BYTES: usize = size_of::<[f32; 4]>();
 
-fn pipeline(
+pub(crate) fn quad_pipeline(
     gpu: &Gpu,
-    frame: &BindGroupLayout,
+    groups: &[&BindGroupLayout],
     (color, samples): (Format, u32),
-    kind: Kind,
+    kind: &Kind,
 ) -> Result<Pipeline, GpuError> {
     let corner = [VertexAttribute { location: 0, kind: AttributeKind::Float2, offset: 0 }];
-    let vectors: Vec<_> = (0..kind.vectors)
+    let vectors: Vec<_> = (0..kind.bytes / VECTOR_BYTES)
         .map(|index| VertexAttribute {
             location: 1 + index as u32,
             kind: AttributeKind::Float4,
@@ -264,13 +310,13 @@ fn pipeline(
         gpu,
         &PipelineDescription {
             name: kind.name,
-            vertex: ShaderStage { words: POLYLINES, entry: kind.vertex },
-            fragment: Some(ShaderStage { words: POLYLINES, entry: kind.fragment }),
+            vertex: ShaderStage { words: kind.words, entry: kind.vertex },
+            fragment: Some(ShaderStage { words: kind.words, entry: kind.fragment }),
             vertex_buffers: &[
                 buffer(size_of::<[f32; 2]>(), false, &corner),
-                buffer(kind.vectors * VECTOR_BYTES, true, &vectors),
+                buffer(kind.bytes, true, &vectors),
             ],
-            groups: &[frame],
+            groups,
             color: Some(color),
             samples,
             blend: Blend::Over,

@@ -7,14 +7,14 @@ use std::time::Instant;
 use busbar_gpu::{Gpu, GpuOptions, ValidationLog, WindowHandles};
 
 use crate::content::{self, Content, millis_since};
-use crate::density::{self, DensityKit};
+use crate::density;
 use crate::model::GpuModel;
 use crate::panels::Panels;
 use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
 use crate::targets::SceneTargets;
 use crate::{
-    DensityCounts, DensityInput, EguiFrame, Frame, FrameStats, MeshAtCursor, ModelHandle,
-    ModelUpload, Picture, RenderError, Wanted,
+    DensityCounts, DensityInput, DensityProgress, EguiFrame, Frame, FrameStats, MeshAtCursor,
+    ModelHandle, ModelUpload, Picture, RenderError, Wanted,
 };
 
 /// Models that one renderer ever takes, removed ones included.
@@ -78,8 +78,6 @@ pub struct Renderer {
     /// Begun, and not asked for yet.
     pending: Option<PendingPick>,
     panels: Panels,
-    /// Once something was counted.
-    density: Option<DensityKit>,
     origin: Origin,
     /// The picture's size; in a window, the window's.
     size: [u32; 2],
@@ -148,8 +146,8 @@ impl Renderer {
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        let (targets, pending, density) = (None, None, None);
-        Ok(Self { content, targets, one_pixel, pending, panels, density, origin, size, gpu })
+        let (targets, pending) = (None, None);
+        Ok(Self { content, targets, one_pixel, pending, panels, origin, size, gpu })
     }
 
     /// Makes a new device in place of one that is lost. Models are gone: uploaded
@@ -177,6 +175,7 @@ impl Renderer {
     pub fn free_memory(&mut self) -> Result<(), RenderError> {
         self.content.cache.drop_all();
         self.content.morpher.drop_all();
+        self.content.density = None;
         self.gpu.free_memory()?;
         self.content.trim();
         Ok(self.gpu.free_memory()?)
@@ -260,12 +259,32 @@ impl Renderer {
         &mut self,
         input: &DensityInput<'_>,
     ) -> Result<DensityCounts, RenderError> {
-        let counted = density::count(&mut self.gpu, &mut self.density, input);
+        let counted = density::count(&mut self.gpu, &mut self.content.density, input);
         if counted.is_err() {
             // Among it may be what was never filled.
-            self.density = None;
+            self.content.density = None;
         }
         counted
+    }
+
+    /// Goes on with counting what is not counted yet and laying it out for
+    /// [`Polylines::planes`](crate::Polylines::planes): a slice of
+    /// [`SLICE_RECORDS`](crate::SLICE_RECORDS) a call, without waiting for the device;
+    /// `settles` waits for all of it.
+    ///
+    /// # Errors
+    /// As [`Renderer::count_records`]; what was counted before is gone then.
+    pub fn advance_density(
+        &mut self,
+        input: &DensityInput<'_>,
+        settles: bool,
+    ) -> Result<DensityProgress, RenderError> {
+        let density = &mut self.content.density;
+        let advanced = density::advance(&mut self.gpu, density, input, settles);
+        if advanced.is_err() {
+            self.content.density = None;
+        }
+        advanced
     }
 
     /// Changes the size of the picture from the next frame on. In a window,

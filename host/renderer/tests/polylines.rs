@@ -28,7 +28,7 @@ fn shown(
     faces: &[FaceInWorld],
     strokes: &[StrokeInWorld],
 ) -> Vec<[u8; 4]> {
-    let polylines = Some(Polylines { revision, faces, strokes });
+    let polylines = Some(Polylines { revision, faces, planes: &[], strokes });
     picture_of(renderer, &Frame { polylines, ..frame(&[]) })
 }
 
@@ -67,7 +67,8 @@ fn what_lies_before_hides_and_what_comes_later_covers() {
         let drawn = [instance(mesh, Mat4::IDENTITY, 1)];
         let mut seen = |z: f32, revision: u64| {
             let (faces, strokes) = ([face(z)], [stroke([-0.3, 0.0, z], [0.3, 0.0, z], 8.0)]);
-            let polylines = Some(Polylines { revision, faces: &faces, strokes: &strokes });
+            let polylines =
+                Some(Polylines { revision, faces: &faces, planes: &[], strokes: &strokes });
             picture_of(renderer, &Frame { polylines, ..frame(&drawn) })
         };
         let center = SIZE[1] as usize / 2 * SIZE[0] as usize + SIZE[0] as usize / 2;
@@ -111,7 +112,7 @@ fn lines_through_the_eye_and_of_no_length_do_no_harm() {
 fn too_many_are_refused_and_the_renderer_goes_on() {
     with_renderer(1, |renderer| {
         let many = vec![stroke([0.0; 3], [1.0; 3], 1.0); MAX_POLYLINE_PARTS + 1];
-        let polylines = Some(Polylines { revision: 1, faces: &[], strokes: &many });
+        let polylines = Some(Polylines { revision: 1, faces: &[], planes: &[], strokes: &many });
         let refused = renderer.draw(&Frame { polylines, ..frame(&[]) });
         assert!(matches!(refused, Err(RenderError::TooMany { .. })), "{refused:?}");
         let line = [stroke([0.0, -9.0, 0.0], [0.0, 9.0, 0.0], 3.0)];

@@ -2,7 +2,8 @@
 
 use busbar_chart::TextKind;
 use egui::{
-    Align2, Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, vec2,
+    Align2, Color32, CursorIcon, Event, FontId, Painter, Pos2, Rect, Sense, Stroke, StrokeKind, Ui,
+    vec2,
 };
 
 use crate::chart_model::{ChartAxisOnScreen, ChartCommand, ChartOverlay};
@@ -36,8 +37,10 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
             TextKind::Tick | TextKind::Limit => longest >= MIN_TICKED && gap >= MIN_NAMED,
             TextKind::Missing => longest >= MIN_TICKED && gap >= MIN_NAMED,
         };
-        if is_shown {
-            word(&painter, *at, text, *kind, &mut words);
+        if is_shown && !word(&painter, *at, text, *kind, &mut words) && *kind == TextKind::Axis {
+            // Rather without its unit than without a name.
+            let name = text.split(" [").next().unwrap_or_default();
+            word(&painter, *at, name, *kind, &mut words);
         }
     }
     for axis in &overlay.axes {
@@ -50,8 +53,8 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
     }
 }
 
-/// A word, unless it would lie over one that is there.
-fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) {
+/// A word, unless it would lie over one that is there; whether it was shown.
+fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) -> bool {
     let (align, offset, size, ink) = match kind {
         TextKind::Axis => {
             (Align2::CENTER_BOTTOM, vec2(0.0, -7.0), 13.0, theme::of(painter.ctx()).ink)
@@ -71,7 +74,7 @@ fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec
     let galley = painter.layout_no_wrap(text.to_owned(), font, ink);
     let rect = align.anchor_size(at + offset, galley.size());
     if there.iter().any(|other| other.intersects(rect)) {
-        return;
+        return false;
     }
     there.push(rect);
     // Words are read against paper, not against lines.
@@ -81,6 +84,7 @@ fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec
         theme::of(painter.ctx()).paper.gamma_multiply(0.82),
     );
     painter.galley(rect.min, galley, ink);
+    true
 }
 
 fn at(axis: &ChartAxisOnScreen, position: f32) -> Pos2 {
@@ -130,7 +134,8 @@ fn drag(ui: &mut Ui, axis: &ChartAxisOnScreen, commands: &mut Vec<Command>) {
     if response.drag_stopped() || !ui.input(|input| input.pointer.any_down()) {
         ui.data_mut(|data| data.remove_temp::<Pos2>(id));
     }
-    let (Some(from), Some(to)) = (origin, pointer) else { return };
+    // Where frames are slow, the pointer may be elsewhere by the time it is let go of.
+    let (Some(from), Some(to)) = (origin, released_at(ui).or(pointer)) else { return };
     let alone = !ui.input(|input| input.modifiers.command);
     let positions = [position(from), position(to)];
     if response.dragged() && from.distance(to) >= MIN_DRAG {
@@ -141,6 +146,15 @@ fn drag(ui: &mut Ui, axis: &ChartAxisOnScreen, commands: &mut Vec<Command>) {
         let command = ChartCommand::BrushAt { shown: axis.shown, positions, alone };
         commands.push(Command::Chart(command));
     }
+}
+
+/// Where a button was let go of in this frame.
+fn released_at(ui: &Ui) -> Option<Pos2> {
+    let released = |event: &Event| match event {
+        Event::PointerButton { pos, pressed: false, .. } => Some(*pos),
+        _ => None,
+    };
+    ui.input(|input| input.events.iter().find_map(released))
 }
 
 /// Dragging an axis' name moves the axis.
@@ -154,7 +168,7 @@ fn title(
     let id = ui.id().with(("chart title", axis.place));
     let response = ui.interact(rect.intersect(ui.max_rect()), id, Sense::drag());
     let response = response.on_hover_cursor(CursorIcon::ResizeHorizontal);
-    let Some(pointer) = response.interact_pointer_pos() else { return };
+    let Some(pointer) = released_at(ui).or(response.interact_pointer_pos()) else { return };
     let painter = ui.painter().with_clip_rect(ui.max_rect());
     if response.dragged() {
         let line = Stroke::new(1.0, theme::of(painter.ctx()).selection);

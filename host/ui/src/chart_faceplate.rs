@@ -12,14 +12,18 @@ use crate::{Mark, hatch, layers, theme};
 
 /// Points.
 const WIDTH: f32 = 520.0;
-const DIAGRAM_SIZE: f32 = 216.0;
+/// Three of them side by side.
+const DIAGRAM_SIZE: f32 = 166.0;
 const MARGIN: f32 = 8.0;
+/// Of the scene's height: what is said of lines must not hide them.
+const HEIGHT_SHARE: f32 = 0.44;
 
 /// Shows it in a window of its own.
 pub(crate) fn window(context: &Context, scene: Rect, explained: &ExplainedEquipment) {
     let window = Window::new(format!("{}: verdict", explained.id)).id("chart verdict".into());
-    let window = window.default_pos(scene.left_top() + vec2(MARGIN, MARGIN)).constrain_to(scene);
-    let height = scene.height() - 60.0;
+    let window = window.pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
+    let window = window.default_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN));
+    let height = scene.height() * HEIGHT_SHARE;
     let window = window.default_size([WIDTH, height]);
     window.resizable(false).show(context, |ui| {
         let area = ScrollArea::vertical().max_height(height);
@@ -43,17 +47,17 @@ pub(crate) fn section(ui: &mut Ui, explained: &ExplainedEquipment) {
     }
     ui.label(RichText::new(&explanation.verdict).size(14.0));
     ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        for shown in &explanation.diagrams {
+            ui.vertical(|ui| diagram(ui, shown));
+        }
+    });
+    ui.add_space(4.0);
     evidence(ui, &explanation.evidence);
     for table in &explanation.tables {
         ui.add_space(4.0);
         numbers(ui, table);
     }
-    ui.add_space(4.0);
-    ui.horizontal_wrapped(|ui| {
-        for shown in &explanation.diagrams {
-            ui.vertical(|ui| diagram(ui, shown));
-        }
-    });
 }
 
 fn evidence(ui: &mut Ui, list: &[Evidence]) {
@@ -122,14 +126,7 @@ fn diagram(ui: &mut Ui, diagram: &Diagram) {
         }
         painter.add(egui::Shape::closed_line(corners, line));
     }
-    for zone in &diagram.zones {
-        let count = zone.outline.len().max(1) as f32;
-        let sum = zone.outline.iter().fold([0.0; 2], |sum, c| [sum[0] + c[0], sum[1] + c[1]]);
-        let middle = place([sum[0] / count, sum[1] / count]);
-        let ink = if zone.is_hit { theme::of(ui.ctx()).ink } else { theme::of(ui.ctx()).faint_ink };
-        let size = if zone.is_hit { 14.0 } else { 11.0 };
-        painter.text(middle, Align2::CENTER_CENTER, &zone.name, FontId::proportional(size), ink);
-    }
+    zone_names(&painter, diagram, &place);
     for (name, at) in &diagram.marks {
         let at = place(*at);
         let align = if at.y < rect.center().y { Align2::CENTER_BOTTOM } else { Align2::CENTER_TOP };
@@ -143,6 +140,26 @@ fn diagram(ui: &mut Ui, diagram: &Diagram) {
             painter.circle_filled(*at, 1.8, theme::of(ui.ctx()).faint_ink);
         }
         painter.circle(*last, 5.0, Color32::WHITE, Stroke::new(2.4, theme::of(ui.ctx()).ink));
+    }
+}
+
+/// The name of the zone that is hit, and of the others as far as there is room.
+fn zone_names(painter: &egui::Painter, diagram: &Diagram, place: &impl Fn([f32; 2]) -> Pos2) {
+    let mut there: Vec<Rect> = Vec::new();
+    let (hit, others): (Vec<_>, Vec<_>) = diagram.zones.iter().partition(|zone| zone.is_hit);
+    for zone in hit.into_iter().chain(others) {
+        let count = zone.outline.len().max(1) as f32;
+        let sum = zone.outline.iter().fold([0.0; 2], |sum, c| [sum[0] + c[0], sum[1] + c[1]]);
+        let theme = theme::of(painter.ctx());
+        let (ink, size) = if zone.is_hit { (theme.ink, 14.0) } else { (theme.faint_ink, 11.0) };
+        let font = FontId::proportional(size);
+        let galley = painter.layout_no_wrap(zone.name.clone(), font, ink);
+        let middle = place([sum[0] / count, sum[1] / count]);
+        let rect = Align2::CENTER_CENTER.anchor_size(middle, galley.size());
+        if there.iter().all(|other| !other.intersects(rect)) {
+            painter.galley(rect.min, galley, ink);
+            there.push(rect);
+        }
     }
 }
 

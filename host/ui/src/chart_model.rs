@@ -26,8 +26,8 @@ pub struct ChartModel {
     pub meant: Option<usize>,
     /// Pieces of equipment whose last record they mean.
     pub meant_equipment: Vec<String>,
-    /// Whether records are too many to be lines.
-    pub is_dense: bool,
+    /// Of records that are too many to be lines.
+    pub density: Option<DensityRow>,
     /// The states of records.
     pub legend: Vec<LegendRow>,
     /// First and last time, nanoseconds since 1970-01-01 UTC.
@@ -44,6 +44,17 @@ pub struct ChartModel {
     pub shows_clusters: bool,
     /// What is said of the equipment that is selected.
     pub explained: Option<ExplainedEquipment>,
+}
+
+/// Records that are too many to be lines: how many there are is shown instead.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DensityRow {
+    /// Records counted, and all there are, while they are counted.
+    pub counting: Option<[usize; 2]>,
+    /// Lines where there are most.
+    pub most: usize,
+    /// Why they cannot be counted.
+    pub fault: Option<String>,
 }
 
 /// An axis of a chart.

@@ -2,17 +2,21 @@
 
 use busbar_chart::{Action, Join, Layout};
 use egui::{
-    Align2, Button, Context, DragValue, Rect, RichText, ScrollArea, Slider, Ui, Window, vec2,
+    Align2, Button, Context, DragValue, Rect, RichText, ScrollArea, Sense, Slider, Ui, Vec2,
+    Window, pos2, vec2,
 };
 
-use crate::chart_model::{ChartCommand, ChartModel};
-use crate::{Command, layers};
+use crate::chart_model::{ChartCommand, ChartModel, DensityRow};
+use crate::{Command, layers, theme};
 
 /// Points.
 const WIDTH: f32 = 250.0;
 const MARGIN: f32 = 8.0;
 /// Height of the list of axes, points.
 const AXES_HEIGHT: f32 = 170.0;
+/// Room for the shades of a density, points, and how many it takes.
+const SHADES: Vec2 = vec2(90.0, 12.0);
+const SHADE_COUNT: usize = 18;
 /// Pieces of equipment that are named.
 const MAX_NAMED: usize = 6;
 const NANOS_PER_DAY: f64 = 86_400e9;
@@ -94,9 +98,37 @@ fn legend(ui: &mut Ui, model: &ChartModel) {
     for row in &model.legend {
         layers::entry(ui, row);
     }
-    let dense =
-        if model.is_dense { ", too many: only those of what is selected are drawn" } else { "" };
-    ui.label(format!("{} records known{dense}", model.known));
+    match &model.density {
+        None => {
+            ui.label(format!("{} records known", model.known));
+        }
+        Some(density) => self::density(ui, density, model.known),
+    }
+}
+
+/// Shades and what they stand for.
+fn density(ui: &mut Ui, density: &DensityRow, known: usize) {
+    if let Some(fault) = &density.fault {
+        ui.label(RichText::new(format!("× cannot be counted: {fault}")).strong());
+        return;
+    }
+    match density.counting {
+        Some([counted, of]) => ui.label(format!("Counting: {counted} of {of} records")),
+        None => ui.label(format!("{known} records known, shown by their density")),
+    };
+    ui.horizontal(|ui| {
+        ui.label("1 line");
+        let (rect, _) = ui.allocate_exact_size(SHADES, Sense::hover());
+        let step = rect.width() / SHADE_COUNT as f32;
+        for shade in 0..SHADE_COUNT {
+            let left = rect.left() + shade as f32 * step;
+            let strip = Rect::from_min_size(pos2(left, rect.top()), vec2(step, rect.height()));
+            let share = (shade as f32 + 0.5) / SHADE_COUNT as f32;
+            ui.painter().rect_filled(strip, 0.0, theme::of(ui.ctx()).ink.gamma_multiply(share));
+        }
+        let hint = "Lines where most are; between, by the logarithm";
+        ui.label(format!("{} lines", density.most)).on_hover_text(hint);
+    });
 }
 
 fn brushes(ui: &mut Ui, model: &ChartModel, ask: &mut impl FnMut(ChartCommand)) {

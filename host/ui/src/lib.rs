@@ -47,7 +47,8 @@ pub use alarm_model::{
     AlarmAction, AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon,
 };
 pub use chart_model::{
-    ChartAxisOnScreen, ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, ExplainedEquipment,
+    ChartAxisOnScreen, ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityRow,
+    ExplainedEquipment,
 };
 pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
 pub use equipment_model::{EquipmentRow, EquipmentRows};

@@ -41,12 +41,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut renderer = Renderer::headless(options, [64, 64])?;
     let mut input = DensityInput {
         revision: 1,
+        arrangement: 1,
         axes: AXES,
         values: records.values(),
         shown: &shown,
+        flipped: &[false; AXES],
         pairs: &pairs,
         brushes: &[],
         any: false,
+        known: None,
+        given: None,
     };
     let start = Instant::now();
     renderer.count_records(&input)?;

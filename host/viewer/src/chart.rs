@@ -1,6 +1,7 @@
 //! The chart that stands in the scene: what a plugin tells of the equipment, arranged by
 //! the operator, and what follows from it for the equipment.
 
+mod density;
 mod reader;
 mod words;
 
@@ -11,14 +12,17 @@ use busbar_chart::{Action, Board, Brush, Explanation, Selected, Shape, Size, nea
 use busbar_config::ChartConfig;
 use busbar_plugin_host::{Pattern, PluginError, wall_clock};
 use busbar_plugin_process::{Plugin, RunningChart};
-use busbar_renderer::{FaceInWorld, MAX_POLYLINE_PARTS, Polylines, StrokeInWorld};
+use busbar_renderer::{
+    FaceInWorld, MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, StrokeInWorld,
+};
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_ui::{ChartCommand, ChartOverlay};
+use busbar_ui::{ChartAxisOnScreen, ChartCommand, ChartOverlay};
 use egui::Pos2;
 use glam::{Affine3A, Quat, Vec3};
 
 use crate::camera::Projection;
 use crate::running::{Basis, ShownState};
+use density::Density;
 use reader::{Question, Reader};
 
 /// How near to a line the pointer must be, points.
@@ -43,9 +47,12 @@ pub(crate) struct ShownChart {
     /// What was known when it was last looked at, by equipment.
     known: Vec<Option<Selected>>,
     hovered: Option<usize>,
+    /// As the last frame had them.
+    axes_on_screen: Vec<ChartAxisOnScreen>,
     /// Index of the equipment, and what is said of it.
     explained: Option<(usize, Explanation)>,
     drawn: Drawn,
+    density: Density,
     seconds: f64,
 }
 
@@ -82,8 +89,10 @@ impl ShownChart {
             equipment: HashMap::new(),
             known: Vec::new(),
             hovered: None,
+            axes_on_screen: Vec::new(),
             explained: None,
             drawn: Drawn::default(),
+            density: Density::default(),
             seconds: 0.0,
         };
         if settles {
@@ -193,8 +202,7 @@ impl ShownChart {
     }
 
     fn brushed_known(&self) -> impl Iterator<Item = &Selected> {
-        let meant = self.board.meant();
-        self.known.iter().flatten().filter(|one| meant[one.record])
+        self.known.iter().flatten().filter(|one| self.board.is_meant(one.record))
     }
 
     /// Does what the operator asks.
@@ -247,10 +255,25 @@ impl ShownChart {
         self.drawn = Drawn { revision: Some(revision), faces, strokes, shape };
     }
 
+    /// Goes on with counting records that are too many for lines.
+    ///
+    /// # Errors
+    /// The device's.
+    pub(crate) fn count(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
+        let counted = (&self.board, self.data_revision);
+        self.density.advance(renderer, counted, self.world_from_chart, self.settles)
+    }
+
+    /// Whether it will look otherwise by itself.
+    pub(crate) fn is_coming(&self) -> bool {
+        self.density.is_coming() || self.board.plays()
+    }
+
     /// Its lines and faces.
     pub(crate) fn polylines(&self) -> Option<Polylines<'_>> {
         let Drawn { revision, faces, strokes, .. } = &self.drawn;
-        Some(Polylines { revision: (*revision)?, faces, strokes })
+        let planes = self.density.planes();
+        Some(Polylines { revision: (*revision)?, faces, planes, strokes })
     }
 
     /// Notes what is under the pointer.
@@ -274,8 +297,10 @@ impl ShownChart {
     }
 
     /// What of it lies over the scene.
-    pub(crate) fn overlay(&self, projection: Projection) -> ChartOverlay {
-        words::overlay(self, projection)
+    pub(crate) fn overlay(&mut self, projection: Projection) -> ChartOverlay {
+        let overlay = words::overlay(self, projection);
+        self.axes_on_screen.clone_from(&overlay.axes);
+        overlay
     }
 
     /// What is said of it in panels.

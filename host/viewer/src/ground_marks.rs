@@ -106,7 +106,8 @@ impl GroundMarks {
             return chart;
         }
         let Parts { faces, strokes } = &self.all;
-        Some(Polylines { revision: OWN | self.revision, faces, strokes })
+        let planes = chart.map_or(&[][..], |chart| chart.planes);
+        Some(Polylines { revision: OWN | self.revision, faces, planes, strokes })
     }
 }
 

@@ -72,7 +72,7 @@ pub use load::{
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis, PluginStats,
-    RecordStats, Stats, TagStats,
+    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis,
+    PluginStats, RecordStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -141,13 +141,17 @@ pub struct RecordStats {
 pub struct ChartStats {
     /// Records there are.
     pub records: usize,
-    /// Records that brushes mean.
+    /// Records that are known at the instant shown and that brushes mean.
     pub meant: usize,
+    /// Whether those are still being counted.
+    pub is_counting: bool,
     /// Equipment whose last known record they mean.
     pub brushed: Vec<String>,
     /// The state of each piece of equipment by its last known record; null where that is
     /// too old to speak for it.
     pub states: BTreeMap<String, Option<String>>,
+    /// The axes shown that are before the camera, from the left to the right.
+    pub axes: Vec<ChartAxisStats>,
     /// The equipment that something is said of.
     pub explained: Option<String>,
     /// What is the matter with it.
@@ -156,6 +160,21 @@ pub struct ChartStats {
     pub evidence: Vec<ChartEvidence>,
     /// Why records may be out of date.
     pub fault: Option<String>,
+}
+
+/// An axis as the last frame had it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChartAxisStats {
+    /// Its name.
+    pub name: String,
+    /// Where its lower end is on the screen, points.
+    pub foot: [f32; 2],
+    /// Where its upper end is.
+    pub head: [f32; 2],
+    /// The values there.
+    pub ends: [f32; 2],
+    /// Whether it is logarithmic.
+    pub log: bool,
 }
 
 /// What a method says of a piece of equipment.

@@ -287,7 +287,8 @@ impl Viewer {
             self.selection = self.scene.graph.find(id).into_iter().collect();
         }
         if let Some(chart) = &mut self.chart {
-            overlaid.states.extend(chart.states());
+            // Of several the last one shows: what tags say now comes after records.
+            overlaid.states.splice(0..0, chart.states());
             chart.follow_selection(&self.scene.graph, &self.selection);
             chart.shape_up();
         }
@@ -370,11 +371,14 @@ impl Viewer {
         let view = self.view();
         let of_nodes = self.highlights.of_nodes();
         let shown = self.picture_of(view, self.drawn.list(), of_nodes, Some(overlay));
-        let chart = self.chart.as_ref().and_then(ShownChart::polylines);
-        let polylines = self.ground_marks.polylines(chart);
-        let frame = Frame { outlined: self.outlines.list(), polylines, ..shown };
-        let in_window = self.in_window;
+        let shown = Frame { outlined: self.outlines.list(), ..shown };
+        let (in_window, chart) = (self.in_window, &mut self.chart);
+        let ground_marks = &mut self.ground_marks;
         let drawn = self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
+            chart.as_mut().map_or(Ok(()), |chart| chart.count(renderer))?;
+            let chart = chart.as_ref().and_then(ShownChart::polylines);
+            let polylines = ground_marks.polylines(chart);
+            let frame = Frame { polylines, ..shown };
             let drawn = renderer.draw(&frame)?;
             if !in_window {
                 // Nobody watches: a frame counts from its beginning to its end.
@@ -405,6 +409,7 @@ impl Viewer {
         self.count_frame(started);
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
         let is_coming = self.cursors.is_morphing()
+            || self.chart.as_ref().is_some_and(ShownChart::is_coming)
             || self.cursors.waiting_count() > 0 && self.last.resolved + self.last.waiting > 0;
         let repaint_after = match root {
             _ if is_coming || self.is_restless() => Duration::ZERO,

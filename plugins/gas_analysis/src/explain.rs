@@ -8,26 +8,35 @@ use dga::pentagon::{self, PENTAGON_1, PENTAGON_2, Pentagon};
 use dga::{Sample, Zone, triangle_1};
 
 use crate::Settings;
-use crate::fleet::Judged;
-use crate::verdict::{Family, words};
+use crate::history::Trend;
+use crate::judged::{Judged, Judging};
+use crate::verdict::{Family, Judgement, words};
 
 /// Samples before this one that diagrams show.
-const MAX_TRAIL: usize = 24;
+pub(crate) const MAX_TRAIL: usize = 24;
 
 /// Explains a sample by those of its transformer before it.
-pub(crate) fn explain(last: &Judged, before: &[Judged], settings: &Settings) -> Explanation {
-    Explanation {
+pub(crate) fn explain(last: &Judged, before: &[&Judged], settings: &Settings) -> Explanation {
+    let Judging { judgement, trend } = last.again(before, settings);
+    let told = Explanation {
         unix_nanos: last.unix_nanos,
         state: last.state,
-        verdict: verdict(last),
-        tables: vec![gases(last, settings)],
-        evidence: evidence(last),
+        tables: vec![gases(last, &trend, settings)],
+        ..Explanation::default()
+    };
+    if let Some(doubt) = &last.doubt {
+        let verdict = format!("N{} at that time.", &doubt[1..]);
+        return Explanation { verdict, ..told };
+    }
+    Explanation {
+        verdict: verdict(last, &judgement),
+        evidence: evidence(&judgement),
         diagrams: diagrams(last, before),
+        ..told
     }
 }
 
-fn verdict(last: &Judged) -> String {
-    let judgement = &last.judgement;
+fn verdict(last: &Judged, judgement: &Judgement) -> String {
     let status = match last.status {
         None => "Without O2 and N2 there is no status by IEEE C57.104-2019.".to_owned(),
         Some(status) => format!("Status {status} by IEEE C57.104-2019."),
@@ -50,8 +59,7 @@ fn verdict(last: &Judged) -> String {
     }
 }
 
-fn evidence(last: &Judged) -> Vec<Evidence> {
-    let judgement = &last.judgement;
+fn evidence(judgement: &Judgement) -> Vec<Evidence> {
     let opinion = |opinion: &crate::verdict::Opinion| {
         let families: Vec<Family> =
             opinion.zones.iter().flat_map(|zone| Family::of(*zone)).copied().collect();
@@ -70,9 +78,9 @@ fn evidence(last: &Judged) -> Vec<Evidence> {
 }
 
 /// Each gas against its limits, with its rate.
-fn gases(last: &Judged, settings: &Settings) -> ExplainedTable {
+fn gases(last: &Judged, trend: &Trend, settings: &Settings) -> ExplainedTable {
     let limits = c57_104::limits(&last.sample, settings.age.into());
-    let rows = GASES.into_iter().zip(limits).zip(last.trend.rates).filter_map(
+    let rows = GASES.into_iter().zip(limits).zip(trend.rates).filter_map(
         |((gas, [typical, high]), rate)| {
             let measured = last.sample.concentration(gas)?;
             let ppm = measured.ppm();
@@ -103,10 +111,11 @@ fn number(ppm: f64) -> String {
     if ppm >= 10.0 { format!("{ppm:.0}") } else { format!("{ppm:.1}") }
 }
 
-fn diagrams(last: &Judged, before: &[Judged]) -> Vec<Diagram> {
+fn diagrams(last: &Judged, before: &[&Judged]) -> Vec<Diagram> {
     let samples: Vec<&Sample> = before[before.len().saturating_sub(MAX_TRAIL)..]
         .iter()
-        .chain([last])
+        .chain([&last])
+        .filter(|judged| judged.doubt.is_none())
         .map(|judged| &judged.sample)
         .collect();
     let trail = |place: fn(&Sample) -> Option<[f64; 2]>| -> Vec<[f32; 2]> {

@@ -1,64 +1,37 @@
-//! The samples of a fleet of transformers, as records of a chart.
+//! Samples of all transformers as records of a chart: those of a file, and those of monitors.
 
-use std::collections::BTreeMap;
-use std::time::SystemTime;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, SystemTime};
 
-use busbar_plugin_sdk::{
-    ChartAxis, ChartBand, ChartDescription, ChartRecord, ChartRecords, ChartState, Error, Host,
-    LogLevel, Pattern,
-};
-use dga::c57_104::{self, Age};
-use dga::{Gas, Sample};
+use busbar_plugin_sdk::{ChartDescription, ChartRecord, ChartRecords, Error, Host, LogLevel};
 
 use crate::Settings;
-use crate::history::{Book, Trend, day_of};
-use crate::source::{self, FleetSettings, Reading};
-use crate::verdict::{self, Judgement};
+use crate::axes;
+use crate::explain::MAX_TRAIL;
+use crate::judged::Judged;
+use crate::loading::{Loaded, Loading};
+use crate::monitors::Monitors;
+use crate::source;
 
-const SECONDS_PER_DAY: f64 = 86_400.0;
-/// Julian day number of 1970-01-01, as dates are counted here.
-const EPOCH_DAY: f64 = 2_440_588.0;
-/// Gases with an axis of their own: upper end and detection limit (IEC 60567), ppm.
-const GAS_AXES: [(Gas, f32, f32); 6] = [
-    (Gas::H2, 1e5, 2.0),
-    (Gas::Ch4, 1e5, 0.1),
-    (Gas::C2h6, 1e5, 0.1),
-    (Gas::C2h4, 1e5, 0.1),
-    (Gas::C2h2, 1e5, 0.1),
-    (Gas::Co, 1e4, 5.0),
-];
-/// Lower end of all axes of gases, ppm.
-const GAS_LOW: f32 = 0.1;
-/// Ratios of IEC 60599, table 1: their gases, and the limit that is drawn.
-const RATIO_AXES: [(&str, [Gas; 2], f32); 3] = [
-    ("C2H2/C2H4", [Gas::C2h2, Gas::C2h4], 1.0),
-    ("CH4/H2", [Gas::Ch4, Gas::H2], 1.0),
-    ("C2H4/C2H6", [Gas::C2h4, Gas::C2h6], 4.0),
-];
-/// Ends of axes of ratios: what is beyond, infinity too, is at an end.
-const RATIO_ENDS: [f32; 2] = [0.01, 100.0];
-const AXES: usize = GAS_AXES.len() + RATIO_AXES.len() + source::EXTRAS.len();
-
-/// A sample with what it means.
-pub(crate) struct Judged {
-    pub(crate) unix_nanos: i64,
-    pub(crate) sample: Sample,
-    pub(crate) trend: Trend,
-    pub(crate) judgement: Judgement,
-    pub(crate) status: Option<c57_104::Status>,
-    pub(crate) state: u32,
-    extras: [f32; source::EXTRAS.len()],
-}
+/// The longest that the first call waits for a file: most are read by then.
+const FIRST_PATIENCE: Duration = Duration::from_secs(4);
+/// Days that a sample speaks for its transformer where no file says otherwise.
+const MONITORED_DAYS: u32 = 400;
 
 /// Samples of all transformers.
 pub(crate) struct Fleet {
     host: Host,
     settings: Settings,
-    /// What the file was when it was read.
+    /// What the file was when reading it began.
     version: Option<(SystemTime, u64)>,
+    loading: Option<Loading>,
+    has_begun: bool,
+    /// Of the file, by transformer.
+    laboratory: BTreeMap<String, Vec<Judged>>,
+    /// Of the monitors when their samples were listed.
+    monitored: u64,
     revision: u64,
     equipment: Vec<String>,
-    histories: Vec<Vec<Judged>>,
     records: Vec<ChartRecord>,
     values: Vec<f32>,
 }
@@ -68,96 +41,101 @@ impl Fleet {
     pub(crate) fn of(settings: &Settings, host: Host) -> Result<Self, Error> {
         if let Some(fleet) = settings.fleet.as_ref().filter(|fleet| !fleet.file.is_absolute()) {
             let path = fleet.file.display();
-            return Err(Error::settings(format!("fleet.file: '{path}' is no absolute path")));
+            return Err(Error::settings(format!(
+                "fleet.file: '{path}' is no absolute path; ${{folder}}/ before it is the folder of \
+                 the configuration"
+            )));
         }
         Ok(Self {
             host,
             settings: settings.clone(),
             version: None,
+            loading: None,
+            has_begun: false,
+            laboratory: BTreeMap::new(),
+            monitored: 0,
             revision: 0,
             equipment: Vec::new(),
-            histories: Vec::new(),
             records: Vec::new(),
             values: Vec::new(),
         })
     }
 
-    /// Reads the file if it is another one than before. One that cannot be read leaves the
-    /// samples as they were, and is told.
-    pub(crate) fn read_again(&mut self) {
-        let Some(fleet) = self.settings.fleet.clone() else { return };
+    /// Takes what was read of the file, which is read again whenever it is another one, and
+    /// what monitors measured. A file that cannot be read leaves the samples as they were,
+    /// and is told.
+    pub(crate) fn refresh(&mut self, monitors: &Monitors) {
+        let is_first = !self.has_begun;
+        self.begin_loading();
+        let patience = if is_first { FIRST_PATIENCE } else { Duration::ZERO };
+        let taken = self.loading.as_mut().and_then(|loading| loading.take(patience));
+        let is_other = taken.is_some() || self.monitored != monitors.revision() || is_first;
+        if let Some(taken) = taken {
+            self.loading = None;
+            match taken {
+                Err(fault) => self.host.log(LogLevel::Error, &fault),
+                Ok(loaded) => self.take(loaded),
+            }
+        }
+        if is_other {
+            self.monitored = monitors.revision();
+            self.list(monitors);
+        }
+    }
+
+    fn begin_loading(&mut self) {
+        let Some(fleet) = self.settings.fleet.as_ref().filter(|_| self.loading.is_none()) else {
+            self.has_begun = true;
+            return;
+        };
         let version = source::version(&fleet.file);
-        if self.revision > 0 && version == self.version {
+        if self.has_begun && version == self.version {
             return;
         }
-        self.version = version;
         // Also after a fault: it is told once.
-        self.revision += 1;
-        match source::read(&fleet) {
+        (self.version, self.has_begun) = (version, true);
+        match Loading::begin(fleet.clone(), self.settings.clone()) {
+            Ok(loading) => self.loading = Some(loading),
             Err(fault) => self.host.log(LogLevel::Error, &fault),
-            Ok(readings) => {
-                for fault in &readings.faults {
-                    let place = fleet.file.display();
-                    self.host.log(LogLevel::Warning, &format!("{place}: {fault}"));
-                }
-                self.take(readings.all);
-            }
         }
     }
 
-    fn take(&mut self, readings: Vec<Reading>) {
-        let mut by_equipment: BTreeMap<String, Vec<(i64, Reading)>> = BTreeMap::new();
-        for reading in readings {
-            match day_of(&reading.time) {
-                Ok(day) => {
-                    let seconds = ((day - EPOCH_DAY) * SECONDS_PER_DAY).round() as i64;
-                    let entry = by_equipment.entry(reading.equipment.clone()).or_default();
-                    entry.push((seconds.saturating_mul(1_000_000_000), reading));
-                }
-                Err(fault) => self.host.log(LogLevel::Warning, &fault),
-            }
+    fn take(&mut self, loaded: Loaded) {
+        let place = self.settings.fleet.as_ref().map(|fleet| fleet.file.display().to_string());
+        let place = place.unwrap_or_default();
+        for fault in &loaded.faults {
+            self.host.log(LogLevel::Warning, &format!("{place}: {fault}"));
         }
-        (self.equipment, self.histories) = (Vec::new(), Vec::new());
-        for (equipment, mut own) in by_equipment {
-            own.sort_by_key(|(time, _)| *time);
-            let history = self.judge_all(own);
-            self.equipment.push(equipment);
-            self.histories.push(history);
+        let more = loaded.left_out.saturating_sub(loaded.faults.len());
+        if more > 0 {
+            self.host.log(LogLevel::Warning, &format!("{place}: {more} more rows are left out"));
         }
-        self.list();
+        self.laboratory = loaded.histories;
     }
 
-    /// Judges the samples of one transformer, each by those before it.
-    fn judge_all(&self, own: Vec<(i64, Reading)>) -> Vec<Judged> {
-        let mut book = Book::default();
-        let mut history = Vec::with_capacity(own.len());
-        for (unix_nanos, Reading { equipment, time, sample, extras }) in own {
-            let trend = match book.add(&equipment, &time, &sample) {
-                Ok(trend) => trend,
-                Err(fault) => {
-                    self.host.log(LogLevel::Warning, &fault);
-                    continue;
-                }
-            };
-            let judgement = verdict::judge(&sample, &self.settings);
-            let age: Age = self.settings.age.into();
-            let status = c57_104::status_with(&sample, age, &trend.history);
-            let state = verdict::state(status, &judgement);
-            history.push(Judged { unix_nanos, sample, trend, judgement, status, state, extras });
-        }
-        history
-    }
-
-    fn list(&mut self) {
+    fn list(&mut self, monitors: &Monitors) {
+        let ids: BTreeSet<&str> =
+            self.laboratory.keys().map(String::as_str).chain(monitors.equipment()).collect();
+        self.equipment = ids.iter().map(|id| (*id).to_owned()).collect();
         (self.records, self.values) = (Vec::new(), Vec::new());
-        for (equipment, history) in self.histories.iter().enumerate() {
-            for judged in history {
+        for (id, equipment) in ids.iter().zip(0..) {
+            let mut add = |judged: &Judged| {
                 let Judged { unix_nanos, state, .. } = *judged;
-                let equipment = equipment as u32;
                 self.records.push(ChartRecord { unix_nanos, equipment, state });
-                self.values.extend(values(judged));
+                self.values.extend(axes::values(&judged.sample, judged.extras));
+            };
+            let laboratory = self.laboratory.get(*id).map_or(&[][..], Vec::as_slice);
+            let mut left = laboratory;
+            for measured in monitors.history(id) {
+                let earlier = left.partition_point(|one| one.unix_nanos <= measured.unix_nanos);
+                let (before, after) = left.split_at(earlier);
+                before.iter().for_each(&mut add);
+                add(measured);
+                left = after;
             }
+            left.iter().for_each(add);
         }
+        self.revision += 1;
     }
 
     /// What is read now.
@@ -166,108 +144,37 @@ impl Fleet {
         ChartRecords { revision: *revision, records, values }
     }
 
-    /// The samples of a transformer that are not after an instant.
-    pub(crate) fn history_until(&self, equipment: &str, unix_nanos: i64) -> Option<&[Judged]> {
-        let at = self.equipment.iter().position(|id| id == equipment)?;
-        let history = &self.histories[at];
-        Some(&history[..history.partition_point(|judged| judged.unix_nanos <= unix_nanos)])
+    /// The last samples of a transformer that are not after an instant, the oldest first.
+    pub(crate) fn recent<'a>(
+        &'a self,
+        monitors: &'a Monitors,
+        equipment: &str,
+        unix_nanos: i64,
+    ) -> Vec<&'a Judged> {
+        let own = self.laboratory.get(equipment).map_or(&[][..], Vec::as_slice);
+        let known = own.partition_point(|judged| judged.unix_nanos <= unix_nanos);
+        let measured = monitors.history(equipment).rev();
+        let measured = measured.filter(|judged| judged.unix_nanos <= unix_nanos);
+        let mut recent: Vec<&Judged> = own[..known]
+            .iter()
+            .rev()
+            .take(MAX_TRAIL + 1)
+            .chain(measured.take(MAX_TRAIL + 1))
+            .collect();
+        recent.sort_by_key(|judged| judged.unix_nanos);
+        recent.split_off(recent.len().saturating_sub(MAX_TRAIL + 1))
     }
 
     /// Axes, legend and transformers.
     pub(crate) fn describe(&self) -> ChartDescription {
-        let days =
-            self.settings.fleet.as_ref().map_or(400, |fleet: &FleetSettings| fleet.valid_days);
+        let fleet = self.settings.fleet.as_ref();
+        let days = fleet.map_or(MONITORED_DAYS, |fleet| fleet.valid_days);
         ChartDescription {
             name: "Dissolved gases".into(),
-            axes: axes(self.settings.age.into()),
-            legend: legend(),
+            axes: axes::axes(self.settings.age.into()),
+            legend: axes::legend(),
             equipment: self.equipment.clone(),
             valid_seconds: u64::from(days) * 86_400,
         }
     }
-}
-
-fn values(judged: &Judged) -> [f32; AXES] {
-    let mut values = [f32::NAN; AXES];
-    let (gases, rest) = values.split_at_mut(GAS_AXES.len());
-    for (value, (gas, _, _)) in gases.iter_mut().zip(GAS_AXES) {
-        *value = judged.sample.ppm(gas).map_or(f32::NAN, |ppm| ppm as f32);
-    }
-    let (ratios, extras) = rest.split_at_mut(RATIO_AXES.len());
-    for (value, (_, [above, below], _)) in ratios.iter_mut().zip(RATIO_AXES) {
-        let ppm = judged.sample.ppm(above).zip(judged.sample.ppm(below));
-        // x/0 is infinite, and 0/0 is no number.
-        let ratio = ppm.map_or(f64::NAN, |(above, below)| above / below);
-        *value = (ratio as f32).min(RATIO_ENDS[1]);
-    }
-    extras.copy_from_slice(&judged.extras);
-    values
-}
-
-fn axes(age: Age) -> Vec<ChartAxis> {
-    let limits = c57_104::limits(&Sample::new(), age);
-    let band = |name: &str, from: Option<f32>, to: Option<f32>, is_abnormal| ChartBand {
-        name: name.into(),
-        from,
-        to,
-        is_abnormal,
-    };
-    let gas_axis = |(gas, high, detection): (Gas, f32, f32)| {
-        let at = c57_104::GASES.iter().position(|one| *one == gas);
-        let bands = at.map_or_else(Vec::new, |at| {
-            let [typical, upper] = limits[at].map(|ppm| ppm as f32);
-            vec![
-                band("between C57.104-2019 tables 1 and 2", Some(typical), Some(upper), false),
-                band("above C57.104-2019 table 2", Some(upper), None, true),
-            ]
-        });
-        ChartAxis {
-            name: gas.formula().into(),
-            unit: "ppm".into(),
-            log: true,
-            low: GAS_LOW,
-            high,
-            detection_limit: Some(detection),
-            bands,
-        }
-    };
-    let ratio_axis = |(name, _, limit): (&str, [Gas; 2], f32)| ChartAxis {
-        name: name.into(),
-        unit: String::new(),
-        log: true,
-        low: RATIO_ENDS[0],
-        high: RATIO_ENDS[1],
-        detection_limit: None,
-        bands: vec![band("limit of IEC 60599, table 1", Some(limit), None, false)],
-    };
-    let linear = |name: &str, unit: &str, high, limit| ChartAxis {
-        name: name.into(),
-        unit: unit.into(),
-        log: false,
-        low: 0.0,
-        high,
-        detection_limit: None,
-        bands: vec![band("above the limit of IEC 60076-7, table 2", Some(limit), None, true)],
-    };
-    let mut axes: Vec<ChartAxis> = GAS_AXES.into_iter().map(gas_axis).collect();
-    axes.extend(RATIO_AXES.map(ratio_axis));
-    axes.push(linear("Top oil", "°C", 140.0, 105.0));
-    axes.push(linear("Load", "p.u.", 1.5, 1.3));
-    axes
-}
-
-fn legend() -> Vec<ChartState> {
-    let state = |name: &str, color, pattern, is_abnormal| ChartState {
-        name: name.into(),
-        color,
-        pattern,
-        is_abnormal,
-    };
-    // In the order of `verdict`'s states.
-    vec![
-        state("normal (C57.104 status 1)", [150, 154, 160], Pattern::Solid, false),
-        state("watch (status 2)", [176, 128, 0], Pattern::Dotted, true),
-        state("overheating (status 3)", [214, 84, 16], Pattern::Striped, true),
-        state("discharges or unclear (status 3)", [178, 16, 36], Pattern::Crossed, true),
-    ]
 }

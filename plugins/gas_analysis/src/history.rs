@@ -11,7 +11,10 @@ use time::{Date, OffsetDateTime};
 /// Transformers of one file: for each its last samples are kept.
 pub(crate) const MAX_EQUIPMENT: usize = 20_000;
 /// Samples that are kept of each.
-const MAX_KEPT: usize = *REGRESSION_READINGS.end();
+pub(crate) const MAX_KEPT: usize = *REGRESSION_READINGS.end();
+const NANOS_A_DAY: f64 = 86_400e9;
+/// Julian day number of 1970-01-01, as dates are counted here.
+const EPOCH_DAY: f64 = 2_440_588.0;
 /// Columns of history, after the results.
 pub(crate) const COLUMNS: [&str; 1 + GASES.len()] = [
     "c57_status_history",
@@ -63,12 +66,27 @@ impl Book {
         if kept.back().is_some_and(|last| last.day >= day) {
             return Err(format!("time: '{time}' is not after the sample before of '{equipment}'"));
         }
-        while kept.len() >= MAX_KEPT {
-            kept.pop_front();
-        }
-        kept.push_back(Entry { day, ppm: GASES.map(|gas| sample.ppm(gas)) });
-        Ok(trend(kept))
+        Ok(push(kept, day, sample))
     }
+}
+
+/// Last samples of one transformer, in the order of time.
+#[derive(Default)]
+pub(crate) struct Page(VecDeque<Entry>);
+
+impl Page {
+    /// Takes the next one; what it adds to those before.
+    pub(crate) fn add(&mut self, unix_nanos: i64, sample: &Sample) -> Trend {
+        push(&mut self.0, unix_nanos as f64 / NANOS_A_DAY, sample)
+    }
+}
+
+fn push(kept: &mut VecDeque<Entry>, day: f64, sample: &Sample) -> Trend {
+    while kept.len() >= MAX_KEPT {
+        kept.pop_front();
+    }
+    kept.push_back(Entry { day, ppm: GASES.map(|gas| sample.ppm(gas)) });
+    trend(kept)
 }
 
 fn trend(kept: &VecDeque<Entry>) -> Trend {
@@ -89,8 +107,17 @@ fn trend(kept: &VecDeque<Entry>) -> Trend {
     trend
 }
 
+/// The instant that a text is, nanoseconds since 1970-01-01 UTC, to the second.
+///
+/// # Errors
+/// As [`day_of`].
+pub(crate) fn unix_nanos_of(text: &str) -> Result<i64, String> {
+    let seconds = ((day_of(text)? - EPOCH_DAY) * 86_400.0).round() as i64;
+    Ok(seconds.saturating_mul(1_000_000_000))
+}
+
 /// Days since some day long ago; a date alone is its beginning.
-pub(crate) fn day_of(text: &str) -> Result<f64, String> {
+fn day_of(text: &str) -> Result<f64, String> {
     const SECONDS_A_DAY: f64 = 86_400.0;
     const DATE_BYTES: usize = "2026-01-31".len();
     // The parser of dates would take, and forget, a time behind one.

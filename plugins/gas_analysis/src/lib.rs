@@ -1,13 +1,17 @@
-//! Dissolved gas analysis as a command, `busbar dga FILE.csv [--out F.csv]`, and as the chart
-//! of a fleet of transformers.
+//! Dissolved gas analysis as a command, `busbar dga FILE.csv [--out F.csv]`, as the chart of a
+//! fleet of transformers, and as the overlay of their monitors.
 //!
 //! The methods are those of the crate `dga`; here is what reads samples and writes results.
 
+mod axes;
 mod columns;
 mod explain;
 mod fleet;
 mod history;
+mod judged;
 mod lines;
+mod loading;
+mod monitors;
 mod odds;
 mod report;
 mod row;
@@ -15,9 +19,12 @@ mod source;
 mod table;
 mod verdict;
 
+use std::time::Instant;
+
 use busbar_plugin_sdk::{
-    Chart, ChartDescription, ChartRecords, Command, CommandExit, CommandInfo, Error, Explanation,
-    Host, LogLevel, Plugin, Streams,
+    Binding, Canvas, Chart, ChartDescription, ChartRecords, Command, CommandExit, CommandInfo,
+    Description, Error, Explanation, Host, LogLevel, Overlay, OverlayFrame, Plugin, Streams,
+    TagValue,
 };
 use dga::c57_104;
 use dga::iec60599;
@@ -40,6 +47,8 @@ pub struct Settings {
     uncertainty: Option<f64>,
     /// Where the samples of a fleet are, for the chart.
     fleet: Option<source::FleetSettings>,
+    /// Which transformers have a monitor, for the chart and the overlay.
+    monitors: Option<monitors::MonitorSettings>,
 }
 
 // Without documentation of their own, variants are one `enum` in the schema, whose faults
@@ -92,6 +101,7 @@ pub struct GasAnalysis {
     settings: Settings,
     uncertainty: Option<Uncertainty>,
     fleet: fleet::Fleet,
+    monitors: monitors::Monitors,
 }
 
 impl Plugin for GasAnalysis {
@@ -106,7 +116,8 @@ impl Plugin for GasAnalysis {
         let uncertainty = settings.uncertainty.map(Uncertainty::new).transpose();
         let uncertainty = uncertainty.map_err(|error| Error::settings(error.to_string()))?;
         let fleet = fleet::Fleet::of(&settings, host)?;
-        Ok(Self { settings, uncertainty, fleet })
+        let monitors = monitors::Monitors::of(&settings)?;
+        Ok(Self { settings, uncertainty, fleet, monitors })
     }
 }
 
@@ -138,20 +149,42 @@ impl Chart for GasAnalysis {
     }
 
     fn chart_records(&mut self) -> Result<ChartRecords<'_>, Error> {
-        self.fleet.read_again();
+        self.monitors.note_silence(Instant::now());
+        self.fleet.refresh(&self.monitors);
         Ok(self.fleet.records())
     }
 
     fn explain(&mut self, equipment: &str, unix_nanos: i64) -> Result<Explanation, Error> {
-        let found = self.fleet.history_until(equipment, unix_nanos);
-        let (last, before) = found.and_then(|history| history.split_last()).ok_or_else(|| {
+        let recent = self.fleet.recent(&self.monitors, equipment, unix_nanos);
+        let (last, before) = recent.split_last().ok_or_else(|| {
             Error::failed(format!("there is no sample of '{equipment}' at that time"))
         })?;
         Ok(explain::explain(last, before, &self.settings))
     }
 }
 
-busbar_plugin_sdk::export_plugin!(GasAnalysis: command, chart);
+impl Overlay for GasAnalysis {
+    fn describe(&self) -> Description {
+        let equipment = self.monitors.equipment().map(str::to_owned).collect();
+        Description { legend: self.monitors.legend(), equipment }
+    }
 
+    fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
+        self.monitors.configure(&bindings);
+        Ok(())
+    }
+
+    fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        let values: Vec<TagValue> = frame.values().collect();
+        self.monitors.draw(&values, frame.unix_nanos(), canvas)
+    }
+}
+
+busbar_plugin_sdk::export_plugin!(GasAnalysis: command, chart, overlay);
+
+#[cfg(test)]
+mod fleet_tests;
+#[cfg(test)]
+mod monitors_tests;
 #[cfg(test)]
 mod tests;

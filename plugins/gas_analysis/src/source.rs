@@ -1,7 +1,9 @@
 //! Where the samples of a fleet come from: a CSV file, or a query of an SQLite file.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
 use dga::Sample;
@@ -10,6 +12,7 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, OpenFlags};
 
 use crate::columns::Columns;
+use crate::history::{MAX_EQUIPMENT, unix_nanos_of};
 use crate::lines::{Line, Lines};
 use crate::row::{self, Cells};
 use crate::table;
@@ -17,7 +20,7 @@ use crate::table;
 /// Samples of a fleet.
 pub(crate) const MAX_SAMPLES: usize = 1_000_000;
 /// Faults that are told one by one.
-const MAX_FAULTS: usize = 100;
+pub(crate) const MAX_FAULTS: usize = 100;
 /// The longest that a database which somebody writes is waited for.
 const MAX_LOCK_WAIT: Duration = Duration::from_millis(500);
 /// Bytes of a value of a database.
@@ -32,7 +35,8 @@ pub(crate) const EXTRAS: [&str; 2] = ["top_oil", "load"];
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FleetSettings {
-    /// Absolute path of a CSV file (.csv) or an SQLite file (any other name): columns or
+    /// Absolute path, or one that `${folder}/` begins for the folder of the configuration, of
+    /// a CSV file (.csv) or an SQLite file (any other name): columns or
     /// results equipment, time, H2, CH4, C2H6, C2H4 and C2H2 in ppm, and perhaps CO, CO2, O2,
     /// N2, top_oil in °C and load per unit.
     pub(crate) file: PathBuf,
@@ -56,8 +60,10 @@ fn default_days() -> u32 {
 
 /// A sample as it was read.
 pub(crate) struct Reading {
-    pub(crate) equipment: String,
-    pub(crate) time: String,
+    /// Index of the transformer's id.
+    pub(crate) equipment: u32,
+    /// Nanoseconds since 1970-01-01 UTC.
+    pub(crate) unix_nanos: i64,
     pub(crate) sample: Sample,
     /// As [`EXTRAS`]; NaN where there is none.
     pub(crate) extras: [f32; EXTRAS.len()],
@@ -67,6 +73,9 @@ pub(crate) struct Reading {
 #[derive(Default)]
 pub(crate) struct Readings {
     pub(crate) all: Vec<Reading>,
+    /// Ids of transformers.
+    pub(crate) equipment: Vec<String>,
+    places: HashMap<String, u32>,
     /// In words, with their rows.
     pub(crate) faults: Vec<String>,
     /// Rows that were left out.
@@ -80,6 +89,44 @@ impl Readings {
             self.faults.push(format!("row {row}: {what}; it is left out"));
         }
     }
+
+    fn add(
+        &mut self,
+        sample: Sample,
+        cells: &Cells,
+        [equipment, time]: [usize; 2],
+        extras: [Option<usize>; EXTRAS.len()],
+    ) -> Result<(), String> {
+        let mut values = [f32::NAN; EXTRAS.len()];
+        for ((value, place), name) in values.iter_mut().zip(extras).zip(EXTRAS) {
+            let cell = place.map_or("", |place| cells.get(place));
+            if !cell.is_empty() {
+                let number: f32 = cell.parse().map_err(|_| format!("{name}: no number"))?;
+                let finite = Some(number).filter(|number| number.is_finite());
+                *value = finite.ok_or(format!("{name}: not finite"))?;
+            }
+        }
+        let unix_nanos = unix_nanos_of(cells.get(time))?;
+        let equipment = self.place_of(cells.get(equipment))?;
+        self.all.push(Reading { equipment, unix_nanos, sample, extras: values });
+        Ok(())
+    }
+
+    fn place_of(&mut self, id: &str) -> Result<u32, String> {
+        if let Some(place) = self.places.get(id) {
+            return Ok(*place);
+        }
+        if id.is_empty() {
+            return Err("equipment: it is not named".into());
+        }
+        if self.equipment.len() >= MAX_EQUIPMENT {
+            return Err(format!("more than {MAX_EQUIPMENT} transformers in one file"));
+        }
+        let place = self.equipment.len() as u32;
+        self.equipment.push(id.to_owned());
+        self.places.insert(id.to_owned(), place);
+        Ok(place)
+    }
 }
 
 /// What tells whether a file is still the same.
@@ -88,19 +135,19 @@ pub(crate) fn version(file: &Path) -> Option<(SystemTime, u64)> {
     Some((metadata.modified().ok()?, metadata.len()))
 }
 
-/// Reads all samples. Rows that are none are left out and told.
+/// Reads all samples, until it is to end. Rows that are none are left out and told.
 ///
 /// # Errors
 /// Why there can be none, in words with a remedy.
-pub(crate) fn read(settings: &FleetSettings) -> Result<Readings, String> {
+pub(crate) fn read(settings: &FleetSettings, ends: &AtomicBool) -> Result<Readings, String> {
     let is_csv = settings.file.extension().is_some_and(|end| end.eq_ignore_ascii_case("csv"));
     match is_csv {
-        true => read_csv(&settings.file),
-        false => read_sqlite(&settings.file, &settings.query),
+        true => read_csv(&settings.file, ends),
+        false => read_sqlite(&settings.file, &settings.query, ends),
     }
 }
 
-fn read_csv(path: &Path) -> Result<Readings, String> {
+fn read_csv(path: &Path, ends: &AtomicBool) -> Result<Readings, String> {
     let at = |fault: std::io::Error| format!("{}: {fault}", path.display());
     let mut lines = Lines::of(File::open(path).map_err(at)?);
     let mut cells = Cells::new();
@@ -120,14 +167,11 @@ fn read_csv(path: &Path) -> Result<Readings, String> {
         if read == Line::Whole && lines.text.trim_ascii().is_empty() {
             continue;
         }
-        if readings.all.len() >= MAX_SAMPLES {
-            return Err(format!("{}: more than {MAX_SAMPLES} samples", path.display()));
-        }
+        may_go_on(path, &readings, ends)?;
         let sample = table::sample(read, &lines.text, &columns, &mut cells);
-        let reading = sample.and_then(|sample| reading(sample, &cells, places, extras));
-        match reading {
-            Ok(reading) => readings.all.push(reading),
-            Err(fault) => readings.fault(lines.number, &fault),
+        let added = sample.and_then(|sample| readings.add(sample, &cells, places, extras));
+        if let Err(fault) = added {
+            readings.fault(lines.number, &fault);
         }
     }
 }
@@ -140,25 +184,21 @@ fn no_identity(path: &Path) -> String {
     format!("{}: a fleet needs the columns equipment and time", path.display())
 }
 
-fn reading(
-    sample: Sample,
-    cells: &Cells,
-    [equipment, time]: [usize; 2],
-    extras: [Option<usize>; EXTRAS.len()],
-) -> Result<Reading, String> {
-    let mut values = [f32::NAN; EXTRAS.len()];
-    for ((value, place), name) in values.iter_mut().zip(extras).zip(EXTRAS) {
-        let cell = place.map_or("", |place| cells.get(place));
-        if !cell.is_empty() {
-            let number: f32 = cell.parse().map_err(|_| format!("{name}: no number"))?;
-            *value = Some(number).filter(|n| n.is_finite()).ok_or(format!("{name}: not finite"))?;
-        }
+/// Whether one more sample may be read.
+fn may_go_on(path: &Path, readings: &Readings, ends: &AtomicBool) -> Result<(), String> {
+    if ends.load(Ordering::Relaxed) {
+        return Err("it was to end".into());
     }
-    let (equipment, time) = (cells.get(equipment).to_owned(), cells.get(time).to_owned());
-    Ok(Reading { equipment, time, sample, extras: values })
+    if readings.all.len() >= MAX_SAMPLES {
+        let path = path.display();
+        return Err(format!(
+            "{path}: more than {MAX_SAMPLES} samples; take fewer years, or fewer transformers"
+        ));
+    }
+    Ok(())
 }
 
-fn read_sqlite(path: &Path, query: &str) -> Result<Readings, String> {
+fn read_sqlite(path: &Path, query: &str, ends: &AtomicBool) -> Result<Readings, String> {
     let at = |fault: rusqlite::Error| format!("{}: {fault}", path.display());
     if !path.is_file() {
         return Err(format!("{}: there is no such file", path.display()));
@@ -186,23 +226,20 @@ fn read_sqlite(path: &Path, query: &str) -> Result<Readings, String> {
     let mut number = 0;
     while let Some(row) = rows.next().map_err(at)? {
         number += 1;
-        if readings.all.len() >= MAX_SAMPLES {
-            return Err(format!("{}: more than {MAX_SAMPLES} samples", path.display()));
-        }
+        may_go_on(path, &readings, ends)?;
         let line: Result<Vec<String>, String> =
             (0..count).map(|at| text(row.get_ref(at))).collect();
-        let read = line.and_then(|line| {
+        let added = line.and_then(|line| {
             cells.cut(line.join(",").as_bytes())?;
             let mut sample = Sample::new();
             for &(gas, index) in &columns.gases {
                 let added = row::add(sample, gas, cells.get(index));
                 sample = added.map_err(|fault| format!("{}: {fault}", gas.formula()))?;
             }
-            reading(sample, &cells, places, extras)
+            readings.add(sample, &cells, places, extras)
         });
-        match read {
-            Ok(reading) => readings.all.push(reading),
-            Err(fault) => readings.fault(number, &fault),
+        if let Err(fault) = added {
+            readings.fault(number, &fault);
         }
     }
     Ok(readings)

@@ -104,9 +104,11 @@ fn most<T: Copy>(
 
 /// States of the legend, by their indices.
 pub(crate) const NORMAL: u32 = 0;
-pub(crate) const WATCH: u32 = 1;
-pub(crate) const THERMAL: u32 = 2;
-pub(crate) const DISCHARGE: u32 = 3;
+/// What is not known is less urgent than what is wrong, and more than what is well.
+pub(crate) const NOT_JUDGED: u32 = 1;
+pub(crate) const WATCH: u32 = 2;
+pub(crate) const THERMAL: u32 = 3;
+pub(crate) const DISCHARGE: u32 = 4;
 
 /// The state that a status and a judgement come to: faults are named from status 3 on, and
 /// what no method names is taken for the worse.
@@ -119,6 +121,17 @@ pub(crate) fn state(status: Option<Status>, judgement: &Judgement) -> u32 {
         // Without O2 and N2 the tables have no row: whatever is found is to be watched.
         (None, Some(_)) => WATCH,
         (None, None) => NORMAL,
+    }
+}
+
+/// What a status and a judgement come to, in a few words. Of little gas ratios say nothing.
+pub(crate) fn in_short(status: Option<Status>, judgement: &Judgement) -> String {
+    match (status, judgement.zone) {
+        (Some(Status::One), _) => "status 1".into(),
+        (Some(status), Some(zone)) => format!("status {status}, {}", words(zone)),
+        (Some(status), None) => format!("status {status}"),
+        (None, Some(zone)) => words(zone).into(),
+        (None, None) => "no fault named".into(),
     }
 }
 

@@ -158,7 +158,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("e2e", &[]),
     ("fault_proxy", &[]),
-    ("fleet", &["busbar_gltf_export", "substation"]),
+    ("fleet", &["busbar_gltf_export", "busbar_viewer", "substation"]),
     (
         "faults",
         &[

@@ -1,16 +1,25 @@
 //! The station with the fleet and its chart, as a configuration.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 use substation::Station;
 
 use crate::{TRANSFORMERS, equipment, place};
 
-/// The configuration, whose samples are in `samples`, an absolute path; `follow` says whether
-/// the camera goes to faults by itself.
-pub fn configuration(station: &Station, samples: &Path, follow: bool) -> Value {
+/// Folder of models and samples, beside the configuration.
+pub const FOLDER: &str = "models";
+/// The samples in it.
+pub const SAMPLES: &str = "samples.csv";
+
+/// The configuration; `follow` says whether the camera goes to faults by itself.
+pub fn configuration(station: &Station, follow: bool) -> Value {
     let mut config = station.configuration();
+    if let Some(models) = config["models"].as_object_mut() {
+        for model in models.values_mut() {
+            let file = model["file"].as_str().unwrap_or_default();
+            model["file"] = json!(format!("{FOLDER}/{file}"));
+        }
+    }
+    let samples = format!("${{folder}}/{FOLDER}/{SAMPLES}");
     config["plugins"]["gases"] = json!({
         "plugin": "gas_analysis",
         "settings": { "fleet": { "file": samples } }
@@ -41,4 +50,27 @@ pub fn configuration(station: &Station, samples: &Path, follow: bool) -> Value {
         json!({ "eye": [52, 34, 128], "target": [2, 15, 62], "fov_degrees": 44 });
     config["view"]["camera"] = json!("chart");
     config
+}
+
+/// The same as text, a line a placement: readable, and a third of it indented.
+pub fn text(station: &Station, follow: bool) -> String {
+    let config = configuration(station, follow);
+    let mut text = String::from("{\n");
+    let members: Vec<_> = config.as_object().into_iter().flatten().collect();
+    for (at, (name, member)) in members.iter().enumerate() {
+        let comma = if at + 1 < members.len() { "," } else { "" };
+        match member {
+            Value::Array(all) if all.len() > 1 => {
+                let rows: Vec<String> = all.iter().map(|one| format!("    {one}")).collect();
+                text += &format!("  \"{name}\": [\n{}\n  ]{comma}\n", rows.join(",\n"));
+            }
+            Value::Object(all) if all.len() > 1 => {
+                let row = |(key, one): (&String, &Value)| format!("    \"{key}\": {one}");
+                let rows: Vec<String> = all.iter().map(row).collect();
+                text += &format!("  \"{name}\": {{\n{}\n  }}{comma}\n", rows.join(",\n"));
+            }
+            other => text += &format!("  \"{name}\": {other}{comma}\n"),
+        }
+    }
+    text + "}\n"
 }

@@ -101,6 +101,30 @@ pub fn histories(seed: u64, until: Date) -> Vec<Row> {
     rows
 }
 
+/// Samples of monitors: `count` of each transformer over ten years, the last one on the day
+/// before `until`.
+pub fn monitored(seed: u64, count: usize, until: Date) -> Vec<Row> {
+    const SECONDS: u64 = 10 * 365 * 86_400;
+    let mut random = Rng::with_seed(seed);
+    let mut rows = Vec::with_capacity(count * TRANSFORMERS);
+    for (transformer, fault) in FAULTS.into_iter().enumerate() {
+        let share = if fault == Fault::Pd { 0.05 } else { 1.0 };
+        let ageing = share * (0.6 + 0.8 * random.f64());
+        for sample in 0..count {
+            let progress = sample as f64 / count as f64;
+            let before = SECONDS - (progress * SECONDS as f64) as u64;
+            let day = until - Duration::days(1 + (before / 86_400) as i64);
+            let grown = ((progress - 0.65) / 0.35).max(0.0).powi(2) * FAULT_PPM;
+            let mut row = self::row(&mut random, transformer, day);
+            row.second = 86_399 - (before % 86_400) as u32;
+            let scatter = 0.5 + random.f64() + random.f64();
+            add(&mut row, &mut random, scatter * ageing * (1.0 + progress), fault, grown);
+            rows.push(row);
+        }
+    }
+    rows
+}
+
 /// Samples with a fault each, one a day on one transformer after the other, all classes in
 /// turn; the last one on `until`.
 pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(Fault, Row)> {
@@ -119,7 +143,7 @@ pub fn one_by_one(seed: u64, count: usize, until: Date) -> Vec<(Fault, Row)> {
 fn row(random: &mut Rng, transformer: usize, day: Date) -> Row {
     let load = 0.35 + 0.5 * random.f64();
     let top_oil = 25.0 + 45.0 * load * load + 8.0 * random.f64();
-    Row { transformer, day, ppm: [None; 9], top_oil, load }
+    Row { transformer, day, second: 0, ppm: [None; 9], top_oil, load }
 }
 
 /// What ageing and a fault have made, as a laboratory measures it.

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use time::Date;
 
-pub use configuration::configuration;
-pub use history::{Fault, histories, one_by_one};
+pub use configuration::{FOLDER, SAMPLES, configuration, text};
+pub use history::{Fault, histories, monitored, one_by_one};
 
 /// Transformers, the first two in the yard, the others in a row before it.
 pub const TRANSFORMERS: usize = 12;
@@ -35,6 +35,8 @@ pub struct Row {
     pub transformer: usize,
     /// When it was taken.
     pub day: Date,
+    /// Seconds after that day's beginning.
+    pub second: u32,
     /// H2, CH4, C2H6, C2H4, C2H2, CO, CO2, O2, N2, ppm; none where it was not measured.
     pub ppm: [Option<f64>; 9],
     /// Temperature of the top oil, °C.
@@ -49,6 +51,10 @@ pub fn csv(rows: &[Row]) -> String {
     for row in rows {
         // Writing into a string does not fail.
         let _ = write!(text, "{},{}", equipment(row.transformer), row.day);
+        if row.second > 0 {
+            let [minute, hour] = [row.second / 60 % 60, row.second / 3600];
+            let _ = write!(text, "T{hour:02}:{minute:02}:{:02}Z", row.second % 60);
+        }
         for ppm in row.ppm {
             text.push(',');
             if let Some(ppm) = ppm {

@@ -1,5 +1,5 @@
-//! `fleet OUT_DIR` writes the station with a fleet of transformers, their samples, and
-//! `dga.json`, which opens both.
+//! `fleet OUT_DIR` writes the station with a fleet of transformers and their samples into the
+//! folder `models`, and `dga.json`, which opens both, beside it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,11 +20,15 @@ struct Arguments {
     /// Let the camera go to faults by itself.
     #[arg(long)]
     follow: bool,
+    /// Give each transformer so many samples of a monitor instead of those of a laboratory.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    monitored: Option<u32>,
 }
 
 fn main() -> Result<()> {
-    let Arguments { out_dir, seed, follow } = Arguments::parse();
-    let models_dir = out_dir.join("station");
+    let Arguments { out_dir, seed, follow, monitored } = Arguments::parse();
+    let folder = out_dir.join(fleet::FOLDER);
+    let models_dir = folder.join("station");
     fs::create_dir_all(&models_dir).with_context(|| {
         format!("cannot make the folder {}: name one that you may write to", models_dir.display())
     })?;
@@ -35,10 +39,12 @@ fn main() -> Result<()> {
         write(&models_dir.join(format!("{name}.glb")), &bytes)?;
     }
     let today = OffsetDateTime::now_utc().date();
-    let samples = out_dir.canonicalize()?.join("samples.csv");
-    write(&samples, fleet::csv(&fleet::histories(seed, today)).as_bytes())?;
-    let config = fleet::configuration(&station, &samples, follow);
-    write(&out_dir.join("dga.json"), serde_json::to_string_pretty(&config)?.as_bytes())
+    let rows = match monitored {
+        None => fleet::histories(seed, today),
+        Some(count) => fleet::monitored(seed, count as usize, today),
+    };
+    write(&folder.join(fleet::SAMPLES), fleet::csv(&rows).as_bytes())?;
+    write(&out_dir.join("dga.json"), fleet::text(&station, follow).as_bytes())
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {

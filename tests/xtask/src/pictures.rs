@@ -70,6 +70,11 @@ const SCENARIOS: &[(&str, &str, &str)] = &[
     ("link_loss", "yard_110", "14"),
 ];
 
+/// Where the fleet with many samples is generated, and how many each transformer has: a
+/// million in all.
+const DENSE_FLEET: &str = "target/dense_fleet";
+const DENSE_SAMPLES: &str = "83333";
+
 const SCREEN: &str = "1280x720";
 /// From the window's start to its first frame, on a software rasteriser.
 const MAX_FIRST_FRAME: Duration = Duration::from_secs(60);
@@ -86,6 +91,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     render_substation(workspace, &folder)?;
+    render_charts(workspace, &folder)?;
     let (name, options) = LINK_DOWN;
     render(workspace, options, &picture(&folder, name))?;
     let _simulator = simulator::start_demo(workspace)?;
@@ -146,6 +152,21 @@ fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
         process::run(command.arg("--out").arg(picture(pictures, name)))?;
     }
     Ok(())
+}
+
+/// The chart of a fleet's gases: of `config/dga.json`, and of a million samples.
+fn render_charts(workspace: &Workspace, pictures: &Path) -> Result<()> {
+    let dense = workspace.path(DENSE_FLEET);
+    let fleet = |program: &str| {
+        let mut command = process::cargo();
+        command.args(["run", "--release", "-p", "fleet", "--bin", program, "--"]);
+        command.current_dir(&workspace.root);
+        command
+    };
+    process::run(fleet("fleet").arg(&dense).args(["--monitored", DENSE_SAMPLES]))?;
+    stage::lend_plugins(workspace, &dense)?;
+    let mut command = fleet("fleet_pictures");
+    process::run(command.arg(workspace.path("config")).arg(&dense).arg(pictures))
 }
 
 /// Opens a window on a display in memory and takes a picture of that display.

@@ -16,8 +16,10 @@ use crate::process;
 use crate::workspace::{Profile, Workspace};
 
 /// The programs that the demo runs, beside the plugins.
-const PROGRAMS: [&str; 2] = ["busbar", MODEL_MAKER];
+const PROGRAMS: [&str; 3] = ["busbar", MODEL_MAKER, FLEET_MAKER];
 const MODEL_MAKER: &str = "demo_model";
+/// Makes the station and the gas histories that `config/dga.json` opens, and itself.
+const FLEET_MAKER: &str = "fleet";
 /// Where the demo scene's models are.
 pub(crate) const MODELS: &str = "config/models";
 /// Plugins are not loaded from files that others may write to.
@@ -66,15 +68,27 @@ pub(crate) fn stage(workspace: &Workspace, profile: Profile) -> Result<()> {
     make_models(workspace, profile)
 }
 
+/// Lends the staged plugins to a configuration in another folder.
+pub(crate) fn lend_plugins(workspace: &Workspace, folder: &Path) -> Result<()> {
+    let plugins = folder.join("plugins");
+    if plugins.exists() {
+        return Ok(());
+    }
+    std::os::unix::fs::symlink(workspace.path("config/plugins"), &plugins)
+        .with_context(|| format!("cannot make {}", plugins.display()))
+}
+
 /// Makes the models of the demo.
 pub(crate) fn models(workspace: &Workspace) -> Result<()> {
-    build_packages(workspace, Profile::Release, [MODEL_MAKER])?;
+    build_packages(workspace, Profile::Release, [MODEL_MAKER, FLEET_MAKER])?;
     make_models(workspace, Profile::Release)
 }
 
 fn make_models(workspace: &Workspace, profile: Profile) -> Result<()> {
     let mut command = Command::new(workspace.program(profile, MODEL_MAKER));
-    process::run(command.arg(workspace.path(MODELS)))
+    process::run(command.arg(workspace.path(MODELS)))?;
+    let mut command = Command::new(workspace.program(profile, FLEET_MAKER));
+    process::run(command.arg(workspace.path("config")))
 }
 
 /// Makes `libraries` the only libraries in `folder`. Each appears whole or not

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
 use crate::process;
+use crate::stage;
 use crate::workspace::Workspace;
 
 /// Where the station is generated.
@@ -23,11 +24,7 @@ impl Station {
         let mut generate = process::cargo();
         generate.args(["run", "--release", "-p", "substation", "--"]).arg(&folder);
         process::run(generate.current_dir(&workspace.root))?;
-        let plugins = folder.join("plugins");
-        if !plugins.exists() {
-            std::os::unix::fs::symlink(workspace.path("config/plugins"), &plugins)
-                .with_context(|| format!("cannot make {}", plugins.display()))?;
-        }
+        stage::lend_plugins(workspace, &folder)?;
         Ok(Self { folder })
     }
 

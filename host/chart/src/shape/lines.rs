@@ -1,8 +1,11 @@
 //! The lines of records: what is normal in grey, what is not in the colour and pattern of
 //! its state; what is brushed and selected in front.
 
+use std::collections::BTreeMap;
+
 use super::axes::depth_of;
 use super::{Face, GREY, INK, MISSING_LANE, SELECTION, Shape, Stroke};
+use crate::board::MAX_STROKED_RECORDS;
 use crate::{AxisView, Board, Layout, Pattern, Size, cluster};
 
 /// What a line looks like, by how much it is to be seen.
@@ -43,8 +46,7 @@ pub(super) fn add(board: &Board, now: i64, shape: &mut Shape) {
     if board.layout == Layout::Time {
         lines.add_ribbons(&ranks, shape);
     }
-    let mut drawn: Vec<(Rank, usize)> =
-        ranks.iter().enumerate().filter_map(|(at, rank)| Some(((*rank)?, at))).collect();
+    let mut drawn: Vec<(Rank, usize)> = ranks.into_iter().map(|(at, rank)| (rank, at)).collect();
     // What is to be seen most comes last, and so in front.
     drawn.sort_unstable();
     for (rank, record) in drawn {
@@ -52,24 +54,25 @@ pub(super) fn add(board: &Board, now: i64, shape: &mut Shape) {
     }
 }
 
-/// What each record is drawn as; `None` for what is not.
-fn ranks(board: &Board, now: i64) -> Vec<Option<Rank>> {
+/// What each record that is drawn is drawn as.
+fn ranks(board: &Board, now: i64) -> BTreeMap<usize, Rank> {
     let has_brush = !board.brushes().is_empty();
-    let mut ranks: Vec<Option<Rank>> = (0..board.records.len())
-        .map(|record| {
-            let own = board.records.all()[record];
-            let rank = match board.meant[record] {
-                true => Rank::Meant,
-                false if has_brush => Rank::Rest,
-                false => Rank::Earlier,
-            };
-            let is_selected = board.selected.contains(&(own.equipment as usize));
-            let is_drawn = !board.is_dense() || is_selected;
-            (board.is_known(record) && is_drawn).then_some(rank)
-        })
-        .collect();
+    let selected = board.selected.iter().flat_map(|&one| board.records.of_equipment(one));
+    // The last ones, where there are too many.
+    let selected = selected.map(|&record| record as usize).rev().take(MAX_STROKED_RECORDS);
+    let drawn: Vec<usize> = match board.is_dense() {
+        true => selected.collect(),
+        false => (0..board.records.len()).collect(),
+    };
+    let rank = |record: usize| match board.is_meant(record) {
+        true => Rank::Meant,
+        false if has_brush => Rank::Rest,
+        false => Rank::Earlier,
+    };
+    let known = drawn.into_iter().filter(|&record| board.is_known(record));
+    let mut ranks: BTreeMap<usize, Rank> = known.map(|record| (record, rank(record))).collect();
     for known in board.known(now) {
-        let Some(rank) = &mut ranks[known.record] else { continue };
+        let Some(rank) = ranks.get_mut(&known.record) else { continue };
         if *rank == Rank::Earlier {
             *rank = Rank::Latest;
         }
@@ -148,13 +151,16 @@ impl<'a> Lines<'a> {
 
     /// From each record of a piece of equipment to its next: surfaces for what is brushed
     /// or selected, lines on every axis for all.
-    fn add_ribbons(&self, ranks: &[Option<Rank>], shape: &mut Shape) {
+    fn add_ribbons(&self, ranks: &BTreeMap<usize, Rank>, shape: &mut Shape) {
         for equipment in 0..self.board.records.equipment_count() {
             let own = self.board.records.of_equipment(equipment);
             let is_selected = self.board.selected.contains(&equipment);
+            if self.board.is_dense() && !is_selected {
+                continue;
+            }
             for next in own.windows(2) {
                 let [a, b] = [next[0] as usize, next[1] as usize];
-                let (Some(_), Some(rank)) = (ranks[a], ranks[b]) else { continue };
+                let (Some(_), Some(&rank)) = (ranks.get(&a), ranks.get(&b)) else { continue };
                 let state =
                     &self.board.description.legend[self.board.records.all()[b].state as usize];
                 let color = match (is_selected, state.is_abnormal) {

@@ -7,7 +7,7 @@ use busbar_ui::{
 
 use super::ShownChart;
 use crate::camera::Projection;
-use crate::stats::{ChartEvidence, ChartStats};
+use crate::stats::{ChartAxisStats, ChartEvidence, ChartStats};
 
 const NANOS_PER_DAY: i64 = 86_400_000_000_000;
 /// Values that a tooltip lists.
@@ -30,9 +30,10 @@ pub(super) fn overlay(chart: &ShownChart, projection: Projection) -> ChartOverla
             brushed: brushed(chart, &order[place]),
         })
     };
+    let axes = shape.axes.iter().enumerate().filter_map(axis).collect();
     ChartOverlay {
         texts: shape.texts.iter().filter_map(text).collect(),
-        axes: shape.axes.iter().enumerate().filter_map(axis).collect(),
+        axes,
         tooltip: chart.hovered.map_or_else(Vec::new, |record| tooltip(chart, record)),
     }
 }
@@ -69,14 +70,13 @@ fn tooltip(chart: &ShownChart, record: usize) -> Vec<String> {
 pub(super) fn model(chart: &ShownChart) -> ChartModel {
     let board = &chart.board;
     let description = board.description();
-    let known = (0..board.records().len()).filter(|&record| board.is_known(record));
+    let [known, meant] = counts(chart);
     let axis = |view: &AxisView| ChartAxisRow {
         name: named(&description.axes[view.axis]),
         is_hidden: view.is_hidden,
         is_flipped: view.is_flipped,
         log: view.log,
     };
-    let meant = || known.clone().filter(|&record| board.meant()[record]).count();
     ChartModel {
         name: match description.name.as_str() {
             "" => "Chart".to_owned(),
@@ -87,10 +87,10 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
         axes: board.order().iter().map(axis).collect(),
         join: board.brushes().join,
         brushes: board.brushes().list.iter().map(|brush| brush_words(chart, brush)).collect(),
-        known: known.clone().count(),
-        meant: (!board.brushes().is_empty()).then(meant),
+        known,
+        meant: (!board.brushes().is_empty()).then_some(meant),
         meant_equipment: brushed_ids(chart),
-        is_dense: board.is_dense(),
+        density: chart.density.row(),
         legend: description.legend.iter().map(legend_row).collect(),
         span: board.records().span(),
         playhead: board.playhead(),
@@ -105,6 +105,17 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
     }
 }
 
+/// Records that are known, and those of them that brushes mean; of what is dense as far as
+/// it is counted.
+fn counts(chart: &ShownChart) -> [usize; 2] {
+    let board = &chart.board;
+    if board.is_dense() {
+        return chart.density.counts().unwrap_or_default();
+    }
+    let known = || (0..board.records().len()).filter(|&record| board.is_known(record));
+    [known().count(), known().filter(|&record| board.is_meant(record)).count()]
+}
+
 pub(super) fn stats(chart: &ShownChart) -> ChartStats {
     let description = chart.board.description();
     let state = |one: &Selected| {
@@ -115,9 +126,11 @@ pub(super) fn stats(chart: &ShownChart) -> ChartStats {
     let evidence = explained.map_or(&[][..], |(_, explanation)| &explanation.evidence);
     ChartStats {
         records: chart.board.records().len(),
-        meant: chart.board.meant().iter().filter(|meant| **meant).count(),
+        meant: counts(chart)[1],
+        is_counting: chart.density.is_coming(),
         brushed: brushed_ids(chart),
         states: chart.known.iter().flatten().map(state).collect(),
+        axes: chart.axes_on_screen.iter().filter_map(|axis| axis_stats(chart, axis)).collect(),
         explained: explained.map(|(at, _)| description.equipment[*at].clone()),
         verdict: explained.map(|(_, explanation)| explanation.verdict.clone()),
         evidence: evidence
@@ -130,6 +143,18 @@ pub(super) fn stats(chart: &ShownChart) -> ChartStats {
             .collect(),
         fault: chart.reader.fault(),
     }
+}
+
+fn axis_stats(chart: &ShownChart, axis: &ChartAxisOnScreen) -> Option<ChartAxisStats> {
+    let view = chart.board.order().get(axis.place)?;
+    let ends = if view.is_flipped { [view.high, view.low] } else { [view.low, view.high] };
+    Some(ChartAxisStats {
+        name: chart.board.description().axes[view.axis].name.clone(),
+        foot: axis.foot.into(),
+        head: axis.head.into(),
+        ends,
+        log: view.log,
+    })
 }
 
 fn brushed_ids(chart: &ShownChart) -> Vec<String> {

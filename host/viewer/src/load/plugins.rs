@@ -12,6 +12,7 @@ use busbar_plugin_process::{
 };
 use busbar_tags::{TagHandle, TagSpec};
 use rayon::prelude::*;
+use serde_json::Value;
 
 use super::Faults;
 
@@ -83,7 +84,8 @@ pub(super) fn create_some(
         .filter(|(name, _)| is_wanted(name))
         .map(|(name, plugin)| {
             let options = options(config, name, plugin);
-            (name, plugin, catalog.create(name, &plugin.plugin, &plugin.settings, &options))
+            let settings = in_folder(&plugin.settings, folder);
+            (name, plugin, catalog.create(name, &plugin.plugin, &settings, &options))
         })
         .collect();
     let mut instances = BTreeMap::new();
@@ -96,6 +98,25 @@ pub(super) fn create_some(
         }
     }
     instances
+}
+
+/// What texts in settings begin with that name a file beside the configuration: plugins run
+/// elsewhere, and take absolute paths alone.
+const FOLDER: &str = "${folder}/";
+
+/// Settings with [`FOLDER`] as the folder of the configuration.
+fn in_folder(settings: &Value, folder: &Path) -> Value {
+    match settings {
+        Value::String(text) => match text.strip_prefix(FOLDER) {
+            Some(rest) => Value::String(folder.join(rest).display().to_string()),
+            None => settings.clone(),
+        },
+        Value::Array(all) => all.iter().map(|one| in_folder(one, folder)).collect(),
+        Value::Object(all) => {
+            all.iter().map(|(name, one)| (name.clone(), in_folder(one, folder))).collect()
+        }
+        _ => settings.clone(),
+    }
 }
 
 /// How a plugin runs. Only the source of a tag needs the network by itself.

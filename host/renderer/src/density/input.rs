@@ -1,0 +1,171 @@
+//! What is counted, and what comes of it.
+
+use std::ops::Range;
+
+use busbar_gpu::GpuError;
+use busbar_shaders::DENSITY_BINS;
+
+use super::WORD;
+use crate::RenderError;
+
+/// Values that one record may have.
+pub const MAX_DENSITY_AXES: usize = 32;
+/// Bytes of values that stay on the device: ten million records of twelve values.
+pub const MAX_DENSITY_BYTES: usize = 480_000_000;
+/// Bins of an axis with that of records without a value.
+pub(super) const SIDE: usize = DENSITY_BINS as usize + 1;
+
+/// Says of a record, by its number, whether something holds.
+type OfRecord<'a> = Option<&'a dyn Fn(usize) -> bool>;
+
+/// What is counted.
+#[derive(Clone, Copy)]
+pub struct DensityInput<'a> {
+    /// Another one for other values: the same are not uploaded again.
+    pub revision: u64,
+    /// Another one for whatever else is counted otherwise.
+    pub arrangement: u64,
+    /// Values a record; at most [`MAX_DENSITY_AXES`].
+    pub axes: usize,
+    /// The values, record by record; NaN where there is none, no subnormals. At most
+    /// [`MAX_DENSITY_BYTES`].
+    pub values: &'a [f32],
+    /// Axes that are binned: which they are, and the lower edges of their bins 1, 2 and so
+    /// on, ascending.
+    pub shown: &'a [(usize, [f32; DENSITY_BINS as usize - 1])],
+    /// For each of those whether it is drawn upside down.
+    pub flipped: &'a [bool],
+    /// Pairs of those, by their places.
+    pub pairs: &'a [[usize; 2]],
+    /// Which records are meant; none where there is no brush.
+    pub brushes: &'a [BrushedAxis<'a>],
+    /// Whether meeting any of them is enough.
+    pub any: bool,
+    /// Which records are counted; `None` for all.
+    pub known: OfRecord<'a>,
+    /// One more condition for those that are meant.
+    pub given: OfRecord<'a>,
+}
+
+/// A condition on the value of one axis.
+#[derive(Clone, Copy, Debug)]
+pub struct BrushedAxis<'a> {
+    /// Which.
+    pub axis: usize,
+    /// The value lies in one of these, ends included.
+    pub ranges: &'a [[f32; 2]],
+    /// Whether records without a value are meant too.
+    pub with_missing: bool,
+}
+
+/// What was counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DensityCounts {
+    /// For each pair, from each bin of the first to each of the second: 129 times 129 counts;
+    /// the last bin is that of records without a value.
+    pub all: Vec<u32>,
+    /// Likewise of the records that are meant.
+    pub meant: Vec<u32>,
+    /// A bit a record: whether it is meant.
+    pub mask: Vec<u32>,
+    /// For each pair 64 columns of 137 cells from below: how many lines pass; first of all,
+    /// then of those meant.
+    pub picture: Vec<u32>,
+    /// All of that in few numbers.
+    pub summary: DensitySummary,
+}
+
+/// What a picture of a density shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DensitySummary {
+    /// Of what was counted.
+    pub arrangement: u64,
+    /// Pairs of axes.
+    pub pairs: u32,
+    /// Most lines in a cell.
+    pub most: u32,
+    /// Likewise of those that are meant.
+    pub meant_most: u32,
+    /// Records that were counted.
+    pub lines: u32,
+    /// Those of them that are meant.
+    pub meant: u32,
+}
+
+/// How far counting is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DensityProgress {
+    /// Records that were handed to the device.
+    pub counted: usize,
+    /// Records there are.
+    pub of: usize,
+    /// What is laid out and can be drawn; it may be of an arrangement before.
+    pub shown: Option<DensitySummary>,
+}
+
+pub(super) fn check(input: &DensityInput<'_>) -> Result<(), RenderError> {
+    let DensityInput { axes, values, shown, flipped, pairs, brushes, .. } = *input;
+    let too_many = |what, asked: usize, limit: usize| {
+        Err(RenderError::TooMany { what, asked: asked as u64, limit: limit as u64 })
+    };
+    let most = axes.max(shown.len());
+    if most > MAX_DENSITY_AXES {
+        return too_many("axes of records", most, MAX_DENSITY_AXES);
+    }
+    if size_of_val(values) > MAX_DENSITY_BYTES {
+        return too_many("bytes of values", size_of_val(values), MAX_DENSITY_BYTES);
+    }
+    let names = shown.iter().map(|(axis, _)| *axis).chain(brushes.iter().map(|brush| brush.axis));
+    let fits = axes > 0
+        && values.len() % axes == 0
+        && flipped.len() == shown.len()
+        && names.into_iter().all(|axis| axis < axes)
+        && pairs.iter().flatten().all(|place| *place < shown.len());
+    if fits { Ok(()) } else { Err(GpuError::Misuse("records that do not fit their axes").into()) }
+}
+
+/// What the shader reads beside edges.
+pub(super) fn plan(input: &DensityInput<'_>) -> Vec<u32> {
+    let shown = input.shown.iter().map(|(axis, _)| *axis as u32);
+    let pairs = input.pairs.iter().flatten().map(|place| *place as u32);
+    let brushes = input.brushes.iter().flat_map(|brush| {
+        let head = [brush.axis as u32, brush.ranges.len() as u32, u32::from(brush.with_missing)];
+        head.into_iter().chain(brush.ranges.iter().flatten().map(|end| end.to_bits()))
+    });
+    let mut plan: Vec<u32> = shown.chain(pairs).chain(brushes).collect();
+    if plan.is_empty() {
+        plan.push(0);
+    }
+    plan
+}
+
+/// Two a pair: 1 where the axis is upside down.
+pub(super) fn flips(input: &DensityInput<'_>) -> Vec<u32> {
+    let flips = input.pairs.iter().flatten().map(|place| u32::from(input.flipped[*place]));
+    let mut flips: Vec<u32> = flips.collect();
+    if flips.is_empty() {
+        flips.push(0);
+    }
+    flips
+}
+
+/// Bits of some records: whether each is known, then whether it meets what is given; and how
+/// many words each of the two takes.
+pub(super) fn gates(input: &DensityInput<'_>, records: Range<usize>) -> (Vec<u32>, u32, u32) {
+    let words = records.len().div_ceil(WORD);
+    let mut gates = Vec::new();
+    let mut add = |of: OfRecord<'_>| {
+        let Some(holds) = of else { return 0 };
+        let first = gates.len();
+        gates.resize(first + words, 0);
+        for (at, record) in records.clone().enumerate() {
+            gates[first + at / WORD] |= u32::from(holds(record)) << (at % WORD);
+        }
+        words as u32
+    };
+    let (known, given) = (add(input.known), add(input.given));
+    if gates.is_empty() {
+        gates.push(0);
+    }
+    (gates, known, given)
+}

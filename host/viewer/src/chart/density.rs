@@ -1,0 +1,166 @@
+//! The density of records that are too many for lines: counted on the device beside the
+//! frames, and where its picture stands.
+
+use busbar_chart::{Board, Brush, DensityRequest, Join, edges_of};
+use busbar_renderer::{
+    BrushedAxis, Cure, DensityInput, DensityProgress, DensitySummary, PlaneInWorld, RenderError,
+    Renderer,
+};
+use busbar_ui::DensityRow;
+use glam::Affine3A;
+
+/// Lines where nothing is brushed or behind what is, and those that are, sRGB.
+const LINES: [u8; 3] = [72, 76, 82];
+const MEANT: [u8; 3] = [10, 12, 16];
+
+/// What is counted, and what was.
+#[derive(Default)]
+pub(super) struct Density {
+    /// What is asked for, and its number.
+    request: Option<DensityRequest>,
+    arrangement: u64,
+    progress: DensityProgress,
+    /// What is laid out.
+    shown: Option<(DensityRequest, DensitySummary)>,
+    /// Why nothing can be counted.
+    fault: Option<String>,
+    planes: Vec<PlaneInWorld>,
+}
+
+impl Density {
+    /// Goes on with counting, within what a frame may take; `settles` waits for all of it.
+    pub(super) fn advance(
+        &mut self,
+        renderer: &mut Renderer,
+        (board, data_revision): (&Board, u64),
+        world_from_chart: Affine3A,
+        settles: bool,
+    ) -> Result<(), RenderError> {
+        let Some(wanted) = board.density() else {
+            *self = Self { arrangement: self.arrangement, ..Self::default() };
+            return Ok(());
+        };
+        self.ask(&wanted);
+        let Some(request) = &self.request else { return Ok(()) };
+        match count(renderer, request, board, (data_revision, self.arrangement), settles) {
+            Ok(progress) => (self.progress, self.fault) = (progress, None),
+            Err(error) if error.cure() == Cure::None => {
+                self.progress = DensityProgress::default();
+                self.fault = Some(error.to_string());
+            }
+            Err(error) => return Err(error),
+        }
+        match self.progress.shown {
+            None => self.shown = None,
+            Some(summary) if summary.arrangement == self.arrangement => {
+                self.shown = Some((request.clone(), summary));
+            }
+            Some(_) => {}
+        }
+        self.stand(&wanted, board, world_from_chart);
+        Ok(())
+    }
+
+    /// Asks for what is wanted. While time goes by, a count that has begun ends first, or
+    /// none ever would.
+    fn ask(&mut self, wanted: &DensityRequest) {
+        let is_counting = self.is_counting();
+        let stays = self.request.as_ref().is_some_and(|request| {
+            request == wanted || (is_counting && request.is_but_for_time(wanted))
+        });
+        if !stays {
+            self.request = Some(wanted.clone());
+            self.arrangement += 1;
+        }
+    }
+
+    fn is_counting(&self) -> bool {
+        let shown = self.progress.shown.map(|summary| summary.arrangement);
+        self.fault.is_none() && shown != Some(self.arrangement)
+    }
+
+    /// Whether more frames are needed until all is counted.
+    pub(super) fn is_coming(&self) -> bool {
+        self.request.is_some() && self.is_counting()
+    }
+
+    /// Lets the picture stand between the axes that it was counted for, or nowhere.
+    fn stand(&mut self, wanted: &DensityRequest, board: &Board, world_from_chart: Affine3A) {
+        self.planes.clear();
+        let Some((request, summary)) = &self.shown else { return };
+        if !request.has_axes_of(wanted) {
+            return;
+        }
+        let is_brushed = summary.meant > 0 || !wanted.brushes.is_empty();
+        let meant = (is_brushed && request.brushes == wanted.brushes).then_some(MEANT);
+        let world = |at: [f32; 3]| world_from_chart.transform_point3(at.into());
+        let plane = |[from, to]: [[f32; 3]; 2]| PlaneInWorld {
+            from: world(from),
+            to: world(to),
+            height: board.height(),
+            color: LINES,
+            meant,
+        };
+        self.planes.extend(board.density_feet().into_iter().map(plane));
+    }
+
+    pub(super) fn planes(&self) -> &[PlaneInWorld] {
+        &self.planes
+    }
+
+    /// Records that are known and those of them that are meant, as far as they are counted.
+    pub(super) fn counts(&self) -> Option<[usize; 2]> {
+        let (_, summary) = self.shown.as_ref().filter(|_| !self.is_counting())?;
+        Some([summary.lines as usize, summary.meant as usize])
+    }
+
+    /// What is said of it in panels.
+    pub(super) fn row(&self) -> Option<DensityRow> {
+        self.request.as_ref()?;
+        let summary = self.shown.as_ref().map(|(_, summary)| *summary).unwrap_or_default();
+        Some(DensityRow {
+            counting: self.is_coming().then_some([self.progress.counted, self.progress.of]),
+            most: summary.most as usize,
+            fault: self.fault.clone(),
+        })
+    }
+}
+
+fn count(
+    renderer: &mut Renderer,
+    request: &DensityRequest,
+    board: &Board,
+    (revision, arrangement): (u64, u64),
+    settles: bool,
+) -> Result<DensityProgress, RenderError> {
+    let records = board.records();
+    let shown: Vec<_> = request.views.iter().map(|view| (view.axis, edges_of(view))).collect();
+    let flipped: Vec<bool> = request.views.iter().map(|view| view.is_flipped).collect();
+    let brushes: Vec<BrushedAxis<'_>> = request
+        .brushes
+        .list
+        .iter()
+        .filter_map(|brush| match brush {
+            Brush::Ranges { axis, ranges, with_missing } => {
+                Some(BrushedAxis { axis: *axis, ranges, with_missing: *with_missing })
+            }
+            Brush::Rise { .. } => None,
+        })
+        .collect();
+    let known = |record| request.is_known(records, record);
+    let given = |record| request.meets_rises(records, record);
+    let input = DensityInput {
+        revision,
+        arrangement,
+        axes: records.axes(),
+        values: records.values(),
+        shown: &shown,
+        flipped: &flipped,
+        pairs: &request.pairs,
+        brushes: &brushes,
+        any: request.brushes.join == Join::Or,
+        known: if request.playhead.is_some() { Some(&known) } else { None },
+        given: if request.has_rises() { Some(&given) } else { None },
+    };
+    renderer.advance_density(&input, settles)
+}

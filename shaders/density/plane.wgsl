@@ -1,0 +1,105 @@
+// The picture of a density between two axes, standing in the world: the more lines, the
+// darker; those that are meant before the rest.
+
+const COLUMNS = 64u;
+const ROWS = 137u;
+// Rows below the feet of axes.
+const LANE_ROWS = 9.0;
+// Looks at rows that a pixel takes.
+const MAX_LOOKS = 12.0;
+// What one line covers, and what most lines cover, alone or behind those meant.
+const LEAST = 0.07;
+const MOST = 0.85;
+const BEHIND = 0.3;
+const MEANT_LEAST = 0.45;
+const MEANT_MOST = 0.95;
+
+@group(1) @binding(0) var<storage, read> picture: array<u32>;
+
+struct PlaneInput {
+    // 0 on the first axis, 1 on the second; -1 below, 1 above.
+    @location(0) corner: vec2<f32>,
+    // World space: the foot of the first axis; the height of axes.
+    @location(1) from_height: vec4<f32>,
+    // The foot of the second; the number of the pair.
+    @location(2) to_pair: vec4<f32>,
+    // As the target takes it; most lines in a cell.
+    @location(3) color_most: vec4<f32>,
+    // Likewise of lines that are meant.
+    @location(4) meant_most: vec4<f32>,
+    // Pairs there are; 1 where lines may be meant.
+    @location(5) pairs: vec4<f32>,
+}
+
+struct PlaneVaryings {
+    @builtin(position) clip: vec4<f32>,
+    // Columns and rows.
+    @location(0) place: vec2<f32>,
+    @location(1) @interpolate(flat) color_most: vec4<f32>,
+    @location(2) @interpolate(flat) meant_most: vec4<f32>,
+    // The first cell of all lines, and of those meant; 1 where some may be.
+    @location(3) @interpolate(flat) cells: vec3<u32>,
+}
+
+@vertex
+fn plane_vertex(in: PlaneInput) -> PlaneVaryings {
+    let row = select(0.0, f32(ROWS), in.corner.y > 0.0);
+    let foot = mix(in.from_height.xyz, in.to_pair.xyz, in.corner.x);
+    let bins = f32(ROWS) - LANE_ROWS;
+    let up = vec3<f32>(0.0, in.from_height.w * (row - LANE_ROWS) / bins, 0.0);
+    let first = u32(in.to_pair.w) * COLUMNS * ROWS;
+    let of_meant = u32(in.pairs.x) * COLUMNS * ROWS + first;
+    let cells = vec3<u32>(first, of_meant, u32(in.pairs.y));
+    let place = vec2<f32>(in.corner.x * f32(COLUMNS), row);
+    return PlaneVaryings(clip_position(foot + up), place, in.color_most, in.meant_most, cells);
+}
+
+fn lines_at(first: u32, column: i32, row: i32) -> f32 {
+    let last = vec2<i32>(i32(COLUMNS) - 1, i32(ROWS) - 1);
+    let cell = vec2<u32>(clamp(vec2<i32>(column, row), vec2<i32>(0), last));
+    return f32(picture[first + cell.x * ROWS + cell.y]);
+}
+
+// Lines at a place, between the four cells around it.
+fn lines_around(first: u32, place: vec2<f32>) -> f32 {
+    let at = place - 0.5;
+    let low = vec2<i32>(floor(at));
+    let part = fract(at);
+    let below = mix(lines_at(first, low.x, low.y), lines_at(first, low.x + 1, low.y), part.x);
+    let above = mix(
+        lines_at(first, low.x, low.y + 1), lines_at(first, low.x + 1, low.y + 1), part.x);
+    return mix(below, above, part.y);
+}
+
+// Most lines within a pixel that covers so many rows: from afar none is passed over.
+fn lines_within(first: u32, place: vec2<f32>, rows: f32) -> f32 {
+    let looks = clamp(ceil(rows), 1.0, MAX_LOOKS);
+    var most = 0.0;
+    for (var look = 0.5; look < looks; look += 1.0) {
+        let row = place.y + (look / looks - 0.5) * rows;
+        most = max(most, lines_around(first, vec2<f32>(place.x, row)));
+    }
+    return most;
+}
+
+// How much so many lines cover: by their logarithm, so that a single one is seen beside many.
+fn cover(lines: f32, most: f32, least: f32, full: f32) -> f32 {
+    let share = log(1.0 + lines) / log(1.0 + max(most, 1.0));
+    return min(lines, 1.0) * (least + (full - least) * share);
+}
+
+@fragment
+fn plane_fragment(in: PlaneVaryings) -> @location(0) vec4<f32> {
+    let brushed = in.cells.z == 1u;
+    let full = select(MOST, BEHIND, brushed);
+    let rows = fwidth(in.place.y);
+    let back = cover(lines_within(in.cells.x, in.place, rows), in.color_most.w, LEAST, full);
+    if !brushed {
+        return vec4<f32>(in.color_most.rgb, back);
+    }
+    let lines = lines_within(in.cells.y, in.place, rows);
+    let front = cover(lines, in.meant_most.w, MEANT_LEAST, MEANT_MOST);
+    let both = front + back * (1.0 - front);
+    let color = mix(in.color_most.rgb, in.meant_most.rgb, front / max(both, 1e-4));
+    return vec4<f32>(color, both);
+}
