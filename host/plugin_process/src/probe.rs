@@ -51,7 +51,7 @@ impl HostSide {
         let mut feed = Feed::new(tags);
         feed.attach(RingReader::new(&ring)?);
         Ok(Self {
-            decoder: Decoder::default(),
+            decoder: frames::decoder(),
             feed,
             ring,
             rules: PictureRules::new(bindings, &OverlayDescription::default()),

@@ -15,6 +15,7 @@ mod commands;
 mod cpu_clock;
 mod cursors;
 mod drawn;
+pub mod embedded;
 mod equipment;
 mod equipment_tree;
 mod error;
