@@ -44,12 +44,9 @@ fn a_program_outlives_its_viewers() {
     let scene = scene();
     let mut host = Host::open_with(&scene, |options| options.max_restart_millis = 1);
     host.wait_for(BUSBAR_VIEW_READY);
-    host.wait_for_calm();
     host.set_tag(TOP_OIL, 120.0);
     shelve(&mut host);
-    let camera = [[40.0, 25.0, 30.0], [0.0, 3.0, 0.0]];
-    look(&mut host, camera);
-    let correct = host.wait_for_calm();
+    let correct = host.arrive();
     save(&correct, "correct");
     let mut used = None;
     for signal in [Signal::KILL, Signal::ABORT, Signal::STOP] {
@@ -125,21 +122,11 @@ fn shelve(host: &mut Host) {
     host.wait("shelved alarm", of_alarm(b'G'));
 }
 
-fn look(host: &mut Host, [eye, target]: [[f32; 3]; 2]) {
-    let look = |view| {
-        // SAFETY: an open view and three numbers each.
-        unsafe { busbar::commands::busbar_view_look(view, eye.as_ptr(), target.as_ptr()) }
-    };
-    assert_eq!(host.call(look), BUSBAR_VIEW_OK);
-    host.wait("camera", |e| e.kind == BUSBAR_VIEW_CAMERA && (e.eye[0] - eye[0]).abs() < 1e-3);
-}
-
 #[test]
 fn a_viewer_that_goes_on_in_time_is_not_started_again() {
     let scene = scene();
     let mut host = Host::open_with(&scene, |options| options.hung_millis = 20_000);
-    host.wait_for(BUSBAR_VIEW_READY);
-    let before = host.wait_for_calm();
+    let before = host.look_around();
     let viewer = host.viewer();
     strike(viewer, Signal::STOP);
     host.wait_for(BUSBAR_VIEW_LOST);

@@ -84,8 +84,7 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
         }
     }
     let mut host = Host::open(&scene);
-    host.wait_for(BUSBAR_VIEW_READY);
-    let live = host.wait_for_calm();
+    let live = host.look_around();
     host.set_tag(TOP_OIL, 120.0);
     let of_alarm = |state: u8| {
         move |e: &Happened| {
@@ -114,8 +113,7 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
 fn a_faulty_configuration_never_replaces_the_scene() {
     let mut scene = scene();
     let mut host = Host::open(&scene);
-    host.wait_for(BUSBAR_VIEW_READY);
-    let before = host.wait_for_calm();
+    let before = host.look_around();
     let good = scene.config.clone();
     scene.config["scene"] = serde_json::json!([{ "id": "x", "model": "none" }]);
     let path = scene.write();

@@ -16,6 +16,8 @@ use serde_json::{Value, json};
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// The longest that any call may take.
 pub(crate) const MAX_CALL: Duration = Duration::from_millis(50);
+/// How long a picture stays as it is until nothing is taken to come.
+const CALM: Duration = Duration::from_millis(1200);
 /// How often the program says its tags again.
 const TAG_PERIOD: Duration = Duration::from_millis(300);
 
@@ -248,7 +250,7 @@ impl Host {
         }
     }
 
-    /// Waits until all tags are good and the picture stays as it is for a while.
+    /// Waits until the picture stays as it is for a while.
     #[track_caller]
     pub(crate) fn wait_for_calm(&mut self) -> Shown {
         let mut last: Option<(Shown, Instant)> = None;
@@ -258,9 +260,7 @@ impl Host {
             let Some(frame) = self.frame() else { continue };
             match &last {
                 Some((before, since)) if before.pixels == frame.pixels => {
-                    if since.elapsed() > Duration::from_millis(600)
-                        && frame.state == BUSBAR_VIEW_LIVE
-                    {
+                    if since.elapsed() > CALM && frame.state == BUSBAR_VIEW_LIVE {
                         return frame;
                     }
                 }
@@ -275,6 +275,25 @@ impl Host {
             }
             assert!(start.elapsed() < PATIENCE, "no live picture");
         }
+    }
+
+    /// Waits until all tags are there, and until nothing moves in the picture of a place.
+    #[track_caller]
+    pub(crate) fn look_around(&mut self) -> Shown {
+        self.wait("good tag", |e| {
+            e.kind == BUSBAR_VIEW_QUALITY && e.id == TOP_OIL && e.state == BUSBAR_VIEW_GOOD
+        });
+        self.arrive()
+    }
+
+    /// Goes to a place, which has labels placed anew, and waits until nothing moves there.
+    #[track_caller]
+    pub(crate) fn arrive(&mut self) -> Shown {
+        let (eye, target) = ([40.0_f32, 25.0, 30.0], [0.0_f32, 3.0, 0.0]);
+        // SAFETY: an open view and three numbers each.
+        let look = |view| unsafe { busbar_view_look(view, eye.as_ptr(), target.as_ptr()) };
+        assert_eq!(self.call(look), BUSBAR_VIEW_OK);
+        self.wait_for_calm()
     }
 
     /// The viewer's process.
