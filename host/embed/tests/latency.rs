@@ -46,7 +46,7 @@ fn a_value_is_seen_soon() {
 fn frame_times(host: &mut Host) -> Vec<Duration> {
     let (mut times, mut last) = (Vec::new(), Instant::now());
     let mut sequence = host.frame().expect("there is one").sequence;
-    for number in 0_u8..40 {
+    for number in 1_u8..40 {
         let eye = [40.0, 25.0 + f32::from(number) * 0.05, 30.0];
         // SAFETY: an open view and three numbers each.
         let look = |view| unsafe {
