@@ -12,6 +12,7 @@ int main(int argc, char **argv)
     if (argc != 2 || !display)
         return fprintf(stderr, "usage: x11 CONFIG, with a display\n"), 2;
     Window window = XCreateSimpleWindow(display, DefaultRootWindow(display), 0, 0, 800, 500, 0, 0, 0);
+    XStoreName(display, window, "Busbar in X11");
     XSelectInput(display, window, StructureNotifyMask);
     XMapWindow(display, window);
     XSync(display, False);

@@ -12,7 +12,7 @@ use e2e::{Process, available, built_folder, finish};
 use image::RgbImage;
 use tempfile::TempDir;
 
-const SCREEN: [u32; 2] = [800, 500];
+const SCREEN: [u32; 2] = [900, 560];
 /// So many, until one is answered: the first may come before the picture.
 const CLICKS: &str = "20";
 
@@ -109,7 +109,7 @@ fn check_on_display(name: &str, compiler: &[&str], packages: &[&str]) {
     });
     assert_eq!([picture.width(), picture.height()], SCREEN);
     let mut clicks = Command::new("xdotool");
-    clicks.env("DISPLAY", &display.name).args(["mousemove", "400", "260", "click"]);
+    clicks.env("DISPLAY", &display.name).args(["mousemove", "400", "270", "click"]);
     let _clicks = Process::start(clicks.args(["--repeat", CLICKS, "--delay", "700", "1"]));
     let picked = process.wait_for_line(|line| Some(line.strip_prefix("picked ")?.to_owned()));
     assert!(picked.starts_with(TRANSFORMER), "{picked}");
@@ -122,6 +122,58 @@ fn plain_x11() {
         &["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"],
         &["busbar", "x11"],
     );
+}
+
+/// The viewer that a program started last; none while it has none.
+fn viewer_of(program: u32) -> Option<u32> {
+    let tasks = std::fs::read_dir(format!("/proc/{program}/task")).ok()?;
+    let children = tasks
+        .flatten()
+        .filter_map(|task| std::fs::read_to_string(task.path().join("children")).ok());
+    children.flat_map(|list| list.split_whitespace().filter_map(|id| id.parse().ok()).max()).max()
+}
+
+/// Whether a part of the screen that the first picture did not reach shows something.
+fn reaches_the_corner(picture: &RgbImage) -> bool {
+    (820..SCREEN[0]).all(|x| picture.get_pixel(x, 540).0 != [0; 3])
+}
+
+#[test]
+fn a_window_is_followed_and_a_viewer_that_died_comes_back_into_it() {
+    let installed = Installed::new();
+    let flags = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"];
+    let Some(program) = installed.build("x11.c", &flags, &["busbar", "x11"]) else { return };
+    let Some(display) = Display::start(SCREEN) else { return };
+    let scene = example_scene();
+    let mut command = Command::new(program);
+    installed.environment(&mut command);
+    let process = Process::start(command.arg(scene.write()).env("DISPLAY", &display.name));
+    process.wait_for_line(|line| line.starts_with("ready").then_some(()));
+    let shot = |what: &str, wanted: &dyn Fn(&RgbImage) -> bool| {
+        e2e::wait_for(what, PATIENCE, || {
+            let picture = display.screenshot(installed.0.path(), "window");
+            wanted(&picture).then_some(picture)
+        })
+    };
+    let small = shot("a picture", &|picture| shows_a_scene(picture));
+    assert!(!reaches_the_corner(&small));
+    display.xdotool("search --name Busbar.in.X11 windowsize 900 560");
+    shot("a larger picture", &|picture| shows_a_scene(picture) && reaches_the_corner(picture));
+    let before = viewer_of(process.id()).expect("there is a viewer");
+    let pid = rustix::process::Pid::from_raw(before as i32).expect("a process");
+    rustix::process::kill_process(pid, rustix::process::Signal::KILL).expect("it is there");
+    e2e::wait_for("another viewer", PATIENCE, || {
+        viewer_of(process.id()).filter(|viewer| *viewer != before)
+    });
+    shot("its picture", &|picture| shows_a_scene(picture) && reaches_the_corner(picture));
+    // The end of the window is that of the view, and no crash.
+    display.xdotool("search --name Busbar.in.X11 windowclose");
+    let viewer = viewer_of(process.id());
+    process.finish();
+    e2e::wait_for("the viewer's end", PATIENCE, || {
+        let path = viewer.map(|viewer| format!("/proc/{viewer}/exe"));
+        path.is_none_or(|path| std::fs::read_link(path).is_err()).then_some(())
+    });
 }
 
 #[test]

@@ -203,6 +203,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_plugin_process",
             "busbar_plugin_sdk",
             "busbar_point_import",
+            "busbar_protocol",
             "busbar_stack_cache",
             "busbar_tags",
             "gas_analysis",
