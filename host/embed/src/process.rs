@@ -115,7 +115,7 @@ impl Viewer {
                 Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => return Ok(()),
                 Err(error) => return Err(format!("its socket fails: {error}")),
             }
-            while let Some(message) = self.decoder.next()? {
+            while let Some(message) = self.decoder.message()? {
                 each(message);
             }
         }

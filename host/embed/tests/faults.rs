@@ -107,7 +107,7 @@ fn fault(host: &mut Host, signal: Signal, correct: &Shown, times: &mut Times) {
 }
 
 fn shelve(host: &mut Host) {
-    let alarm = std::ffi::CString::new(ALARM).unwrap();
+    let alarm = std::ffi::CString::new(ALARM).expect("no zero byte in it");
     let of_alarm =
         |state: u8| move |e: &Happened| e.kind == BUSBAR_VIEW_ALARM && e.state == u32::from(state);
     host.wait("alarm", of_alarm(b'B'));

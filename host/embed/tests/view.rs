@@ -207,7 +207,7 @@ extern "C" fn note(context: *mut std::ffi::c_void, event: *const BusbarViewEvent
     let list = unsafe { &*context.cast::<std::sync::Mutex<Vec<(u32, std::thread::ThreadId)>>>() };
     // SAFETY: as the header says.
     let kind = unsafe { (*event).kind };
-    list.lock().unwrap().push((kind, std::thread::current().id()));
+    list.lock().expect("nobody panicked").push((kind, std::thread::current().id()));
 }
 
 #[test]

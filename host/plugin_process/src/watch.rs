@@ -139,7 +139,7 @@ impl<'a> Watch<'a> {
                 Err(error) => return Err(format!("its socket failed: {error}")),
             }
             let broken = |what| format!("it broke the protocol between processes: {what}");
-            while let Some(message) = self.decoder.next().map_err(broken)? {
+            while let Some(message) = self.decoder.message().map_err(broken)? {
                 self.take(message)?;
             }
         }

@@ -72,7 +72,7 @@ impl Decoder {
     ///
     /// # Errors
     /// In words: what is no message, or a longer one; nothing after it can be read.
-    pub fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>, String> {
+    pub fn message<T: DeserializeOwned>(&mut self) -> Result<Option<T>, String> {
         let rest = &self.buffer[self.start..];
         let Some((head, body)) = rest.split_first_chunk::<LENGTH_BYTES>() else {
             return Ok(None);
@@ -106,7 +106,7 @@ mod tests {
             let (mut decoder, mut out) = (Decoder::new(LIMIT), Vec::<String>::new());
             for piece in bytes.chunks(cut) {
                 decoder.push(piece);
-                while let Some(text) = decoder.next().unwrap() {
+                while let Some(text) = decoder.message().unwrap() {
                     out.push(text);
                 }
             }
@@ -117,7 +117,7 @@ mod tests {
         fn random_bytes_are_an_error_or_a_message(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let mut decoder = Decoder::new(LIMIT);
             decoder.push(&bytes);
-            while let Ok(Some(_)) = decoder.next::<ToViewer>() {}
+            while let Ok(Some(_)) = decoder.message::<ToViewer>() {}
             let _ = decode::<ToViewer>(&bytes);
         }
     }
@@ -126,6 +126,6 @@ mod tests {
     fn a_length_past_the_limit_is_refused_before_its_bytes_come() {
         let mut decoder = Decoder::new(LIMIT);
         decoder.push(&u32::MAX.to_le_bytes());
-        assert!(decoder.next::<ToViewer>().unwrap_err().contains("the limit"));
+        assert!(decoder.message::<ToViewer>().unwrap_err().contains("the limit"));
     }
 }

@@ -29,7 +29,7 @@ fn read<T: serde::de::DeserializeOwned>(bytes: &[u8], piece: usize, check: impl 
     for piece in bytes.chunks(piece) {
         decoder.push(piece);
         loop {
-            match decoder.next() {
+            match decoder.message() {
                 Ok(Some(message)) => check(message),
                 Ok(None) => break,
                 Err(_) => return false,

@@ -92,9 +92,11 @@ impl Host {
     }
 
     pub(crate) fn open_with(scene: &Scene, change: impl FnOnce(&mut BusbarViewOptions)) -> Self {
-        let config = CString::new(scene.write().into_os_string().into_encoded_bytes()).unwrap();
+        let config = CString::new(scene.write().into_os_string().into_encoded_bytes())
+            .expect("no zero byte in it");
         let program = built(built_folder().join("busbar"));
-        let program = CString::new(program.into_os_string().into_encoded_bytes()).unwrap();
+        let program = CString::new(program.into_os_string().into_encoded_bytes())
+            .expect("no zero byte in it");
         let mut options = BusbarViewOptions {
             struct_size: size_of::<BusbarViewOptions>() as u32,
             flags: 0,
@@ -121,7 +123,7 @@ impl Host {
                 Some("double_point") => BUSBAR_VIEW_DOUBLE_POINT,
                 _ => BUSBAR_VIEW_F64,
             };
-            let id = CString::new(id.as_str()).unwrap();
+            let id = CString::new(id.as_str()).expect("no zero byte in it");
             (tag["set_by_host"] == true).then_some((id, usual(tag), kind))
         };
         let tags = tags.iter().filter_map(set).collect();
@@ -319,7 +321,7 @@ impl Drop for Host {
 impl Happened {
     pub(crate) fn of(event: &BusbarViewEvent) -> Self {
         // SAFETY: never null, and ended by zero, as the header says.
-        let text = |text| unsafe { CStr::from_ptr(text) }.to_str().unwrap().to_owned();
+        let text = |text| unsafe { CStr::from_ptr(text) }.to_str().expect("it is UTF-8").to_owned();
         Self {
             kind: event.kind,
             state: event.state,
@@ -384,9 +386,10 @@ pub(crate) fn percentile(durations: &mut [Duration], share: f64) -> Duration {
 
 /// Open descriptors of this process, and its memory in RAM, bytes.
 pub(crate) fn own_use() -> (usize, u64) {
-    let descriptors = std::fs::read_dir("/proc/self/fd").unwrap().count();
-    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
+    let descriptors = std::fs::read_dir("/proc/self/fd").expect("Linux has it").count();
+    let statm = std::fs::read_to_string("/proc/self/statm").expect("it is UTF-8");
     // Without shared pages: those are the pictures'.
-    let numbers: Vec<u64> = statm.split(' ').take(3).map(|n| n.parse().unwrap()).collect();
+    let numbers: Vec<u64> =
+        statm.split(' ').take(3).map(|n| n.parse().expect("it is a number")).collect();
     (descriptors, (numbers[1] - numbers[2]) * 4096)
 }
