@@ -1,5 +1,6 @@
 //! The examples are built by what an installed library offers (header, library, pkg-config)
 //! and run on a display in memory: each shows the scene, and tells what is picked.
+#![allow(clippy::unwrap_used, reason = "a test that cannot be set up has failed")]
 
 mod common;
 
