@@ -46,6 +46,9 @@ pub(crate) enum Command {
     /// Host one plugin for a viewer, which starts this itself
     #[command(hide = true)]
     PluginHost,
+    /// Be the view of a host program, which starts this itself
+    #[command(hide = true)]
+    Embedded,
     /// A command that a plugin offers
     #[command(external_subcommand)]
     Offered(Vec<OsString>),

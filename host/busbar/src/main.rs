@@ -3,6 +3,7 @@
 mod arguments;
 mod check;
 mod command;
+mod embedded;
 mod import;
 mod optimize;
 mod output;
@@ -79,6 +80,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
             PluginCommand::RunCase { request } => Ok(plugin::check::case(&request)),
         },
         Command::PluginHost => plugin::host(),
+        Command::Embedded => embedded::run(),
         Command::Offered(words) => command::run(words),
     }
 }

@@ -224,21 +224,28 @@ pub enum OriginConfig {
     /// It is worked out of other tags, whose ids stand in braces. Whether it can be
     /// read is not checked here.
     Expression(String),
+    /// The program that embeds the viewer sets it.
+    Host,
 }
 
 impl TagConfig {
-    /// Where a plugin reads it, unless it is derived.
+    /// Where a plugin reads it, if one does.
     pub fn source(&self) -> Option<&SourceConfig> {
         match &self.origin {
             OriginConfig::Source(source) => Some(source),
-            OriginConfig::Expression(_) => None,
+            OriginConfig::Expression(_) | OriginConfig::Host => None,
         }
+    }
+
+    /// Whether the program that embeds the viewer sets it.
+    pub fn is_hosts(&self) -> bool {
+        self.origin == OriginConfig::Host
     }
 
     /// What it is worked out by, if it is derived.
     pub fn expression(&self) -> Option<&str> {
         match &self.origin {
-            OriginConfig::Source(_) => None,
+            OriginConfig::Source(_) | OriginConfig::Host => None,
             OriginConfig::Expression(expression) => Some(expression),
         }
     }

@@ -248,6 +248,9 @@ pub(crate) struct RawTag {
     #[schemars(with = "String", length(min = 1, max = MAX_EXPRESSION_BYTES))]
     #[schemars(extend("examples" = ["sqrt(3) * {T1.U} * {T1.I} / 1000"]))]
     pub(crate) expression: Option<String>,
+    /// Instead of a source: the program that embeds the viewer sets the value.
+    #[serde(default)]
+    pub(crate) set_by_host: bool,
     /// How the value moves where `busbar simulate` takes the place of its device.
     #[serde(default)]
     pub(crate) simulate: RawSimulate,

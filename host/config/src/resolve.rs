@@ -120,7 +120,10 @@ fn tag(id: &str, raw: RawTag, pointer: String) -> TagConfig {
         freshness_millis: raw.freshness_millis,
         scale: raw.scale.map(|scale| [scale.factor, scale.offset]),
         dead_band: raw.dead_band,
-        origin: origin(raw.source, raw.expression, &pointer),
+        origin: match raw.set_by_host {
+            true => OriginConfig::Host,
+            false => origin(raw.source, raw.expression, &pointer),
+        },
         pointer,
     }
 }

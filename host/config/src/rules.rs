@@ -78,7 +78,13 @@ impl<'d> Rules<'d, '_, '_> {
 
     fn check_origin(&mut self, tag: &'d Value, pointer: &str) {
         let source = join_pointer(pointer, "source");
+        let by_host = tag["set_by_host"] == true;
         match (tag["source"].is_object(), tag["expression"].is_string()) {
+            (true, false) | (false, true) if by_host => self.report.error(
+                &join_pointer(pointer, "set_by_host"),
+                "the tag is set by the host and has a source or an expression",
+                "remove one of the two: one alone says what the value is",
+            ),
             (true, false) => {
                 self.check_plugin_reference(&tag["source"]["plugin"], &source, "plugin");
             }
@@ -87,11 +93,12 @@ impl<'d> Rules<'d, '_, '_> {
                 "the tag has a source and an expression",
                 "remove one of the two: a value is read or derived",
             ),
+            (false, false) if by_host => {}
             (false, false) if tag["source"].is_null() && tag["expression"].is_null() => {
                 self.report.error(
                     pointer,
                     "the tag has no source",
-                    "add \"source\" with a plugin and an address, or \"expression\"",
+                    "add \"source\" with a plugin and an address, \"expression\", or \"set_by_host\": true",
                 );
             }
             _ => {}

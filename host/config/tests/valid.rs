@@ -172,6 +172,15 @@ fn tags_and_bindings_keep_what_is_theirs() {
 }
 
 #[test]
+fn a_tag_may_be_the_host_programs() {
+    let source = r#""source": { "plugin": "plc", "address": [1, 2] }"#;
+    let text = EXAMPLE.replace(source, r#""set_by_host": true"#);
+    let config = parse(&text).expect("it is valid");
+    let tag = &config.tags["Q1.Position"];
+    assert!(tag.is_hosts() && tag.source().is_none() && tag.expression().is_none());
+}
+
+#[test]
 fn later_faults_find_their_place() {
     let config = example();
     let pointer = format!("{}/file", config.models["breaker"].pointer);

@@ -1,121 +1,20 @@
-//! Messages on the socket: a length of four bytes, little-endian, then postcard.
+//! Messages between host and a plugin's process, within their limits.
 
+use busbar_protocol::framing;
+pub(crate) use busbar_protocol::framing::{Decoder, LENGTH_BYTES, decode};
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 /// The longest message to a plugin's process: all its tags with their addresses.
-const MAX_SENT_BYTES: usize = 256 << 20;
+pub(crate) const MAX_SENT_BYTES: usize = 256 << 20;
 /// The longest message from one.
 const MAX_RECEIVED_BYTES: usize = 64 << 20;
-/// Bytes of the length before each message.
-pub(crate) const LENGTH_BYTES: usize = 4;
 
 /// A message with its length before it.
 pub(crate) fn encode(message: &impl Serialize) -> Result<Vec<u8>, String> {
-    let mut bytes = postcard::to_extend(message, vec![0; LENGTH_BYTES])
-        .map_err(|error| format!("a message cannot be written: {error}"))?;
-    let length = bytes.len() - LENGTH_BYTES;
-    if length > MAX_SENT_BYTES {
-        return Err(format!("a message has {length} bytes; the limit is {MAX_SENT_BYTES}"));
-    }
-    bytes[..LENGTH_BYTES].copy_from_slice(&(length as u32).to_le_bytes());
-    Ok(bytes)
+    framing::encode(message, MAX_SENT_BYTES)
 }
 
-/// The length that four bytes from the host give.
-pub(crate) fn length_from_host(bytes: [u8; LENGTH_BYTES]) -> Result<usize, String> {
-    length(bytes, MAX_SENT_BYTES)
-}
-
-fn length(bytes: [u8; LENGTH_BYTES], limit: usize) -> Result<usize, String> {
-    let length = u32::from_le_bytes(bytes) as usize;
-    if length > limit {
-        return Err(format!("a message of {length} bytes; the limit is {limit}"));
-    }
-    Ok(length)
-}
-
-/// A whole message without its length.
-pub(crate) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
-    match postcard::take_from_bytes(bytes) {
-        Ok((message, [])) => Ok(message),
-        Ok((_, rest)) => Err(format!("a message with {} bytes too many", rest.len())),
-        Err(error) => Err(format!("a message that cannot be read: {error}")),
-    }
-}
-
-/// Bytes in, messages out.
-#[derive(Debug, Default)]
-pub(crate) struct Decoder {
-    buffer: Vec<u8>,
-    start: usize,
-}
-
-impl Decoder {
-    /// Takes bytes as they come.
-    pub(crate) fn push(&mut self, bytes: &[u8]) {
-        if self.start > 0 && self.start == self.buffer.len() {
-            self.buffer.clear();
-            self.start = 0;
-        }
-        self.buffer.extend_from_slice(bytes);
-    }
-
-    /// The next whole message, if it is there.
-    pub(crate) fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>, String> {
-        let rest = &self.buffer[self.start..];
-        let Some((head, body)) = rest.split_first_chunk::<LENGTH_BYTES>() else {
-            return Ok(None);
-        };
-        let length = length(*head, MAX_RECEIVED_BYTES)?;
-        let Some(message) = body.get(..length) else {
-            // A long message is moved down once, not at every piece.
-            self.buffer.drain(..std::mem::take(&mut self.start));
-            return Ok(None);
-        };
-        let message = decode(message)?;
-        self.start += LENGTH_BYTES + length;
-        Ok(Some(message))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::message::FromPlugin;
-
-    proptest! {
-        #[test]
-        fn messages_come_out_however_they_are_cut(
-            texts in prop::collection::vec(".{0,40}", 0..8),
-            cut in 1..17_usize,
-        ) {
-            let bytes: Vec<u8> = texts.iter().flat_map(|text| encode(text).unwrap()).collect();
-            let (mut decoder, mut out) = (Decoder::default(), Vec::<String>::new());
-            for piece in bytes.chunks(cut) {
-                decoder.push(piece);
-                while let Some(text) = decoder.next().unwrap() {
-                    out.push(text);
-                }
-            }
-            prop_assert_eq!(out, texts);
-        }
-
-        #[test]
-        fn random_bytes_are_an_error_or_a_message(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-            let mut decoder = Decoder::default();
-            decoder.push(&bytes);
-            while let Ok(Some(_)) = decoder.next::<FromPlugin>() {}
-            let _ = decode::<FromPlugin>(&bytes);
-        }
-    }
-
-    #[test]
-    fn a_length_past_the_limit_is_refused_before_its_bytes_come() {
-        let mut decoder = Decoder::default();
-        decoder.push(&u32::MAX.to_le_bytes());
-        assert!(decoder.next::<FromPlugin>().unwrap_err().contains("the limit"));
-    }
+/// What takes messages from a plugin's process.
+pub(crate) fn decoder() -> Decoder {
+    Decoder::new(MAX_RECEIVED_BYTES)
 }

@@ -35,7 +35,6 @@ mod serve;
 mod shared;
 mod simulator;
 mod slot;
-mod socket;
 mod spawn;
 mod status;
 mod supervise;

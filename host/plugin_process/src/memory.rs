@@ -9,8 +9,10 @@ use std::io::{self, Write};
 use std::os::unix::fs::FileExt;
 
 use busbar_geometry::{Collapse, Mesh, Wedges};
+use busbar_protocol::memory::create;
+pub(crate) use busbar_protocol::memory::zeroed;
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
-use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+use rustix::fs::{SealFlags, fcntl_add_seals};
 use serde::{Deserialize, Serialize};
 
 /// Sizes of a mesh as an optimiser gets it.
@@ -28,14 +30,6 @@ struct RawCollapse {
     removed: u32,
     kept: u32,
     error: f32,
-}
-
-/// Zeroed memory whose size nobody can change.
-pub(crate) fn zeroed(name: &str, bytes: u64) -> io::Result<File> {
-    let memory = create(name)?;
-    memory.set_len(bytes)?;
-    fcntl_add_seals(&memory, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
-    Ok(memory)
 }
 
 /// Room for the collapses of a mesh.
@@ -94,10 +88,6 @@ pub(crate) fn read_collapses(count: u32, memory: &File) -> io::Result<Vec<Collap
     }
     let raw: Vec<RawCollapse> = Reader { memory, offset: 0 }.read(count)?;
     Ok(raw.iter().map(|c| Collapse { removed: c.removed, kept: c.kept, error: c.error }).collect())
-}
-
-fn create(name: &str) -> io::Result<File> {
-    Ok(memfd_create(name, MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?.into())
 }
 
 fn write<T: NoUninit>(memory: &mut File, values: &[T]) -> io::Result<()> {

@@ -51,7 +51,7 @@ impl HostSide {
         let mut feed = Feed::new(tags);
         feed.attach(RingReader::new(&ring)?);
         Ok(Self {
-            decoder: Decoder::default(),
+            decoder: frames::decoder(),
             feed,
             ring,
             rules: PictureRules::new(bindings, &OverlayDescription::default()),
@@ -64,7 +64,7 @@ impl HostSide {
     /// Why the process would be ended.
     pub fn receive(&mut self, bytes: &[u8], mut heed: impl FnMut(Heard)) -> Result<(), String> {
         self.decoder.push(bytes);
-        while let Some(message) = self.decoder.next::<FromPlugin>()? {
+        while let Some(message) = self.decoder.message::<FromPlugin>()? {
             // What was read can be written, and then is read as the same.
             let written = frames::encode(&message)?;
             let again: FromPlugin = frames::decode(&written[frames::LENGTH_BYTES..])?;

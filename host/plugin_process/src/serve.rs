@@ -27,7 +27,8 @@ use crate::command::There;
 use crate::confine::{confine, let_go_of_host};
 use crate::message::{Answer, Fault, FromPlugin, PROTOCOL_VERSION, Request, ToPlugin};
 use crate::ring::RingWriter;
-use crate::{frames, memory, socket};
+use crate::{frames, memory};
+use busbar_protocol::socket;
 
 /// Meshes that are optimised at once.
 const MAX_OPTIMISING: usize = 64;
@@ -110,7 +111,9 @@ fn end_now() -> ! {
 
 fn read_host(link: &Arc<Link>, calls: &Sender<Call>) {
     loop {
-        let Ok(Some((bytes, files))) = socket::receive(&link.socket) else { end_now() };
+        let Ok(Some((bytes, files))) = socket::receive(&link.socket, frames::MAX_SENT_BYTES) else {
+            end_now()
+        };
         match frames::decode(&bytes) {
             Ok(ToPlugin::Ping) => link.send(&FromPlugin::Pong),
             Ok(ToPlugin::Call { call, request }) => {

@@ -17,10 +17,11 @@ use rustix::event::{EventfdFlags, eventfd};
 
 use crate::environment::Environment;
 use crate::feed::Feed;
+use crate::frames;
 use crate::message::{Answer, Confinement, Request, ToPlugin};
 use crate::policy::{Deadlines, Deaths, RestartPolicy};
 use crate::slot::Slot;
-use crate::{frames, socket};
+use busbar_protocol::socket;
 
 /// The longest that working out a picture takes.
 const DRAW_DEADLINE: Duration = Duration::from_secs(1);

@@ -9,7 +9,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{RecvFlags, recv};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
-use crate::frames::Decoder;
+use crate::frames::{self, Decoder};
 use crate::message::{Answer, Fault, FromPlugin, Request, ToPlugin};
 use crate::output::Output;
 use crate::proc;
@@ -75,7 +75,7 @@ impl<'a> Watch<'a> {
             shared,
             spawned,
             output,
-            decoder: Decoder::default(),
+            decoder: frames::decoder(),
             buffer: vec![0; READ_BYTES],
             last_turn: now,
             pinged: now,
@@ -139,7 +139,7 @@ impl<'a> Watch<'a> {
                 Err(error) => return Err(format!("its socket failed: {error}")),
             }
             let broken = |what| format!("it broke the protocol between processes: {what}");
-            while let Some(message) = self.decoder.next().map_err(broken)? {
+            while let Some(message) = self.decoder.message().map_err(broken)? {
                 self.take(message)?;
             }
         }

@@ -1,5 +1,6 @@
 //! The alarms of a view: their table, their log, and which of them are shown.
 
+mod hosting;
 mod listing;
 mod rows;
 mod words;
@@ -13,6 +14,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Change, Moment, Snapshot, SourceTime};
 use busbar_ui::{AlarmAction, AlarmList};
 
+pub(crate) use self::hosting::{action_from, action_to};
 use self::listing::Listing;
 pub(crate) use self::rows::{Rows, beacons, nodes_in_alarm};
 use crate::load::LoadedScene;
@@ -41,6 +43,10 @@ pub(crate) struct Alarming {
     unsaved: VecDeque<Unsaved>,
     tail: VecDeque<Record>,
     refusal: Option<(Moment, String)>,
+    /// Whether a host program hears what is wanted of alarms that it decides on.
+    has_host: bool,
+    /// What it has yet to hear.
+    asked: VecDeque<(AlarmHandle, AlarmAction)>,
     now: Moment,
     wall_clock: SourceTime,
 }
@@ -100,6 +106,8 @@ impl Alarming {
             unsaved: VecDeque::new(),
             tail,
             refusal: None,
+            has_host: false,
+            asked: VecDeque::new(),
             now,
             wall_clock,
         })
@@ -144,6 +152,9 @@ impl Alarming {
 
     /// Does what an operator asks for; a refusal is shown.
     pub(crate) fn act(&mut self, alarm: AlarmHandle, action: AlarmAction) {
+        if self.has_host && self.is_mirrored(alarm) {
+            return self.ask_host(alarm, action);
+        }
         let result = self.perform(alarm, action_of(action));
         self.refusal = result.err().map(|refusal| (self.now, refusal));
     }

@@ -75,6 +75,17 @@ impl Camera {
         Self::looking(eye, target, self.fov_y)
     }
 
+    /// With perspective, or without it.
+    pub(crate) fn through(self, is_orthographic: bool) -> Self {
+        let lens = if is_orthographic { Lens::Orthographic } else { Lens::Perspective };
+        Self { lens, ..self }
+    }
+
+    /// What it looks at, metres.
+    pub(crate) fn target(&self) -> Vec3 {
+        self.target
+    }
+
     fn looking(eye: Vec3, target: Vec3, fov_y: f32) -> Self {
         let offset = eye - target;
         let distance = offset.length().max(*DISTANCE_RANGE.start());

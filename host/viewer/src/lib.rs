@@ -17,6 +17,7 @@ mod contour;
 mod cpu_clock;
 mod cursors;
 mod drawn;
+pub mod embedded;
 mod equipment;
 mod equipment_tree;
 mod error;

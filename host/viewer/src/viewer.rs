@@ -3,6 +3,7 @@
 mod alarming;
 mod commands;
 mod drawing;
+mod embedding;
 mod facing;
 mod opening;
 mod picking;
@@ -135,6 +136,10 @@ pub struct Viewer {
     drawn: DrawnScene,
     /// The panels of the last frame, to draw it again.
     painted: Vec<egui::ClippedPrimitive>,
+    /// What the host program asked of the camera.
+    asked: Vec<Command>,
+    /// What was picked, for the host program.
+    picked: VecDeque<Option<NodeIndex>>,
     last: FrameStats,
     cpu_millis: f64,
     part_millis: PartMillis,
@@ -309,13 +314,14 @@ impl Viewer {
         let equipment_rows = equipment_tree::Rows { tree, graph, equipment };
         let lists = Lists { tags: &rows, alarms: &alarm_rows, equipment: &equipment_rows };
         let mut over_scene = [0.0; 2];
-        let chart_goes_to: Vec<_> = chart_goes_to.into_iter().map(Command::Reveal).collect();
+        let mut asked = std::mem::take(&mut self.asked);
+        asked.extend(chart_goes_to.map(Command::Reveal));
         let (chart, pointer) = (&mut self.chart, self.pointer);
         let (positions, moving) = (&overlaid.positions, &self.moving);
         let output = panels.run(input, &model, &lists, |viewport, commands| {
             let cameras = &scene.config.cameras;
             let around = Around { graph, cameras, viewport, selection: selected_bounds };
-            navigator.steer(&chart_goes_to, &around);
+            navigator.steer(&asked, &around);
             navigator.steer(commands, &around);
             let view = navigator.camera().view(viewport, screen, graph.bounds());
             let projection = Projection::new(&view, screen);

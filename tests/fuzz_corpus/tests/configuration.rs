@@ -59,6 +59,7 @@ fn check_references(config: &Config) {
         match &tag.origin {
             OriginConfig::Source(source) => plugin(&source.plugin),
             OriginConfig::Expression(expression) => assert!(!expression.is_empty()),
+            OriginConfig::Host => {}
         }
     }
     for binding in &config.bindings {

@@ -46,6 +46,11 @@ const TESTS: &[Package] = &[
     package("libmodbus-dev", "a Modbus server that tests talk to"),
     package("postgresql", "a database that tests talk to"),
     package("g++", "compiles the C header as C++, the fuzzer, and what benches compare"),
+    package("binutils", "lists what libbusbar exports"),
+    package("pkg-config", "finds libraries for examples of embedding"),
+    package("libx11-dev", "an example of embedding"),
+    package("libgtk-3-dev", "an example of embedding"),
+    package("qt6-base-dev", "an example of embedding"),
 ];
 
 const BENCH: &[Package] = &[

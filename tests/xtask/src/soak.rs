@@ -24,6 +24,11 @@ const KILLS: &str = "200";
 const STALE_TEST: &str = "stale_picture";
 const STALE_VARIABLE: &str = "BUSBAR_STALE_SEQUENCES";
 const STALE_SEQUENCES: &str = "100000";
+/// The test in which viewers of a program that embeds them die and hang, and how often each.
+const VIEW_TEST: &str = "faults";
+const VIEW_PACKAGE: &str = "busbar_embed";
+const VIEW_VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
+const VIEW_FAULTS: &str = "200";
 const FUZZ_FOLDER: &str = "tests/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
@@ -56,6 +61,11 @@ pub(crate) struct Arguments {
     /// named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills"])]
     stale_pictures: bool,
+    /// Kill, abort and stop the viewer of a program that embeds it, 200 times each, and
+    /// nothing else (some 15 minutes); without it that comes last, unless fuzz targets are
+    /// named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures"])]
+    view_faults: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -64,6 +74,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     }
     if arguments.stale_pictures {
         return read_pictures(workspace);
+    }
+    if arguments.view_faults {
+        return end_viewers(workspace);
     }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
@@ -76,7 +89,19 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     kill_all(workspace)?;
-    read_pictures(workspace)
+    read_pictures(workspace)?;
+    end_viewers(workspace)
+}
+
+/// Ends the viewer of a program that embeds it, again and again.
+fn end_viewers(workspace: &Workspace) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
+    stage::stage(workspace, Profile::Dev)?;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(VIEW_VARIABLE, VIEW_FAULTS);
+    command.args(["test", "--package", VIEW_PACKAGE, "--test", VIEW_TEST]);
+    process::run(command.args(["--", "--nocapture", "--test-threads=1"]))
 }
 
 /// Reads the pictures of very many sequences of values.

@@ -4,6 +4,16 @@ use busbar_config::ThemeConfig;
 
 use super::*;
 
+/// Who looks at a view.
+enum Watched {
+    /// Nobody: a picture is to come of it, the same one each time.
+    ByNobody,
+    /// An operator, in another program's window.
+    Offscreen,
+    /// An operator, in a window of its own.
+    InWindow(Arc<dyn WindowHandles>),
+}
+
 impl Viewer {
     /// A view without a window, `size` in pixels, without panels.
     ///
@@ -14,7 +24,20 @@ impl Viewer {
         options: RendererOptions,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, options, None, size)
+        Self::start(scene, options, Watched::ByNobody, size)
+    }
+
+    /// A live view without a window, `size` in pixels, for somebody who shows its pictures:
+    /// it waits for nothing, and keeps the audit log. It has no panels at first.
+    ///
+    /// # Errors
+    /// No usable device, or a plugin that cannot start.
+    pub fn offscreen(
+        scene: LoadedScene,
+        options: RendererOptions,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        Self::start(scene, options, Watched::Offscreen, size)
     }
 
     /// A view in a window, `size` in pixels, with panels.
@@ -27,15 +50,20 @@ impl Viewer {
         window: Arc<dyn WindowHandles>,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        Self::start(scene, options, Some(window), size)
+        Self::start(scene, options, Watched::InWindow(window), size)
     }
 
     fn start(
         mut scene: LoadedScene,
         options: RendererOptions,
-        window: Option<Arc<dyn WindowHandles>>,
+        watched: Watched,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
+        let is_live = !matches!(watched, Watched::ByNobody);
+        let window = match watched {
+            Watched::InWindow(window) => Some(window),
+            Watched::ByNobody | Watched::Offscreen => None,
+        };
         let start = Instant::now();
         let in_window = window.is_some();
         let choice = DeviceChoice {
@@ -43,15 +71,15 @@ impl Viewer {
             pipeline_cache: scene.pipeline_cache.clone(),
         };
         let open = || Renderer::open(options, choice.clone(), window.clone(), size);
-        let (recovery, renderer, handles) = Recovery::start(&scene, !in_window, open)?;
+        let (recovery, renderer, handles) = Recovery::start(&scene, !is_live, open)?;
         let models = shown_model::shown(&scene, handles);
         scene.millis.insert("upload".into(), millis_since(start));
         let theta_scale = scene.config.view.theta_scale;
         let tags = TagTable::new(scene.tags.clone(), Moment::now());
         let overlays = running::start_overlays(&scene)?;
         let telemetry = running::start_telemetry(&scene)?;
-        let chart = start_chart(&scene, !in_window)?;
-        let records = Books::start(&scene, !in_window)?;
+        let chart = start_chart(&scene, !is_live)?;
+        let records = Books::start(&scene, !is_live)?;
         let camera =
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera =
@@ -70,7 +98,7 @@ impl Viewer {
         };
         let at_nodes = AtNodes::of(&scene);
         let tree = EquipmentTree::of(&scene.graph, &scene.equipment, &at_nodes.nodes());
-        let alarms = Alarming::of(&scene, in_window, wall_clock());
+        let alarms = Alarming::of(&scene, is_live, wall_clock());
         Ok(Self {
             telemetry,
             overlays,
@@ -82,13 +110,13 @@ impl Viewer {
             records,
             triangles_full: full_triangles(&scene),
             cursors,
-            settles: !in_window,
+            settles: !is_live,
             // A picture does not depend on how fast it came.
-            pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| in_window)),
+            pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| is_live)),
             section: scene.config.view.section.map(surroundings::section_of),
             surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
             moving: std::mem::take(&mut scene.moving),
-            navigator: Navigator::new(camera, &scene.config.view, in_window),
+            navigator: Navigator::new(camera, &scene.config.view, is_live),
             scene,
             renderer,
             recovery,
@@ -119,6 +147,8 @@ impl Viewer {
             ground_marks: GroundMarks::default(),
             drawn: DrawnScene::default(),
             painted: Vec::new(),
+            asked: Vec::new(),
+            picked: VecDeque::new(),
             last: FrameStats::default(),
             cpu_millis: 0.0,
             part_millis: PartMillis::default(),

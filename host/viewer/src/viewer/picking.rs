@@ -13,6 +13,7 @@ impl Viewer {
         let pick = |renderer: &mut Renderer| renderer.pick(&frame, pixel);
         if let Some(object) = self.recovery.run(&mut self.renderer, &self.scene, pick)? {
             self.select(node_of(object));
+            self.note_picked(node_of(object));
         }
         let selected = self.selection.first();
         Ok(selected.map(|node| self.scene.graph.node(*node).id()))
@@ -55,7 +56,10 @@ impl Viewer {
         let projection = self.shown.map(|view| Projection::new(&view, self.screen));
         let node = projection.and_then(|by| self.chart.as_ref()?.node_at(at, by));
         match node {
-            Some(node) => self.select([node]),
+            Some(node) => {
+                self.select([node]);
+                self.note_picked(Some(node));
+            }
             None => self.ask_at(Purpose::Select, at),
         }
     }
@@ -158,7 +162,10 @@ impl Viewer {
     fn take_answer(&mut self, question: Question, objects: &[Option<u32>]) {
         let first = objects.first().and_then(|object| node_of(*object));
         match question.purpose {
-            Purpose::Select => self.select(first),
+            Purpose::Select => {
+                self.select(first);
+                self.note_picked(first);
+            }
             Purpose::SelectAll => {
                 let nodes: BTreeSet<NodeIndex> =
                     objects.iter().filter_map(|object| node_of(*object)).collect();

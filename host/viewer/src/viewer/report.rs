@@ -99,7 +99,7 @@ impl Viewer {
                 orthographic: self.navigator.is_orthographic(),
                 speed: self.navigator.speed(),
             },
-            alarms: sources.alarms.model(self.in_window),
+            alarms: sources.alarms.model(!self.settles),
             chart: self.chart.as_ref().map(ShownChart::model),
             wireframe: self.wireframe,
             theta_scale: self.cursors.scale(),
@@ -147,7 +147,9 @@ impl Viewer {
     }
 
     /// Plugins with their links, and what went wrong with them last.
-    fn instances(&self) -> impl Iterator<Item = (&Plugin, Option<LinkReport>, Option<&str>)> {
+    pub(super) fn instances(
+        &self,
+    ) -> impl Iterator<Item = (&Plugin, Option<LinkReport>, Option<&str>)> {
         self.scene.instances.iter().map(|(name, plugin)| {
             let link = self.telemetry.iter().find(|t| t.name() == name);
             let overlay = self.overlays.iter().find(|o| o.overlay.name() == name);

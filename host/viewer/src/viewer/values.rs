@@ -3,11 +3,11 @@
 use super::*;
 
 /// Where samples go: into the tags, and what they change to the events and alarms.
-struct Updates<'a> {
-    tags: &'a mut TagTable,
-    events: &'a mut EventLog,
-    history: &'a mut History,
-    alarms: Option<&'a mut Alarming>,
+pub(super) struct Updates<'a> {
+    pub(super) tags: &'a mut TagTable,
+    pub(super) events: &'a mut EventLog,
+    pub(super) history: &'a mut History,
+    pub(super) alarms: Option<&'a mut Alarming>,
 }
 
 impl SampleSink for Updates<'_> {

@@ -1,4 +1,4 @@
-//! Bytes and descriptors over the socket between the two processes.
+//! Messages with descriptors over the socket between two processes.
 
 use std::fs::File;
 use std::io::{self, IoSlice, IoSliceMut, Write};
@@ -11,13 +11,16 @@ use rustix::net::{
     SendAncillaryMessage, SendFlags, recvmsg, sendmsg,
 };
 
-use crate::frames;
+use crate::framing;
 
 /// Descriptors that go with one message.
-pub(crate) const MAX_DESCRIPTORS: usize = 2;
+pub const MAX_DESCRIPTORS: usize = 2;
 
 /// Sends a whole message; its descriptors go with its first byte.
-pub(crate) fn send(
+///
+/// # Errors
+/// The socket's.
+pub fn send(
     mut socket: &UnixStream,
     bytes: &[u8],
     descriptors: &[BorrowedFd<'_>],
@@ -36,13 +39,16 @@ pub(crate) fn send(
 }
 
 /// Waits for a whole message with its descriptors; none at the end.
-pub(crate) fn receive(socket: &UnixStream) -> io::Result<Option<(Vec<u8>, Vec<File>)>> {
+///
+/// # Errors
+/// The socket's; a message longer than `limit` bytes.
+pub fn receive(socket: &UnixStream, limit: usize) -> io::Result<Option<(Vec<u8>, Vec<File>)>> {
     let mut files = Vec::new();
-    let mut head = [0; frames::LENGTH_BYTES];
+    let mut head = [0; framing::LENGTH_BYTES];
     if !fill(socket, &mut head, &mut files)? {
         return Ok(None);
     }
-    let mut body = vec![0; frames::length_from_host(head).map_err(io::Error::other)?];
+    let mut body = vec![0; framing::length(head, limit).map_err(io::Error::other)?];
     Ok(fill(socket, &mut body, &mut files)?.then_some((body, files)))
 }
 
@@ -78,6 +84,8 @@ mod tests {
     use super::*;
     use crate::memory;
 
+    const LIMIT: usize = 2 << 20;
+
     #[test]
     fn a_message_arrives_with_its_descriptors() {
         let (here, there) = UnixStream::pair().unwrap();
@@ -85,18 +93,18 @@ mod tests {
         memory.write_all_at(b"12345678", 0).unwrap();
         let long = "x".repeat(1 << 20);
         let sending = std::thread::spawn(move || {
-            send(&here, &frames::encode(&1_u32).unwrap(), &[]).unwrap();
-            let bytes = frames::encode(&long).unwrap();
+            send(&here, &framing::encode(&1_u32, LIMIT).unwrap(), &[]).unwrap();
+            let bytes = framing::encode(&long, LIMIT).unwrap();
             send(&here, &bytes, &[memory.as_fd(), memory.as_fd()]).unwrap();
         });
-        let (first, files) = receive(&there).unwrap().unwrap();
-        assert_eq!((frames::decode(&first), files.len()), (Ok(1_u32), 0));
-        let (second, files) = receive(&there).unwrap().unwrap();
-        assert_eq!(frames::decode::<String>(&second).unwrap().len(), 1 << 20);
+        let (first, files) = receive(&there, LIMIT).unwrap().unwrap();
+        assert_eq!((framing::decode(&first), files.len()), (Ok(1_u32), 0));
+        let (second, files) = receive(&there, LIMIT).unwrap().unwrap();
+        assert_eq!(framing::decode::<String>(&second).unwrap().len(), 1 << 20);
         let mut bytes = [0; 8];
         files[1].read_exact_at(&mut bytes, 0).unwrap();
         assert_eq!(&bytes, b"12345678");
         sending.join().unwrap();
-        assert!(receive(&there).unwrap().is_none(), "the end");
+        assert!(receive(&there, LIMIT).unwrap().is_none(), "the end");
     }
 }

@@ -1,0 +1,221 @@
+//! `busbar embedded`: the view of a host program, in its window or offscreen.
+
+mod parent;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, anyhow};
+use busbar_viewer::embedded::{Embedded, Target};
+use busbar_viewer::{LoadedScene, Viewer};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::platform::x11::{EventLoopBuilderExtX11, WindowAttributesExtX11};
+use winit::window::{Window, WindowId};
+
+use self::parent::Parent;
+
+/// As in a window of our own.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
+const BUSY_PERIOD: Duration = Duration::from_millis(16);
+/// Where nobody sees the window: often enough that it is never taken for dead.
+const HIDDEN_PERIOD: Duration = Duration::from_millis(300);
+
+pub(crate) fn run() -> anyhow::Result<ExitCode> {
+    let mut embedded = Embedded::accept().map_err(|error| anyhow!(error))?;
+    let scene = embedded.load()?;
+    match embedded.target() {
+        Target::Offscreen => embedded.run_offscreen(scene)?,
+        Target::Window(window) => in_window(embedded, scene, window)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What wakes the event loop.
+enum Wake {
+    /// The host program asked something.
+    Asked,
+    /// Its window has another size now.
+    Resized([u32; 2]),
+    /// Its window is seen, or is not.
+    Shown(bool),
+    /// Its window has gone.
+    Gone,
+}
+
+fn in_window(mut embedded: Embedded, scene: LoadedScene, window: u32) -> anyhow::Result<()> {
+    let mut builder = EventLoop::<Wake>::with_user_event();
+    let event_loop = builder.with_x11().build();
+    let event_loop = event_loop.map_err(|error| anyhow!("no X11 display: {error}"));
+    let event_loop = event_loop.inspect_err(|error| embedded.fail(&error.to_string()))?;
+    let proxy = event_loop.create_proxy();
+    embedded.set_waker(move || drop(proxy.send_event(Wake::Asked)));
+    let proxy = event_loop.create_proxy();
+    let size = parent::watch(window, move |happened| {
+        let wake = match happened {
+            Parent::Resized(size) => Wake::Resized(size),
+            Parent::Shown(is_shown) => Wake::Shown(is_shown),
+            Parent::Gone => Wake::Gone,
+        };
+        proxy.send_event(wake).is_ok()
+    });
+    let size = size.inspect_err(|error| embedded.fail(&format!("{error:#}")))?;
+    let mut application = Application {
+        embedded,
+        scene: Some(scene),
+        parent: window,
+        size,
+        pane: None,
+        is_shown: true,
+        next_frame: Instant::now(),
+        result: Ok(()),
+    };
+    event_loop.run_app(&mut application)?;
+    application.result
+}
+
+struct Application {
+    embedded: Embedded,
+    /// Until the window is there.
+    scene: Option<LoadedScene>,
+    parent: u32,
+    /// Of the host program's window.
+    size: [u32; 2],
+    pane: Option<Pane>,
+    /// Whether the host program's window is seen.
+    is_shown: bool,
+    next_frame: Instant,
+    result: anyhow::Result<()>,
+}
+
+/// Our window in that of the host program.
+struct Pane {
+    // The viewer holds the window too, and goes first.
+    viewer: Viewer,
+    egui: egui_winit::State,
+    window: Arc<Window>,
+    /// Why it shows an older picture, as the host program was told.
+    trouble: Option<String>,
+}
+
+impl ApplicationHandler<Wake> for Application {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if let Some(scene) = self.scene.take() {
+            match self.open(event_loop, scene) {
+                Ok(pane) => self.pane = Some(pane),
+                Err(error) => self.fail(event_loop, error),
+            }
+        }
+    }
+
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
+        match wake {
+            Wake::Asked => self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD),
+            Wake::Resized(size) => self.resize(size),
+            Wake::Shown(is_shown) => self.is_shown = is_shown,
+            Wake::Gone => event_loop.exit(),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(pane) = &mut self.pane else { return };
+        if pane.egui.on_window_event(&pane.window, &event).repaint {
+            self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD);
+        }
+        match event {
+            // The host program's window took ours along.
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
+            WindowEvent::Resized(size) => pane.viewer.resize([size.width, size.height]),
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.step() {
+                    self.fail(event_loop, error);
+                } else if self.pane.is_none() {
+                    event_loop.exit();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        if Instant::now() >= self.next_frame
+            && let Some(pane) = &self.pane
+        {
+            pane.window.request_redraw();
+        }
+        event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
+    }
+}
+
+impl Application {
+    fn open(&mut self, event_loop: &ActiveEventLoop, scene: LoadedScene) -> anyhow::Result<Pane> {
+        let [width, height] = self.size;
+        let attributes = Window::default_attributes()
+            .with_title("Busbar")
+            .with_inner_size(PhysicalSize::new(width, height))
+            .with_embed_parent_window(self.parent);
+        let window = event_loop.create_window(attributes);
+        let window = Arc::new(window.context("no window in that of the host program")?);
+        let options = scene.renderer_options();
+        let open = || Viewer::for_window(scene, options, window.clone(), [width, height]);
+        let viewer = self.embedded.open(open)?;
+        let egui = glue(&viewer, &window);
+        Ok(Pane { viewer, egui, window, trouble: None })
+    }
+
+    fn resize(&mut self, [width, height]: [u32; 2]) {
+        self.size = [width, height];
+        if let Some(pane) = &self.pane {
+            // Ours follows; its own event resizes the picture.
+            let _ = pane.window.request_inner_size(PhysicalSize::new(width, height));
+        }
+    }
+
+    /// Does what was asked and draws one frame; without a pane afterwards, the host
+    /// program has let go.
+    fn step(&mut self) -> anyhow::Result<()> {
+        let Some(mut pane) = self.pane.take() else { return Ok(()) };
+        let Some(pass) = self.embedded.obey(&mut pane.viewer) else { return Ok(()) };
+        if let Some(scene) = pass.scene {
+            let (options, window, size) =
+                (scene.renderer_options(), pane.window.clone(), self.size);
+            let open = || Viewer::for_window(*scene, options, window, size);
+            pane.viewer = self.embedded.replace(pane.viewer, open)?;
+            pane.egui = glue(&pane.viewer, &pane.window);
+        }
+        let input = pane.egui.take_egui_input(&pane.window);
+        pane.window.pre_present_notify();
+        let frame = pane.viewer.frame(input)?;
+        pane.egui.handle_platform_output(&pane.window, frame.platform);
+        self.embedded.beat(frame.trouble.is_none());
+        if frame.trouble != pane.trouble {
+            self.embedded.report_trouble(frame.trouble.as_deref().unwrap_or_default());
+            pane.trouble = frame.trouble;
+        }
+        self.embedded.report(&mut pane.viewer);
+        // Unseen or not, alarms and values go on.
+        let wait = match self.is_shown && self.embedded.is_visible() {
+            true => frame.repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD),
+            false => HIDDEN_PERIOD,
+        };
+        self.next_frame = Instant::now() + wait;
+        self.pane = Some(pane);
+        Ok(())
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: anyhow::Error) {
+        self.embedded.fail(&format!("{error:#}"));
+        self.pane = None;
+        self.result = Err(error);
+        event_loop.exit();
+    }
+}
+
+fn glue(viewer: &Viewer, window: &Window) -> egui_winit::State {
+    let scale = Some(window.scale_factor() as f32);
+    let context = viewer.egui_context().clone();
+    egui_winit::State::new(context, egui::ViewportId::ROOT, window, scale, None, None)
+}

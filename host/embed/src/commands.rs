@@ -1,0 +1,305 @@
+//! What C asks of a view. Each of these returns BUSBAR_VIEW_OK, INVALID or FULL at once;
+//! what the viewer refuses comes as BUSBAR_VIEW_ERROR. What is asked while the viewer is
+//! away is done when it is back.
+
+use std::ffi::c_char;
+
+use busbar_protocol::message::{
+    AlarmAction, CameraPose, Command, MAX_TAGS_A_MESSAGE, Pointing, TagQuality, TagUpdate, TagValue,
+};
+use busbar_protocol::pictures::now;
+
+use crate::abi::*;
+use crate::calls::{absolute, with};
+use crate::strings::from_c;
+use crate::view::BusbarView;
+
+/// Checks a command and puts it on its way.
+///
+/// # Safety
+/// `view` is null or open.
+unsafe fn ask(view: *const BusbarView, command: Option<Command>) -> i32 {
+    let send = |view: &BusbarView| match command.filter(|command| command.check().is_ok()) {
+        Some(command) => view.shared.command(command),
+        None => BUSBAR_VIEW_INVALID,
+    };
+    // SAFETY: the caller's.
+    unsafe { with(view, send) }
+}
+
+/// # Safety
+/// `text` is null or ends with a zero byte.
+unsafe fn named(text: *const c_char, command: fn(String) -> Command) -> Option<Command> {
+    // SAFETY: the caller's.
+    unsafe { from_c(text) }.map(|text| command(text.to_owned()))
+}
+
+/// Draws pictures of another size. A view in a window follows that by itself.
+///
+/// # Safety
+/// `view` is null or open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_resize(
+    view: *const BusbarView,
+    width: u32,
+    height: u32,
+) -> i32 {
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::Resize([width, height]))) }
+}
+
+/// Says whether anybody can see the picture; if not, few are drawn. Alarms go on.
+///
+/// # Safety
+/// `view` is null or open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_set_visible(view: *const BusbarView, visible: i32) -> i32 {
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::SetVisible(visible != 0))) }
+}
+
+/// Goes to a camera of the configuration.
+///
+/// # Safety
+/// `view` is null or open; `name` null or a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_use_camera(
+    view: *const BusbarView,
+    name: *const c_char,
+) -> i32 {
+    // SAFETY: the caller's.
+    unsafe { ask(view, named(name, Command::UseCamera)) }
+}
+
+/// Stands at `eye` and looks at `target`: three numbers each, world space in metres.
+///
+/// # Safety
+/// `view` is null or open; `eye` and `target` null or three numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_look(
+    view: *const BusbarView,
+    eye: *const f32,
+    target: *const f32,
+) -> i32 {
+    if eye.is_null() || target.is_null() || !eye.is_aligned() || !target.is_aligned() {
+        return BUSBAR_VIEW_INVALID;
+    }
+    // SAFETY: the caller's.
+    let (eye, target) =
+        unsafe { (eye.cast::<[f32; 3]>().read(), target.cast::<[f32; 3]>().read()) };
+    let pose = CameraPose { eye, target, is_orthographic: false };
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::Look(pose))) }
+}
+
+/// Selects and frames a piece of equipment, by its id or an alias.
+///
+/// # Safety
+/// `view` is null or open; `id` null or a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_focus(view: *const BusbarView, id: *const c_char) -> i32 {
+    // SAFETY: the caller's.
+    unsafe { ask(view, named(id, Command::Focus)) }
+}
+
+/// Sets theta of every model, 0 (full detail) to 1; below 0 their policies choose again.
+///
+/// # Safety
+/// `view` is null or open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_set_theta(view: *const BusbarView, theta: f64) -> i32 {
+    let theta = (theta >= 0.0 || theta.is_nan()).then_some(theta);
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::SetTheta(theta))) }
+}
+
+/// Draws an overlay, by the name of its plugin instance, or leaves it out.
+///
+/// # Safety
+/// `view` is null or open; `layer` null or a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_set_layer(
+    view: *const BusbarView,
+    layer: *const c_char,
+    shown: i32,
+) -> i32 {
+    // SAFETY: the caller's.
+    let layer = unsafe { from_c(layer) };
+    let command = layer.map(|l| Command::SetLayer { layer: l.to_owned(), shown: shown != 0 });
+    // SAFETY: the caller's.
+    unsafe { ask(view, command) }
+}
+
+/// Sets tags, at most 4096 at once; all of them or none. Say them again before their
+/// freshness ends: a value that nobody repeats goes stale, whatever the reason.
+///
+/// # Safety
+/// `view` is null or open; `tags` null or so many tags with texts.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_set_tags(
+    view: *const BusbarView,
+    tags: *const BusbarViewTag,
+    count: usize,
+) -> i32 {
+    if tags.is_null() || !tags.is_aligned() || count > MAX_TAGS_A_MESSAGE {
+        return BUSBAR_VIEW_INVALID;
+    }
+    // SAFETY: the caller's.
+    let tags = unsafe { std::slice::from_raw_parts(tags, count) };
+    let said_at = now();
+    // SAFETY: the caller's texts.
+    let updates: Option<Vec<_>> = tags.iter().map(|tag| unsafe { update(tag, said_at) }).collect();
+    // SAFETY: the caller's.
+    unsafe { ask(view, updates.map(Command::SetTags)) }
+}
+
+/// # Safety
+/// The tag's id is null or ends with a zero byte.
+unsafe fn update(tag: &BusbarViewTag, said_at: u64) -> Option<TagUpdate> {
+    // SAFETY: the caller's.
+    let id = unsafe { from_c(tag.id) }?;
+    let value = match tag.kind {
+        BUSBAR_VIEW_F64 => Some(TagValue::F64(tag.number)),
+        BUSBAR_VIEW_I64 => Some(TagValue::I64(tag.integer)),
+        BUSBAR_VIEW_BOOL => Some(TagValue::Bool(tag.integer != 0)),
+        BUSBAR_VIEW_DOUBLE_POINT => Some(TagValue::DoublePoint(tag.integer.try_into().ok()?)),
+        BUSBAR_VIEW_NO_VALUE => None,
+        _ => return None,
+    };
+    let quality = match tag.quality {
+        BUSBAR_VIEW_GOOD => TagQuality::Good,
+        BUSBAR_VIEW_UNCERTAIN => TagQuality::Uncertain,
+        BUSBAR_VIEW_BAD => TagQuality::Bad,
+        _ => return None,
+    };
+    let is_known = tag.source_unix_nanos != BUSBAR_VIEW_NO_TIME;
+    let source_time = is_known.then_some(tag.source_unix_nanos);
+    Some(TagUpdate { tag: id.to_owned(), value, quality, source_time, said_at })
+}
+
+/// Does what an operator does to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on; `seconds` on
+/// the shelf. `operator_name` null is that of the options.
+///
+/// # Safety
+/// `view` is null or open; texts are null or texts.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_act_on_alarm(
+    view: *const BusbarView,
+    alarm: *const c_char,
+    action: u32,
+    seconds: u32,
+    operator_name: *const c_char,
+) -> i32 {
+    let action = match action {
+        BUSBAR_VIEW_ACKNOWLEDGE => AlarmAction::Acknowledge,
+        BUSBAR_VIEW_SHELVE => AlarmAction::Shelve(seconds),
+        BUSBAR_VIEW_UNSHELVE => AlarmAction::Unshelve,
+        BUSBAR_VIEW_RESET => AlarmAction::Reset,
+        _ => return BUSBAR_VIEW_INVALID,
+    };
+    // SAFETY: the caller's.
+    let alarm = unsafe { from_c(alarm) };
+    // SAFETY: the caller's.
+    let by = if operator_name.is_null() { Some("") } else { unsafe { from_c(operator_name) } };
+    let command = alarm.zip(by).map(|(alarm, operator)| Command::ActOnAlarm {
+        alarm: alarm.to_owned(),
+        action,
+        operator: operator.to_owned(),
+    });
+    // SAFETY: the caller's.
+    unsafe { ask(view, command) }
+}
+
+/// Sets an alarm that your program decides on ("mirrored") to a state, 'A' to 'I' by
+/// IEC 62682.
+///
+/// # Safety
+/// `view` is null or open; `alarm` null or a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_mirror_alarm(
+    view: *const BusbarView,
+    alarm: *const c_char,
+    state: c_char,
+) -> i32 {
+    // SAFETY: the caller's.
+    let alarm = unsafe { from_c(alarm) };
+    let state = (state as u8).wrapping_sub(b'A');
+    let command = alarm.map(|alarm| Command::MirrorAlarm { alarm: alarm.to_owned(), state });
+    // SAFETY: the caller's.
+    unsafe { ask(view, command) }
+}
+
+/// Says what instant a chart in the scene shows, nanoseconds since 1970-01-01 UTC;
+/// BUSBAR_VIEW_NO_TIME shows all.
+///
+/// # Safety
+/// `view` is null or open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_set_time(view: *const BusbarView, unix_nanos: i64) -> i32 {
+    let time = (unix_nanos != BUSBAR_VIEW_NO_TIME).then_some(unix_nanos);
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::SetTime(time))) }
+}
+
+/// Loads a configuration, or null for the present one, anew. The scene before stays until
+/// that is loaded without a fault (BUSBAR_VIEW_RELOADED), and for good where it has one
+/// (BUSBAR_VIEW_ERROR).
+///
+/// # Safety
+/// `view` is null or open; `config` null or a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_reload(view: *const BusbarView, config: *const c_char) -> i32 {
+    let reload = |view: &BusbarView| {
+        let config = match config.is_null() {
+            true => Some(crate::shared::lock(&view.shared.wanted).config.clone()),
+            // SAFETY: the caller's.
+            false => unsafe { from_c(config) }.and_then(absolute),
+        };
+        match config.map(Command::Reload).filter(|command| command.check().is_ok()) {
+            Some(command) => view.shared.command(command),
+            None => BUSBAR_VIEW_INVALID,
+        }
+    };
+    // SAFETY: the caller's.
+    unsafe { with(view, reload) }
+}
+
+/// Selects what is at a pixel; BUSBAR_VIEW_PICKED tells what that is.
+///
+/// # Safety
+/// `view` is null or open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_pick(view: *const BusbarView, x: u32, y: u32) -> i32 {
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::Pick([x, y]))) }
+}
+
+/// Tells what the pointer did over the picture of a view without a window:
+/// BUSBAR_VIEW_MOVED and so on; x and y in pixels from the top left; `button` 1 the left,
+/// 2 the middle, 3 the right one; `steps` of the wheel.
+///
+/// # Safety
+/// `view` is null or open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn busbar_view_point(
+    view: *const BusbarView,
+    what: u32,
+    x: f32,
+    y: f32,
+    button: u32,
+    steps: f32,
+) -> i32 {
+    let at = [x, y];
+    let pressed = what == BUSBAR_VIEW_PRESSED;
+    let pointing = match (what, button) {
+        (BUSBAR_VIEW_MOVED, _) => Pointing::Moved(at),
+        (BUSBAR_VIEW_PRESSED | BUSBAR_VIEW_RELEASED, 1..=3) => {
+            Pointing::Button { at, button: button as u8, pressed }
+        }
+        (BUSBAR_VIEW_SCROLLED, _) => Pointing::Scrolled(steps),
+        (BUSBAR_VIEW_LEFT, _) => Pointing::Left,
+        _ => return BUSBAR_VIEW_INVALID,
+    };
+    // SAFETY: the caller's.
+    unsafe { ask(view, Some(Command::Point(pointing))) }
+}

@@ -1,0 +1,220 @@
+//! The examples are built by what an installed library offers (header, library, pkg-config)
+//! and run on a display in memory: each shows the scene, and tells what is picked.
+#![allow(clippy::unwrap_used, reason = "a test that cannot be set up has failed")]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use common::*;
+use e2e::display::Display;
+use e2e::{Process, available, built_folder, finish};
+use image::RgbImage;
+use tempfile::TempDir;
+
+const SCREEN: [u32; 2] = [900, 560];
+/// So many, until one is answered: the first may come before the picture.
+const CLICKS: &str = "20";
+
+/// A prefix that the library is installed in.
+struct Installed(TempDir);
+
+impl Installed {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let source = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for (from, to) in [
+            (source.join("include/busbar.h"), "include/busbar.h"),
+            (source.join("busbar.pc"), "lib/pkgconfig/busbar.pc"),
+            (built_folder().join("libbusbar.so"), "lib/libbusbar.so"),
+            (built_folder().join("libbusbar.a"), "lib/libbusbar.a"),
+        ] {
+            let to = folder.path().join(to);
+            std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+            std::fs::copy(&from, &to).unwrap_or_else(|error| panic!("{from:?}: {error}"));
+        }
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// What pkg-config says of packages; none where one is not there.
+    fn flags(&self, packages: &[&str], more: &[&str]) -> Option<Vec<String>> {
+        let mut command = Command::new("pkg-config");
+        command.env("PKG_CONFIG_PATH", self.path("lib/pkgconfig"));
+        let output = command.args(["--cflags", "--libs"]).args(more).args(packages).output();
+        let output = output.expect("pkg-config runs; install the package pkg-config");
+        let text = String::from_utf8(output.stdout).unwrap();
+        let is_there = available(output.status.success(), &format!("no {packages:?}"));
+        is_there.then(|| text.split_whitespace().map(str::to_owned).collect())
+    }
+
+    /// Compiles an example with every warning an error; its program.
+    fn build(&self, name: &str, compiler: &[&str], packages: &[&str]) -> Option<PathBuf> {
+        let flags = self.flags(packages, &[])?;
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+        let program = self.path(Path::new(name).file_stem().unwrap().to_str().unwrap());
+        let mut command = Command::new(compiler[0]);
+        command.args(&compiler[1..]).args(["-Wall", "-Wextra", "-Werror"]).arg(source);
+        finish(command.arg("-o").arg(&program).args(flags)).expect_code(0);
+        Some(program)
+    }
+
+    /// Runs something that finds the library and the program.
+    fn environment(&self, command: &mut Command) {
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let mut folders = vec![built_folder()];
+        folders.extend(std::env::split_paths(&path));
+        command.env("PATH", std::env::join_paths(folders).unwrap());
+        command.env("LD_LIBRARY_PATH", self.path("lib"));
+    }
+}
+
+/// The demo without devices, looked at from where the transformer is in the middle.
+fn example_scene() -> e2e::Scene {
+    let mut scene = scene();
+    scene.config["cameras"] = serde_json::json!({
+        "middle": { "eye": [14, 8, 14], "target": [0, 2.5, 0] }
+    });
+    scene.config["view"]["camera"] = "middle".into();
+    scene.config.as_object_mut().unwrap().remove("bindings");
+    scene
+}
+
+/// Whether a picture shows a scene: many shades, and more than a background in the middle.
+fn shows_a_scene(picture: &RgbImage) -> bool {
+    let [width, height] = [picture.width(), picture.height()];
+    let middle =
+        (width / 4..3 * width / 4).flat_map(|x| (height / 4..3 * height / 4).map(move |y| (x, y)));
+    let shades: std::collections::BTreeSet<_> =
+        middle.map(|(x, y)| picture.get_pixel(x, y).0).collect();
+    shades.len() > 500
+}
+
+/// Starts a program on a display; clicks into the scene until it says what is there.
+fn check_on_display(name: &str, compiler: &[&str], packages: &[&str]) {
+    let installed = Installed::new();
+    let Some(program) = installed.build(name, compiler, packages) else { return };
+    let Some(display) = Display::start(SCREEN) else { return };
+    let scene = example_scene();
+    let mut command = Command::new(program);
+    installed.environment(&mut command);
+    let process = Process::start(command.arg(scene.write()).env("DISPLAY", &display.name));
+    process.wait_for_line(|line| line.starts_with("ready").then_some(()));
+    let picture = e2e::wait_for("a picture of the scene", PATIENCE, || {
+        let picture = display.screenshot(installed.0.path(), name);
+        shows_a_scene(&picture).then_some(picture)
+    });
+    assert_eq!([picture.width(), picture.height()], SCREEN);
+    let mut clicks = Command::new("xdotool");
+    clicks.env("DISPLAY", &display.name).args(["mousemove", "400", "270", "click"]);
+    let _clicks = Process::start(clicks.args(["--repeat", CLICKS, "--delay", "700", "1"]));
+    let picked = process.wait_for_line(|line| Some(line.strip_prefix("picked ")?.to_owned()));
+    assert!(picked.starts_with(TRANSFORMER), "{picked}");
+}
+
+#[test]
+fn plain_x11() {
+    check_on_display(
+        "x11.c",
+        &["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"],
+        &["busbar", "x11"],
+    );
+}
+
+/// The viewer that a program started last; none while it has none.
+fn viewer_of(program: u32) -> Option<u32> {
+    let tasks = std::fs::read_dir(format!("/proc/{program}/task")).ok()?;
+    let children = tasks
+        .flatten()
+        .filter_map(|task| std::fs::read_to_string(task.path().join("children")).ok());
+    children.flat_map(|list| list.split_whitespace().filter_map(|id| id.parse().ok()).max()).max()
+}
+
+/// Whether a part of the screen that the first picture did not reach shows something.
+fn reaches_the_corner(picture: &RgbImage) -> bool {
+    (820..SCREEN[0]).all(|x| picture.get_pixel(x, 540).0 != [0; 3])
+}
+
+#[test]
+fn a_window_is_followed_and_a_viewer_that_died_comes_back_into_it() {
+    let installed = Installed::new();
+    let flags = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"];
+    let Some(program) = installed.build("x11.c", &flags, &["busbar", "x11"]) else { return };
+    let Some(display) = Display::start(SCREEN) else { return };
+    let scene = example_scene();
+    let mut command = Command::new(program);
+    installed.environment(&mut command);
+    let process = Process::start(command.arg(scene.write()).env("DISPLAY", &display.name));
+    process.wait_for_line(|line| line.starts_with("ready").then_some(()));
+    let shot = |what: &str, wanted: &dyn Fn(&RgbImage) -> bool| {
+        e2e::wait_for(what, PATIENCE, || {
+            let picture = display.screenshot(installed.0.path(), "window");
+            wanted(&picture).then_some(picture)
+        })
+    };
+    let small = shot("a picture", &|picture| shows_a_scene(picture));
+    assert!(!reaches_the_corner(&small));
+    display.xdotool("search --name Busbar.in.X11 windowsize 900 560");
+    shot("a larger picture", &|picture| shows_a_scene(picture) && reaches_the_corner(picture));
+    let before = viewer_of(process.id()).expect("there is a viewer");
+    let pid = rustix::process::Pid::from_raw(before as i32).expect("a process");
+    rustix::process::kill_process(pid, rustix::process::Signal::KILL).expect("it is there");
+    e2e::wait_for("another viewer", PATIENCE, || {
+        viewer_of(process.id()).filter(|viewer| *viewer != before)
+    });
+    shot("its picture", &|picture| shows_a_scene(picture) && reaches_the_corner(picture));
+    // The end of the window is that of the view, and no crash.
+    display.xdotool("search --name Busbar.in.X11 windowclose");
+    let viewer = viewer_of(process.id());
+    process.finish();
+    e2e::wait_for("the viewer's end", PATIENCE, || {
+        let path = viewer.map(|viewer| format!("/proc/{viewer}/exe"));
+        path.is_none_or(|path| std::fs::read_link(path).is_err()).then_some(())
+    });
+}
+
+#[test]
+fn gtk() {
+    check_on_display("gtk.c", &["gcc", "-std=c99"], &["busbar", "gtk+-3.0"]);
+}
+
+#[test]
+fn qt() {
+    check_on_display("qt.cpp", &["g++", "-std=c++17", "-fPIC"], &["busbar", "Qt6Widgets"]);
+}
+
+#[test]
+fn python() {
+    let installed = Installed::new();
+    let scene = example_scene();
+    let picture = installed.path("picture.ppm");
+    let mut command = Command::new("python3");
+    installed.environment(&mut command);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/offscreen.py");
+    let output = finish(command.arg(script).arg(scene.write()).arg(&picture)).expect_code(0);
+    let picked = output.stdout.trim().strip_prefix("picked ").expect("it says so");
+    assert!(picked.starts_with(TRANSFORMER), "{picked}");
+    let ppm = std::fs::read(&picture).unwrap();
+    let pixels = ppm.strip_prefix(b"P6 640 360 255\n").expect("a PPM of that size");
+    let picture = RgbImage::from_raw(640, 360, pixels.to_vec()).expect("all pixels");
+    assert!(shows_a_scene(&picture));
+}
+
+#[test]
+fn a_program_is_linked_statically() {
+    let installed = Installed::new();
+    let source = installed.path("version.c");
+    let text =
+        "#include <busbar.h>\nint main(void) { return busbar_view_abi() != BUSBAR_VIEW_ABI; }\n";
+    std::fs::write(&source, text).unwrap();
+    std::fs::remove_file(installed.path("lib/libbusbar.so")).unwrap();
+    let flags = installed.flags(&["busbar"], &["--static"]).expect("it is installed");
+    let program = installed.path("version");
+    let mut command = Command::new("gcc");
+    finish(command.arg("-std=c99").arg(&source).arg("-o").arg(&program).args(flags)).expect_code(0);
+    finish(&mut Command::new(program)).expect_code(0);
+}

@@ -1,0 +1,239 @@
+//! What a program gets of a view, and what a view does for it.
+
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "each call is as the header says: an open view, texts that end, structs with sizes"
+)]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::ffi::CString;
+use std::time::Duration;
+
+use busbar::abi::*;
+use busbar::calls::*;
+use busbar::commands::*;
+use common::*;
+
+#[test]
+fn a_program_gets_pictures_events_and_what_it_asks() {
+    let scene = scene();
+    let mut host = Host::open(&scene);
+    let ready = host.wait_for(BUSBAR_VIEW_READY);
+    assert!(!ready.text.is_empty(), "the device has a name");
+    host.wait("good tag", |e| {
+        e.kind == BUSBAR_VIEW_QUALITY && e.id == TOP_OIL && e.state == BUSBAR_VIEW_GOOD
+    });
+    let calm = host.wait_for_calm();
+    assert_eq!((calm.size, calm.state), ([640, 360], BUSBAR_VIEW_LIVE));
+    let colors: BTreeSet<_> = calm.pixels.chunks(4).map(<[u8]>::to_vec).collect();
+    assert!(colors.len() > 100, "a scene has more than {} colours", colors.len());
+    assert!(!looks_dead(&calm));
+
+    // Picks.
+    assert_eq!(
+        host.call(|view| unsafe {
+            busbar_view_focus(view, CString::new(TRANSFORMER).unwrap().as_ptr())
+        }),
+        0
+    );
+    host.wait_for_calm();
+    assert_eq!(host.call(|view| unsafe { busbar_view_pick(view, 320, 180) }), 0);
+    let picked = host.wait_for(BUSBAR_VIEW_PICKED);
+    assert!(picked.id.starts_with(TRANSFORMER), "{picked:?}");
+    assert_eq!(host.call(|view| unsafe { busbar_view_pick(view, 1, 1) }), 0);
+    assert_eq!(host.wait_for(BUSBAR_VIEW_PICKED).id, "", "the sky");
+
+    // A click picks as well, and the pointer names what it is over.
+    for what in [BUSBAR_VIEW_MOVED, BUSBAR_VIEW_PRESSED, BUSBAR_VIEW_RELEASED] {
+        let status =
+            host.call(|view| unsafe { busbar_view_point(view, what, 320.0, 180.0, 1, 0.0) });
+        assert_eq!(status, 0);
+        for _ in 0..20 {
+            host.turn();
+        }
+    }
+    assert!(host.wait_for(BUSBAR_VIEW_PICKED).id.starts_with(TRANSFORMER));
+    host.wait("hover", |e| e.kind == BUSBAR_VIEW_HOVERED && e.id.starts_with(TRANSFORMER));
+
+    // Camera and size.
+    let (eye, target) = ([30.0, 20.0, 30.0], [0.0, 2.0, 0.0]);
+    assert_eq!(
+        host.call(|view| unsafe { busbar_view_look(view, eye.as_ptr(), target.as_ptr()) }),
+        0
+    );
+    let near = |a: [f32; 3]| a.iter().zip(eye).all(|(a, b)| (a - b).abs() < 1e-3);
+    host.wait("camera", |e| e.kind == BUSBAR_VIEW_CAMERA && near(e.eye));
+    assert_eq!(host.call(|view| unsafe { busbar_view_resize(view, 500, 300) }), 0);
+    let resized = host.wait_for_frame("of the new size", |f| f.size == [500, 300]);
+    assert_eq!(resized.damage, [0, 0, 500, 300]);
+
+    // What cannot be done is told.
+    assert_eq!(host.call(|view| unsafe { busbar_view_focus(view, c"=NOT".as_ptr()) }), 0);
+    let error = host.wait_for(BUSBAR_VIEW_ERROR);
+    assert!(error.text.contains("'=NOT'"), "{error:?}");
+}
+
+#[test]
+fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
+    let mut scene = scene();
+    for tag in scene.config["tags"].as_object_mut().unwrap().values_mut() {
+        if tag["set_by_host"] == true {
+            tag["freshness_millis"] = 1500.into();
+        }
+    }
+    let mut host = Host::open(&scene);
+    let live = host.look_around();
+    host.set_tag(TOP_OIL, 120.0);
+    let of_alarm = |state: u8| {
+        move |e: &Happened| {
+            e.kind == BUSBAR_VIEW_ALARM && e.id == ALARM && e.state == u32::from(state)
+        }
+    };
+    host.wait("unacknowledged alarm", of_alarm(b'B'));
+    let alarm = CString::new(ALARM).unwrap();
+    let act = |view, action| unsafe {
+        busbar_view_act_on_alarm(view, alarm.as_ptr(), action, 600, std::ptr::null())
+    };
+    assert_eq!(host.call(|view| act(view, BUSBAR_VIEW_ACKNOWLEDGE)), 0);
+    host.wait("acknowledged alarm", of_alarm(b'C'));
+    assert_eq!(host.call(|view| act(view, BUSBAR_VIEW_SHELVE)), 0);
+    host.wait("shelved alarm", of_alarm(b'G'));
+    host.fall_silent();
+    let stale = host.wait("stale tag", |e| {
+        e.kind == BUSBAR_VIEW_QUALITY && e.id == TOP_OIL && e.state == BUSBAR_VIEW_BAD
+    });
+    assert_eq!(stale.text, "stale");
+    let after = host.wait_for_frame("that shows it", |f| f.pixels != live.pixels);
+    assert_eq!(after.state, BUSBAR_VIEW_LIVE, "the picture lives, the value does not");
+}
+
+#[test]
+fn a_faulty_configuration_never_replaces_the_scene() {
+    let mut scene = scene();
+    let mut host = Host::open(&scene);
+    let before = host.look_around();
+    let good = scene.config.clone();
+    scene.config["scene"] = serde_json::json!([{ "id": "x", "model": "none" }]);
+    let path = scene.write();
+    let null = std::ptr::null();
+    assert_eq!(host.call(|view| unsafe { busbar_view_reload(view, null) }), 0);
+    let error = host.wait_for(BUSBAR_VIEW_ERROR);
+    assert!(
+        error.text.contains("the scene before stays") && error.text.contains("'none'"),
+        "{error:?}"
+    );
+    let after = host.wait_for_calm();
+    save(&before, "before");
+    save(&after, "after");
+    assert!(after.pixels == before.pixels, "the picture is another");
+    scene.config = good;
+    scene.config["view"]["background"] = serde_json::json!("#204060");
+    scene.write();
+    assert_eq!(host.call(|view| unsafe { busbar_view_reload(view, null) }), 0);
+    let reloaded = host.wait_for(BUSBAR_VIEW_RELOADED);
+    assert_eq!(reloaded.id, path.to_str().unwrap());
+    host.wait_for_frame("of the new scene", |f| {
+        f.state == BUSBAR_VIEW_LIVE && f.pixels != before.pixels
+    });
+}
+
+#[test]
+fn wrong_use_is_refused_and_touches_nothing() {
+    let scene = scene();
+    let path = CString::new(scene.write().into_os_string().into_encoded_bytes()).unwrap();
+    let options = BusbarViewOptions {
+        struct_size: size_of::<BusbarViewOptions>() as u32,
+        flags: 0,
+        width: 64,
+        height: 64,
+        window: 0,
+        silent_millis: 0,
+        hung_millis: 0,
+        max_restart_millis: 0,
+        config: path.as_ptr(),
+        program: c"/no/such/program".as_ptr(),
+        operator_name: std::ptr::null(),
+    };
+    for wrong in [
+        BusbarViewOptions { struct_size: 8, ..options },
+        BusbarViewOptions { flags: 8, ..options },
+        BusbarViewOptions { width: 0, ..options },
+        BusbarViewOptions { width: 8192, height: 8192, ..options },
+        BusbarViewOptions { silent_millis: 1, ..options },
+        BusbarViewOptions { silent_millis: 2000, hung_millis: 1000, ..options },
+        BusbarViewOptions { config: std::ptr::null(), ..options },
+        BusbarViewOptions { config: c"\xff".as_ptr(), ..options },
+    ] {
+        let mut view = std::ptr::dangling_mut();
+        assert_eq!(unsafe { busbar_view_open(&wrong, &mut view) }, BUSBAR_VIEW_INVALID);
+        assert!(view.is_null());
+    }
+    let mut view = std::ptr::null_mut();
+    assert_eq!(unsafe { busbar_view_open(&options, &mut view) }, BUSBAR_VIEW_OK);
+    unsafe {
+        let null = std::ptr::null();
+        assert_eq!(busbar_view_pick(null, 1, 1), BUSBAR_VIEW_INVALID);
+        assert_eq!(busbar_view_set_theta(view, 1.5), BUSBAR_VIEW_INVALID);
+        assert_eq!(busbar_view_set_theta(view, f64::NAN), BUSBAR_VIEW_INVALID);
+        assert_eq!(
+            busbar_view_look(view, [f32::NAN; 3].as_ptr(), [0.0; 3].as_ptr()),
+            BUSBAR_VIEW_INVALID
+        );
+        assert_eq!(busbar_view_use_camera(view, null.cast()), BUSBAR_VIEW_INVALID);
+        assert_eq!(busbar_view_resize(view, 9000, 10), BUSBAR_VIEW_INVALID);
+        assert_eq!(busbar_view_mirror_alarm(view, c"a".as_ptr(), b'Z' as _), BUSBAR_VIEW_INVALID);
+        assert_eq!(busbar_view_next_event(view, std::ptr::null_mut()), BUSBAR_VIEW_INVALID);
+        // A viewer that cannot be started is an error, told again and again, and no end.
+        let mut event = no_event();
+        let start = std::time::Instant::now();
+        while busbar_view_next_event(view, &mut event) != 1 {
+            assert!(start.elapsed() < PATIENCE);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(event.kind, BUSBAR_VIEW_ERROR);
+        assert!(Happened::of(&event).text.contains("/no/such/program"));
+        // What waits has a limit, and callers hear of it.
+        let full = (0..100_000).find(|_| busbar_view_pick(view, 1, 1) == BUSBAR_VIEW_FULL);
+        assert_eq!(full, Some(4096));
+        busbar_view_close(view);
+        busbar_view_close(std::ptr::null_mut());
+    }
+}
+
+extern "C" fn note(context: *mut std::ffi::c_void, event: *const BusbarViewEvent) {
+    // SAFETY: the test's list, which outlives the view.
+    let list = unsafe { &*context.cast::<std::sync::Mutex<Vec<(u32, std::thread::ThreadId)>>>() };
+    // SAFETY: as the header says.
+    let kind = unsafe { (*event).kind };
+    list.lock().expect("nobody panicked").push((kind, std::thread::current().id()));
+}
+
+#[test]
+fn callbacks_run_where_the_program_says() {
+    let scene = scene();
+    for on_own_thread in [0, 1] {
+        let list = Box::new(std::sync::Mutex::new(Vec::<(u32, std::thread::ThreadId)>::new()));
+        let mut host = Host::open(&scene);
+        let context = (&raw const *list).cast_mut().cast();
+        let set =
+            |view| unsafe { busbar_view_set_callback(view, Some(note), context, on_own_thread) };
+        assert_eq!(host.call(set), 0);
+        let start = std::time::Instant::now();
+        while !list.lock().unwrap().iter().any(|(kind, _)| *kind == BUSBAR_VIEW_READY) {
+            assert!(start.elapsed() < PATIENCE);
+            std::thread::sleep(Duration::from_millis(20));
+            if on_own_thread == 0 {
+                assert!(host.call(|view| unsafe { busbar_view_dispatch(view) }) >= 0);
+            }
+        }
+        let here = std::thread::current().id();
+        let threads: BTreeSet<_> = list.lock().unwrap().iter().map(|(_, id)| *id == here).collect();
+        assert_eq!(threads, BTreeSet::from([on_own_thread == 0]));
+        drop(host);
+        let count = list.lock().unwrap().len();
+        std::thread::sleep(Duration::from_millis(300));
+        assert_eq!(list.lock().unwrap().len(), count, "none after the end");
+    }
+}

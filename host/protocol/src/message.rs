@@ -1,0 +1,342 @@
+//! Messages between a host program's library and its viewer.
+//!
+//! Both are of the same release, or the viewer says that they are not and ends. A pane
+//! is one viewer's view, seen from the host program.
+
+use serde::{Deserialize, Serialize};
+
+/// Version of these messages.
+pub const PROTOCOL_VERSION: u32 = 1;
+/// The longest message, either way.
+pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
+/// The longest id, name or path in a message, bytes.
+pub const MAX_TEXT_BYTES: usize = 4096;
+/// Tags that one message sets at most.
+pub const MAX_TAGS_A_MESSAGE: usize = 4096;
+/// The longest side of a picture, pixels.
+pub const MAX_SIDE: u32 = 8192;
+
+/// From the host program's library.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ToViewer {
+    /// The first message; the descriptor of the pictures' memory comes along.
+    Begin(Begin),
+    /// Something to do.
+    Do(Command),
+}
+
+/// What a viewer is to show.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Begin {
+    /// [`PROTOCOL_VERSION`].
+    pub version: u32,
+    /// Path of the configuration, absolute.
+    pub config: String,
+    /// Where the picture goes.
+    pub target: Target,
+    /// Its size, pixels.
+    pub size: [u32; 2],
+    /// Whether panels are shown beside the scene.
+    pub panels: bool,
+    /// Who acts on alarms, as the audit log has it; may be empty.
+    pub operator: String,
+    /// How alarms stood in the viewer before; an audit log goes before them.
+    pub alarms: Vec<AlarmStanding>,
+}
+
+/// Where a picture goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Target {
+    /// Into shared memory.
+    Offscreen,
+    /// Into a child of this X11 window.
+    Window(u32),
+}
+
+/// Where the camera is, world space in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraPose {
+    /// Where it stands.
+    pub eye: [f32; 3],
+    /// What it looks at.
+    pub target: [f32; 3],
+    /// Whether it looks without perspective.
+    pub is_orthographic: bool,
+}
+
+/// What a host program can ask for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Command {
+    /// Draw pictures of this size, pixels.
+    Resize([u32; 2]),
+    /// Whether anybody can see the picture: if not, few are drawn.
+    SetVisible(bool),
+    /// Go to a camera of the configuration.
+    UseCamera(String),
+    /// Stand somewhere at once.
+    Look(CameraPose),
+    /// Select and frame a piece of equipment, by its id or an alias.
+    Focus(String),
+    /// Set theta of every model, 0 to 1; none lets their policies choose.
+    SetTheta(Option<f64>),
+    /// Draw an overlay, by the name of its plugin instance, or leave it out.
+    SetLayer {
+        /// Its name.
+        layer: String,
+        /// Whether it is drawn.
+        shown: bool,
+    },
+    /// Values of tags that the host program sets.
+    SetTags(Vec<TagUpdate>),
+    /// What an operator does to an alarm.
+    ActOnAlarm {
+        /// Its id.
+        alarm: String,
+        /// What.
+        action: AlarmAction,
+        /// Who; empty for the operator of the beginning.
+        operator: String,
+    },
+    /// Sets an alarm that the host program decides on.
+    MirrorAlarm {
+        /// Its id.
+        alarm: String,
+        /// By the letter of IEC 62682, 0 for A to 8 for I.
+        state: u8,
+    },
+    /// What instant a chart shows, nanoseconds since 1970-01-01 UTC; none for all.
+    SetTime(Option<i64>),
+    /// Load a configuration, absolute, in place of the one shown. Where it has a fault the
+    /// one before stays.
+    Reload(String),
+    /// Select what is at a pixel, and name it.
+    Pick([u32; 2]),
+    /// What the pointer did over the picture.
+    Point(Pointing),
+}
+
+/// What an operator does to an alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AlarmAction {
+    /// Say that it was seen.
+    Acknowledge,
+    /// Put it on the shelf for so many seconds.
+    Shelve(u32),
+    /// Take it off the shelf.
+    Unshelve,
+    /// Let go of a latch.
+    Reset,
+}
+
+/// What a pointer did; places are in pixels from the top left.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Pointing {
+    /// It moved there.
+    Moved([f32; 2]),
+    /// A button went down or up: 1 the left, 2 the middle, 3 the right one.
+    Button {
+        /// Where.
+        at: [f32; 2],
+        /// Which.
+        button: u8,
+        /// Whether it went down.
+        pressed: bool,
+    },
+    /// The wheel turned by so many steps, away from the hand above 0.
+    Scrolled(f32),
+    /// It left the picture.
+    Left,
+}
+
+/// A value of a tag as the host program has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TagUpdate {
+    /// Its id.
+    pub tag: String,
+    /// Its value; none says something of quality alone.
+    pub value: Option<TagValue>,
+    /// What it is worth.
+    pub quality: TagQuality,
+    /// When it was so, nanoseconds since 1970-01-01 UTC, if that is known.
+    pub source_time: Option<i64>,
+    /// When the host program said so, nanoseconds of the clock since boot: waiting for a
+    /// viewer makes no value younger.
+    pub said_at: u64,
+}
+
+/// A value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum TagValue {
+    /// A measurement.
+    F64(f64),
+    /// A counter or code.
+    I64(i64),
+    /// A single point.
+    Bool(bool),
+    /// A switch position: 0 travelling, 1 open, 2 closed, 3 invalid (IEC 60870-5-101, 7.2.6.2).
+    DoublePoint(u8),
+}
+
+/// What a value is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TagQuality {
+    /// Usable.
+    Good,
+    /// Doubtful.
+    Uncertain,
+    /// Not usable.
+    Bad,
+}
+
+/// How an alarm stands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AlarmStanding {
+    /// Its id.
+    pub alarm: String,
+    /// By the letter of IEC 62682, 0 for A to 8 for I.
+    pub state: u8,
+    /// Since when, nanoseconds since 1970-01-01 UTC.
+    pub since: i64,
+    /// All that the state rests on, as JSON; for the viewer after this one.
+    pub standing: String,
+}
+
+/// From a viewer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FromViewer {
+    /// The first picture is there.
+    Ready {
+        /// The graphics device.
+        device: String,
+    },
+    /// A configuration is shown in place of the one before.
+    Reloaded {
+        /// Its path.
+        config: String,
+    },
+    /// A new picture lies in shared memory.
+    Pictured,
+    /// What was picked: an equipment id, none for nothing.
+    Picked(Option<String>),
+    /// What is under the pointer.
+    Hovered(Option<String>),
+    /// Where the camera is.
+    Looks(CameraPose),
+    /// How an alarm stands by now.
+    Alarm(AlarmStanding),
+    /// An operator wants this of an alarm that the host program decides on.
+    Asked {
+        /// Its id.
+        alarm: String,
+        /// What.
+        action: AlarmAction,
+    },
+    /// What a tag's value is worth by now.
+    Quality {
+        /// Its id.
+        tag: String,
+        /// By which it can be relied on.
+        quality: TagQuality,
+        /// Why it is not good, in words; else empty.
+        reason: String,
+    },
+    /// How a plugin instance goes.
+    Plugin {
+        /// Its name.
+        plugin: String,
+        /// In words.
+        state: String,
+    },
+    /// What could not be done, with a remedy.
+    Refused(String),
+    /// Why no scene can be shown at all, with a remedy; the viewer ends.
+    Failed(String),
+}
+
+impl ToViewer {
+    /// Checks what its form leaves open: lengths, sizes, numbers that are finite.
+    ///
+    /// # Errors
+    /// In words, what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Begin(begin) => {
+                text(&begin.config)?;
+                text(&begin.operator)?;
+                size(begin.size)
+            }
+            Self::Do(command) => command.check(),
+        }
+    }
+}
+
+impl Command {
+    /// As [`ToViewer::check`].
+    ///
+    /// # Errors
+    /// In words, what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Resize(wanted) => size(*wanted),
+            Self::UseCamera(name) | Self::Focus(name) | Self::Reload(name) => text(name),
+            Self::SetLayer { layer, .. } => text(layer),
+            Self::Look(pose) => finite(pose.eye.iter().chain(&pose.target)),
+            Self::SetTheta(Some(theta)) if !(0.0..=1.0).contains(theta) => {
+                Err(format!("theta is {theta}; give 0 to 1"))
+            }
+            Self::SetTags(tags) if tags.len() > MAX_TAGS_A_MESSAGE => {
+                Err(format!("{} tags at once; at most {MAX_TAGS_A_MESSAGE}", tags.len()))
+            }
+            Self::SetTags(tags) => tags.iter().try_for_each(TagUpdate::check),
+            Self::ActOnAlarm { alarm, operator, .. } => text(alarm).and_then(|()| text(operator)),
+            Self::MirrorAlarm { state, .. } if *state > 8 => {
+                Err(format!("alarm state {state}; give 0 for A to 8 for I"))
+            }
+            Self::MirrorAlarm { alarm, .. } => text(alarm),
+            Self::Point(Pointing::Moved(at) | Pointing::Button { at, .. }) => finite(at),
+            Self::Point(Pointing::Scrolled(steps)) => finite([steps]),
+            Self::SetVisible(_)
+            | Self::SetTheta(_)
+            | Self::SetTime(_)
+            | Self::Pick(_)
+            | Self::Point(Pointing::Left) => Ok(()),
+        }
+    }
+}
+
+impl TagUpdate {
+    fn check(&self) -> Result<(), String> {
+        match self.value {
+            Some(TagValue::DoublePoint(position)) if position > 3 => {
+                Err(format!("'{}': switch position {position}; give 0 to 3", self.tag))
+            }
+            _ => text(&self.tag),
+        }
+    }
+}
+
+fn text(text: &str) -> Result<(), String> {
+    if text.len() > MAX_TEXT_BYTES {
+        return Err(format!("a text of {} bytes; at most {MAX_TEXT_BYTES}", text.len()));
+    }
+    Ok(())
+}
+
+fn size(size: [u32; 2]) -> Result<(), String> {
+    if crate::pictures::bytes_of(size).is_none() {
+        let [width, height] = size;
+        return Err(format!(
+            "a picture of {width} x {height} pixels; each side from 1 to {MAX_SIDE}, and at most \
+             {} pixels in all",
+            crate::pictures::MAX_PICTURE_BYTES / 4
+        ));
+    }
+    Ok(())
+}
+
+fn finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Result<(), String> {
+    match numbers.into_iter().find(|number| !number.is_finite()) {
+        Some(number) => Err(format!("a coordinate is {number}")),
+        None => Ok(()),
+    }
+}

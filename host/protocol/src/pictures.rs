@@ -1,0 +1,310 @@
+//! Pictures in shared memory: a viewer draws, a host program reads, neither waits.
+//!
+//! There is room for three. One is the writer's, one the reader's; the third lies between
+//! them and changes hands in one atomic exchange, so that nobody ever sees half a picture.
+//! What a viewer that fell over left in the numbers beside a picture is checked before it
+//! is used.
+
+use std::fs::File;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use memmap2::MmapRaw;
+use rustix::time::{ClockId, clock_gettime};
+
+use crate::memory;
+use crate::message::MAX_SIDE;
+
+/// Bytes of a picture at most: 5120 x 2880 pixels fit.
+pub const MAX_PICTURE_BYTES: usize = 64 << 20;
+/// Bytes of a pixel: blue, green, red, and 255.
+pub const PIXEL_BYTES: usize = 4;
+
+const PICTURES: usize = 3;
+/// Before the first picture; whole pages.
+const HEADER_BYTES: usize = 4096;
+/// Bytes of the memory. Only what pictures touch takes room.
+const MEMORY_BYTES: u64 = (HEADER_BYTES + PICTURES * MAX_PICTURE_BYTES) as u64;
+/// Words of the header: which picture lies between the two sides, with [`IS_NEW`].
+const BETWEEN: usize = 0;
+/// When the viewer last showed that it goes on.
+const BEAT: usize = 8;
+/// The instant of the values in the picture, and when it was shown or found to be so still.
+const TRUE_AT: usize = 16;
+const CONFIRMED: usize = 24;
+/// Numbers of the first picture; those of the others follow.
+const NUMBERS: usize = 40;
+const NUMBERS_A_PICTURE: usize = 8;
+/// Set where the reader has not taken the picture between.
+const IS_NEW: u64 = 4;
+
+/// A part of a picture: x, y, width and height in pixels from the top left.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Area {
+    /// Leftmost column.
+    pub x: u32,
+    /// Topmost row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// What is said of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Numbers {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// One more than that of the picture before.
+    pub sequence: u64,
+    /// What may differ from the picture that the reader took before.
+    pub damage: Area,
+}
+
+/// The memory of pictures.
+#[derive(Clone)]
+pub struct PictureMemory {
+    map: Arc<MmapRaw>,
+}
+
+/// The viewer's side.
+pub struct PictureWriter {
+    memory: PictureMemory,
+    own: usize,
+    sequence: u64,
+    /// What changed since the last picture that the reader surely took.
+    damage: Area,
+    size: [u32; 2],
+}
+
+/// The host program's side.
+pub struct PictureReader {
+    memory: PictureMemory,
+    own: usize,
+    numbers: Option<Numbers>,
+}
+
+/// Now, nanoseconds of the clock since boot, which all processes share.
+pub fn now() -> u64 {
+    let now = clock_gettime(ClockId::Boottime);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+/// Bytes of a picture of this size; none where it has no pixel or too many.
+pub fn bytes_of([width, height]: [u32; 2]) -> Option<usize> {
+    let is_side = |side| (1..=MAX_SIDE).contains(&side);
+    let bytes = width as usize * height as usize * PIXEL_BYTES;
+    (is_side(width) && is_side(height) && bytes <= MAX_PICTURE_BYTES).then_some(bytes)
+}
+
+impl PictureMemory {
+    /// Makes memory of a size that nobody can change, and maps it.
+    ///
+    /// # Errors
+    /// The kernel's.
+    pub fn create() -> io::Result<(File, Self)> {
+        let file = memory::zeroed("pictures", MEMORY_BYTES)?;
+        let map = Self::open(&file)?;
+        map.word(BETWEEN).store(2, Ordering::Release);
+        Ok((file, map))
+    }
+
+    /// Maps the memory that [`PictureMemory::create`] made.
+    ///
+    /// # Errors
+    /// The kernel's; memory of another size.
+    pub fn open(file: &File) -> io::Result<Self> {
+        if file.metadata()?.len() != MEMORY_BYTES {
+            return Err(io::Error::other("this is no memory of pictures"));
+        }
+        Ok(Self { map: Arc::new(MmapRaw::map_raw(file)?) })
+    }
+
+    /// Shows that the viewer goes on.
+    pub fn beat(&self) {
+        self.word(BEAT).store(now(), Ordering::Release);
+    }
+
+    /// When it last did, on the clock of [`now`]; 0 for never.
+    pub fn last_beat(&self) -> u64 {
+        self.word(BEAT).load(Ordering::Acquire)
+    }
+
+    /// The instant of the values that the picture shows, likewise.
+    pub fn last_true(&self) -> u64 {
+        self.word(TRUE_AT).load(Ordering::Acquire)
+    }
+
+    /// When the viewer last showed a picture, or found that it is as it was, likewise.
+    pub fn last_confirmed(&self) -> u64 {
+        self.word(CONFIRMED).load(Ordering::Acquire)
+    }
+
+    /// Says that what is shown is so by values of the instant `at`.
+    pub fn confirm(&self, at: u64) {
+        self.word(TRUE_AT).store(at, Ordering::Release);
+        self.word(CONFIRMED).store(now(), Ordering::Release);
+    }
+
+    fn word(&self, index: usize) -> &AtomicU64 {
+        assert!(index < HEADER_BYTES / size_of::<u64>());
+        // SAFETY: within the header, page-aligned; only ever accessed as atomic words.
+        unsafe { AtomicU64::from_ptr(self.map.as_mut_ptr().cast::<u64>().add(index)) }
+    }
+
+    /// Where a picture begins; [`MAX_PICTURE_BYTES`] follow.
+    fn pixels(&self, picture: usize) -> *mut u8 {
+        assert!(picture < PICTURES);
+        // SAFETY: within the mapping, whose size is checked and sealed.
+        unsafe { self.map.as_mut_ptr().add(HEADER_BYTES + picture * MAX_PICTURE_BYTES) }
+    }
+
+    fn numbers(&self, picture: usize) -> [&AtomicU64; 7] {
+        std::array::from_fn(|i| self.word(NUMBERS + picture * NUMBERS_A_PICTURE + i))
+    }
+
+    /// Puts a picture between the sides and takes the one that was there: which, and
+    /// whether it was new.
+    fn exchange(&self, picture: usize, is_new: bool) -> (usize, bool) {
+        let put = picture as u64 | if is_new { IS_NEW } else { 0 };
+        let got = self.word(BETWEEN).swap(put, Ordering::AcqRel);
+        ((got & 3) as usize, got & IS_NEW != 0)
+    }
+}
+
+impl PictureWriter {
+    /// The writer; there is one a memory.
+    pub fn new(memory: PictureMemory) -> Self {
+        Self { memory, own: 0, sequence: 0, damage: Area::default(), size: [0; 2] }
+    }
+
+    /// The memory it writes to.
+    pub fn memory(&self) -> &PictureMemory {
+        &self.memory
+    }
+
+    /// Publishes a picture that `fill` writes, drawn of values at the instant `at`.
+    /// `changed` is what differs from the one before.
+    ///
+    /// # Errors
+    /// A size that has no room.
+    pub fn publish(
+        &mut self,
+        size: [u32; 2],
+        changed: Area,
+        at: u64,
+        fill: impl FnOnce(&mut [u8]),
+    ) -> io::Result<()> {
+        let bytes = bytes_of(size).ok_or_else(|| io::Error::other("a picture without room"))?;
+        // SAFETY: the writer's own picture: the reader reaches it only after the exchange
+        // below, and `own` is another one by then.
+        fill(unsafe { std::slice::from_raw_parts_mut(self.memory.pixels(self.own), bytes) });
+        let whole = Area { x: 0, y: 0, width: size[0], height: size[1] };
+        let before = std::mem::replace(&mut self.size, size);
+        self.damage = if before == size { self.damage.union(changed) } else { whole };
+        self.sequence += 1;
+        let Area { x, y, width, height } = self.damage;
+        let pairs = [size[0], size[1], x, y, width, height].map(u64::from);
+        let words = self.memory.numbers(self.own);
+        words[0].store(self.sequence, Ordering::Relaxed);
+        words[1..].iter().zip(pairs).for_each(|(word, n)| word.store(n, Ordering::Relaxed));
+        self.memory.confirm(at);
+        let (own, was_new) = self.memory.exchange(self.own, true);
+        self.own = own;
+        if !was_new {
+            // The one before was taken: only what came after it is damage from here on.
+            self.damage = if before == size { changed } else { whole };
+        }
+        Ok(())
+    }
+}
+
+impl PictureReader {
+    /// The reader; there is one a memory.
+    pub fn new(memory: PictureMemory) -> Self {
+        Self { memory, own: 1, numbers: None }
+    }
+
+    /// The memory it reads.
+    pub fn memory(&self) -> &PictureMemory {
+        &self.memory
+    }
+
+    /// Takes the newest picture, if there is one that was not taken; whether there is.
+    pub fn take(&mut self) -> bool {
+        if self.memory.word(BETWEEN).load(Ordering::Acquire) & IS_NEW == 0 {
+            return false;
+        }
+        let (own, _) = self.memory.exchange(self.own, false);
+        if own >= PICTURES {
+            self.numbers = None;
+            return false;
+        }
+        self.own = own;
+        self.numbers = self.read_numbers();
+        self.numbers.is_some()
+    }
+
+    /// The picture taken last: what is said of it, and its pixels from the top left, row by
+    /// row, blue first. They stay as they are until the next is taken.
+    pub fn picture(&self) -> Option<(Numbers, *const u8)> {
+        self.numbers.map(|numbers| (numbers, self.memory.pixels(self.own).cast_const()))
+    }
+
+    /// None where they name no picture.
+    fn read_numbers(&self) -> Option<Numbers> {
+        let [sequence, rest @ ..] =
+            self.memory.numbers(self.own).map(|w| w.load(Ordering::Relaxed));
+        let rest = rest.map(|number| u32::try_from(number).unwrap_or(u32::MAX));
+        let [width, height, x, y, columns, rows] = rest;
+        bytes_of([width, height])?;
+        let (x, y) = (x.min(width), y.min(height));
+        let damage = Area { x, y, width: columns.min(width - x), height: rows.min(height - y) };
+        Some(Numbers { size: [width, height], sequence, damage })
+    }
+}
+
+impl Area {
+    /// Whether it has no pixel.
+    pub fn is_empty(self) -> bool {
+        self.width == 0 || self.height == 0
+    }
+
+    /// The least area around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        if self.is_empty() {
+            return other;
+        }
+        if other.is_empty() {
+            return self;
+        }
+        let (x, y) = (self.x.min(other.x), self.y.min(other.y));
+        let right = (self.x + self.width).max(other.x + other.width);
+        let bottom = (self.y + self.height).max(other.y + other.height);
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
+    /// The least area around all pixels in which two pictures of one size differ.
+    pub fn of_difference(before: &[u8], after: &[u8], width: u32) -> Self {
+        let stride = width as usize * PIXEL_BYTES;
+        let mut area = Self::default();
+        for (y, (one, other)) in before.chunks(stride).zip(after.chunks(stride)).enumerate() {
+            let differs = |(a, b): (&[u8], &[u8])| a != b;
+            if one == other {
+                continue;
+            }
+            let pixels = || one.chunks(PIXEL_BYTES).zip(other.chunks(PIXEL_BYTES));
+            let first = pixels().position(differs).unwrap_or(0) as u32;
+            let last = pixels().rposition(differs).unwrap_or(0) as u32;
+            let row = Self { x: first, y: y as u32, width: last + 1 - first, height: 1 };
+            area = area.union(row);
+        }
+        area
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,113 @@
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::*;
+
+fn both_sides() -> (PictureWriter, PictureReader) {
+    let (file, memory) = PictureMemory::create().unwrap();
+    let writer = PictureWriter::new(PictureMemory::open(&file).unwrap());
+    (writer, PictureReader::new(memory))
+}
+
+fn area([x, y, width, height]: [u32; 4]) -> Area {
+    Area { x, y, width, height }
+}
+
+fn pixels(reader: &PictureReader) -> &[u8] {
+    let (numbers, pixels) = reader.picture().unwrap();
+    // SAFETY: the reader's own picture, which the tests' writers leave alone.
+    unsafe { std::slice::from_raw_parts(pixels, bytes_of(numbers.size).unwrap()) }
+}
+
+#[test]
+fn a_reader_never_sees_half_a_picture() {
+    let (mut writer, mut reader) = both_sides();
+    let ends = Arc::new(AtomicBool::new(false));
+    let ending = ends.clone();
+    let writing = std::thread::spawn(move || {
+        let mut number = 0_u8;
+        while !ending.load(Ordering::Relaxed) {
+            number = number.wrapping_add(1);
+            let size = [64 + u32::from(number % 7), 64];
+            writer.publish(size, Area::default(), 1, |bytes| bytes.fill(number)).unwrap();
+        }
+    });
+    let (mut taken, mut last) = (0, 0);
+    while taken < 5000 {
+        if reader.take() {
+            taken += 1;
+            let bytes = pixels(&reader);
+            assert!(bytes.iter().all(|byte| *byte == bytes[0]), "half of another");
+            let sequence = reader.picture().unwrap().0.sequence;
+            assert!(sequence > last, "older than the one before");
+            last = sequence;
+        }
+    }
+    ends.store(true, Ordering::Relaxed);
+    writing.join().unwrap();
+}
+
+#[test]
+fn damage_covers_all_since_the_picture_that_was_taken() {
+    let (mut writer, mut reader) = both_sides();
+    let mut publish = |changed| writer.publish([8, 8], area(changed), 1, |_| {}).unwrap();
+    publish([0, 0, 0, 0]);
+    assert!(reader.take());
+    assert_eq!(reader.picture().unwrap().0.damage, area([0, 0, 8, 8]), "the first");
+    publish([1, 1, 1, 1]);
+    publish([6, 2, 1, 1]);
+    assert!(reader.take());
+    let damage = reader.picture().unwrap().0.damage;
+    assert_eq!(damage.union(area([1, 1, 6, 2])), damage, "{damage:?} lacks some of it");
+    assert!(!reader.take(), "it was taken");
+    publish([3, 3, 1, 1]);
+    publish([4, 4, 1, 1]);
+    assert!(reader.take());
+    let damage = reader.picture().unwrap().0.damage;
+    assert_eq!(damage.union(area([3, 3, 2, 2])), damage);
+    publish([5, 5, 1, 1]);
+    assert!(reader.take());
+    assert_ne!(reader.picture().unwrap().0.damage, area([0, 0, 8, 8]), "not all for ever");
+}
+
+#[test]
+fn numbers_that_name_no_picture_are_not_followed() {
+    let (file, memory) = PictureMemory::create().unwrap();
+    let mut reader = PictureReader::new(PictureMemory::open(&file).unwrap());
+    for (numbers, is_picture) in [
+        ([1, 8, 8, 0, 0, 8, 8], true),
+        ([1, u64::MAX, 8, 0, 0, 8, 8], false),
+        ([1, 8192, 8192, 0, 0, 0, 0], false),
+        ([1, 0, 8, 0, 0, 0, 0], false),
+        ([1, 8, 8, 7, 9, u64::MAX, 5], true),
+    ] {
+        for picture in 0..PICTURES {
+            let words = memory.numbers(picture);
+            words.iter().zip(numbers).for_each(|(word, n)| word.store(n, Ordering::Relaxed));
+        }
+        memory.word(BETWEEN).store(!3 | 2, Ordering::Release);
+        assert_eq!(reader.take(), is_picture, "{numbers:?}");
+        if let Some((Numbers { size, damage, .. }, _)) = reader.picture() {
+            assert!(damage.x + damage.width <= size[0] && damage.y + damage.height <= size[1]);
+        }
+    }
+    memory.word(BETWEEN).store(IS_NEW | 3, Ordering::Release);
+    assert!(!reader.take(), "there is no fourth picture");
+}
+
+#[test]
+fn differences_are_found_to_the_pixel() {
+    let mut after = [0; 6 * 4 * PIXEL_BYTES];
+    let before = after;
+    assert!(Area::of_difference(&before, &after, 6).is_empty());
+    after[(6 + 4) * PIXEL_BYTES + 3] = 1;
+    after[(3 * 6 + 2) * PIXEL_BYTES] = 1;
+    assert_eq!(Area::of_difference(&before, &after, 6), area([2, 1, 3, 3]));
+}
+
+#[test]
+fn memory_keeps_its_size() {
+    let (file, _) = PictureMemory::create().unwrap();
+    assert!(file.set_len(1).is_err());
+    assert!(PictureMemory::open(&memory::zeroed("other", 4096).unwrap()).is_err());
+}

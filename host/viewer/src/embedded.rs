@@ -1,0 +1,256 @@
+//! The view of a host program: commands come from another process, events go back.
+//!
+//! The host program's library starts this process, hands it a socket and the memory of
+//! pictures, and ends it by closing the socket. Nothing here waits for the host program:
+//! one that is stopped or slow costs a bounded amount of memory.
+
+mod beater;
+mod channel;
+mod commands;
+mod offscreen;
+mod watch;
+
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+
+use busbar_alarms::Standing;
+pub use busbar_protocol::message::Target;
+use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
+use busbar_protocol::pictures::PictureMemory;
+use busbar_tags::SourceTime;
+
+use crate::alarms::Alarming;
+use crate::{LoadError, LoadedScene, Viewer};
+use beater::Beater;
+use channel::Channel;
+use watch::Watch;
+
+/// The host program's end.
+pub struct Embedded {
+    channel: Channel,
+    begin: Begin,
+    memory: Option<PictureMemory>,
+    watch: Watch,
+    reloading: Option<JoinHandle<Result<LoadedScene, LoadError>>>,
+    /// What is being loaded.
+    reload_path: String,
+    /// Asked for meanwhile.
+    next_reload: Option<String>,
+    is_visible: bool,
+}
+
+/// What the loop around a view has to do itself.
+#[derive(Default)]
+pub struct Pass {
+    /// The size wanted, pixels.
+    pub size: Option<[u32; 2]>,
+    /// Pointer events over an offscreen picture.
+    pub pointing: Vec<busbar_protocol::message::Pointing>,
+    /// A scene to be shown in place of this one.
+    pub scene: Option<Box<LoadedScene>>,
+    /// Whether anything was asked, so that a frame is due now.
+    pub is_due: bool,
+}
+
+impl Embedded {
+    /// Takes the host program's socket, which is standard input, and its first message.
+    ///
+    /// # Errors
+    /// In words: no such socket, or a host program of another release.
+    pub fn accept() -> Result<Self, String> {
+        let (channel, begin, memory) = Channel::accept()?;
+        if begin.version != PROTOCOL_VERSION {
+            return Err(format!(
+                "the host program's library speaks version {} of the protocol, this viewer \
+                 {PROTOCOL_VERSION}; install both from one release",
+                begin.version
+            ));
+        }
+        Ok(Self {
+            channel,
+            begin,
+            memory: Some(memory),
+            watch: Watch::default(),
+            reloading: None,
+            reload_path: String::new(),
+            next_reload: None,
+            is_visible: true,
+        })
+    }
+
+    /// Where the picture goes.
+    pub fn target(&self) -> Target {
+        self.begin.target
+    }
+
+    /// Its size at first, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.begin.size
+    }
+
+    /// Whether panels are wanted.
+    pub fn has_panels(&self) -> bool {
+        self.begin.panels
+    }
+
+    /// Whether anybody can see the picture.
+    pub fn is_visible(&self) -> bool {
+        self.is_visible
+    }
+
+    /// Calls this whenever a command came, from a thread of its own.
+    pub fn set_waker(&self, wake: impl Fn() + Send + 'static) {
+        self.channel.set_waker(wake);
+    }
+
+    /// Loads the configuration, and shows the host program meanwhile that this process
+    /// goes on.
+    ///
+    /// # Errors
+    /// The configuration's faults; the host program has been told.
+    pub fn load(&mut self) -> Result<LoadedScene, LoadError> {
+        let _beater = self.memory.as_ref().map(Beater::start);
+        let path = PathBuf::from(&self.begin.config);
+        LoadedScene::load(&path, &|_, _, _| {}).inspect_err(|error| {
+            self.fail(&error.to_string());
+        })
+    }
+
+    /// Tells why there is no view at all, before the process ends.
+    pub fn fail(&mut self, why: &str) {
+        self.channel.tell([FromViewer::Failed(why.to_owned())]);
+        self.channel.flush_last();
+    }
+
+    /// Opens a view with `open`, with alarms and panels as the host program has them.
+    ///
+    /// # Errors
+    /// As `open`; the host program has been told.
+    pub fn open<E: std::fmt::Display>(
+        &mut self,
+        open: impl FnOnce() -> Result<Viewer, E>,
+    ) -> Result<Viewer, E> {
+        let _beater = self.memory.as_ref().map(Beater::start);
+        let mut viewer = open().inspect_err(|error| self.fail(&error.to_string()))?;
+        self.settle_in(&mut viewer);
+        Ok(viewer)
+    }
+
+    fn settle_in(&mut self, viewer: &mut Viewer) {
+        viewer.set_operator(&self.begin.operator);
+        viewer.set_panels_shown(self.begin.panels);
+        viewer.set_host();
+        viewer.restore_alarms(&watch::standings_of(&self.begin.alarms));
+        self.watch = Watch::default();
+    }
+
+    /// Shows that the view goes on; with `is_true`, that its picture is of now.
+    pub fn beat(&self, is_true: bool) {
+        if let Some(memory) = &self.memory {
+            memory.beat();
+            if is_true {
+                memory.confirm(busbar_protocol::pictures::now());
+            }
+        }
+    }
+
+    /// Does what the host program asked since, as far as the view can; the rest is the
+    /// loop's. None when the host program has let go: the process ends.
+    pub fn obey(&mut self, viewer: &mut Viewer) -> Option<Pass> {
+        let mut pass = Pass::default();
+        for command in self.channel.take()? {
+            pass.is_due = true;
+            match command {
+                Command::Resize(size) => pass.size = Some(size),
+                Command::SetVisible(is_visible) => self.is_visible = is_visible,
+                Command::Point(pointing) => pass.pointing.push(pointing),
+                Command::Reload(path) => self.next_reload = Some(path),
+                command => {
+                    if let Err(why) = commands::perform(viewer, command) {
+                        self.channel.tell([FromViewer::Refused(why)]);
+                    }
+                }
+            }
+        }
+        pass.scene = self.step_reload();
+        Some(pass)
+    }
+
+    /// Begins to load what is asked for, and gives it once it is there without fault.
+    fn step_reload(&mut self) -> Option<Box<LoadedScene>> {
+        if self.reloading.is_none()
+            && let Some(path) = self.next_reload.take()
+        {
+            self.reload_path.clone_from(&path);
+            let load = move || LoadedScene::load(Path::new(&path), &|_, _, _| {});
+            let spawned = std::thread::Builder::new().name("reload".into()).spawn(load);
+            match spawned {
+                Ok(thread) => self.reloading = Some(thread),
+                Err(error) => self.refuse_reload(&error.to_string()),
+            }
+        }
+        let thread = self.reloading.take_if(|thread| thread.is_finished())?;
+        match thread.join() {
+            Ok(Ok(scene)) => return Some(Box::new(scene)),
+            Ok(Err(error)) => self.refuse_reload(&error.to_string()),
+            Err(_) => self.refuse_reload("a fault of Busbar itself; please report it"),
+        }
+        None
+    }
+
+    fn refuse_reload(&mut self, why: &str) {
+        let path = &self.reload_path;
+        let words = format!("'{path}' is not shown, the scene before stays: {why}");
+        self.channel.tell([FromViewer::Refused(words)]);
+    }
+
+    /// Shows another scene: the view before goes first, since both cannot have a window.
+    ///
+    /// # Errors
+    /// As `open`; the host program has been told.
+    pub fn replace<E: std::fmt::Display>(
+        &mut self,
+        mut before: Viewer,
+        open: impl FnOnce() -> Result<Viewer, E>,
+    ) -> Result<Viewer, E> {
+        let mut standings = Vec::new();
+        if let Some(alarms) = before.alarming() {
+            standings.extend(all_standings(alarms));
+        }
+        let pose = before.pose();
+        self.begin.alarms.clear();
+        let _beater = self.memory.as_ref().map(Beater::start);
+        drop(before);
+        let mut viewer = self.open(open)?;
+        viewer.restore_alarms(&standings);
+        viewer.stand(&pose);
+        self.begin.config.clone_from(&self.reload_path);
+        self.channel.tell([FromViewer::Reloaded { config: self.reload_path.clone() }]);
+        Ok(viewer)
+    }
+
+    /// Tells the host program what a frame changed.
+    pub fn report(&mut self, viewer: &mut Viewer) {
+        let happened = self.watch.look(viewer);
+        self.channel.tell(happened);
+        self.channel.flush();
+    }
+
+    /// Tells of a new picture in shared memory.
+    fn report_picture(&mut self) {
+        self.channel.tell([FromViewer::Pictured]);
+    }
+
+    /// Tells why the picture is not of now, if it is not.
+    pub fn report_trouble(&mut self, trouble: &str) {
+        if trouble.is_empty() {
+            return;
+        }
+        self.channel.tell([FromViewer::Refused(trouble.to_owned())]);
+    }
+}
+
+fn all_standings(alarms: &Alarming) -> Vec<(String, Standing, SourceTime)> {
+    let changed = alarms.changed_since(&mut Default::default());
+    changed.into_iter().map(|(id, _, standing, since)| (id, standing, since)).collect()
+}

@@ -1,0 +1,130 @@
+//! A live view without a window: its pictures go into shared memory.
+
+use std::time::{Duration, Instant};
+
+use busbar_protocol::message::Pointing;
+use busbar_protocol::pictures::{self, Area, PictureWriter};
+use egui::{Event, Modifiers, MouseWheelUnit, PointerButton, RawInput, TouchPhase};
+
+use super::{Embedded, Pass};
+use crate::{LoadedScene, Picture, RendererOptions, ViewError, Viewer};
+
+/// Live values are drawn this often though nothing is asked.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
+/// Where nobody can see the picture: often enough that it is never taken for dead.
+const HIDDEN_PERIOD: Duration = Duration::from_millis(300);
+/// Frames come no faster than this.
+const BUSY_PERIOD: Duration = Duration::from_millis(16);
+
+impl Embedded {
+    /// Shows a scene until the host program lets go.
+    ///
+    /// # Errors
+    /// The device's, when it cannot be had again.
+    pub fn run_offscreen(mut self, scene: LoadedScene) -> Result<(), ViewError> {
+        let Some(memory) = self.memory.clone() else { return Ok(()) };
+        let mut writer = PictureWriter::new(memory);
+        let mut size = self.size();
+        let mut viewer = self.open(|| open(scene, size))?;
+        let (mut last, started) = (None, Instant::now());
+        let (mut pointer, mut trouble) = (egui::Pos2::ZERO, None);
+        loop {
+            let began = Instant::now();
+            let Some(pass) = self.obey(&mut viewer) else { return Ok(()) };
+            let Pass { size: wanted, pointing, scene, .. } = pass;
+            size = wanted.unwrap_or(size);
+            if let Some(scene) = scene {
+                viewer = self.replace(viewer, || open(*scene, size))?;
+            }
+            viewer.resize_offscreen(size);
+            let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
+            point(&mut input, &pointing, &mut pointer);
+            let true_at = pictures::now();
+            let frame = viewer.frame(input).inspect_err(|error| self.fail(&error.to_string()))?;
+            if frame.trouble.is_none() {
+                let picture = viewer.read_picture();
+                let picture = picture.inspect_err(|error| self.fail(&error.to_string()))?;
+                if publish(&mut writer, &mut last, picture, true_at) {
+                    self.report_picture();
+                }
+            } else if frame.trouble != trouble {
+                self.report_trouble(frame.trouble.as_deref().unwrap_or_default());
+            }
+            trouble = frame.trouble;
+            self.beat(false);
+            self.report(&mut viewer);
+            let period = if self.is_visible() { IDLE_PERIOD } else { HIDDEN_PERIOD };
+            let at_least = if self.is_visible() { BUSY_PERIOD } else { HIDDEN_PERIOD };
+            std::thread::sleep(BUSY_PERIOD.saturating_sub(began.elapsed()));
+            self.channel.wait(began + frame.repaint_after.clamp(at_least, period));
+        }
+    }
+}
+
+fn open(scene: LoadedScene, size: [u32; 2]) -> Result<Viewer, ViewError> {
+    let options = RendererOptions { ..scene.renderer_options() };
+    Viewer::offscreen(scene, options, size)
+}
+
+/// Publishes a picture unless it is the one before; whether it did. It was true at an
+/// instant either way.
+fn publish(
+    writer: &mut PictureWriter,
+    last: &mut Option<Picture>,
+    mut picture: Picture,
+    true_at: u64,
+) -> bool {
+    let size = [picture.width, picture.height];
+    for pixel in picture.rgba8.chunks_exact_mut(pictures::PIXEL_BYTES) {
+        pixel.swap(0, 2);
+    }
+    let same_size = last.as_ref().filter(|last| [last.width, last.height] == size);
+    let changed = same_size.map_or(Area { x: 0, y: 0, width: size[0], height: size[1] }, |last| {
+        Area::of_difference(&last.rgba8, &picture.rgba8, size[0])
+    });
+    if changed.is_empty() {
+        writer.memory().confirm(true_at);
+        return false;
+    }
+    let published = writer.publish(size, changed, true_at, |room| {
+        room.copy_from_slice(&picture.rgba8);
+    });
+    if let Err(error) = published {
+        tracing::error!("a picture of {} x {} pixels: {error}", size[0], size[1]);
+        return false;
+    }
+    *last = Some(picture);
+    true
+}
+
+/// Gives egui what the pointer did.
+fn point(input: &mut RawInput, pointing: &[Pointing], pointer: &mut egui::Pos2) {
+    let viewport = input.viewports.get(&input.viewport_id);
+    let scale = viewport.and_then(|v| v.native_pixels_per_point).unwrap_or(1.0);
+    let points = |[x, y]: [f32; 2]| egui::pos2(x / scale, y / scale);
+    for what in pointing {
+        input.events.push(match *what {
+            Pointing::Moved(at) => {
+                *pointer = points(at);
+                Event::PointerMoved(*pointer)
+            }
+            Pointing::Button { at, button, pressed } => {
+                let button = match button {
+                    2 => PointerButton::Middle,
+                    3 => PointerButton::Secondary,
+                    _ => PointerButton::Primary,
+                };
+                *pointer = points(at);
+                let modifiers = Modifiers::NONE;
+                Event::PointerButton { pos: *pointer, button, pressed, modifiers }
+            }
+            Pointing::Scrolled(steps) => Event::MouseWheel {
+                unit: MouseWheelUnit::Line,
+                delta: egui::vec2(0.0, steps),
+                phase: TouchPhase::Move,
+                modifiers: Modifiers::NONE,
+            },
+            Pointing::Left => Event::PointerGone,
+        });
+    }
+}

@@ -1,0 +1,183 @@
+//! What a host program asks of a view, and hears of it.
+
+use busbar_alarms::Standing;
+use busbar_chart::Action;
+use busbar_protocol::message::{CameraPose, TagQuality, TagUpdate, TagValue};
+use busbar_tags::{DoublePoint, Quality, Reason, SourceTime, TagHandle, Value};
+use busbar_ui::{AlarmAction, ChartCommand};
+
+use super::values::Updates;
+use super::*;
+
+/// Picks that a host program has yet to hear; of more the oldest goes.
+const MAX_PICKED: usize = 256;
+/// How far a source's clock may be ahead, nanoseconds: a later time orders nothing.
+const MAX_CLOCK_AHEAD: i64 = 1_000_000_000;
+
+impl Viewer {
+    /// From here on a host program takes part.
+    pub(crate) fn set_host(&mut self) {
+        if let Some(alarms) = &mut self.alarms {
+            alarms.set_host();
+        }
+    }
+
+    /// Tells the size of a view without a window, pixels.
+    pub(crate) fn resize_offscreen(&mut self, size: [u32; 2]) {
+        self.renderer.resize(size);
+        let points = size.map(|pixels| pixels as f32 / self.scene.config.view.scale);
+        self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
+    }
+
+    /// Selects and frames a piece of equipment, by its id or an alias; whether there is one.
+    pub(crate) fn focus(&mut self, id: &str) -> bool {
+        let Some(node) = self.scene.equipment.find(&self.scene.graph, id) else { return false };
+        self.select([node]);
+        self.asked.push(Command::Focus(self.scene.graph.node(node).id()));
+        true
+    }
+
+    /// Where the camera is.
+    pub(crate) fn pose(&self) -> CameraPose {
+        let camera = self.navigator.camera();
+        CameraPose {
+            eye: camera.eye().to_array(),
+            target: camera.target().to_array(),
+            is_orthographic: self.navigator.is_orthographic(),
+        }
+    }
+
+    /// Puts the camera somewhere at once.
+    pub(crate) fn stand(&mut self, pose: &CameraPose) {
+        let camera = self.navigator.camera().moved_to(pose.eye.into(), pose.target.into());
+        self.navigator.jump_to(camera.through(pose.is_orthographic));
+    }
+
+    /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
+    pub(crate) fn show_layer(&mut self, name: &str, shown: bool) -> bool {
+        let mut overlays = self.overlays.iter_mut();
+        let found = overlays.find(|overlay| overlay.overlay.name() == name);
+        found.map(|overlay| overlay.is_shown = shown).is_some()
+    }
+
+    /// What instant the chart shows.
+    pub(crate) fn set_playhead(&mut self, unix_nanos: Option<i64>) {
+        self.arrange_chart(&ChartCommand::Do(Action::SetPlayhead(unix_nanos)));
+    }
+
+    /// Sets a tag that is the host program's.
+    ///
+    /// # Errors
+    /// In words: a tag that is not there or not set by the host.
+    pub(crate) fn set_tag(&mut self, update: &TagUpdate) -> Result<(), String> {
+        let specs = self.scene.tags.specs();
+        let found = specs.binary_search_by(|spec| spec.id.as_str().cmp(&update.tag));
+        let by_host = self.scene.config.tags.get(&update.tag).map(|tag| tag.is_hosts());
+        let (Ok(index), Some(by_host)) = (found, by_host) else {
+            return Err(format!("there is no tag '{}'", update.tag));
+        };
+        if !by_host {
+            return Err(format!(
+                "tag '{}' comes from elsewhere; say \"set_by_host\": true in the configuration \
+                 instead of its source",
+                update.tag
+            ));
+        }
+        let sample = sample(TagHandle(index as u32), update);
+        let Self { tags, events, history, alarms, .. } = self;
+        Updates { tags, events, history, alarms: alarms.as_mut() }.take(&sample);
+        Ok(())
+    }
+
+    /// Notes what an operator picked.
+    pub(super) fn note_picked(&mut self, node: Option<NodeIndex>) {
+        if self.picked.len() == MAX_PICKED {
+            self.picked.pop_front();
+        }
+        self.picked.push_back(node);
+    }
+
+    /// What was picked since, by id.
+    pub(crate) fn take_picked(&mut self) -> Vec<Option<String>> {
+        let id = |node: NodeIndex| self.scene.graph.node(node).id();
+        self.picked.drain(..).map(|node| node.map(id)).collect()
+    }
+
+    /// Does what the host program's operator does to an alarm.
+    ///
+    /// # Errors
+    /// In words, why it cannot be.
+    pub(crate) fn act_on_alarm(
+        &mut self,
+        id: &str,
+        action: AlarmAction,
+        operator: &str,
+    ) -> Result<(), String> {
+        let alarms = self.alarms.as_mut().ok_or_else(|| format!("there is no alarm '{id}'"))?;
+        alarms.act_for(id, action, operator)
+    }
+
+    /// Alarms, if any is configured.
+    pub(crate) fn alarming(&mut self) -> Option<&mut Alarming> {
+        self.alarms.as_mut()
+    }
+
+    /// Alarms go on as they stood in a viewer before this one.
+    pub(crate) fn restore_alarms(&mut self, standings: &[(String, Standing, SourceTime)]) {
+        if let Some(alarms) = &mut self.alarms {
+            alarms.restore(standings);
+        }
+    }
+
+    /// Each plugin instance and how it goes, in words.
+    pub(crate) fn plugin_states(&self) -> Vec<(String, String)> {
+        let state = |(plugin, link, fault): (&Plugin, Option<LinkReport>, Option<&str>)| {
+            let row = rows::plugin(plugin, link, fault);
+            let process = plugin.status().state.name();
+            let words = [process, row.message.as_str()].join(": ");
+            (row.name, words.trim_end_matches(": ").to_owned())
+        };
+        self.instances().map(state).collect()
+    }
+
+    /// The graphics device.
+    pub(crate) fn device_name(&self) -> &str {
+        self.renderer.device_name()
+    }
+
+    /// Id of a tag.
+    pub(crate) fn tag_id(&self, tag: TagHandle) -> Option<&str> {
+        self.scene.tags.spec(tag).map(|spec| spec.id.as_str())
+    }
+}
+
+fn sample(tag: TagHandle, update: &TagUpdate) -> Sample {
+    let (now, clock) = (Moment::now(), wall_clock());
+    let waited =
+        Duration::from_nanos(busbar_protocol::pictures::now().saturating_sub(update.said_at));
+    let source_time = update.source_time.map(SourceTime);
+    let source_time = source_time.filter(|time| time.0 <= clock.0.saturating_add(MAX_CLOCK_AHEAD));
+    let lag = source_time.map_or(0, |time| clock.0.saturating_sub(time.0).max(0).unsigned_abs());
+    Sample {
+        tag,
+        value: update.value.map(|value| match value {
+            TagValue::F64(value) => Value::F64(value),
+            TagValue::I64(value) => Value::I64(value),
+            TagValue::Bool(value) => Value::Bool(value),
+            TagValue::DoublePoint(position) => Value::DoublePoint(match position {
+                0 => DoublePoint::Intermediate,
+                1 => DoublePoint::Off,
+                2 => DoublePoint::On,
+                _ => DoublePoint::BadState,
+            }),
+        }),
+        quality: match update.quality {
+            TagQuality::Good => Quality::Good,
+            TagQuality::Uncertain => Quality::Uncertain(Reason::Unknown),
+            TagQuality::Bad => Quality::Bad(Reason::Unknown),
+        },
+        source_time,
+        received: now,
+        valid_from: now.before(waited.max(Duration::from_nanos(lag))),
+    }
+}

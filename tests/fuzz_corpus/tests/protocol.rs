@@ -1,0 +1,71 @@
+//! Whatever the other process writes into the socket between a program and its viewer: what
+//! passes the check has texts, counts and sizes within their limits, and is written and read
+//! the same again.
+
+use busbar_protocol::framing::{Decoder, LENGTH_BYTES, decode, encode};
+use busbar_protocol::message::{
+    Command, FromViewer, MAX_MESSAGE_BYTES, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, ToViewer,
+};
+use busbar_protocol::pictures::bytes_of;
+
+/// The first byte says which side reads, and in what pieces.
+pub fn fuzz_one(bytes: &[u8]) -> bool {
+    let Some((&kind, rest)) = bytes.split_first() else { return false };
+    let piece = 1 + usize::from(kind >> 1);
+    match kind & 1 {
+        0 => read(rest, piece, |message: ToViewer| {
+            if message.check().is_ok() {
+                is_within_limits(&message);
+                is_the_same_again(&message);
+            }
+        }),
+        _ => read(rest, piece, |message: FromViewer| is_the_same_again(&message)),
+    }
+}
+
+fn read<T: serde::de::DeserializeOwned>(bytes: &[u8], piece: usize, check: impl Fn(T)) -> bool {
+    let mut decoder = Decoder::new(MAX_MESSAGE_BYTES);
+    let mut count = 0;
+    for piece in bytes.chunks(piece) {
+        decoder.push(piece);
+        loop {
+            match decoder.message() {
+                Ok(Some(message)) => check(message),
+                Ok(None) => break,
+                Err(_) => return false,
+            }
+            count += 1;
+        }
+    }
+    count > 0
+}
+
+fn is_within_limits(message: &ToViewer) {
+    match message {
+        ToViewer::Begin(begin) => {
+            assert!(begin.config.len() <= MAX_TEXT_BYTES && bytes_of(begin.size).is_some());
+        }
+        ToViewer::Do(Command::Resize(size)) => assert!(bytes_of(*size).is_some()),
+        ToViewer::Do(Command::SetTags(tags)) => {
+            assert!(tags.len() <= MAX_TAGS_A_MESSAGE);
+            assert!(tags.iter().all(|tag| tag.tag.len() <= MAX_TEXT_BYTES));
+        }
+        ToViewer::Do(Command::Look(pose)) => {
+            assert!(pose.eye.iter().chain(&pose.target).all(|number| number.is_finite()));
+        }
+        ToViewer::Do(Command::SetTheta(Some(theta))) => assert!((0.0..=1.0).contains(theta)),
+        ToViewer::Do(_) => {}
+    }
+}
+
+fn is_the_same_again<T: serde::Serialize + serde::de::DeserializeOwned>(message: &T) {
+    let written = encode(message, usize::MAX).expect("what was read can be written");
+    let again: T = decode(&written[LENGTH_BYTES..]).expect("and read");
+    // By bytes: a number that is none equals nothing.
+    assert_eq!(encode(&again, usize::MAX).expect("once more"), written);
+}
+
+#[test]
+fn kept_inputs_and_mutations_of_them() {
+    fuzz_corpus::check("protocol", fuzz_one);
+}
