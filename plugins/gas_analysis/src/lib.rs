@@ -166,7 +166,7 @@ impl Chart for GasAnalysis {
 impl Overlay for GasAnalysis {
     fn describe(&self) -> Description {
         let equipment = self.monitors.equipment().map(str::to_owned).collect();
-        Description { legend: self.monitors.legend(), equipment }
+        Description { legend: self.monitors.legend(), equipment, ..Description::default() }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
