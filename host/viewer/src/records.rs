@@ -22,7 +22,7 @@ const FIRST_PATIENCE: Duration = Duration::from_secs(20);
 /// Rows of a list that a faceplate shows.
 const MAX_ROWS: usize = 20;
 /// Different ids of a list that are looked for in the scene, to say which it has not.
-const MAX_LOOKED_FOR: usize = 10_000;
+const MAX_LOOKED_FOR: usize = 2_000;
 /// Bytes of a date, `2026-11-23`.
 const DATE_BYTES: usize = 10;
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
@@ -61,12 +61,11 @@ impl Books {
     /// Takes over what was read.
     pub(crate) fn step(&mut self, scene: &LoadedScene) {
         for book in &mut self.books {
-            let (read, fault) = (book.reader.take(), book.reader.fault());
-            self.revision += u64::from(read.is_some() || fault != book.fault);
+            let (is_new, fault) = (book.reader.take(&mut book.lists), book.reader.fault());
+            self.revision += u64::from(is_new || fault != book.fault);
             book.fault = fault;
-            if let Some(lists) = read {
-                lists.iter().for_each(|list| note_absent(scene, list));
-                book.lists = lists;
+            if is_new {
+                book.lists.iter().for_each(|list| note_absent(scene, list));
             }
         }
     }
