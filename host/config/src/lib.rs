@@ -41,8 +41,8 @@ pub use alarms::{
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, ChartConfig, Config, DirectoryConfig,
     ModelConfig, NodeConfig, OriginConfig, OverlayConfig, ProjectionConfig, QualityConfig,
-    SectionConfig, SourceConfig, TagConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig,
-    TransformConfig, ViewConfig,
+    RecordsConfig, SectionConfig, SourceConfig, TagConfig, TagType, ThemeConfig, ThetaConfig,
+    ThetaLevelConfig, TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;

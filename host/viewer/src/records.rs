@@ -6,7 +6,6 @@ mod reader;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_plugin_process::{Plugin, RunningRecords};
 use busbar_records::{ColumnType, Kind, List, Record};
 use busbar_tags::SourceTime;
 use busbar_ui::{RecordRow, RecordSection};
@@ -28,7 +27,7 @@ const DATE_BYTES: usize = 10;
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 const SECONDS_PER_DAY: i64 = 86_400;
 
-/// The records of all plugins that have some.
+/// The records of the plugins that are configured for that.
 #[derive(Default)]
 pub(crate) struct Books {
     books: Vec<Book>,
@@ -46,9 +45,9 @@ struct Book {
 impl Books {
     /// Begins to read.
     pub(crate) fn start(scene: &LoadedScene, settles: bool) -> Result<Self, ViewError> {
-        let has_records = |plugin: &&Plugin| RunningRecords::are_in(plugin.info());
         let mut books = Self::default();
-        for plugin in scene.instances.values().filter(has_records) {
+        let plugins = scene.config.records.iter();
+        for plugin in plugins.filter_map(|records| scene.instances.get(&records.plugin)) {
             let reader = Reader::start(plugin)?;
             books.books.push(Book { reader, lists: Vec::new(), fault: None });
         }
