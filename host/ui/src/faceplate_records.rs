@@ -43,19 +43,26 @@ pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<Part> {
             badge(ui, severity, true);
         }
         if has(Kind::Asset) {
-            part(ui, Part::Of(Kind::Asset), "Asset");
+            let words = format!("{}Asset", doubt_of(records, Kind::Asset));
+            part(ui, Part::Of(Kind::Asset), &words);
         }
     });
     clicked
 }
 
 fn work_words(records: &[RecordSection]) -> String {
-    let work = || records.iter().filter(|section| section.kind == Kind::Business);
-    let doubt = if work().any(|section| section.doubt.is_some()) { "× " } else { "" };
-    match work().map(|section| section.open).sum::<usize>() {
+    let work = records.iter().filter(|section| section.kind == Kind::Business);
+    let doubt = doubt_of(records, Kind::Business);
+    match work.map(|section| section.open).sum::<usize>() {
         0 => format!("{doubt}Work"),
         open => format!("{doubt}Work: {open} open"),
     }
+}
+
+/// What stands before a part of which any list is in doubt.
+fn doubt_of(records: &[RecordSection], kind: Kind) -> &'static str {
+    let in_doubt = |section: &RecordSection| section.kind == kind && section.doubt.is_some();
+    if records.iter().any(in_doubt) { "× " } else { "" }
 }
 
 /// The worst of what is open.
