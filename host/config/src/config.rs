@@ -44,6 +44,8 @@ pub struct Config {
     pub alarm_handling: AlarmHandlingConfig,
     /// Overlay plugins, drawn in this order.
     pub overlays: Vec<OverlayConfig>,
+    /// Plugins whose records faceplates show, in this order.
+    pub records: Vec<RecordsConfig>,
     /// The chart that stands in the scene.
     pub chart: Option<ChartConfig>,
     /// Cameras by name.
@@ -302,6 +304,15 @@ pub struct BindingConfig {
 /// An overlay that is drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OverlayConfig {
+    /// Name of the plugin instance.
+    pub plugin: String,
+    /// JSON pointer.
+    pub pointer: String,
+}
+
+/// Records that faceplates show.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordsConfig {
     /// Name of the plugin instance.
     pub plugin: String,
     /// JSON pointer.

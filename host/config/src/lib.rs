@@ -42,8 +42,8 @@ pub use alarms::{
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, ChartConfig, Config, DirectoryConfig,
     EndConfig, ModelConfig, MovingPartConfig, NodeConfig, OriginConfig, OverlayConfig,
-    ProjectionConfig, QualityConfig, SectionConfig, SourceConfig, TagConfig, TagType, ThemeConfig,
-    ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
+    ProjectionConfig, QualityConfig, RecordsConfig, SectionConfig, SourceConfig, TagConfig,
+    TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, TransformConfig, ViewConfig,
 };
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;

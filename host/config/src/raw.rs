@@ -85,6 +85,11 @@ pub(crate) struct RawConfig {
     #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
     #[schemars(extend("examples" = [["labels"]]))]
     pub(crate) overlays: Vec<String>,
+    /// Names of the plugins whose records of work and assets faceplates show, in this order.
+    #[serde(default)]
+    #[schemars(length(max = MAX_PLUGINS), extend("uniqueItems" = true))]
+    #[schemars(extend("examples" = [["work", "register"]]))]
+    pub(crate) records: Vec<String>,
     /// A chart that stands in the scene.
     #[serde(default)]
     #[schemars(with = "RawChart")]

@@ -76,6 +76,10 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             plugin,
             pointer,
         }),
+        records: indexed(raw.records, "/records", |plugin, pointer| RecordsConfig {
+            plugin,
+            pointer,
+        }),
         chart: raw.chart.map(|raw| ChartConfig {
             plugin: raw.plugin,
             position: raw.position,

@@ -23,7 +23,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     let mut rules = Rules { document, used_plugins: HashSet::new(), report };
     rules.check_models();
     rules.check_tags();
-    rules.check_overlays();
+    rules.check_lists_of_plugins();
     rules.check_chart();
     rules.check_plugins();
     rules.check_cameras();
@@ -132,10 +132,12 @@ impl<'d> Rules<'d, '_, '_> {
         }
     }
 
-    fn check_overlays(&mut self) {
-        let overlays = self.document["overlays"].as_array().into_iter().flatten();
-        for (index, overlay) in overlays.enumerate() {
-            self.check_plugin_reference(overlay, "/overlays", index);
+    fn check_lists_of_plugins(&mut self) {
+        for (key, list) in [("overlays", "/overlays"), ("records", "/records")] {
+            let names = self.document[key].as_array().into_iter().flatten();
+            for (index, name) in names.enumerate() {
+                self.check_plugin_reference(name, list, index);
+            }
         }
     }
 
@@ -171,7 +173,8 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.key_warning(
                     &pointer,
                     format!("the plugin '{}' is used nowhere", suggest::shown(name)),
-                    "name it in a model, a tag's source, the overlays or the chart, or remove it",
+                    "name it in a model, a tag's source, the overlays, the records or the chart, or \
+                     remove it",
                 );
             }
         }

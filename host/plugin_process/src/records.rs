@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use busbar_plugin_abi as abi;
-use busbar_plugin_host::{PluginError, PluginInfo, RecordPage, Records};
+use busbar_plugin_host::{PluginError, RecordPage, Records};
 use busbar_records::Description;
 
 use crate::message::{Answer, Request};
@@ -20,11 +20,6 @@ pub enum RunningRecords {
 }
 
 impl RunningRecords {
-    /// Whether a plugin says that it has records.
-    pub fn are_in(info: &PluginInfo) -> bool {
-        info.capabilities.iter().any(|id| id == abi::RECORDS_ID)
-    }
-
     /// The records that a plugin has.
     ///
     /// # Errors

@@ -2,7 +2,10 @@
 //! leads to them.
 
 use busbar_records::{Kind, Severity};
-use egui::{Align, Color32, Label, Layout, Rect, RichText, Sense, Stroke, StrokeKind, Ui, vec2};
+use egui::{
+    Align, Color32, Frame, Label, Layout, Margin, Rect, RichText, Sense, Stroke, StrokeKind, Ui,
+    vec2,
+};
 
 use crate::faceplate::section;
 use crate::{Mark, RecordRow, RecordSection, hatch, theme};
@@ -16,6 +19,8 @@ pub(crate) enum Part {
 
 /// Width of the names of columns, points.
 const NAME_WIDTH: f32 = 96.0;
+/// Room beside rows that are in doubt, points.
+const DOUBT_MARGIN: i8 = 10;
 
 /// The bar of parts, where there is more than one; the part that is clicked.
 pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<Part> {
@@ -38,19 +43,26 @@ pub(crate) fn bar(ui: &mut Ui, records: &[RecordSection]) -> Option<Part> {
             badge(ui, severity, true);
         }
         if has(Kind::Asset) {
-            part(ui, Part::Of(Kind::Asset), "Asset");
+            let words = format!("{}Asset", doubt_of(records, Kind::Asset));
+            part(ui, Part::Of(Kind::Asset), &words);
         }
     });
     clicked
 }
 
 fn work_words(records: &[RecordSection]) -> String {
-    let work = || records.iter().filter(|section| section.kind == Kind::Business);
-    let doubt = if work().any(|section| section.doubt.is_some()) { "× " } else { "" };
-    match work().map(|section| section.open).sum::<usize>() {
+    let work = records.iter().filter(|section| section.kind == Kind::Business);
+    let doubt = doubt_of(records, Kind::Business);
+    match work.map(|section| section.open).sum::<usize>() {
         0 => format!("{doubt}Work"),
         open => format!("{doubt}Work: {open} open"),
     }
+}
+
+/// What stands before a part of which any list is in doubt.
+fn doubt_of(records: &[RecordSection], kind: Kind) -> &'static str {
+    let in_doubt = |section: &RecordSection| section.kind == kind && section.doubt.is_some();
+    if records.iter().any(in_doubt) { "× " } else { "" }
 }
 
 /// The worst of what is open.
@@ -68,7 +80,10 @@ pub(crate) fn show(ui: &mut Ui, records: &[RecordSection], mut goes_to: Option<P
             }
             section(ui, &list.title);
             origin(ui, list);
-            rows(ui, list);
+            match &list.doubt {
+                None => rows(ui, list),
+                Some(doubt) => in_doubt(ui, doubt, list),
+            }
         }
     }
 }
@@ -97,6 +112,15 @@ fn origin(ui: &mut Ui, list: &RecordSection) {
         let rows = if *count == 1 { "row is" } else { "rows are" };
         ui.label(format!("! {count} {rows} wrong there and left out")).on_hover_text(first);
     }
+}
+
+/// Rows that may be otherwise by now: hatched along their side, for the text is to be read.
+fn in_doubt(ui: &mut Ui, doubt: &str, list: &RecordSection) {
+    let margin = Margin { left: DOUBT_MARGIN, ..Margin::ZERO };
+    let shown = Frame::new().inner_margin(margin).show(ui, |ui| rows(ui, list));
+    let side = shown.response.rect;
+    let side = side.with_max_x(side.left() + f32::from(DOUBT_MARGIN) - 3.0);
+    hatch::ground(ui.painter(), side, &Mark::Bad { reason: doubt.to_owned() });
 }
 
 fn rows(ui: &mut Ui, list: &RecordSection) {

@@ -6,7 +6,6 @@ mod reader;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_plugin_process::{Plugin, RunningRecords};
 use busbar_records::{ColumnType, Kind, List, Record};
 use busbar_tags::SourceTime;
 use busbar_ui::{RecordRow, RecordSection};
@@ -22,13 +21,13 @@ const FIRST_PATIENCE: Duration = Duration::from_secs(20);
 /// Rows of a list that a faceplate shows.
 const MAX_ROWS: usize = 20;
 /// Different ids of a list that are looked for in the scene, to say which it has not.
-const MAX_LOOKED_FOR: usize = 10_000;
+const MAX_LOOKED_FOR: usize = 2_000;
 /// Bytes of a date, `2026-11-23`.
 const DATE_BYTES: usize = 10;
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 const SECONDS_PER_DAY: i64 = 86_400;
 
-/// The records of all plugins that have some.
+/// The records of the plugins that are configured for that.
 #[derive(Default)]
 pub(crate) struct Books {
     books: Vec<Book>,
@@ -46,9 +45,9 @@ struct Book {
 impl Books {
     /// Begins to read.
     pub(crate) fn start(scene: &LoadedScene, settles: bool) -> Result<Self, ViewError> {
-        let has_records = |plugin: &&Plugin| RunningRecords::are_in(plugin.info());
         let mut books = Self::default();
-        for plugin in scene.instances.values().filter(has_records) {
+        let plugins = scene.config.records.iter();
+        for plugin in plugins.filter_map(|records| scene.instances.get(&records.plugin)) {
             let reader = Reader::start(plugin)?;
             books.books.push(Book { reader, lists: Vec::new(), fault: None });
         }
@@ -61,12 +60,11 @@ impl Books {
     /// Takes over what was read.
     pub(crate) fn step(&mut self, scene: &LoadedScene) {
         for book in &mut self.books {
-            let (read, fault) = (book.reader.take(), book.reader.fault());
-            self.revision += u64::from(read.is_some() || fault != book.fault);
+            let (is_new, fault) = (book.reader.take(&mut book.lists), book.reader.fault());
+            self.revision += u64::from(is_new || fault != book.fault);
             book.fault = fault;
-            if let Some(lists) = read {
-                lists.iter().for_each(|list| note_absent(scene, list));
-                book.lists = lists;
+            if is_new {
+                book.lists.iter().for_each(|list| note_absent(scene, list));
             }
         }
     }

@@ -105,7 +105,7 @@ impl View {
             let input = self.viewer.headless_input(0.0);
             self.viewer.frame(input).expect("a frame is drawn");
             let lists = self.viewer.stats().faceplate?.records;
-            let [register, work] = lists.try_into().ok()?;
+            let [work, register] = lists.try_into().ok()?;
             holds(&work, &register).then_some([work, register])
         })
     }
@@ -226,6 +226,15 @@ fn a_click_on_a_breaker_shows_its_work_in_a_window() {
     assert_eq!(stats["validation_messages"], json!([]));
     let lists = &stats["faceplate"]["records"];
     assert_eq!(stats["faceplate"]["id"], POLE);
-    assert_eq!([&lists[0]["title"], &lists[1]["title"]], ["Asset register", "Work"]);
-    assert_eq!(lists[1]["rows"][0][1], "critical");
+    assert_eq!([&lists[0]["title"], &lists[1]["title"]], ["Work", "Asset register"]);
+    assert_eq!(lists[0]["rows"][0][1], "critical");
+}
+
+#[test]
+fn a_plugin_without_records_is_told_where_it_is_named() {
+    let mut scene = scene(1);
+    scene.config["records"] = json!(["work", "optimizer"]);
+    let error = LoadedScene::load(&scene.write(), &|_, _, _| {}).err().expect("it is refused");
+    let text = error.to_string();
+    assert!(text.contains("/records/1") && text.contains("busbar.records/1-draft"), "{text}");
 }

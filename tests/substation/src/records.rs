@@ -158,6 +158,7 @@ impl StationRecords {
                 ],
             }] },
         });
+        configuration["records"] = json!(["work", "register"]);
         for (equipment, number) in &self.dispatch {
             configuration["equipment"][equipment] = json!({ "aliases": [number] });
         }

@@ -8,7 +8,7 @@ use busbar_config::{Config, Isolation, PluginConfig, TagConfig, join_pointer};
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
-    RunningOverlay, RunningTelemetry,
+    RunningOverlay, RunningRecords, RunningTelemetry,
 };
 use busbar_tags::{TagHandle, TagSpec};
 use rayon::prelude::*;
@@ -206,6 +206,11 @@ pub(super) fn check_capabilities(
         // Configured without bindings: the real ones follow when the view starts.
         if let Some(Err(error)) = instance.map(|i| RunningOverlay::configure(i, Vec::new())) {
             add(overlay.pointer.clone(), &error);
+        }
+    }
+    for records in &config.records {
+        if let Some(Err(error)) = instances.get(&records.plugin).map(RunningRecords::of) {
+            add(records.pointer.clone(), &error);
         }
     }
     for (name, instance) in instances {

@@ -17,6 +17,8 @@ const MAX_TRIES: u32 = 5;
 struct State {
     ends: bool,
     read: Option<Vec<List>>,
+    /// What nobody needs any more: freeing many rows takes longer than a frame may.
+    old: Vec<Vec<List>>,
     fault: Option<String>,
     polls: u64,
 }
@@ -62,9 +64,12 @@ impl Reader {
         drop(self.shared.changed.wait_timeout_while(state, patience, is_new));
     }
 
-    /// All lists, if they were read since the last call.
-    pub(super) fn take(&self) -> Option<Vec<List>> {
-        self.shared.state().read.take()
+    /// Takes over all lists, if they were read since the last call; whether they were.
+    pub(super) fn take(&self, lists: &mut Vec<List>) -> bool {
+        let mut state = self.shared.state();
+        let Some(read) = state.read.take() else { return false };
+        state.old.push(std::mem::replace(lists, read));
+        true
     }
 
     /// Why they cannot be read, if so.
@@ -93,12 +98,14 @@ fn run(plugin: &Plugin, records: &RunningRecords, shared: &Shared) {
         deaths = died;
         let read = poll(records, known);
         let mut state = shared.state();
+        let mut old = std::mem::take(&mut state.old);
         state.polls += 1;
         match read {
             Ok(read) => {
                 state.fault = None;
                 if let Some((revision, lists)) = read {
-                    (known, state.read) = (Some(revision), Some(lists));
+                    known = Some(revision);
+                    old.extend(state.read.replace(lists));
                 }
             }
             Err(fault) => {
@@ -109,6 +116,9 @@ fn run(plugin: &Plugin, records: &RunningRecords, shared: &Shared) {
             }
         }
         shared.changed.notify_all();
+        drop(state);
+        drop(old);
+        let mut state = shared.state();
         let next = Instant::now() + POLL_PERIOD;
         while !state.ends && Instant::now() < next {
             let left = next.saturating_duration_since(Instant::now());
