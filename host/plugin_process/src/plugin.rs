@@ -138,7 +138,7 @@ impl RunningTelemetry {
 /// An overlay with its bindings.
 pub enum RunningOverlay {
     /// In this process.
-    InProcess(Overlay),
+    InProcess(Box<Overlay>),
     /// In a process of its own.
     Isolated {
         /// The process.
@@ -156,7 +156,8 @@ impl RunningOverlay {
     pub fn configure(plugin: &Plugin, bindings: Vec<OverlayBinding>) -> Result<Self, PluginError> {
         match plugin {
             Plugin::InProcess(instance) => {
-                Overlay::configure(instance.clone(), bindings).map(Self::InProcess)
+                let overlay = Overlay::configure(instance.clone(), bindings)?;
+                Ok(Self::InProcess(Box::new(overlay)))
             }
             Plugin::Isolated(process) => {
                 process.configure(&bindings)?;

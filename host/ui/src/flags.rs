@@ -106,8 +106,8 @@ pub(crate) fn paint(ui: &Ui, flags: &[(Flag, Rect)]) {
 
 fn words(flag: &Flag) -> String {
     match (flag.state, flag.age) {
-        (FlagState::Unknown, Some(age)) => format!("? {}", age_text(age)),
-        (FlagState::Unknown, None) => "?".to_owned(),
+        // The shape has the question mark.
+        (FlagState::Unknown, Some(age)) => age_text(age),
         (state, _) if state.is_normal() && flag.distance > MAX_WORD_METRES => String::new(),
         (state, _) => state.word().to_owned(),
     }

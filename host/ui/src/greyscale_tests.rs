@@ -56,7 +56,7 @@ struct Atlas {
 
 impl Atlas {
     fn take(&mut self, delta: &egui::TexturesDelta) {
-        for image in delta.set.iter().flat_map(|(_, images)| images) {
+        for image in delta.set.values().flatten() {
             let egui::ImageData::Color(pixels) = &image.image;
             let [width, height] = pixels.size;
             let [left, top] = image.pos.unwrap_or_default();

@@ -222,7 +222,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
         ui.label(&contour.name);
     });
     row(ui, &contour.normal, &|painter, rect| {
-        painter.rect_filled(rect, 0.0, Color32::from_gray(236));
+        painter.rect(rect, 0.0, Color32::from_gray(236), line, StrokeKind::Inside);
     });
     row(ui, &contour.step, &|painter, rect| {
         let [first, last] = contour.colors.map(|[r, g, b]| Color32::from_rgb(r, g, b));

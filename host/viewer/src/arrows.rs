@@ -25,6 +25,8 @@ const WIDTH: [f32; 3] = [0.14, 0.7, 0.9];
 /// How much wider a head is than the shaft, and how long for its width.
 const HEAD_WIDTH: f32 = 2.0;
 const HEAD_LENGTH: f32 = 0.75;
+/// How narrow an arrow becomes that is seen from its end.
+const LEAST_NARROWED: f32 = 0.3;
 /// Share of the rating below which nothing flows that is worth a direction.
 const LEAST_SHARE: f64 = 0.005;
 /// Of arrows within the rating: dark, so that they are seen before the sky and equipment.
@@ -111,7 +113,9 @@ fn arrow(graph: &SceneGraph, ends: [NodeIndex; 2], share: Option<f64>) -> Option
 impl Arrow {
     fn draw(self, eye: Vec3, faces: &mut Vec<FaceInWorld>, strokes: &mut Vec<StrokeInWorld>) {
         let Self { middle, along, length, look } = self;
-        let across = along.cross(eye - middle).normalize_or(Vec3::Y);
+        let aside = along.cross((eye - middle).normalize_or(Vec3::Y));
+        // Seen from its end an arrow is short: as narrow then, so that it keeps its shape.
+        let across = aside.normalize_or(Vec3::Y) * aside.length().max(LEAST_NARROWED);
         let (width, heads, color, pattern) = match look {
             Look::Known { width, heads: 2 } => (width, 2, OVERLOADED, 0),
             Look::Known { width, heads } => (width, heads, NORMAL, 0),

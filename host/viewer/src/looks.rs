@@ -17,7 +17,7 @@ pub const SELECTION: Highlight = [0.02, 0.16, 0.55, 0.45];
 /// Outside its normal band.
 pub const WARNING: Highlight = patterned([0.7, 0.25, 0.01], 0.9, DOTTED);
 /// Needs action now.
-pub const ALARM: Highlight = patterned([0.5, 0.005, 0.008], 0.95, CROSSED);
+pub const ALARM: Highlight = patterned([0.5, 0.005, 0.008], 0.85, CROSSED);
 /// Something was shown here, and is not known any more.
 pub const UNKNOWN: Highlight = patterned([0.05, 0.05, 0.06], 0.75, STRIPED);
 /// How strongly states of a legend show: what is plain is as it should be, and calm.

@@ -25,6 +25,10 @@ pub(crate) struct MovingParts {
     moved: BTreeSet<usize>,
     /// Instances that the last update moved.
     just_moved: Vec<usize>,
+    /// What the last update was told, and whether each position was good.
+    told: Vec<(ShownPosition, bool)>,
+    /// What was not known then.
+    unknown: Vec<ShownState>,
 }
 
 struct MovingPart {
@@ -95,37 +99,46 @@ impl MovingParts {
             .filter(|&index| *self.parts[index].mechanism == *position.mechanism)
     }
 
-    /// Moves the parts whose positions changed, and gives what is not known as states.
+    /// Moves the parts whose positions changed, and gives what is not known as states. Most
+    /// frames tell what the one before told, and cost a comparison.
     pub(crate) fn update(
         &mut self,
         graph: &mut SceneGraph,
         positions: &[ShownPosition],
         snapshot: Snapshot<'_>,
-    ) -> Vec<ShownState> {
+    ) -> &[ShownState] {
         self.just_moved.clear();
-        let mut told: HashMap<usize, Shown> = HashMap::new();
-        for position in positions {
-            let is_good = snapshot.state(position.tag).is_some_and(|state| state.quality.is_good());
-            let travelled = position.travelled.filter(|_| is_good);
-            let shown =
-                travelled.map_or(Shown::UNKNOWN, |travelled| Shown { travelled, is_known: true });
-            self.moved_by(position).for_each(|index| {
-                told.insert(index, shown);
-            });
+        let is_good = |position: &ShownPosition| {
+            snapshot.state(position.tag).is_some_and(|state| state.quality.is_good())
+        };
+        let now = positions.iter().map(|position| (position, is_good(position)));
+        if !now.clone().eq(self.told.iter().map(|(position, good)| (position, *good))) {
+            self.told = now.map(|(position, good)| (position.clone(), good)).collect();
+            self.take_over(graph);
         }
-        let mut unknown = Vec::new();
+        &self.unknown
+    }
+
+    fn take_over(&mut self, graph: &mut SceneGraph) {
+        let mut shown: HashMap<usize, Shown> = HashMap::new();
+        for (position, is_good) in &self.told {
+            let travelled = position.travelled.filter(|_| *is_good);
+            let known = |travelled| Shown { travelled, is_known: true };
+            let of_position = travelled.map_or(Shown::UNKNOWN, known);
+            shown.extend(self.moved_by(position).map(|index| (index, of_position)));
+        }
+        self.unknown.clear();
         for index in 0..self.parts.len() {
             // Of what an overlay does not tell any more nothing is known.
-            let told = told.get(&index).copied();
-            let shown = told.or(self.parts[index].shown.map(|_| Shown::UNKNOWN));
-            if self.parts[index].shown != shown {
+            let was = self.parts[index].shown;
+            let shown = shown.get(&index).copied().or(was.map(|_| Shown::UNKNOWN));
+            if was != shown {
                 self.show(graph, index, shown);
             }
             if shown.is_some_and(|shown| !shown.is_known) {
-                unknown.push(not_known(self.parts[index].node));
+                self.unknown.push(not_known(self.parts[index].node));
             }
         }
-        unknown
     }
 
     fn show(&mut self, graph: &mut SceneGraph, index: usize, shown: Option<Shown>) {

@@ -285,7 +285,7 @@ impl Viewer {
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
         overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
         let graph = &mut self.scene.graph;
-        overlaid.states.extend(self.moving.update(graph, &overlaid.positions, snapshot));
+        overlaid.states.extend_from_slice(self.moving.update(graph, &overlaid.positions, snapshot));
         let chart_goes_to =
             self.chart.as_mut().and_then(|chart| chart.step(&self.scene.graph, now));
         if let Some(id) = &chart_goes_to {
