@@ -204,6 +204,21 @@ fn python() {
     assert!(shows_a_scene(&picture));
 }
 
+/// Lines of an example that have to do with a view, at most.
+const MAX_LINES: usize = 30;
+
+#[test]
+fn examples_are_short() {
+    for name in ["x11.c", "gtk.c", "qt.cpp", "offscreen.py"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+        let text = std::fs::read_to_string(path).unwrap();
+        let words = ["busbar", "event.", "frame.", "options.", "options("];
+        let of_view = |line: &&str| words.iter().any(|word| line.to_lowercase().contains(word));
+        let count = text.lines().filter(of_view).count();
+        assert!((5..=MAX_LINES).contains(&count), "{name}: {count} lines");
+    }
+}
+
 #[test]
 fn a_program_is_linked_statically() {
     let installed = Installed::new();
