@@ -117,6 +117,7 @@ fn theta_and_layers_are_the_programs_too() {
     assert_eq!(host.call(|view| unsafe { busbar_view_set_theta(view, 0.95) }), 0);
     let coarse = host.wait_for_frame("of coarse models", |f| f.pixels != before.pixels);
     assert_eq!(host.call(|view| unsafe { busbar_view_set_theta(view, -1.0) }), 0);
+    host.arrive();
     host.wait_for_frame("as before", |f| f.pixels == before.pixels);
     // Labels, which are bright, are an overlay's.
     let hide = |view| unsafe { busbar_view_set_layer(view, c"values".as_ptr(), 0) };
