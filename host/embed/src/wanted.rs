@@ -149,3 +149,65 @@ fn put<T>(map: &mut BTreeMap<String, T>, key: &str, value: T, limit: usize) -> b
     map.insert(key.to_owned(), value);
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use busbar_protocol::message::{TagQuality, TagValue};
+
+    use super::*;
+
+    fn wanted() -> Wanted {
+        Wanted::new("/a.json".into(), Target::Offscreen, [4, 4])
+    }
+
+    fn tag(id: &str, value: Option<f64>, said_at: u64) -> TagUpdate {
+        TagUpdate {
+            tag: id.into(),
+            value: value.map(TagValue::F64),
+            quality: if value.is_some() { TagQuality::Good } else { TagQuality::Bad },
+            source_time: None,
+            said_at,
+        }
+    }
+
+    #[test]
+    fn the_next_viewer_is_told_what_the_last_one_was() {
+        let mut wanted = wanted();
+        let pose = CameraPose { eye: [1.0; 3], target: [0.0; 3], is_orthographic: true };
+        wanted.note(&Command::UseCamera("bay".into()));
+        assert_eq!(wanted.commands(), [Command::UseCamera("bay".into())]);
+        wanted.note_pose(pose);
+        wanted.note(&Command::SetTheta(Some(0.5)));
+        wanted.note(&Command::Pick([1, 1]));
+        let told = wanted.commands();
+        assert_eq!(told, [Command::Look(pose), Command::SetTheta(Some(0.5))]);
+        let standing =
+            |state| AlarmStanding { alarm: "A".into(), state, since: 1, standing: "{}".into() };
+        wanted.note_alarm(&standing(6));
+        assert_eq!(wanted.begin().alarms, [standing(6)]);
+        wanted.note_alarm(&standing(0));
+        assert_eq!(wanted.begin().alarms, []);
+    }
+
+    #[test]
+    fn a_tag_is_as_old_for_the_next_viewer_as_it_was() {
+        let mut wanted = wanted();
+        wanted.note(&Command::SetTags(vec![tag("T", Some(1.0), 10)]));
+        wanted.note(&Command::SetTags(vec![tag("T", None, 20)]));
+        let known = TagUpdate { quality: TagQuality::Bad, ..tag("T", Some(1.0), 10) };
+        assert_eq!(wanted.commands(), [Command::SetTags(vec![known])]);
+    }
+
+    #[test]
+    fn more_tags_than_there_is_room_for_are_refused_whole() {
+        let mut wanted = wanted();
+        let set = |range: std::ops::Range<usize>| {
+            Command::SetTags(range.map(|n| tag(&n.to_string(), Some(0.0), 1)).collect())
+        };
+        assert!(wanted.note(&set(0..MAX_TAGS)));
+        assert!(!wanted.note(&set(MAX_TAGS - 1..MAX_TAGS + 1)));
+        assert!(wanted.note(&set(0..10)), "those that are known");
+        let told = wanted.commands();
+        assert_eq!(told.len(), MAX_TAGS.div_ceil(MAX_TAGS_A_MESSAGE));
+    }
+}

@@ -21,6 +21,9 @@ use crate::view;
 const LOOK_PERIOD: Duration = Duration::from_millis(25);
 /// From a viewer's start to its first picture at most: optimisers may have much to do.
 const MAX_START: Duration = Duration::from_secs(300);
+/// From a viewer's start to its first sign of life at most: it may have to wait for the disk
+/// and the processor. From there to the first picture it shows signs of life by itself.
+const MAX_START_SILENCE: Duration = Duration::from_secs(10);
 /// Viewers that were killed and are not gone yet; with more, none is started.
 const MAX_DYING: usize = 8;
 /// How long the end of a viewer is waited for when a view is closed.
@@ -209,9 +212,12 @@ impl Watch {
         let Some(running) = &self.viewer else { return };
         let memory = running.viewer.memory();
         let since = |then: u64| Duration::from_nanos(now().saturating_sub(then));
-        // Loading it shows life, but no picture yet.
         let silence = since(memory.last_beat()).min(running.started.elapsed());
-        if silence >= self.patience.hung {
+        let patience = match running.is_ready {
+            true => self.patience.hung,
+            false => self.patience.hung.max(MAX_START_SILENCE),
+        };
+        if silence >= patience {
             let why = format!("silent for {} ms", silence.as_millis());
             return self.lose(&why);
         }

@@ -14,6 +14,8 @@ use image::RgbImage;
 use tempfile::TempDir;
 
 const SCREEN: [u32; 2] = [900, 560];
+/// With what POSIX has and C99 has not.
+const X11_COMPILER: [&str; 3] = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"];
 /// So many, until one is answered: the first may come before the picture.
 const CLICKS: &str = "20";
 
@@ -96,14 +98,8 @@ fn shows_a_scene(picture: &RgbImage) -> bool {
 
 /// Starts a program on a display; clicks into the scene until it says what is there.
 fn check_on_display(name: &str, compiler: &[&str], packages: &[&str]) {
-    let installed = Installed::new();
-    let Some(program) = installed.build(name, compiler, packages) else { return };
-    let Some(display) = Display::start(SCREEN) else { return };
-    let scene = example_scene();
-    let mut command = Command::new(program);
-    installed.environment(&mut command);
-    let process = Process::start(command.arg(scene.write()).env("DISPLAY", &display.name));
-    process.wait_for_line(|line| line.starts_with("ready").then_some(()));
+    let Some(running) = Running::start(name, compiler, packages) else { return };
+    let Running { process, display, installed, _scene } = running;
     let picture = e2e::wait_for("a picture of the scene", PATIENCE, || {
         let picture = display.screenshot(installed.0.path(), name);
         shows_a_scene(&picture).then_some(picture)
@@ -139,17 +135,50 @@ fn reaches_the_corner(picture: &RgbImage) -> bool {
     (820..SCREEN[0]).all(|x| picture.get_pixel(x, 540).0 != [0; 3])
 }
 
+/// An example in X11 that shows the scene, and what it runs on and with.
+struct Running {
+    process: Process,
+    display: Display,
+    installed: Installed,
+    _scene: e2e::Scene,
+}
+
+impl Running {
+    fn start(name: &str, compiler: &[&str], packages: &[&str]) -> Option<Self> {
+        let installed = Installed::new();
+        let program = installed.build(name, compiler, packages)?;
+        let display = Display::start(SCREEN)?;
+        let scene = example_scene();
+        let mut command = Command::new(program);
+        installed.environment(&mut command);
+        let process = Process::start(command.arg(scene.write()).env("DISPLAY", &display.name));
+        process.wait_for_line(|line| line.starts_with("ready").then_some(()));
+        Some(Self { process, display, installed, _scene: scene })
+    }
+
+    fn plain_x11() -> Option<Self> {
+        Self::start("x11.c", &X11_COMPILER, &["busbar", "x11"])
+    }
+}
+
+fn wait_for_end(viewer: u32) {
+    e2e::wait_for("the viewer's end", PATIENCE, || {
+        std::fs::read_link(format!("/proc/{viewer}/exe")).is_err().then_some(())
+    });
+}
+
+#[test]
+fn a_viewer_ends_with_a_program_that_is_killed() {
+    let Some(running) = Running::plain_x11() else { return };
+    let viewer = viewer_of(running.process.id()).expect("there is a viewer");
+    running.process.signal(rustix::process::Signal::KILL);
+    wait_for_end(viewer);
+}
+
 #[test]
 fn a_window_is_followed_and_a_viewer_that_died_comes_back_into_it() {
-    let installed = Installed::new();
-    let flags = ["gcc", "-std=c99", "-D_POSIX_C_SOURCE=200809L"];
-    let Some(program) = installed.build("x11.c", &flags, &["busbar", "x11"]) else { return };
-    let Some(display) = Display::start(SCREEN) else { return };
-    let scene = example_scene();
-    let mut command = Command::new(program);
-    installed.environment(&mut command);
-    let process = Process::start(command.arg(scene.write()).env("DISPLAY", &display.name));
-    process.wait_for_line(|line| line.starts_with("ready").then_some(()));
+    let Some(running) = Running::plain_x11() else { return };
+    let Running { process, display, installed, _scene } = running;
     let shot = |what: &str, wanted: &dyn Fn(&RgbImage) -> bool| {
         e2e::wait_for(what, PATIENCE, || {
             let picture = display.screenshot(installed.0.path(), "window");
@@ -171,10 +200,7 @@ fn a_window_is_followed_and_a_viewer_that_died_comes_back_into_it() {
     display.xdotool("search --name Busbar.in.X11 windowclose");
     let viewer = viewer_of(process.id());
     process.finish();
-    e2e::wait_for("the viewer's end", PATIENCE, || {
-        let path = viewer.map(|viewer| format!("/proc/{viewer}/exe"));
-        path.is_none_or(|path| std::fs::read_link(path).is_err()).then_some(())
-    });
+    viewer.into_iter().for_each(wait_for_end);
 }
 
 #[test]
@@ -202,6 +228,21 @@ fn python() {
     let pixels = ppm.strip_prefix(b"P6 640 360 255\n").expect("a PPM of that size");
     let picture = RgbImage::from_raw(640, 360, pixels.to_vec()).expect("all pixels");
     assert!(shows_a_scene(&picture));
+}
+
+/// Lines of an example that have to do with a view, at most.
+const MAX_LINES: usize = 30;
+
+#[test]
+fn examples_are_short() {
+    for name in ["x11.c", "gtk.c", "qt.cpp", "offscreen.py"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+        let text = std::fs::read_to_string(path).unwrap();
+        let words = ["busbar", "event.", "frame.", "options.", "options("];
+        let of_view = |line: &&str| words.iter().any(|word| line.to_lowercase().contains(word));
+        let count = text.lines().filter(of_view).count();
+        assert!((5..=MAX_LINES).contains(&count), "{name}: {count} lines");
+    }
 }
 
 #[test]

@@ -15,8 +15,8 @@ use rustix::process::{Pid, Signal, kill_process};
 const FAULTS: usize = 3;
 const VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 /// The longest that a picture passes for live after its viewer stopped: 500 ms, and a turn of
-/// a busy machine.
-const MAX_UNNOTICED: Duration = Duration::from_millis(600);
+/// a machine that does much else.
+const MAX_UNNOTICED: Duration = Duration::from_millis(800);
 /// Of the program's own memory, what a view may cost more in the end than after its first
 /// faults.
 const MAX_GROWTH: u64 = 8 << 20;

@@ -110,6 +110,28 @@ fn a_value_that_nobody_repeats_goes_stale_and_an_alarm_is_told() {
 }
 
 #[test]
+fn theta_and_layers_are_the_programs_too() {
+    let scene = scene();
+    let mut host = Host::open(&scene);
+    let before = host.look_around();
+    assert_eq!(host.call(|view| unsafe { busbar_view_set_theta(view, 0.95) }), 0);
+    let coarse = host.wait_for_frame("of coarse models", |f| f.pixels != before.pixels);
+    assert_eq!(host.call(|view| unsafe { busbar_view_set_theta(view, -1.0) }), 0);
+    host.arrive();
+    host.wait_for_frame("as before", |f| f.pixels == before.pixels);
+    // Labels, which are bright, are an overlay's.
+    let hide = |view| unsafe { busbar_view_set_layer(view, c"values".as_ptr(), 0) };
+    assert_eq!(host.call(hide), 0);
+    let bare = host.wait_for_frame("without labels", |f| {
+        f.pixels != before.pixels && f.pixels != coarse.pixels
+    });
+    assert!(bare.damage[2] > 0, "what changed is told");
+    assert_eq!(host.call(|view| unsafe { busbar_view_set_visible(view, 0) }), 0);
+    std::thread::sleep(Duration::from_secs(1));
+    assert_eq!(host.frame().expect("there is one").state, BUSBAR_VIEW_LIVE, "hidden is not dead");
+}
+
+#[test]
 fn a_faulty_configuration_never_replaces_the_scene() {
     let mut scene = scene();
     let mut host = Host::open(&scene);

@@ -10,6 +10,7 @@
 #[cfg(not(target_os = "linux"))]
 compile_error!("unsupported system: processes share memory and descriptors as on Linux");
 
+mod check;
 pub mod framing;
 pub mod memory;
 pub mod message;

@@ -37,6 +37,8 @@ pub struct Embedded {
     /// Asked for meanwhile.
     next_reload: Option<String>,
     is_visible: bool,
+    /// Until the first frame of a scene is done, which may take long.
+    starting: Option<Beater>,
 }
 
 /// What the loop around a view has to do itself.
@@ -75,6 +77,7 @@ impl Embedded {
             reload_path: String::new(),
             next_reload: None,
             is_visible: true,
+            starting: None,
         })
     }
 
@@ -109,7 +112,7 @@ impl Embedded {
     /// # Errors
     /// The configuration's faults; the host program has been told.
     pub fn load(&mut self) -> Result<LoadedScene, LoadError> {
-        let _beater = self.memory.as_ref().map(Beater::start);
+        self.starting = self.memory.as_ref().map(Beater::start);
         let path = PathBuf::from(&self.begin.config);
         LoadedScene::load(&path, &|_, _, _| {}).inspect_err(|error| {
             self.fail(&error.to_string());
@@ -130,7 +133,6 @@ impl Embedded {
         &mut self,
         open: impl FnOnce() -> Result<Viewer, E>,
     ) -> Result<Viewer, E> {
-        let _beater = self.memory.as_ref().map(Beater::start);
         let mut viewer = open().inspect_err(|error| self.fail(&error.to_string()))?;
         self.settle_in(&mut viewer);
         Ok(viewer)
@@ -219,7 +221,7 @@ impl Embedded {
         }
         let pose = before.pose();
         self.begin.alarms.clear();
-        let _beater = self.memory.as_ref().map(Beater::start);
+        self.starting = self.memory.as_ref().map(Beater::start);
         drop(before);
         let mut viewer = self.open(open)?;
         viewer.restore_alarms(&standings);
@@ -231,6 +233,7 @@ impl Embedded {
 
     /// Tells the host program what a frame changed.
     pub fn report(&mut self, viewer: &mut Viewer) {
+        self.starting = None;
         let happened = self.watch.look(viewer);
         self.channel.tell(happened);
         self.channel.flush();

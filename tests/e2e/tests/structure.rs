@@ -236,7 +236,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "sql_adapter",
         ],
     ),
-    ("busbar_embed", &["e2e"]),
+    ("busbar_embed", &["e2e", "vulkan_faults"]),
     ("busbar_point_import", &["demo_model", "substation"]),
     ("iec104", &["fault_proxy", "simulated_year"]),
     ("modbus_adapter", &["fault_proxy", "simulated_year"]),

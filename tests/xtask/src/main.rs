@@ -11,6 +11,7 @@ mod bench;
 mod bench_render;
 mod demo;
 mod faults;
+mod install;
 mod packages;
 mod paper;
 mod pictures;
@@ -49,6 +50,8 @@ enum Command {
     Demo(demo::Arguments),
     /// Build the plugins and models and put them where the demo scene looks.
     Stage(stage::Arguments),
+    /// Put program, library, header and plugins below a prefix, for programs that embed a view.
+    Install(install::Arguments),
     /// Install what is missing and run all that CI runs.
     Test(test::Arguments),
     /// Run the long tests: fuzzing, failing calls to Vulkan, kills beside the alarm log.
@@ -84,6 +87,7 @@ fn run(command: Command) -> Result<()> {
         Command::BenchRender(arguments) => bench_render::run(&workspace, &arguments),
         Command::Demo(arguments) => demo::run(&workspace, &arguments),
         Command::Stage(arguments) => stage::run(&workspace, &arguments),
+        Command::Install(arguments) => install::run(&workspace, &arguments),
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
         Command::Traffic(arguments) => traffic::run(&workspace, &arguments),

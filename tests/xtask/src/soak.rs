@@ -24,8 +24,9 @@ const KILLS: &str = "200";
 const STALE_TEST: &str = "stale_picture";
 const STALE_VARIABLE: &str = "BUSBAR_STALE_SEQUENCES";
 const STALE_SEQUENCES: &str = "100000";
-/// The test in which viewers of a program that embeds them die and hang, and how often each.
-const VIEW_TEST: &str = "faults";
+/// The tests in which viewers of a program that embeds them die, hang and lose their device,
+/// and how often each.
+const VIEW_TESTS: [&str; 2] = ["faults", "device"];
 const VIEW_PACKAGE: &str = "busbar_embed";
 const VIEW_VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 const VIEW_FAULTS: &str = "200";
@@ -61,8 +62,8 @@ pub(crate) struct Arguments {
     /// named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills"])]
     stale_pictures: bool,
-    /// Kill, abort and stop the viewer of a program that embeds it, 200 times each, and
-    /// nothing else (some 15 minutes); without it that comes last, unless fuzz targets are
+    /// Kill, abort and stop the viewer of a program that embeds it, and take its graphics
+    /// device, 200 times each, and nothing else (some 30 minutes); without it that comes last, unless fuzz targets are
     /// named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures"])]
     view_faults: bool,
@@ -100,7 +101,10 @@ fn end_viewers(workspace: &Workspace) -> Result<()> {
     stage::stage(workspace, Profile::Dev)?;
     let mut command = process::cargo();
     command.current_dir(&workspace.root).env(VIEW_VARIABLE, VIEW_FAULTS);
-    command.args(["test", "--package", VIEW_PACKAGE, "--test", VIEW_TEST]);
+    command.args(["test", "--package", VIEW_PACKAGE]);
+    for test in VIEW_TESTS {
+        command.args(["--test", test]);
+    }
     process::run(command.args(["--", "--nocapture", "--test-threads=1"]))
 }
 

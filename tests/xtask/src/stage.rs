@@ -109,7 +109,8 @@ pub(crate) fn replace_libraries(folder: &Path, libraries: &[PathBuf]) -> Result<
         .with_context(|| format!("cannot remove old plugins from {}", folder.display()))
 }
 
-fn copy_whole(from: &Path, to: &Path) -> io::Result<()> {
+/// Copies a file, which appears whole or not at all.
+pub(crate) fn copy_whole(from: &Path, to: &Path) -> io::Result<()> {
     let folder = to.parent().unwrap_or(Path::new("."));
     let mut copy = NamedTempFile::new_in(folder)?;
     io::copy(&mut File::open(from)?, &mut copy)?;

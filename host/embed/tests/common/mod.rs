@@ -2,7 +2,10 @@
 #![allow(dead_code)]
 
 use std::ffi::{CStr, CString};
+use std::fs::Permissions;
 use std::mem::size_of;
+use std::os::unix::fs::PermissionsExt;
+use std::process::Command;
 use std::ptr::{null, null_mut};
 use std::time::{Duration, Instant};
 
@@ -130,11 +133,12 @@ impl Host {
         Self { view, tags, said: None, longest_call: Duration::ZERO, events: Vec::new() }
     }
 
-    /// Makes a call, and notes how long it takes.
+    /// Makes a call, and notes how long it takes, less what others had the processor.
     pub(crate) fn call<T>(&mut self, call: impl FnOnce(*const BusbarView) -> T) -> T {
-        let start = Instant::now();
+        let (start, waited) = (Instant::now(), waited_for_processor());
         let result = call(self.view);
-        self.longest_call = self.longest_call.max(start.elapsed());
+        let waited = waited_for_processor() - waited;
+        self.longest_call = self.longest_call.max(start.elapsed().saturating_sub(waited));
         result
     }
 
@@ -360,6 +364,21 @@ pub(crate) fn looks_dead(shown: &Shown) -> bool {
     is_grey && jumps >= width / 24
 }
 
+/// The program with more in its environment: a script that becomes it.
+pub(crate) fn program_with(scene: &Scene, environment: &Command) -> CString {
+    let program = built(built_folder().join("busbar"));
+    let mut script = String::from("#!/bin/sh\n");
+    for (name, value) in environment.get_envs() {
+        let value = value.expect("it is set").to_str().expect("it is UTF-8");
+        script += &format!("export {}='{value}'\n", name.to_str().expect("it is UTF-8"));
+    }
+    script += &format!("exec '{}' \"$@\"\n", program.display());
+    let path = scene.path("busbar");
+    std::fs::write(&path, script).expect("the folder can be written");
+    std::fs::set_permissions(&path, Permissions::from_mode(0o700)).expect("it is ours");
+    CString::new(path.into_os_string().into_encoded_bytes()).expect("no zero byte in it")
+}
+
 /// A value that nothing is wrong with.
 fn usual(tag: &Value) -> f64 {
     let bound = |band: &str, end: &str| tag[band][end].as_f64();
@@ -382,6 +401,13 @@ pub(crate) fn save(shown: &Shown, name: &str) {
 pub(crate) fn percentile(durations: &mut [Duration], share: f64) -> Duration {
     durations.sort_unstable();
     durations[((durations.len() - 1) as f64 * share).round() as usize]
+}
+
+/// How long this thread was ready to run and did not.
+fn waited_for_processor() -> Duration {
+    let numbers = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux has it");
+    let nanos = numbers.split(' ').nth(1).expect("the second number");
+    Duration::from_nanos(nanos.parse().expect("it is a number"))
 }
 
 /// Open descriptors of this process, and its memory in RAM, bytes.

@@ -7,7 +7,7 @@ use busbar_protocol::pictures::{self, Area, PictureWriter};
 use egui::{Event, Modifiers, MouseWheelUnit, PointerButton, RawInput, TouchPhase};
 
 use super::{Embedded, Pass};
-use crate::{LoadedScene, Picture, RendererOptions, ViewError, Viewer};
+use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
 /// Live values are drawn this often though nothing is asked.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -42,10 +42,18 @@ impl Embedded {
             let true_at = pictures::now();
             let frame = viewer.frame(input).inspect_err(|error| self.fail(&error.to_string()))?;
             if frame.trouble.is_none() {
-                let picture = viewer.read_picture();
-                let picture = picture.inspect_err(|error| self.fail(&error.to_string()))?;
-                if publish(&mut writer, &mut last, picture, true_at) {
-                    self.report_picture();
+                match viewer.read_picture() {
+                    Ok(picture) => {
+                        if publish(&mut writer, &mut last, picture, true_at) {
+                            self.report_picture();
+                        }
+                    }
+                    // The device was lost in between: the next frame says so.
+                    Err(ViewError::Render(RenderError::NoPicture)) => {}
+                    Err(error) => {
+                        self.fail(&error.to_string());
+                        return Err(error);
+                    }
                 }
             } else if frame.trouble != trouble {
                 self.report_trouble(frame.trouble.as_deref().unwrap_or_default());
@@ -62,7 +70,7 @@ impl Embedded {
 }
 
 fn open(scene: LoadedScene, size: [u32; 2]) -> Result<Viewer, ViewError> {
-    let options = RendererOptions { ..scene.renderer_options() };
+    let options = scene.renderer_options();
     Viewer::offscreen(scene, options, size)
 }
 

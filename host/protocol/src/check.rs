@@ -1,0 +1,94 @@
+//! What the form of a message leaves open: lengths, sizes, numbers that are finite.
+
+use crate::message::{
+    Command, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, Pointing, TagUpdate, TagValue, ToViewer,
+};
+use crate::pictures::{MAX_PICTURE_BYTES, bytes_of};
+
+impl ToViewer {
+    /// Checks what its form leaves open: lengths, sizes, numbers that are finite.
+    ///
+    /// # Errors
+    /// In words, what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Begin(begin) => {
+                text(&begin.config)?;
+                text(&begin.operator)?;
+                size(begin.size)
+            }
+            Self::Do(command) => command.check(),
+        }
+    }
+}
+
+impl Command {
+    /// As [`ToViewer::check`].
+    ///
+    /// # Errors
+    /// In words, what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Resize(wanted) => size(*wanted),
+            Self::UseCamera(name) | Self::Focus(name) | Self::Reload(name) => text(name),
+            Self::SetLayer { layer, .. } => text(layer),
+            Self::Look(pose) => finite(pose.eye.iter().chain(&pose.target)),
+            Self::SetTheta(Some(theta)) if !(0.0..=1.0).contains(theta) => {
+                Err(format!("theta is {theta}; give 0 to 1"))
+            }
+            Self::SetTags(tags) if tags.len() > MAX_TAGS_A_MESSAGE => {
+                Err(format!("{} tags at once; at most {MAX_TAGS_A_MESSAGE}", tags.len()))
+            }
+            Self::SetTags(tags) => tags.iter().try_for_each(TagUpdate::check),
+            Self::ActOnAlarm { alarm, operator, .. } => text(alarm).and_then(|()| text(operator)),
+            Self::MirrorAlarm { state, .. } if *state > 8 => {
+                Err(format!("alarm state {state}; give 0 for A to 8 for I"))
+            }
+            Self::MirrorAlarm { alarm, .. } => text(alarm),
+            Self::Point(Pointing::Moved(at) | Pointing::Button { at, .. }) => finite(at),
+            Self::Point(Pointing::Scrolled(steps)) => finite([steps]),
+            Self::SetVisible(_)
+            | Self::SetTheta(_)
+            | Self::SetTime(_)
+            | Self::Pick(_)
+            | Self::Point(Pointing::Left) => Ok(()),
+        }
+    }
+}
+
+impl TagUpdate {
+    fn check(&self) -> Result<(), String> {
+        match self.value {
+            Some(TagValue::DoublePoint(position)) if position > 3 => {
+                Err(format!("'{}': switch position {position}; give 0 to 3", self.tag))
+            }
+            _ => text(&self.tag),
+        }
+    }
+}
+
+fn text(text: &str) -> Result<(), String> {
+    if text.len() > MAX_TEXT_BYTES {
+        return Err(format!("a text of {} bytes; at most {MAX_TEXT_BYTES}", text.len()));
+    }
+    Ok(())
+}
+
+fn size(size: [u32; 2]) -> Result<(), String> {
+    if bytes_of(size).is_none() {
+        let [width, height] = size;
+        return Err(format!(
+            "a picture of {width} x {height} pixels; each side from 1 to {MAX_SIDE}, and at most \
+             {} pixels in all",
+            MAX_PICTURE_BYTES / 4
+        ));
+    }
+    Ok(())
+}
+
+fn finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Result<(), String> {
+    match numbers.into_iter().find(|number| !number.is_finite()) {
+        Some(number) => Err(format!("a coordinate is {number}")),
+        None => Ok(()),
+    }
+}

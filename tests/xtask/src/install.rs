@@ -1,0 +1,62 @@
+//! `install`: what a program that embeds a viewer is built and run with, below a prefix.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::stage::{build_packages, copy_whole, replace_libraries};
+use crate::workspace::{Profile, Workspace};
+
+/// The viewer's program, and the library of programs that embed it.
+const PROGRAM: &str = "busbar";
+const LIBRARY_PACKAGE: &str = "busbar_embed";
+/// What the library is called.
+const LIBRARY: &str = "busbar";
+/// Where plugins are: a configuration names this folder.
+const PLUGINS: &str = "lib/busbar/plugins";
+
+/// Options of `install`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder that gets bin, include and lib.
+    #[arg(long)]
+    prefix: PathBuf,
+    /// Cargo profile to build with.
+    #[arg(long, value_enum, default_value = "release")]
+    profile: Profile,
+}
+
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    let Arguments { prefix, profile } = arguments;
+    let plugins = workspace.plugins.iter().map(String::as_str);
+    build_packages(workspace, *profile, [PROGRAM, LIBRARY_PACKAGE].into_iter().chain(plugins))?;
+    for (from, to) in files(workspace, *profile) {
+        put(&from, &prefix.join(to))?;
+    }
+    let plugins = workspace.plugins.iter().map(|name| workspace.library(*profile, name));
+    replace_libraries(&prefix.join(PLUGINS), &plugins.collect::<Vec<_>>())?;
+    println!("installed below {}; plugins are in {PLUGINS}", prefix.display());
+    println!("PKG_CONFIG_PATH={}", prefix.join("lib/pkgconfig").display());
+    Ok(())
+}
+
+/// Each file, and where it goes below the prefix.
+fn files(workspace: &Workspace, profile: Profile) -> [(PathBuf, &'static str); 5] {
+    let library = workspace.library(profile, LIBRARY);
+    [
+        (workspace.program(profile, PROGRAM), "bin/busbar"),
+        (workspace.path("host/embed/include/busbar.h"), "include/busbar.h"),
+        (workspace.path("host/embed/busbar.pc"), "lib/pkgconfig/busbar.pc"),
+        (library.with_extension("a"), "lib/libbusbar.a"),
+        (library, "lib/libbusbar.so"),
+    ]
+}
+
+fn put(from: &Path, to: &Path) -> Result<()> {
+    let folder = to.parent().context("a path below the prefix")?;
+    let made = std::fs::create_dir_all(folder).and_then(|()| copy_whole(from, to));
+    made.with_context(|| {
+        let (from, to) = (from.display(), to.display());
+        format!("cannot copy {from} to {to}: was it built, and may you write there?")
+    })
+}
