@@ -11,7 +11,7 @@ const MAX_LOOKS = 12.0;
 const LEAST = 0.07;
 const MOST = 0.85;
 const BEHIND = 0.3;
-const MEANT_LEAST = 0.45;
+const MEANT_LEAST = 0.3;
 const MEANT_MOST = 0.95;
 
 @group(1) @binding(0) var<storage, read> picture: array<u32>;

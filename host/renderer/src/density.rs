@@ -23,9 +23,9 @@ use kit::{Chunk, Kit, OfCounts};
 pub use plane::PlaneInWorld;
 pub(crate) use plane::PlaneKit;
 
-/// Records that are uploaded and counted at once: with 32 values each 32 MiB, and some 10 to
-/// 20 ms of a software rasteriser.
-pub const SLICE_RECORDS: usize = 1 << 18;
+/// Records that are uploaded and counted at once: with 32 values each 8 MiB, and some 25 ms of
+/// a software rasteriser on two busy cores.
+pub const SLICE_RECORDS: usize = 1 << 16;
 /// Records of a mask word.
 const WORD: usize = 32;
 

@@ -17,6 +17,11 @@ const LANE: f32 = 0.09;
 const MIN_TICKED: f32 = 130.0;
 /// Axes shorter than this show no names.
 const MIN_NAMED: f32 = 40.0;
+/// Rows that names of axes are spread over where they stand close, and their height, points.
+const NAME_ROWS: u32 = 3;
+const NAME_HEIGHT: f32 = 17.0;
+/// Between words, points.
+const WORD_GAP: f32 = 2.0;
 /// A drag shorter than this is none, points.
 const MIN_DRAG: f32 = 3.0;
 
@@ -37,10 +42,8 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
             TextKind::Tick | TextKind::Limit => longest >= MIN_TICKED && gap >= MIN_NAMED,
             TextKind::Missing => longest >= MIN_TICKED && gap >= MIN_NAMED,
         };
-        if is_shown && !word(&painter, *at, text, *kind, &mut words) && *kind == TextKind::Axis {
-            // Rather without its unit than without a name.
-            let name = text.split(" [").next().unwrap_or_default();
-            word(&painter, *at, name, *kind, &mut words);
+        if is_shown {
+            place_word(&painter, *at, text, *kind, &mut words);
         }
     }
     for axis in &overlay.axes {
@@ -50,6 +53,20 @@ pub(crate) fn show(ui: &mut Ui, overlay: &ChartOverlay, commands: &mut Vec<Comma
     }
     if !overlay.tooltip.is_empty() {
         tooltip(ui, &overlay.tooltip);
+    }
+}
+
+/// A word where there is room for it. The name of an axis goes without its unit, or higher,
+/// before it goes.
+fn place_word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec<Rect>) {
+    if word(painter, at, text, kind, there) || kind != TextKind::Axis {
+        return;
+    }
+    let name = text.split(" [").next().unwrap_or_default();
+    for row in 0..NAME_ROWS {
+        if word(painter, at - vec2(0.0, row as f32 * NAME_HEIGHT), name, kind, there) {
+            return;
+        }
     }
 }
 
@@ -73,7 +90,7 @@ fn word(painter: &Painter, at: Pos2, text: &str, kind: TextKind, there: &mut Vec
     let font = FontId::proportional(size);
     let galley = painter.layout_no_wrap(text.to_owned(), font, ink);
     let rect = align.anchor_size(at + offset, galley.size());
-    if there.iter().any(|other| other.intersects(rect)) {
+    if there.iter().any(|other| other.intersects(rect.expand2(vec2(WORD_GAP, 0.0)))) {
         return false;
     }
     there.push(rect);

@@ -113,7 +113,9 @@ fn numbers(ui: &mut Ui, table: &Table) {
 
 /// Zones as outlines, the one that is hit filled; the trail with the last place marked.
 fn diagram(ui: &mut Ui, diagram: &Diagram) {
-    ui.label(RichText::new(&diagram.title).size(12.0).strong());
+    let hit = diagram.zones.iter().find(|zone| zone.is_hit);
+    let title = hit.map_or(diagram.title.clone(), |hit| format!("{}: {}", diagram.title, hit.name));
+    ui.label(RichText::new(title).size(12.0).strong());
     let (rect, _) = ui.allocate_exact_size(vec2(DIAGRAM_SIZE, DIAGRAM_SIZE), Sense::hover());
     let Some(place) = fit(diagram, rect) else { return };
     let painter = ui.painter().with_clip_rect(rect);
@@ -143,9 +145,11 @@ fn diagram(ui: &mut Ui, diagram: &Diagram) {
     }
 }
 
-/// The name of the zone that is hit, and of the others as far as there is room.
+/// The name of the zone that is hit, and of the others, as far as there is room: the last
+/// place is not to be hidden.
 fn zone_names(painter: &egui::Painter, diagram: &Diagram, place: &impl Fn([f32; 2]) -> Pos2) {
-    let mut there: Vec<Rect> = Vec::new();
+    let last = diagram.trail.last().map(|at| Rect::from_center_size(place(*at), vec2(12.0, 12.0)));
+    let mut there: Vec<Rect> = last.into_iter().collect();
     let (hit, others): (Vec<_>, Vec<_>) = diagram.zones.iter().partition(|zone| zone.is_hit);
     for zone in hit.into_iter().chain(others) {
         let count = zone.outline.len().max(1) as f32;

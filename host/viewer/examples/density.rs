@@ -1,5 +1,5 @@
-//! How long it takes to brush and count polylines on nine axes: on the device, and by a plain
-//! loop on one core, in the same run, with equal results.
+//! How long it takes to brush, count and draw polylines on nine axes: on the device, and
+//! (without drawing) by a plain loop on one core, in the same run, with equal results.
 //!
 //! `cargo run --release -p busbar_viewer --example density [RECORDS]`
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
@@ -11,13 +11,19 @@ use std::time::Instant;
 use busbar_chart::{
     Axis, Brush, Brushes, Description, Join, Layout, Record, Records, State, bin_pairs, edges_of,
 };
-use busbar_renderer::{BrushedAxis, DensityInput, Renderer, RendererOptions};
+use busbar_renderer::{
+    BrushedAxis, CameraView, DensityInput, Frame, PlaneInWorld, Polylines, Renderer,
+    RendererOptions,
+};
 use fastrand::Rng;
+use glam::Vec3;
 
 const AXES: usize = 9;
 /// Records that are appended at once.
 const PAGE: usize = 1 << 16;
 const ROUNDS: usize = 5;
+/// Of the picture that is drawn, pixels.
+const SIZE: [u32; 2] = [1280, 720];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let count = std::env::args().nth(1).map_or(Ok(1_000_000), |count| count.parse())?;
@@ -38,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let shown: Vec<_> = views.iter().map(|view| (view.axis, edges_of(view))).collect();
     let options = RendererOptions { samples: 1, ..RendererOptions::default() };
-    let mut renderer = Renderer::headless(options, [64, 64])?;
+    let mut renderer = Renderer::headless(options, SIZE)?;
     let mut input = DensityInput {
         revision: 1,
         arrangement: 1,
@@ -63,6 +69,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         counted = Some(renderer.count_records(&input)?);
         device.push(start.elapsed());
     }
+    let mut drawn = Vec::new();
+    for round in 0..ROUNDS {
+        let start = Instant::now();
+        draw(&mut renderer, round as u64)?;
+        drawn.push(start.elapsed());
+    }
     let mut plain = Vec::new();
     let mut twin = None;
     for _ in 0..ROUNDS {
@@ -79,6 +91,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(counted.all == all && counted.meant == of_meant, "counts differ");
     device.sort();
     plain.sort();
+    drawn.sort();
     println!("{count} records on {AXES} axes, {}", renderer.device_name());
     println!(
         "brushed: {}, the same by both, and so are all counts",
@@ -90,10 +103,36 @@ fn main() -> Result<(), Box<dyn Error>> {
         device[ROUNDS / 2].as_secs_f64() * 1e3
     );
     println!(
+        "draw, {} x {} pixels: {:6.1} ms (median of {ROUNDS})",
+        SIZE[0],
+        SIZE[1],
+        drawn[ROUNDS / 2].as_secs_f64() * 1e3
+    );
+    println!(
         "brush and count, one core: {:5.1} ms (median of {ROUNDS})",
         plain[ROUNDS / 2].as_secs_f64() * 1e3
     );
     Ok(())
+}
+
+/// Draws the picture of what was counted last, across the whole view, and waits for it.
+fn draw(renderer: &mut Renderer, revision: u64) -> Result<(), Box<dyn Error>> {
+    let place = |axis: usize| Vec3::new(axis as f32 / (AXES - 1) as f32 * 3.2 - 1.6, -0.9, 0.0);
+    let plane = |pair: usize| PlaneInWorld {
+        from: place(pair),
+        to: place(pair + 1),
+        height: 1.8,
+        color: [72, 76, 82],
+        meant: Some([10, 12, 16]),
+    };
+    let planes: Vec<_> = (0..AXES - 1).map(plane).collect();
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let camera = CameraView::look_at(Vec3::Z * 2.2, Vec3::ZERO, Vec3::Y, 0.9, aspect, 0.1);
+    let polylines = Polylines { revision, faces: &[], planes: &planes, strokes: &[] };
+    let frame =
+        Frame { background: [1.0; 3], polylines: Some(polylines), ..Frame::of(camera, &[]) };
+    renderer.draw(&frame)?;
+    Ok(renderer.finish()?)
 }
 
 fn axis() -> Axis {

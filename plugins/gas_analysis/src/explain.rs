@@ -130,7 +130,7 @@ fn diagrams(last: &Judged, before: &[&Judged]) -> Vec<Diagram> {
         trail
     };
     let triangle = Diagram {
-        title: "Duval triangle 1 (IEC 60599, annex B)".into(),
+        title: "Duval triangle 1".into(),
         zones: zones(triangle_1::outlines(), triangle_1::zone(&last.sample)),
         marks: vec![
             ("CH4".into(), [0.0, -3.0]),

@@ -26,6 +26,8 @@ pub(crate) struct Fleet {
     version: Option<(SystemTime, u64)>,
     loading: Option<Loading>,
     has_begun: bool,
+    /// Why the file could not be read the last time.
+    fault: Option<String>,
     /// Of the file, by transformer.
     laboratory: BTreeMap<String, Vec<Judged>>,
     /// Of the monitors when their samples were listed.
@@ -52,6 +54,7 @@ impl Fleet {
             version: None,
             loading: None,
             has_begun: false,
+            fault: None,
             laboratory: BTreeMap::new(),
             monitored: 0,
             revision: 0,
@@ -72,9 +75,12 @@ impl Fleet {
         let is_other = taken.is_some() || self.monitored != monitors.revision() || is_first;
         if let Some(taken) = taken {
             self.loading = None;
-            match taken {
-                Err(fault) => self.host.log(LogLevel::Error, &fault),
-                Ok(loaded) => self.take(loaded),
+            self.fault = match taken {
+                Err(fault) => Some(fault),
+                Ok(loaded) => self.take(loaded).err(),
+            };
+            if let Some(fault) = &self.fault {
+                self.host.log(LogLevel::Error, fault);
             }
         }
         if is_other {
@@ -100,7 +106,7 @@ impl Fleet {
         }
     }
 
-    fn take(&mut self, loaded: Loaded) {
+    fn take(&mut self, loaded: Loaded) -> Result<(), String> {
         let place = self.settings.fleet.as_ref().map(|fleet| fleet.file.display().to_string());
         let place = place.unwrap_or_default();
         for fault in &loaded.faults {
@@ -110,7 +116,11 @@ impl Fleet {
         if more > 0 {
             self.host.log(LogLevel::Warning, &format!("{place}: {more} more rows are left out"));
         }
+        if loaded.histories.is_empty() && loaded.left_out > 0 {
+            return Err(format!("{place}: none of {} rows is a sample", loaded.left_out));
+        }
         self.laboratory = loaded.histories;
+        Ok(())
     }
 
     fn list(&mut self, monitors: &Monitors) {
@@ -136,6 +146,11 @@ impl Fleet {
             left.iter().for_each(add);
         }
         self.revision += 1;
+    }
+
+    /// Why the file could not be read the last time.
+    pub(crate) fn fault(&self) -> Option<&str> {
+        self.fault.as_deref()
     }
 
     /// What is read now.

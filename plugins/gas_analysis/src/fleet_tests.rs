@@ -37,11 +37,11 @@ fn fault(file: &Path, query: Option<&str>) -> String {
 fn wait_for(plugin: &mut GasAnalysis, count: usize) -> u64 {
     let begun = Instant::now();
     loop {
-        let records = plugin.chart_records().unwrap();
-        if records.records.len() == count {
-            return records.revision;
+        let read = plugin.chart_records().map(|records| (records.records.len(), records.revision));
+        match read {
+            Ok((there, revision)) if there == count => return revision,
+            other => assert!(begun.elapsed() < MAX_WAIT, "{other:?}"),
         }
-        assert!(begun.elapsed() < MAX_WAIT, "{} records", records.records.len());
         std::thread::sleep(Duration::from_millis(20));
     }
 }
@@ -122,14 +122,25 @@ fn a_file_that_goes_bad_leaves_the_samples_as_they_were() {
     let mut plugin = plugin(&file);
     // Of two samples of one instant the first counts.
     let first = wait_for(&mut plugin, 1);
-    std::fs::write(&file, "H2;CH4\n").unwrap();
-    std::thread::sleep(Duration::from_millis(100));
-    for _ in 0..20 {
-        assert_eq!(plugin.chart_records().unwrap().records.len(), 1);
-        std::thread::sleep(Duration::from_millis(5));
+    for (text, why) in [
+        ("H2,CH4\n".to_owned(), "the header lacks"),
+        (format!("{header}=T1,2026-01-31,much,2,3,4,5,6,7\n"), "none of 1 rows is a sample"),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        let begun = Instant::now();
+        let fault = loop {
+            match plugin.chart_records() {
+                Err(fault) if fault.to_string().contains(why) => break fault.to_string(),
+                _ => assert!(begun.elapsed() < MAX_WAIT, "{why}"),
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        assert!(fault.contains("samples.csv"), "{fault}");
     }
     let told = plugin.explain("=T1", i64::MAX).unwrap();
     assert!(told.verdict.contains("Status 3"), "{}", told.verdict);
     assert!(plugin.explain("=T1", 0).is_err(), "nothing was known then");
-    assert!(plugin.chart_records().unwrap().revision >= first);
+    // And it is well again once the file is.
+    std::fs::write(&file, format!("{header}{rows}=T1,2026-02-28,1,2,3,4,5,6,7\n")).unwrap();
+    assert!(wait_for(&mut plugin, 2) > first);
 }

@@ -151,6 +151,11 @@ impl Chart for GasAnalysis {
     fn chart_records(&mut self) -> Result<ChartRecords<'_>, Error> {
         self.monitors.note_silence(Instant::now());
         self.fleet.refresh(&self.monitors);
+        // The host keeps what it has, and says why that may be old. Monitors go on.
+        let is_lone = self.monitors.equipment().next().is_none();
+        if let Some(fault) = self.fleet.fault().filter(|_| is_lone) {
+            return Err(Error::failed(fault.to_owned()));
+        }
         Ok(self.fleet.records())
     }
 

@@ -3,12 +3,13 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
-use busbar_viewer::charts::{Action, Brush, Layout};
+use busbar_viewer::charts::{Action, AxisView, Brush, Layout, MAX_STROKED_RECORDS};
 use busbar_viewer::{ChartStats, LoadedScene, RendererOptions, Stats, Viewer};
 use dga::{Concentration, Gas, Sample, Zone, triangle_1};
 use e2e::Scene;
-use fleet::{Fault, Row, TRANSFORMERS, equipment, histories, one_by_one, place};
+use fleet::{Fault, Row, TRANSFORMERS, equipment, histories, monitored, one_by_one, place};
 use serde_json::json;
 use time::{Date, Month};
 
@@ -16,6 +17,8 @@ const SIZE: [u32; 2] = [480, 270];
 /// Seeded samples, each with a fault.
 const FAULTS: usize = 117;
 const H2_AXIS: usize = 0;
+/// Until many samples are read and judged, on a busy machine.
+const MAX_READING: Duration = Duration::from_secs(90);
 /// Above table 2 of IEEE C57.104-2019, ppm.
 const MUCH_H2: f32 = 200.0;
 
@@ -118,6 +121,62 @@ fn a_brush_means_the_transformers_that_a_plain_filter_means() {
         view.act(Action::SetLayout(layout));
         assert!(view.stats().validation_messages.is_empty(), "{layout:?}");
     }
+}
+
+/// What the file says of H2 and CH4, ppm.
+fn two_gases(row: &Row) -> [f32; 2] {
+    [0, 1].map(|gas| {
+        let ppm = row.ppm[gas].expect("it was measured");
+        format!("{ppm:.1}").parse().expect("a number")
+    })
+}
+
+#[test]
+fn a_dense_chart_counts_on_the_device_what_a_plain_filter_counts() {
+    let rows = monitored(5, 2500, day());
+    let mut view = View::open(&scene(&rows, false).write());
+    let begun = Instant::now();
+    while view.chart().records == 0 {
+        assert!(begun.elapsed() < MAX_READING, "{:?}", view.chart().fault);
+        view.frame();
+    }
+    assert!(rows.len() > MAX_STROKED_RECORDS && view.chart().records == rows.len());
+    let unbrushed = view.viewer.read_picture().expect("a picture");
+    let brush =
+        Brush::Ranges { axis: H2_AXIS, ranges: vec![[MUCH_H2, f32::MAX]], with_missing: false };
+    view.act(Action::AddBrush { brush, alone: true });
+    let is_much = |row: &&Row| two_gases(row)[0] >= MUCH_H2;
+    let much = rows.iter().filter(is_much).count();
+    assert!((100..rows.len() / 2).contains(&much), "{much}");
+    assert_eq!((view.chart().meant, view.chart().is_counting), (much, false));
+    let plain: BTreeSet<String> = (0..TRANSFORMERS)
+        .filter(|&transformer| is_much(&last_of(&rows, transformer)))
+        .map(equipment)
+        .collect();
+    assert_eq!(view.chart().brushed.iter().cloned().collect::<BTreeSet<_>>(), plain);
+    assert_ne!(view.viewer.read_picture().expect("a picture"), unbrushed);
+    // And by the angle of lines, at an instant before the last samples.
+    view.act(Action::AddBrush {
+        brush: Brush::Rise { axes: [0, 1], range: [-0.15, 1.0] },
+        alone: true,
+    });
+    let instant = rows[2300].day;
+    view.act(Action::SetPlayhead(Some(nanos(instant))));
+    let scale =
+        AxisView { axis: 0, is_hidden: false, is_flipped: false, log: true, low: 0.1, high: 1e5 };
+    let rises = |row: &&Row| {
+        let [h2, ch4] = two_gases(row).map(|ppm| scale.position(ppm).expect("a place"));
+        (-0.15..=1.0).contains(&(ch4 - h2))
+    };
+    let known = |row: &&Row| row.day < instant || (row.day == instant && row.second == 0);
+    let both = rows.iter().filter(known).filter(is_much).filter(rises).count();
+    assert!(both > 0 && both < much, "{both} of {much}");
+    assert_eq!(view.chart().meant, both);
+    for layout in [Layout::Focus, Layout::Time] {
+        view.act(Action::SetLayout(layout));
+        assert_eq!(view.chart().meant, both, "{layout:?}");
+    }
+    assert_eq!(view.stats().validation_messages, [""; 0]);
 }
 
 #[test]

@@ -48,6 +48,8 @@ pub fn configuration(station: &Station, follow: bool) -> Value {
         json!({ "eye": [0, 27, 118], "target": [0, 13, 54], "fov_degrees": 44 });
     config["cameras"]["chart_aslant"] =
         json!({ "eye": [52, 34, 128], "target": [2, 15, 62], "fov_degrees": 44 });
+    config["cameras"]["chart_above"] =
+        json!({ "eye": [0, 62, 116], "target": [0, 19, 63], "fov_degrees": 40 });
     config["view"]["camera"] = json!("chart");
     config
 }

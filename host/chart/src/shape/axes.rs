@@ -18,8 +18,10 @@ const BAND_BEHIND: f32 = 0.02;
 pub(super) fn add(board: &Board, shape: &mut Shape) {
     let views = board.shown_axes();
     let feet = board.layout.feet(views.len(), board.size);
-    if board.layout == Layout::Flat {
-        add_board(board.size, shape);
+    match board.layout {
+        Layout::Flat => add_board(board.size, shape),
+        Layout::Focus => add_floor(&feet, board.size, shape),
+        Layout::Time => {}
     }
     for (view, [x, z]) in views.iter().zip(feet) {
         let height = board.size.height;
@@ -41,6 +43,19 @@ fn add_board(Size { width, height, .. }: Size, shape: &mut Shape) {
     let z = -BOARD_BEHIND;
     let corners = [[left, below, z], [right, below, z], [right, above, z], [left, above, z]];
     shape.faces.push(Face { corners, color: PAPER, cover: 0.94 });
+}
+
+/// Paper under axes that stand around one: seen from above, lines are read against it.
+fn add_floor(feet: &[[f32; 2]], Size { height, .. }: Size, shape: &mut Shape) {
+    let end = |i: usize, of: fn(f32, f32) -> f32| feet.iter().map(|foot| foot[i]).reduce(of);
+    let ends = [0, 1].map(|i| end(i, f32::min).zip(end(i, f32::max)));
+    let [Some((left, right)), Some((back, front))] = ends else { return };
+    let margin = height * 0.2;
+    let y = height * MISSING_LANE - margin * 0.2;
+    let [left, right] = [left - margin, right + margin];
+    let [back, front] = [back - margin, front + margin];
+    let corners = [[left, y, front], [right, y, front], [right, y, back], [left, y, back]];
+    shape.faces.push(Face { corners, color: PAPER, cover: 0.9 });
 }
 
 fn add_axis(
@@ -139,8 +154,10 @@ fn add_times(board: &Board, shape: &mut Shape) {
     for side in 0..4 {
         shape.strokes.push(plain(corners[side], corners[(side + 1) % 4], 1.4, INK, 0.9));
     }
-    let (at, kind) = ([width * 1.02, height, z], TextKind::Time);
-    shape.texts.push(Text { at, text: date(playhead), kind });
+    if board.playhead.is_some() {
+        let (at, kind) = ([width * 1.02, height, z], TextKind::Time);
+        shape.texts.push(Text { at, text: date(playhead), kind });
+    }
 }
 
 /// Where a time is in the depth.

@@ -16,7 +16,7 @@ use image::{ExtendedColorType, ImageEncoder};
 /// Pixels: half a megabyte at most.
 const SIZE: [u32; 2] = [960, 540];
 /// Of pictures with panels.
-const PANELS_SIZE: [u32; 2] = [1280, 720];
+const PANELS_SIZE: [u32; 2] = [1600, 900];
 /// Until a million samples are read, judged and counted.
 const MAX_WAIT: Duration = Duration::from_secs(300);
 /// Places of axes among all.
@@ -47,9 +47,10 @@ fn main() -> Result<()> {
     view.act(brush(C2H2, 2.0))?;
     save(&mut view, "chart_brushed")?;
     view.act(Action::ClearBrushes)?;
-    view.viewer.use_camera("chart_aslant")?;
+    view.viewer.use_camera("chart_above")?;
     view.act(Action::SetLayout(Layout::Focus))?;
     save(&mut view, "chart_focus")?;
+    view.viewer.use_camera("chart_aslant")?;
     view.act(Action::SetLayout(Layout::Time))?;
     view.viewer.select_equipment(EXPLAINED);
     view.frames(2)?;
@@ -62,8 +63,9 @@ fn main() -> Result<()> {
     save(&mut view, "chart_verdict")?;
 
     let mut view = View::open(&dense, SIZE)?;
+    save(&mut view, "chart_density")?;
     view.act(brush(H2, 200.0))?;
-    save(&mut view, "chart_density")
+    save(&mut view, "chart_density_brushed")
 }
 
 struct View {
