@@ -63,8 +63,8 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills"])]
     stale_pictures: bool,
     /// Kill, abort and stop the viewer of a program that embeds it, and take its graphics
-    /// device, 200 times each, and nothing else (some 30 minutes); without it that comes last, unless fuzz targets are
-    /// named.
+    /// device, 200 times each, and nothing else (some 30 minutes); without it that comes
+    /// last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures"])]
     view_faults: bool,
 }
