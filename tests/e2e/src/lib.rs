@@ -15,6 +15,7 @@ pub mod relay;
 pub mod scene;
 pub mod stats;
 pub mod trouble;
+pub mod window;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

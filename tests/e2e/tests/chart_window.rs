@@ -6,10 +6,11 @@ use std::path::Path;
 
 use busbar_viewer::{ChartAxisStats, LoadedScene, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
-use e2e::{Process, Scene, built, busbar, finish, picture, workspace_path};
+use e2e::window::Window;
+use e2e::{Scene, built, busbar, finish, picture, workspace_path};
 use fleet::{Row, TRANSFORMERS, equipment, histories};
 use image::RgbImage;
-use serde_json::{Value, json};
+use serde_json::json;
 use time::OffsetDateTime;
 
 const SIZE: [u32; 2] = [1280, 720];
@@ -89,42 +90,12 @@ impl Places {
     }
 }
 
-/// A window on a display of its own.
-struct Window {
-    process: Process,
-    display: Display,
-    scene: Scene,
-}
-
-impl Window {
-    fn open(scene: Scene, display: Display) -> Self {
-        let mut command = busbar();
-        command.arg("view").arg(scene.path("scene.json")).args(["--validation", "--seconds", "30"]);
-        command.arg("--stats").arg(scene.path("stats.json"));
-        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
-        command.env_remove("WAYLAND_SOCKET").env("WINIT_X11_SCALE_FACTOR", "1");
-        let process = Process::start(&mut command);
-        process.wait_for_line(|line| (line == "ready").then_some(()));
-        let window = display.xdotool("search --name Busbar").stdout;
-        display.xdotool(&format!("windowfocus --sync {}", window.trim()));
-        // The samples are read beside the first frames.
-        display.xdotool("sleep 4");
-        Self { process, display, scene }
-    }
-
-    fn shoot(&self, name: &str) -> RgbImage {
-        // Frames are slow on a software rasteriser under validation.
-        self.display.xdotool("sleep 3");
-        let stats = self.scene.path("stats.json");
-        self.display.screenshot(stats.parent().expect("a folder"), name)
-    }
-
-    fn close(self) -> Value {
-        self.process.finish().expect_code(0);
-        let stats = e2e::Stats::read(&self.scene.path("stats.json")).0;
-        assert_eq!(stats["validation_messages"], json!([]));
-        stats
-    }
+/// A window in which the samples were read.
+fn open(scene: Scene, display: Display) -> Window {
+    let window = Window::open(scene, display, 30);
+    // They are read beside the first frames.
+    window.display.xdotool("sleep 4");
+    window
 }
 
 fn rows() -> Vec<Row> {
@@ -161,7 +132,7 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     let rows = rows();
     let scene = scene(&rows);
     let places = Places::of(&scene.write());
-    let window = Window::open(scene, display);
+    let window = open(scene, display);
     let calm = window.shoot("chart_calm");
     // From the value to the axis' upper end, and beyond it.
     let [x, head] = places.on_axis("H2", 1e5);
@@ -171,7 +142,7 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     window.display.drag(LEFT_BUTTON, from, [x, head]);
     window.display.xdotool("sleep 1 mousemove 640 700");
     let brushed = window.shoot("chart_brushed");
-    let stats = window.close();
+    let stats = window.close().0;
     let plain = with_much_h2(&rows);
     assert!((2..TRANSFORMERS - 1).contains(&plain.len()), "{plain:?}");
     let told: BTreeSet<String> =
@@ -200,7 +171,7 @@ fn a_click_on_a_transformer_marks_its_line() {
     let Some(display) = Display::start(SIZE) else { return };
     let scene = scene(&rows());
     let places = Places::of(&scene.write());
-    let window = Window::open(scene, display);
+    let window = open(scene, display);
     let calm = window.shoot("chart_unpicked");
     // A normal one, whose line has the colour of the selection alone.
     let id = equipment(6);
@@ -215,7 +186,7 @@ fn a_click_on_a_transformer_marks_its_line() {
         let near = |(a, b): (&u8, &u8)| a.abs_diff(*b) < 40;
         picture.pixels().filter(|pixel| pixel.0.iter().zip(&SELECTION).all(near)).count()
     };
-    let stats = window.close();
+    let stats = window.close().0;
     assert!(stats["selected"][0].as_str().is_some_and(|picked| picked.starts_with(&id)), "{stats}");
     assert_eq!(stats["chart"]["explained"], json!(id));
     let [before, after] = [&calm, &picked].map(blue);

@@ -6,10 +6,10 @@ use std::time::Duration;
 use busbar_viewer::{FaceplateStats, LoadedScene, RendererOptions, Stats, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
 use e2e::peer::{Peer, calm_values};
-use e2e::picture;
-use e2e::{Process, Scene, busbar, wait_for};
+use e2e::window::Window;
+use e2e::{Scene, picture, wait_for};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
-use serde_json::{Value, json};
+use serde_json::json;
 
 const SIZE: [u32; 2] = [1280, 720];
 /// Until values, an answer or a picture are there.
@@ -191,45 +191,11 @@ fn brightness(picture: &image::RgbImage) -> f64 {
     bytes.iter().map(|byte| f64::from(*byte)).sum::<f64>() / bytes.len() as f64
 }
 
-/// A window of the scene, and hands in it.
-struct Window {
-    process: Process,
-    display: Display,
-    scene: Scene,
-    _peer: Peer,
-}
-
-impl Window {
-    /// None where there is no server or display to be had.
-    fn open(seconds: &str) -> Option<Self> {
-        let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
-        let scene = scene(peer.port);
-        let mut command = busbar();
-        command.arg("view").arg(scene.write()).args(["--validation", "--seconds", seconds]);
-        command.arg("--stats").arg(scene.path("stats.json"));
-        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
-        command.env_remove("WAYLAND_SOCKET").env("WINIT_X11_SCALE_FACTOR", "1");
-        let process = Process::start(&mut command);
-        process.wait_for_line(|line| (line == "ready").then_some(()));
-        let window = display.xdotool("search --name Busbar").stdout;
-        display.xdotool(&format!("windowfocus --sync {}", window.trim()));
-        Some(Self { process, display, scene, _peer: peer })
-    }
-
-    fn shoot(&self, name: &str) -> image::RgbImage {
-        // Frames are slow on a software rasteriser under validation.
-        self.display.xdotool("sleep 3");
-        let stats = self.scene.path("stats.json");
-        self.display.screenshot(stats.parent().expect("a folder"), name)
-    }
-
-    /// Waits for its end; what it said of itself then.
-    fn close(self) -> Value {
-        self.process.finish().expect_code(0);
-        let stats = e2e::Stats::read(&self.scene.path("stats.json")).0;
-        assert_eq!(stats["validation_messages"], json!([]));
-        stats
-    }
+/// A window of the scene, and what its values come from; none where there is no server or
+/// display to be had.
+fn open(seconds: u32) -> Option<(Window, Peer)> {
+    let (peer, display) = (Peer::start(&calm_values())?, Display::start(SIZE)?);
+    Some((Window::open(scene(peer.port), display, seconds), peer))
 }
 
 /// Every step shows.
@@ -241,18 +207,18 @@ fn assert_steps(shots: &[&image::RgbImage]) {
 
 #[test]
 fn a_click_on_a_breaker_opens_its_faceplate() {
-    let Some(window) = Window::open("15") else { return };
+    let Some((window, _peer)) = open(15) else { return };
     let calm = window.shoot("panels_calm");
     window.display.click_button(LEFT_BUTTON, PICKED);
     assert_steps(&[&calm, &window.shoot("panels_picked")]);
-    let stats = window.close();
+    let stats = window.close().0;
     assert_eq!(stats["faceplate"]["id"], POLE);
     assert_eq!(stats["faceplate"]["name"], "Line 1 breaker, pole 2");
 }
 
 #[test]
 fn hands_in_a_window_search_and_darken() {
-    let Some(window) = Window::open("30") else { return };
+    let Some((window, _peer)) = open(30) else { return };
     let calm = window.shoot("panels_before");
     window.display.xdotool("key ctrl+f");
     window.display.xdotool("type --delay 60 transf");
@@ -264,7 +230,7 @@ fn hands_in_a_window_search_and_darken() {
     assert_steps(&[&calm, &searched, &found, &dark]);
     let [light, dark] = [&found, &dark].map(brightness);
     assert!(dark < 0.5 * light, "{dark:.0} is not dark beside {light:.0}");
-    let stats = window.close();
+    let stats = window.close().0;
     assert_eq!(stats["faceplate"]["id"], TRANSFORMER, "found by its name");
     assert_eq!(stats["dark"], true);
 }

@@ -8,7 +8,8 @@ use std::time::{Duration, SystemTime};
 use busbar_viewer::{LoadedScene, PluginStats, RecordStats, RendererOptions, Viewer};
 use e2e::display::{Display, LEFT_BUTTON};
 use e2e::peer::{Peer, calm_values};
-use e2e::{Process, Scene, busbar, picture, wait_for};
+use e2e::window::Window;
+use e2e::{Scene, picture, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 use substation::{AssetRow, StationRecords, WorkRow};
@@ -203,27 +204,16 @@ fn a_click_on_a_breaker_shows_its_work_in_a_window() {
     let (Some(peer), Some(display)) = (Peer::start(&calm_values()), Display::start(SIZE)) else {
         return;
     };
-    let scene = scene(peer.port);
-    let stats = scene.path("stats.json");
-    let mut command = busbar();
-    command.arg("view").arg(scene.write()).args(["--validation", "--seconds", "24"]);
-    command.arg("--stats").arg(&stats).env("WINIT_X11_SCALE_FACTOR", "1");
-    command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
-    let process = Process::start(command.env_remove("WAYLAND_SOCKET"));
-    process.wait_for_line(|line| (line == "ready").then_some(()));
-    let shoot = |name: &str| {
-        // Frames are slow on a software rasteriser under validation.
-        display.xdotool("sleep 4");
-        display.screenshot(stats.parent().expect("a folder"), name)
+    let window = Window::open(scene(peer.port), display, 24);
+    let click = |button, name: &str| {
+        window.display.click_button(LEFT_BUTTON, button);
+        window.display.xdotool("sleep 1");
+        window.shoot(name)
     };
-    display.click_button(LEFT_BUTTON, PICKED);
-    let picked = shoot("records_picked");
-    display.click_button(LEFT_BUTTON, WORK_BUTTON);
-    let work = shoot("records_work");
+    let picked = click(PICKED, "records_picked");
+    let work = click(WORK_BUTTON, "records_work");
     assert!(picture::difference(&picked, &work).is_some(), "its work comes into view");
-    process.finish().expect_code(0);
-    let stats = e2e::Stats::read(&stats).0;
-    assert_eq!(stats["validation_messages"], json!([]));
+    let stats = window.close().0;
     let lists = &stats["faceplate"]["records"];
     assert_eq!(stats["faceplate"]["id"], POLE);
     assert_eq!([&lists[0]["title"], &lists[1]["title"]], ["Work", "Asset register"]);
