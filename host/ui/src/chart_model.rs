@@ -42,8 +42,6 @@ pub struct ChartModel {
     pub follows: bool,
     /// Whether it shows how the records of each state spread.
     pub shows_clusters: bool,
-    /// What is said of the equipment that is selected.
-    pub explained: Option<ExplainedEquipment>,
 }
 
 /// Records that are too many to be lines: how many there are is shown instead.
@@ -73,7 +71,9 @@ pub struct ChartAxisRow {
 /// What a chart says of a piece of equipment.
 #[derive(Clone, Debug, Default)]
 pub struct ExplainedEquipment {
-    /// Equipment id.
+    /// What the chart is called.
+    pub chart: String,
+    /// Equipment id: that of the faceplate, or what that is part of.
     pub id: String,
     /// The state of its last record.
     pub state: Option<LegendRow>,

@@ -1,4 +1,4 @@
-//! One piece of equipment: alarms, states, live values, trends.
+//! One piece of equipment: alarms, verdict, states, live values, trends.
 
 use egui::{
     Align, Button, Key, Label, Layout, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2,
@@ -9,7 +9,8 @@ use crate::faceplate_records::{self, Part};
 use crate::tag_panel::quality_text;
 use crate::view_model::age_text;
 use crate::{
-    AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, Mark, hatch, layers, theme, trend,
+    AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, Mark, faceplate_verdict, hatch,
+    layers, theme, trend,
 };
 
 /// Height of a row, points.
@@ -52,6 +53,9 @@ impl FaceplatePanel {
                 ui.scroll_to_cursor(Some(Align::TOP));
             }
             alarms(ui, faceplate, flashes, into);
+            if let Some(verdict) = &faceplate.verdict {
+                faceplate_verdict::show(ui, &faceplate.id, verdict);
+            }
             states(ui, &faceplate.states);
             values(ui, faceplate, into);
             trends(ui, faceplate, into);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::{AlarmRow, LegendRow, Mark, RecordSection, TagRow};
+use crate::{AlarmRow, ExplainedEquipment, LegendRow, Mark, RecordSection, TagRow};
 
 /// A piece of equipment: what it is called, how it is, what is known of it.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +20,8 @@ pub struct Faceplate {
     pub alarms: Vec<AlarmRow>,
     /// Its alarms that are normal.
     pub calm_alarms: usize,
+    /// What the chart in the scene says of it.
+    pub verdict: Option<ExplainedEquipment>,
     /// What overlays show it in.
     pub states: Vec<FaceplateState>,
     /// Its live values.

@@ -12,7 +12,6 @@ mod alarm_panel;
 mod beacons;
 mod camera_panel;
 mod chart_axes;
-mod chart_faceplate;
 mod chart_model;
 mod chart_panel;
 mod command;
@@ -21,6 +20,7 @@ mod equipment_panel;
 mod faceplate;
 mod faceplate_model;
 mod faceplate_records;
+mod faceplate_verdict;
 mod flags;
 #[cfg(test)]
 mod greyscale_tests;
@@ -262,9 +262,6 @@ impl Panels {
             }
             if let Some(chart) = model.chart.as_ref().filter(|_| shown) {
                 chart_panel::show(ui.ctx(), viewport, chart, &mut commands);
-                if let Some(explained) = &chart.explained {
-                    chart_faceplate::window(ui.ctx(), viewport, explained);
-                }
                 commands.extend(chart_panel::take_reveal(ui.ctx()).map(Command::Reveal));
             }
             help::show(ui.ctx(), &mut helps);

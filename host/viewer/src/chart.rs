@@ -142,7 +142,7 @@ impl ShownChart {
     pub(crate) fn follow_selection(&mut self, graph: &SceneGraph, nodes: &BTreeSet<NodeIndex>) {
         let equipment: BTreeSet<usize> =
             nodes.iter().filter_map(|node| self.equipment_at(graph, *node)).collect();
-        let only = equipment.first().copied().filter(|_| equipment.len() == 1);
+        let only = equipment.first().copied().filter(|_| nodes.len() == 1);
         self.board.select(equipment);
         let known = only.and_then(|one| *self.known.get(one)?);
         let Some(Selected { equipment, record, .. }) = known else {
@@ -306,6 +306,11 @@ impl ShownChart {
     /// What is said of it in panels.
     pub(crate) fn model(&self) -> busbar_ui::ChartModel {
         words::model(self)
+    }
+
+    /// What is said of the equipment that is selected.
+    pub(crate) fn verdict(&self) -> Option<busbar_ui::ExplainedEquipment> {
+        words::explained(self)
     }
 
     /// What is said of it in statistics.

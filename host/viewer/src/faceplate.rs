@@ -13,6 +13,7 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::alarms;
+use crate::chart::ShownChart;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
 use crate::load::LoadedScene;
@@ -95,6 +96,7 @@ pub(crate) struct Sources<'a> {
     pub(crate) alarms: alarms::Rows<'a>,
     pub(crate) overlays: &'a [ShownOverlay],
     pub(crate) states: &'a [ShownState],
+    pub(crate) chart: Option<&'a ShownChart>,
     pub(crate) history: &'a History,
     pub(crate) span: Duration,
     pub(crate) now: Moment,
@@ -179,6 +181,7 @@ impl OpenFaceplate {
             aliases: self.aliases.clone(),
             alarms,
             calm_alarms,
+            verdict: sources.chart.and_then(ShownChart::verdict),
             states: self.states(sources),
             values: self.values.iter().map(|value| self.value(value, sources)).collect(),
             more_values: self.more_values,

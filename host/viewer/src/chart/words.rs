@@ -67,6 +67,13 @@ fn tooltip(chart: &ShownChart, record: usize) -> Vec<String> {
     lines
 }
 
+fn name(chart: &ShownChart) -> String {
+    match chart.board.description().name.as_str() {
+        "" => "Chart".to_owned(),
+        name => name.to_owned(),
+    }
+}
+
 pub(super) fn model(chart: &ShownChart) -> ChartModel {
     let board = &chart.board;
     let description = board.description();
@@ -78,10 +85,7 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
         log: view.log,
     };
     ChartModel {
-        name: match description.name.as_str() {
-            "" => "Chart".to_owned(),
-            name => name.to_owned(),
-        },
+        name: name(chart),
         fault: chart.reader.fault(),
         layout: board.layout(),
         axes: board.order().iter().map(axis).collect(),
@@ -101,7 +105,6 @@ pub(super) fn model(chart: &ShownChart) -> ChartModel {
         plays: board.plays(),
         follows: chart.follows,
         shows_clusters: board.shows_clusters(),
-        explained: explained(chart),
     }
 }
 
@@ -162,12 +165,14 @@ fn brushed_ids(chart: &ShownChart) -> Vec<String> {
     chart.brushed_known().map(|one| ids[one.equipment].clone()).collect()
 }
 
-fn explained(chart: &ShownChart) -> Option<ExplainedEquipment> {
+/// What is said of the equipment that is selected.
+pub(super) fn explained(chart: &ShownChart) -> Option<ExplainedEquipment> {
     let (at, explanation) = chart.explained.as_ref()?;
     let known = (*chart.known.get(*at)?)?;
     let description = chart.board.description();
     let days = known.age_nanos / NANOS_PER_DAY;
     Some(ExplainedEquipment {
+        chart: name(chart),
         id: description.equipment[*at].clone(),
         state: description.legend.get(explanation.state as usize).map(legend_row),
         taken: format!("record of {}, {days} days old", date(explanation.unix_nanos)),

@@ -134,6 +134,7 @@ impl Viewer {
             alarms: alarms::Rows { alarming: self.alarms.as_ref(), scene, snapshot },
             overlays: &self.overlays,
             states,
+            chart: self.chart.as_ref(),
             history: &self.history,
             span: self.trend_span,
             now: Moment::now(),

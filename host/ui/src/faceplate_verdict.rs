@@ -1,42 +1,27 @@
-//! What a chart says of a piece of equipment: verdict, evidence, numbers against limits,
-//! and where it is in diagrams.
+//! What a chart says of a piece of equipment, as a part of its faceplate: verdict, evidence,
+//! numbers against limits, and where it is in diagrams.
 
 use busbar_chart::{Diagram, Evidence, Severity, Table};
 use egui::{
-    Align2, Color32, Context, FontId, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui,
-    Window, pos2, vec2,
+    Align2, Color32, FontId, Grid, Label, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2,
 };
 
 use crate::chart_model::ExplainedEquipment;
+use crate::faceplate::section;
 use crate::{Mark, hatch, layers, theme};
 
-/// Points.
-const WIDTH: f32 = 520.0;
-/// Three of them side by side.
-const DIAGRAM_SIZE: f32 = 166.0;
-const MARGIN: f32 = 8.0;
-/// Of the scene's height: what is said of lines must not hide them.
-const HEIGHT_SHARE: f32 = 0.44;
+/// Points: names of zones have room in it, and two of them in a faceplate.
+const DIAGRAM_SIZE: f32 = 138.0;
+/// Between diagrams, points.
+const GAP: f32 = 8.0;
+/// Points that a reason stands in from the method it is of.
+const INDENT: f32 = 16.0;
 
-/// Shows it in a window of its own.
-pub(crate) fn window(context: &Context, scene: Rect, explained: &ExplainedEquipment) {
-    let window = Window::new(format!("{}: verdict", explained.id)).id("chart verdict".into());
-    let window = window.pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
-    let window = window.default_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN));
-    let height = scene.height() * HEIGHT_SHARE;
-    let window = window.default_size([WIDTH, height]);
-    window.resizable(false).show(context, |ui| {
-        let area = ScrollArea::vertical().max_height(height);
-        area.min_scrolled_height(height).show(ui, |ui| {
-            ui.set_width(WIDTH);
-            section(ui, explained);
-        });
-    });
-}
-
-/// Draws it as a part of whatever faceplate.
-pub(crate) fn section(ui: &mut Ui, explained: &ExplainedEquipment) {
+/// Shows it; what is said of a part's owner names that.
+pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &ExplainedEquipment) {
     let explanation = &explained.explanation;
+    let of = if explained.id == faceplate { "" } else { explained.id.as_str() };
+    section(ui, format!("{} {of}", explained.chart).trim());
     if let Some(state) = &explained.state {
         layers::entry(ui, state);
     }
@@ -45,14 +30,9 @@ pub(crate) fn section(ui: &mut Ui, explained: &ExplainedEquipment) {
         hatch::ground(ui.painter(), taken.rect, &Mark::Uncertain { reason: String::new() });
         ui.label(RichText::new("× too old to speak for the equipment").strong());
     }
-    ui.label(RichText::new(&explanation.verdict).size(14.0));
+    ui.add(Label::new(RichText::new(&explanation.verdict).size(14.0)).wrap());
     ui.add_space(4.0);
-    ui.horizontal(|ui| {
-        for shown in &explanation.diagrams {
-            ui.vertical(|ui| diagram(ui, shown));
-        }
-    });
-    ui.add_space(4.0);
+    diagrams(ui, &explanation.diagrams);
     evidence(ui, &explanation.evidence);
     for table in &explanation.tables {
         ui.add_space(4.0);
@@ -60,55 +40,74 @@ pub(crate) fn section(ui: &mut Ui, explained: &ExplainedEquipment) {
     }
 }
 
+/// As many beside each other as there is room for.
+fn diagrams(ui: &mut Ui, diagrams: &[Diagram]) {
+    let fitting = ((ui.available_width() + GAP) / (DIAGRAM_SIZE + GAP)) as usize;
+    for row in diagrams.chunks(fitting.max(1)) {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = GAP;
+            for shown in row {
+                ui.vertical(|ui| diagram(ui, shown));
+            }
+        });
+        ui.add_space(4.0);
+    }
+}
+
+/// A method with its result, its reason below: that is too long to stand beside it.
 fn evidence(ui: &mut Ui, list: &[Evidence]) {
-    Grid::new("evidence").num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
-        for one in list {
-            let (sign, hint) = match one.agrees {
-                Some(true) => ("=", "agrees with the verdict"),
-                Some(false) => ("≠", "does not agree with the verdict"),
-                None => ("–", "says nothing here"),
+    for one in list {
+        let (sign, hint) = match one.agrees {
+            Some(true) => ("=", "agrees with the verdict"),
+            Some(false) => ("≠", "does not agree with the verdict"),
+            None => ("–", "says nothing here"),
+        };
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 6.0;
+            ui.add_sized([10.0, 0.0], Label::new(RichText::new(sign).strong())).on_hover_text(hint);
+            ui.label(format!("{}:", one.method));
+            ui.add(Label::new(RichText::new(&one.result).strong()).truncate());
+        });
+        ui.horizontal(|ui| {
+            ui.add_space(INDENT);
+            let reason = RichText::new(&one.reason).color(theme::of(ui.ctx()).faint_ink).size(12.0);
+            ui.add(Label::new(reason).wrap());
+        });
+    }
+}
+
+/// Rows with their signs; heads in two lines, so that a faceplate is wide enough.
+fn numbers(ui: &mut Ui, table: &Table) {
+    ui.label(RichText::new(&table.title).strong());
+    let grid = Grid::new(&table.title).num_columns(table.columns.len() + 1);
+    grid.spacing([10.0, 1.0]).show(ui, |ui| {
+        ui.label("");
+        for head in &table.columns {
+            let head = head.replacen(" (", "\n(", 1);
+            ui.label(RichText::new(head).color(theme::of(ui.ctx()).faint_ink).size(12.0));
+        }
+        ui.end_row();
+        for row in &table.rows {
+            let (sign, ground) = match row.severity {
+                Severity::Normal => ("", Color32::TRANSPARENT),
+                Severity::Warning => ("!", theme::WARNING),
+                Severity::Alarm => ("!!", theme::ALARM),
             };
-            ui.label(RichText::new(sign).strong()).on_hover_text(hint);
-            ui.label(&one.method);
-            ui.label(RichText::new(&one.result).strong());
-            ui.label(RichText::new(&one.reason).color(theme::of(ui.ctx()).faint_ink).size(12.0));
+            let ink = match row.severity {
+                Severity::Normal => theme::of(ui.ctx()).ink,
+                Severity::Warning => theme::INK,
+                Severity::Alarm => Color32::WHITE,
+            };
+            let sign = RichText::new(sign).strong().color(ink).background_color(ground);
+            ui.label(sign);
+            for cell in &row.cells {
+                let text = RichText::new(cell);
+                let strong = row.severity != Severity::Normal;
+                ui.label(if strong { text.strong() } else { text });
+            }
             ui.end_row();
         }
     });
-}
-
-fn numbers(ui: &mut Ui, table: &Table) {
-    ui.label(RichText::new(&table.title).strong());
-    Grid::new(&table.title).num_columns(table.columns.len() + 1).spacing([12.0, 1.0]).show(
-        ui,
-        |ui| {
-            ui.label("");
-            for head in &table.columns {
-                ui.label(RichText::new(head).color(theme::of(ui.ctx()).faint_ink).size(12.0));
-            }
-            ui.end_row();
-            for row in &table.rows {
-                let (sign, ground) = match row.severity {
-                    Severity::Normal => ("", Color32::TRANSPARENT),
-                    Severity::Warning => ("!", theme::WARNING),
-                    Severity::Alarm => ("!!", theme::ALARM),
-                };
-                let ink = match row.severity {
-                    Severity::Normal => theme::of(ui.ctx()).ink,
-                    Severity::Warning => theme::INK,
-                    Severity::Alarm => Color32::WHITE,
-                };
-                let sign = RichText::new(sign).strong().color(ink).background_color(ground);
-                ui.label(sign);
-                for cell in &row.cells {
-                    let text = RichText::new(cell);
-                    let strong = row.severity != Severity::Normal;
-                    ui.label(if strong { text.strong() } else { text });
-                }
-                ui.end_row();
-            }
-        },
-    );
 }
 
 /// Zones as outlines, the one that is hit filled; the trail with the last place marked.
@@ -212,7 +211,7 @@ fn fit(diagram: &Diagram, rect: Rect) -> Option<impl Fn([f32; 2]) -> Pos2 + use<
         return None;
     }
     let bounds = Rect::from_points(&places);
-    let room = rect.shrink(18.0);
+    let room = rect.shrink(16.0);
     let scale =
         (room.width() / bounds.width().max(1e-6)).min(room.height() / bounds.height().max(1e-6));
     let (from, to) = (bounds.center(), rect.center());
