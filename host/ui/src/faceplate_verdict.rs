@@ -33,7 +33,7 @@ pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &ExplainedEquipment)
     ui.add(Label::new(RichText::new(&explanation.verdict).size(14.0)).wrap());
     ui.add_space(4.0);
     diagrams(ui, &explanation.diagrams);
-    evidence(ui, &explanation.evidence);
+    ui.scope(|ui| evidence(ui, &explanation.evidence));
     for table in &explanation.tables {
         ui.add_space(4.0);
         numbers(ui, table);
@@ -56,7 +56,9 @@ fn diagrams(ui: &mut Ui, diagrams: &[Diagram]) {
 
 /// A method with its result, its reason below: that is too long to stand beside it.
 fn evidence(ui: &mut Ui, list: &[Evidence]) {
+    ui.spacing_mut().item_spacing.y = 0.0;
     for one in list {
+        ui.add_space(4.0);
         let (sign, hint) = match one.agrees {
             Some(true) => ("=", "agrees with the verdict"),
             Some(false) => ("≠", "does not agree with the verdict"),
@@ -64,7 +66,7 @@ fn evidence(ui: &mut Ui, list: &[Evidence]) {
         };
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 6.0;
-            ui.add_sized([10.0, 0.0], Label::new(RichText::new(sign).strong())).on_hover_text(hint);
+            ui.label(RichText::new(sign).strong()).on_hover_text(hint);
             ui.label(format!("{}:", one.method));
             ui.add(Label::new(RichText::new(&one.result).strong()).truncate());
         });

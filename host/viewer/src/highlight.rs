@@ -34,8 +34,8 @@ pub(crate) struct Highlights {
 
 impl Highlights {
     /// Of its own condition or that of the nodes above it, whichever is more urgent;
-    /// where nothing is wrong, selection shows, and where nothing is selected, the state
-    /// of the nearest node that has one.
+    /// where nothing is wrong, the state of the nearest node that has one, and where there
+    /// is none, selection. That is outlined in any case, and must hide nothing.
     ///
     /// A tint or state that rests on a value that is not good is drawn as unknown: what
     /// is not known must look neither certain nor healthy.
@@ -114,8 +114,11 @@ fn color(inherited: Inherited) -> Highlight {
         Condition::Alarm => ALARM,
         Condition::Warning => WARNING,
         Condition::Unknown => UNKNOWN,
-        Condition::Normal if inherited.is_selected => SELECTION,
-        Condition::Normal => inherited.state.unwrap_or(NONE),
+        Condition::Normal => match inherited.state {
+            Some(state) => state,
+            None if inherited.is_selected => SELECTION,
+            None => NONE,
+        },
     }
 }
 
@@ -247,7 +250,7 @@ mod tests {
     #[test]
     fn a_state_shows_where_nothing_is_wrong_and_not_once_it_is_stale() {
         let node = NodeIndex(0);
-        let shown = |tints: &[OverlayTint], table: &TagTable| {
+        let shown = |tints: &[OverlayTint], table: &TagTable, selected: &[NodeIndex]| {
             let (color, pattern) = ([255, 0, 0], Pattern::Dotted);
             let overlaid = Overlaid {
                 tints: tints.to_vec(),
@@ -261,13 +264,17 @@ mod tests {
                 ..Overlaid::default()
             };
             let mut highlights = Highlights::default();
-            highlights.update(&graph(), &overlaid, table.snapshot(), &BTreeSet::new());
+            let selection = selected.iter().copied().collect();
+            highlights.update(&graph(), &overlaid, table.snapshot(), &selection);
             of_both(&highlights)
         };
         let fresh = table_after(Duration::ZERO);
+        let stale = table_after(Duration::from_secs(2));
         let red = looks::of_state([255, 0, 0], Pattern::Dotted);
-        assert_eq!(shown(&[], &fresh), [red, red], "and at what is under it");
-        assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh), [red, ALARM]);
-        assert_eq!(shown(&[], &table_after(Duration::from_secs(2))), [UNKNOWN; 2]);
+        assert_eq!(shown(&[], &fresh, &[]), [red, red], "and at what is under it");
+        assert_eq!(shown(&[tint(1, Severity::Alarm)], &fresh, &[]), [red, ALARM]);
+        assert_eq!(shown(&[], &stale, &[]), [UNKNOWN; 2]);
+        assert_eq!(shown(&[], &fresh, &[node]), [red, red], "selection hides no state");
+        assert_eq!(shown(&[], &stale, &[node]), [UNKNOWN; 2], "nor that it is not known");
     }
 }
