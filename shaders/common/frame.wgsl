@@ -64,7 +64,8 @@ struct MaterialUniform {
 struct VertexInput {
     // Mesh space; w is u of the texture coordinate.
     @location(0) position_u: vec4<f32>,
-    // Mesh space; w is v of the texture coordinate.
+    // Mesh space, of unit length; of slender things longer than SLENDER by their radius,
+    // metres; w is v of the texture coordinate.
     @location(1) normal_v: vec4<f32>,
     // The rows of world_from_mesh; the last one would be (0, 0, 0, 1).
     @location(2) world_x: vec4<f32>,
@@ -157,6 +158,72 @@ fn world_position(vertex: VertexInput) -> vec3<f32> {
 
 fn clip_position(world: vec3<f32>) -> vec4<f32> {
     return frame.clip_from_world * vec4<f32>(world, 1.0);
+}
+
+// Half of the least width on the screen of a conductor, a wire, a rod: pixels. What is
+// narrower would be drawn in some pixels and left out in others, and shimmer.
+const LEAST_HALF_WIDTH = 0.5;
+// By how much it is widened for that: what is much narrower does not matter any more.
+const MOST_WIDENED = 6.0;
+// Length of a slender thing's normal without its radius; of what is shorter than this,
+// less the half, none.
+const SLENDER = 2.0;
+
+// Where a vertex is on the screen.
+struct Placed {
+    clip: vec4<f32>,
+    // How much of the pixels that it is drawn in a slender thing covers: 1 of all others.
+    coverage: f32,
+    // How round that looks: 0 of what is at most a pixel wide, which shows all its sides in
+    // one and would glitter; 1 of what is twice as wide, and of all others.
+    roundness: f32,
+}
+
+// The normal that a slender thing is lit by, of any length: its own as far as it looks
+// round, else one that faces the eye.
+fn lit_normal(vertex: VertexInput, place: Placed) -> vec3<f32> {
+    let own = world_normal(vertex);
+    let middle = place.clip.xy / place.clip.w * 0.5 + 0.5;
+    let eye = towards_eye(middle * frame.sizes.zw);
+    let unit = own * inverseSqrt(max(dot(own, own), 1e-30));
+    return mix(eye, unit, place.roundness);
+}
+
+// What is tinted says something, and covers all that it is drawn in.
+fn covered(coverage: f32, tint: vec4<f32>) -> f32 {
+    return mix(coverage, 1.0, tint.a);
+}
+
+fn placed(vertex: VertexInput) -> Placed {
+    let world = world_position(vertex);
+    let clip = clip_position(world);
+    let reach = length(vertex.normal_v.xyz);
+    if reach < SLENDER - 0.5 {
+        return Placed(clip, 1.0, 1.0);
+    }
+    // Metres of the world that a metre of the mesh is, away from the axis.
+    let normal = vertex.normal_v.xyz / reach;
+    let outward = vec3<f32>(
+        dot(vertex.world_x.xyz, normal),
+        dot(vertex.world_y.xyz, normal),
+        dot(vertex.world_z.xyz, normal),
+    );
+    let scale = max(length(outward), 1e-20);
+    let radius = (reach - SLENDER) * scale;
+    let upward = vec3<f32>(
+        frame.clip_from_world[0].y,
+        frame.clip_from_world[1].y,
+        frame.clip_from_world[2].y,
+    );
+    // Clip space is two high.
+    let wanted = 2.0 * LEAST_HALF_WIDTH * clip.w / (length(upward) * frame.sizes.w);
+    let least = min(wanted, MOST_WIDENED * radius);
+    let roundness = saturate(radius / max(wanted, 1e-20) - 1.0);
+    if radius >= least {
+        return Placed(clip, 1.0, roundness);
+    }
+    let widened = world + outward * ((least - radius) / scale);
+    return Placed(clip_position(widened), radius / least, roundness);
 }
 
 // Cofactors turn normals under any transform, unlike the inverse, which a

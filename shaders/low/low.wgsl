@@ -53,6 +53,31 @@ fn plain_fragment_main(
     return vec4<f32>(in.color, 1.0);
 }
 
+// For meshes that hold slender things.
+struct PlainSlenderVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) color: vec3<f32>,
+    @location(1) coverage: f32,
+}
+
+@vertex
+fn plain_slender_vertex_main(vertex: VertexInput) -> PlainSlenderVaryings {
+    let place = placed(vertex);
+    let lit = material.encoded_color.rgb * light(unit(lit_normal(vertex, place)));
+    return PlainSlenderVaryings(place.clip, lit, place.coverage);
+}
+
+// Alpha becomes coverage.
+@fragment
+fn plain_slender_fragment_main(
+    in: PlainSlenderVaryings,
+    @builtin(front_facing) front: bool,
+) -> @location(0) vec4<f32> {
+    cut_away(in.clip);
+    let hatched = is_cut_face(front);
+    return vec4<f32>(select(in.color, encoded(hatching(in.clip)), hatched), in.coverage);
+}
+
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
     // Light on the front and on the back, encoded.
@@ -79,12 +104,46 @@ fn feature_vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -
     return varyings(vertex, feature_highlight(vertex, index));
 }
 
+struct SlenderVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) light: vec2<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) highlight: vec4<f32>,
+    @location(3) coverage: f32,
+}
+
+@vertex
+fn slender_vertex_main(
+    vertex: VertexInput,
+    @builtin(vertex_index) index: u32,
+) -> SlenderVaryings {
+    let place = placed(vertex);
+    let normal = unit(lit_normal(vertex, place));
+    let both = vec2<f32>(light(normal), light(-normal));
+    let highlight = feature_highlight(vertex, index);
+    return SlenderVaryings(place.clip, both, texture_coordinate(vertex), highlight, place.coverage);
+}
+
 fn encoded(color: vec3<f32>) -> vec3<f32> {
     return sqrt(max(color, vec3<f32>(0.0)));
 }
 
 @fragment
 fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    return shown(in, front);
+}
+
+// Alpha becomes coverage.
+@fragment
+fn slender_fragment_main(
+    in: SlenderVaryings,
+    @builtin(front_facing) front: bool,
+) -> @location(0) vec4<f32> {
+    let color = shown(Varyings(in.clip, in.light, in.uv, in.highlight), front);
+    return vec4<f32>(color.rgb, covered(in.coverage, tint_at(in.highlight, in.clip.xy)));
+}
+
+fn shown(in: Varyings, front: bool) -> vec4<f32> {
     let color = material_color(in.uv);
     if color.a < material.alpha_cutoff {
         discard;

@@ -26,5 +26,14 @@ fn morph_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let there = 2u * standing[id.x];
     let at = 2u * (step.start + id.x);
     morphed[at] = mix(vertices[here], vertices[there], step.weight);
-    morphed[at + 1u] = mix(vertices[here + 1u], vertices[there + 1u], step.weight);
+    morphed[at + 1u] = turned(vertices[here + 1u], vertices[there + 1u]);
+}
+
+// A normal on its way; of what is slender it keeps the length, which says how thick it is.
+fn turned(from_v: vec4<f32>, to_v: vec4<f32>) -> vec4<f32> {
+    let normal = mix(from_v, to_v, step.weight);
+    let lengths = vec2<f32>(length(from_v.xyz), length(to_v.xyz));
+    let is_slender = min(lengths.x, lengths.y) > SLENDER - 0.5;
+    let stretched = mix(lengths.x, lengths.y, step.weight) / max(length(normal.xyz), 1e-6);
+    return vec4<f32>(normal.xyz * select(1.0, stretched, is_slender), normal.w);
 }

@@ -18,8 +18,7 @@ struct Varyings {
 // The kind comes in place of the highlight.
 @vertex
 fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
-    let clip = clip_position(world_position(vertex));
-    return Varyings(clip, texture_coordinate(vertex), u32(feature_highlight(vertex, index).r));
+    return Varyings(placed(vertex).clip, texture_coordinate(vertex), u32(feature_highlight(vertex, index).r));
 }
 
 @fragment

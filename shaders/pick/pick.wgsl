@@ -9,7 +9,7 @@ struct Varyings {
 @vertex
 fn vertex_main(vertex: VertexInput, @builtin(vertex_index) index: u32) -> Varyings {
     var out: Varyings;
-    out.clip = clip_position(world_position(vertex));
+    out.clip = placed(vertex).clip;
     out.uv = texture_coordinate(vertex);
     out.object = object_of(vertex, index);
     return out;

@@ -54,6 +54,38 @@ fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
     return PlainVaryings(clip_position(world_position(vertex)), world_normal(vertex));
 }
 
+// For meshes that hold slender things.
+struct SlenderVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) normal: vec3<f32>,
+    @location(1) uv: vec2<f32>,
+    @location(2) @interpolate(flat) highlight: vec4<f32>,
+    @location(3) coverage: f32,
+}
+
+@vertex
+fn slender_vertex_main(
+    vertex: VertexInput,
+    @builtin(vertex_index) index: u32,
+) -> SlenderVaryings {
+    let place = placed(vertex);
+    let highlight = feature_highlight(vertex, index);
+    let uv = texture_coordinate(vertex);
+    return SlenderVaryings(place.clip, lit_normal(vertex, place), uv, highlight, place.coverage);
+}
+
+struct PlainSlenderVaryings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) normal: vec3<f32>,
+    @location(1) coverage: f32,
+}
+
+@vertex
+fn plain_slender_vertex_main(vertex: VertexInput) -> PlainSlenderVaryings {
+    let place = placed(vertex);
+    return PlainSlenderVaryings(place.clip, lit_normal(vertex, place), place.coverage);
+}
+
 // A mesh may hold a zero normal; then the face looks at the viewer.
 fn unit_or(v: vec3<f32>, fallback: vec3<f32>) -> vec3<f32> {
     let squared = dot(v, v);
@@ -146,6 +178,20 @@ fn shade(surface: Surface) -> vec3<f32> {
 
 @fragment
 fn fragment_main(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
+    return shown(in, front);
+}
+
+// Alpha becomes coverage.
+@fragment
+fn slender_fragment_main(
+    in: SlenderVaryings,
+    @builtin(front_facing) front: bool,
+) -> @location(0) vec4<f32> {
+    let color = shown(Varyings(in.clip, in.normal, in.uv, in.highlight), front);
+    return vec4<f32>(color.rgb, covered(in.coverage, tint_at(in.highlight, in.clip.xy)));
+}
+
+fn shown(in: Varyings, front: bool) -> vec4<f32> {
     let color = material_color(in.uv);
     let metallic_roughness =
         textureSample(metallic_roughness_texture, metallic_roughness_sampler, in.uv);
@@ -172,9 +218,22 @@ fn plain_fragment_main(
     in: PlainVaryings,
     @builtin(front_facing) front: bool,
 ) -> @location(0) vec4<f32> {
+    return vec4<f32>(plainly_shown(in, front), 1.0);
+}
+
+// Alpha becomes coverage.
+@fragment
+fn plain_slender_fragment_main(
+    in: PlainSlenderVaryings,
+    @builtin(front_facing) front: bool,
+) -> @location(0) vec4<f32> {
+    return vec4<f32>(plainly_shown(PlainVaryings(in.clip, in.normal), front), in.coverage);
+}
+
+fn plainly_shown(in: PlainVaryings, front: bool) -> vec3<f32> {
     cut_away(in.clip);
     if is_cut_face(front) {
-        return vec4<f32>(fogged(hatching(in.clip), in.clip.w, 0.0), 1.0);
+        return fogged(hatching(in.clip), in.clip.w, 0.0);
     }
     let surface = Surface(
         towards_eye(in.clip.xy),
@@ -186,5 +245,5 @@ fn plain_fragment_main(
         vec4<f32>(0.0),
         in.clip,
     );
-    return vec4<f32>(fogged(shade(surface), in.clip.w, 0.0), 1.0);
+    return fogged(shade(surface), in.clip.w, 0.0);
 }

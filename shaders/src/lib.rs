@@ -15,9 +15,14 @@ include!(concat!(env!("OUT_DIR"), "/layouts.rs"));
 pub struct Vertex {
     /// Mesh space, metres; then u of the texture coordinate.
     pub position_u: [f32; 4],
-    /// Unit normal, mesh space; then v of the texture coordinate, down.
+    /// Unit normal, mesh space, or that of a slender thing, [`SLENDER`] and its radius long;
+    /// then v of the texture coordinate, down.
     pub normal_v: [f32; 4],
 }
+
+/// What the normal of something long and thin is longer by than its radius, metres in mesh
+/// space: it is drawn at least a pixel wide (`shaders/common/frame.wgsl`).
+pub const SLENDER: f32 = 2.0;
 
 /// What is the same for a whole frame.
 #[repr(C)]

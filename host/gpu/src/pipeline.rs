@@ -28,6 +28,9 @@ pub enum Blend {
     Paint,
     /// Replaces it.
     Replace,
+    /// Replaces it in as many of a pixel's samples as its alpha says, a single one in any case,
+    /// and leaves its alpha.
+    Cover,
     /// Covers it by its alpha, and leaves depth alone.
     Over,
     /// Multiplies it.
@@ -181,12 +184,13 @@ impl Pipeline {
             .polygon_mode(polygon_mode)
             .line_width(1.0);
         let multisample = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(sample_flag(description.samples));
+            .rasterization_samples(sample_flag(description.samples))
+            .alpha_to_coverage_enable(description.blend == Blend::Cover && description.samples > 1);
         let paints = description.blend == Blend::Paint;
         let has_depth = !paints && !description.screen;
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(has_depth)
-            .depth_write_enable(has_depth && description.blend == Blend::Replace)
+            .depth_write_enable(has_depth && covers(description.blend))
             .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
         let colors: Vec<_> =
             description.color.map(|format| shown_as(format, paints)).into_iter().collect();
@@ -260,10 +264,15 @@ fn vertex_input(
     (bindings, (0..).zip(buffers).flat_map(attributes_of).collect())
 }
 
+/// Whether what is behind it is hidden.
+fn covers(blend: Blend) -> bool {
+    matches!(blend, Blend::Replace | Blend::Cover)
+}
+
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     use vk::BlendFactor as Factor;
     let (color, alpha) = match blend {
-        Blend::Replace | Blend::Over => (
+        Blend::Replace | Blend::Cover | Blend::Over => (
             [Factor::SRC_ALPHA, Factor::ONE_MINUS_SRC_ALPHA],
             [Factor::ONE, Factor::ONE_MINUS_SRC_ALPHA],
         ),
@@ -273,14 +282,17 @@ fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         }
     };
     vk::PipelineColorBlendAttachmentState {
-        blend_enable: (blend != Blend::Replace).into(),
+        blend_enable: (!covers(blend)).into(),
         src_color_blend_factor: color[0],
         dst_color_blend_factor: color[1],
         color_blend_op: vk::BlendOp::ADD,
         src_alpha_blend_factor: alpha[0],
         dst_alpha_blend_factor: alpha[1],
         alpha_blend_op: vk::BlendOp::ADD,
-        color_write_mask: vk::ColorComponentFlags::RGBA,
+        color_write_mask: match blend {
+            Blend::Cover => vk::ColorComponentFlags::RGBA & !vk::ColorComponentFlags::A,
+            _ => vk::ColorComponentFlags::RGBA,
+        },
     }
 }
 

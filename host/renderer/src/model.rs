@@ -5,7 +5,7 @@ use std::sync::Arc;
 use busbar_geometry::{CollapseStacks, Mesh};
 use busbar_gpu::{Arena, Recorder, Slice};
 use busbar_scene::{Material, Texture};
-use busbar_shaders::Vertex;
+use busbar_shaders::{SLENDER, Vertex};
 use glam::Vec3;
 
 use crate::RenderError;
@@ -45,6 +45,8 @@ pub(crate) struct GpuMesh {
     pub(crate) ball: Ball,
     /// Whether any section blends.
     pub(crate) blends: bool,
+    /// Whether it holds conductors, wires or rods.
+    pub(crate) is_slender: bool,
 }
 
 impl GpuModel {
@@ -72,7 +74,7 @@ impl GpuModel {
         stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
-        let vertices = vertices_of(mesh);
+        let (vertices, is_slender) = vertices_of(mesh);
         let vertices = match vertices.as_slice() {
             [] => None,
             vertices => Some(recorder.upload_slice(arena, bytemuck::cast_slice(vertices))?),
@@ -83,6 +85,7 @@ impl GpuModel {
             features: feature_kit.upload(recorder, mesh)?,
             ball: ball_around(mesh),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
+            is_slender,
         })
     }
 
@@ -101,19 +104,42 @@ fn ball_around(mesh: &Mesh) -> Ball {
     Ball { center, radius }
 }
 
-/// Wedges are the vertices: a position with one set of attributes each.
-fn vertices_of(mesh: &Mesh) -> Vec<Vertex> {
+/// Wedges are the vertices: a position with one set of attributes each. What is slender is
+/// round to the eye, too: its normals lead away from its axis. Whether there is any comes
+/// with them.
+fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, bool) {
     let wedges = &mesh.wedges;
-    wedges
+    let mut vertices: Vec<Vertex> = wedges
         .position
         .iter()
         .zip(&wedges.normal)
         .zip(&wedges.uv)
         .map(|((&position, normal), uv)| Vertex {
             position_u: mesh.positions[position as usize].extend(uv.x).to_array(),
-            normal_v: normal.extend(uv.y).to_array(),
+            normal_v: unit_at_most(*normal).extend(uv.y).to_array(),
         })
-        .collect()
+        .collect();
+    let slender = mesh.slender_points();
+    if slender.is_empty() {
+        return (vertices, false);
+    }
+    let mut of_positions = vec![Vec3::ZERO; mesh.positions.len()];
+    for point in &slender {
+        of_positions[point.position as usize] = point.outward * (SLENDER + point.radius);
+    }
+    for (vertex, &position) in vertices.iter_mut().zip(&wedges.position) {
+        let normal = of_positions[position as usize];
+        if normal != Vec3::ZERO {
+            vertex.normal_v[..3].copy_from_slice(&normal.to_array());
+        }
+    }
+    (vertices, true)
+}
+
+/// Files hold normals of any length, and a long one says something.
+fn unit_at_most(normal: Vec3) -> Vec3 {
+    const LONG: f32 = 1.1;
+    if normal.length_squared() > LONG { normal.normalize() } else { normal }
 }
 
 fn check_sections(mesh_index: usize, mesh: &Mesh, count: usize) -> Result<(), RenderError> {

@@ -86,11 +86,19 @@ pub(crate) struct Shading {
     plain: Option<Pipeline>,
     /// Whether that shows only fronts, and only what does not shine by itself.
     plain_is_narrow: bool,
+    /// For meshes that hold slender things.
+    slender: Option<Slender>,
+}
+
+/// Pipelines that draw what is slender at least a pixel wide.
+struct Slender {
+    any: Pipeline,
+    plain: Pipeline,
 }
 
 impl Shading {
     fn of_one(any: Pipeline) -> Self {
-        Self { any, without_features: None, plain: None, plain_is_narrow: false }
+        Self { any, without_features: None, plain: None, plain_is_narrow: false, slender: None }
     }
 
     /// The fastest pipeline that will do, and its place among them.
@@ -98,9 +106,16 @@ impl Shading {
         &self,
         highlights: Highlights,
         material: &GpuMaterial,
+        is_slender: bool,
     ) -> (u8, &Pipeline) {
         let is_narrow = !material.double_sided && !material.emits;
         let plain = material.plain && (is_narrow || !self.plain_is_narrow);
+        if let Some(slender) = self.slender.as_ref().filter(|_| is_slender) {
+            return match (highlights, plain) {
+                (Highlights::None, true) => (3, &slender.plain),
+                _ => (4, &slender.any),
+            };
+        }
         let without_features = || Some((1, self.without_features.as_ref()?));
         let faster = match (highlights, plain) {
             (Highlights::None, true) => {
@@ -222,12 +237,14 @@ impl Looks {
                 without_features: Some(solid(&without_features)?),
                 plain: Some(solid(&plain)?),
                 plain_is_narrow: undecoded.is_some(),
+                slender: Some(slender_shading(gpu, scene, shown, samples)?),
             },
             blended: Shading {
                 any: clear(&scene)?,
                 without_features: Some(clear(&without_features)?),
                 plain: None,
                 plain_is_narrow: false,
+                slender: None,
             },
             wire_fill: Shading::of_one(wired(&fill, false)?),
             wire_lines: wire_lines.map(Shading::of_one),
@@ -235,6 +252,25 @@ impl Looks {
             shadow: shadow.transpose()?,
         })
     }
+}
+
+/// With several samples a pixel, what is widened covers as many of them as it would cover of
+/// the pixel; with one sample it covers it.
+fn slender_shading(
+    gpu: &Gpu,
+    scene: Recipe<'_>,
+    shown: Option<Format>,
+    samples: u32,
+) -> Result<Slender, GpuError> {
+    let compile = |name, vertex, fragment| {
+        let recipe = Recipe { name, vertex, fragment: Some(fragment), ..scene };
+        recipe.compile(gpu, shown, samples, Blend::Cover, false)
+    };
+    let (any, plain) = (c"slender_vertex_main", c"plain_slender_vertex_main");
+    Ok(Slender {
+        any: compile("slender scene", any, c"slender_fragment_main")?,
+        plain: compile("plain slender scene", plain, c"plain_slender_fragment_main")?,
+    })
 }
 
 /// What the sun sees: depth, with holes where materials have them.
@@ -263,6 +299,7 @@ fn shadow_shading(
         without_features: None,
         plain: Some(depth(&plain)?),
         plain_is_narrow: false,
+        slender: None,
     })
 }
 

@@ -124,7 +124,7 @@ impl<'a> SceneDrawer<'a> {
             if !is_wanted || range.is_empty() {
                 continue;
             }
-            let (place, pipeline) = shading.pipeline(batch.highlights, material);
+            let (place, pipeline) = shading.pipeline(batch.highlights, material, mesh.is_slender);
             let cull_back = !material.double_sided && !self.shows_backs;
             let ways = [cull_back, batch.mirrored, mesh.features.is_some()];
             let features = self.feature_kit.group(mesh.features.as_ref());

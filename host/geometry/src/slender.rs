@@ -1,0 +1,132 @@
+//! Finds what is long, thin and round: conductors, wires, rods.
+//!
+//! They are narrower than a pixel long before they are too short to matter, and what draws
+//! them has to know how thick they are.
+
+use glam::Vec3;
+
+use crate::{Bounds, Mesh};
+
+/// Length over radius from which an island is slender.
+const LEAST_SLENDERNESS: f32 = 60.0;
+/// Share of its area that has to be round.
+const ROUND_SHARE: f32 = 0.9;
+/// Cosine of what a face may lean away from its corners' own directions: a tube of five
+/// sides is round (36 degrees), a box is not (45).
+const ROUND_COSINE: f32 = 0.76;
+
+/// A point of the surface of something slender.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlenderPoint {
+    /// Index into [`Mesh::positions`].
+    pub position: u32,
+    /// Away from the axis, of unit length.
+    pub outward: Vec3,
+    /// Of the whole, in the mesh's own space, metres.
+    pub radius: f32,
+}
+
+/// What is known of an island.
+#[derive(Clone, Copy)]
+struct Tube {
+    bounds: Bounds,
+    area: f32,
+    round_area: f32,
+    /// Sum of all normals: none of what faces all ways.
+    facing: Vec3,
+}
+
+impl Tube {
+    const NONE: Self = Self {
+        bounds: Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY },
+        area: 0.0,
+        round_area: 0.0,
+        facing: Vec3::ZERO,
+    };
+
+    /// Of a tube as long as its box is from corner to corner; one that bends is longer, and
+    /// thinner than this says.
+    fn radius(&self) -> f32 {
+        self.area / (std::f32::consts::TAU * self.length())
+    }
+
+    fn length(&self) -> f32 {
+        self.bounds.max.distance(self.bounds.min)
+    }
+
+    fn is_slender(&self) -> bool {
+        self.area > 0.0 && self.length() >= LEAST_SLENDERNESS * self.radius()
+    }
+
+    fn is_round(&self) -> bool {
+        let is_closed = self.facing.length() <= (1.0 - ROUND_SHARE) * self.area;
+        is_closed && self.round_area >= ROUND_SHARE * self.area
+    }
+}
+
+impl Mesh {
+    /// The points of all islands (connected components) that are slender and round.
+    pub fn slender_points(&self) -> Vec<SlenderPoint> {
+        let roots = self.island_roots();
+        let mut tubes = vec![Tube::NONE; self.positions.len()];
+        for &triangle in &self.triangles {
+            let (corners, normal) = self.facing(triangle);
+            let tube = &mut tubes[roots[corners[0] as usize] as usize];
+            tube.area += normal.length();
+            tube.facing += normal;
+            for corner in corners {
+                let at = self.positions[corner as usize];
+                tube.bounds = tube.bounds.union(Bounds { min: at, max: at });
+            }
+        }
+        if !tubes.iter().any(Tube::is_slender) {
+            return Vec::new();
+        }
+        let of_slender = |corners: [u32; 3]| roots[corners[0] as usize] as usize;
+        let mut outward = vec![Vec3::ZERO; self.positions.len()];
+        let faces = || self.triangles.iter().map(|&triangle| self.facing(triangle));
+        for (corners, normal) in faces().filter(|(at, _)| tubes[of_slender(*at)].is_slender()) {
+            // By angles, so that it does not matter which way a flat side is cut in two; and
+            // by areas, so that ends do not.
+            let angles = self.angles(corners);
+            for (corner, angle) in corners.into_iter().zip(angles) {
+                outward[corner as usize] += angle * normal;
+            }
+        }
+        outward.iter_mut().for_each(|direction| *direction = direction.normalize_or_zero());
+        for (corners, normal) in faces() {
+            let tube = &mut tubes[of_slender(corners)];
+            let least = ROUND_COSINE * normal.length();
+            if corners.iter().all(|&corner| outward[corner as usize].dot(normal) >= least) {
+                tube.round_area += normal.length();
+            }
+        }
+        let point = |(position, &root): (u32, &u32)| {
+            let tube = &tubes[root as usize];
+            let outward = outward[position as usize];
+            let is_one = tube.is_slender() && tube.is_round() && outward != Vec3::ZERO;
+            is_one.then(|| SlenderPoint { position, outward, radius: tube.radius() })
+        };
+        (0..).zip(&roots).filter_map(point).collect()
+    }
+
+    /// The positions of a triangle's corners; its normal, as long as its area is large.
+    fn facing(&self, triangle: [u32; 3]) -> ([u32; 3], Vec3) {
+        let corners = self.corner_positions(triangle);
+        let [a, b, c] = corners.map(|position| self.positions[position as usize]);
+        (corners, 0.5 * (b - a).cross(c - a))
+    }
+
+    /// Of a triangle at its corners, radians.
+    fn angles(&self, corners: [u32; 3]) -> [f32; 3] {
+        let [a, b, c] = corners.map(|position| self.positions[position as usize]);
+        [(a, b, c), (b, c, a), (c, a, b)].map(|(at, to, other)| {
+            let sides = [to - at, other - at].map(Vec3::normalize_or_zero);
+            sides[0].dot(sides[1]).clamp(-1.0, 1.0).acos()
+        })
+    }
+}
+
+#[cfg(test)]
+#[path = "slender_tests.rs"]
+mod tests;
