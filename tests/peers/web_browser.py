@@ -18,6 +18,7 @@ VIEW_STATE = """() => ({
     dead: document.getElementById("view").classList.contains("dead"),
     what: document.getElementById("what").textContent,
     age: document.getElementById("age").textContent,
+    why: document.getElementById("why").textContent,
     shown: getComputedStyle(document.getElementById("state")).display !== "none",
     looksOnly: !document.getElementById("steering").hidden,
     filter: getComputedStyle(document.getElementById("picture")).filter,

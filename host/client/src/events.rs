@@ -142,7 +142,8 @@ impl Events {
     fn push_single(&mut self, event: Event) {
         if self.single >= MAX_EVENTS {
             self.dropped = self.dropped.saturating_add(1);
-            let goes = |w: &Waiting| matches!(w, Waiting::Single(e) if !matches!(e, Event::Alarm(_)));
+            let goes =
+                |w: &Waiting| matches!(w, Waiting::Single(e) if !matches!(e, Event::Alarm(_)));
             let Some(oldest) = self.waiting.iter().position(goes) else { return };
             self.waiting.remove(oldest);
             self.single -= 1;

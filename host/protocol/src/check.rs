@@ -1,7 +1,8 @@
 //! What the form of a message leaves open: lengths, sizes, numbers that are finite.
 
 use crate::message::{
-    Command, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES, Pointing, TagUpdate, TagValue, ToViewer, Typing,
+    Command, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES, Pointing, TagUpdate,
+    TagValue, ToViewer, Typing,
 };
 use crate::pictures::{MAX_PICTURE_BYTES, bytes_of};
 

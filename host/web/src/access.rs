@@ -47,14 +47,15 @@ impl Access {
     pub(crate) fn is_origin_known(&self, headers: &HeaderMap) -> bool {
         let Some(origin) = text(headers, &ORIGIN) else { return false };
         let own = text(headers, &HOST).and_then(|host| format!("http://{host}").parse().ok());
-        origin.parse::<Origin>().is_ok_and(|origin| {
-            own.as_ref() == Some(&origin) || self.allowed.contains(&origin)
-        })
+        origin
+            .parse::<Origin>()
+            .is_ok_and(|origin| own.as_ref() == Some(&origin) || self.allowed.contains(&origin))
     }
 
     /// Whether the request has the token: in its query, a cookie or a header.
     pub(crate) fn has_token(&self, query: Option<&str>, headers: &HeaderMap) -> bool {
-        let queried = query.into_iter().flat_map(|q| q.split('&')).filter_map(|q| q.strip_prefix(QUERY));
+        let queried =
+            query.into_iter().flat_map(|q| q.split('&')).filter_map(|q| q.strip_prefix(QUERY));
         let cookies = texts(headers, &COOKIE).flat_map(|cookies| cookies.split(';'));
         let kept = cookies.filter_map(|cookie| {
             cookie.trim().strip_prefix(self.cookie_name.as_str())?.strip_prefix('=')
@@ -144,7 +145,9 @@ mod tests {
         };
         assert!(known("http://127.0.0.1:8080"));
         assert!(known("https://hmi.example"));
-        for origin in ["http://127.0.0.1:8081", "https://127.0.0.1:8080", "null", "http://evil.example"] {
+        for origin in
+            ["http://127.0.0.1:8081", "https://127.0.0.1:8080", "null", "http://evil.example"]
+        {
             assert!(!known(origin), "{origin}");
         }
         assert!(!access.is_origin_known(&headers(&[(HOST, "127.0.0.1:8080")])));
@@ -174,7 +177,9 @@ mod tests {
             headers[CONTENT_SECURITY_POLICY].to_str().unwrap().to_owned()
         };
         assert!(policy(&[]).ends_with("frame-ancestors 'self'"));
-        assert!(policy(&["https://a.example", "http://b:1"])
-            .ends_with("frame-ancestors 'self' https://a.example http://b:1"));
+        assert!(
+            policy(&["https://a.example", "http://b:1"])
+                .ends_with("frame-ancestors 'self' https://a.example http://b:1")
+        );
     }
 }

@@ -22,7 +22,11 @@ pub(crate) enum Format {
 ///
 /// # Errors
 /// The encoder's.
-pub(crate) fn message(picture: &Picture, areas: &[Area], format: Format) -> Result<Vec<u8>, ImageError> {
+pub(crate) fn message(
+    picture: &Picture,
+    areas: &[Area],
+    format: Format,
+) -> Result<Vec<u8>, ImageError> {
     let parts: Vec<_> =
         areas.iter().map(|&area| part(picture, area, format)).collect::<Result<_, _>>()?;
     let mut bytes = vec![u8::from(format == Format::Png), 0];
@@ -44,7 +48,8 @@ fn part(picture: &Picture, area: Area, format: Format) -> Result<Vec<u8>, ImageE
     let (width, height, color) = (area.width, area.height, ExtendedColorType::Rgb8);
     match format {
         Format::Jpeg(quality) => {
-            JpegEncoder::new_with_quality(&mut bytes, quality).encode(&rgb, width, height, color)?;
+            JpegEncoder::new_with_quality(&mut bytes, quality)
+                .encode(&rgb, width, height, color)?;
         }
         Format::Png => {
             let (compression, filter) = (CompressionType::Fast, FilterType::Adaptive);

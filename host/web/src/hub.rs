@@ -237,6 +237,7 @@ impl Hub {
                 if is_another {
                     // It tells them all again.
                     lock(&self.shown).alarms.clear();
+                    let _ = self.told.send(ToPage::Alarms(AlarmCounts::default()));
                 }
                 return;
             }

@@ -205,16 +205,24 @@ mod tests {
         assert_eq!(moved, FromPage::Moved([1.5, 2.0]));
         assert_eq!(FromPage::parse(r#""left""#), Ok(FromPage::Left));
         assert_eq!(FromPage::parse(r#"{"theta":null}"#), Ok(FromPage::Theta(None)));
-        let key = FromPage::parse(r#"{"key":{"key":"a","pressed":true,"modifiers":{"shift":true}}}"#);
+        let key =
+            FromPage::parse(r#"{"key":{"key":"a","pressed":true,"modifiers":{"shift":true}}}"#);
         let command = key.unwrap().into_command();
         let modifiers = Modifiers { shift: true, ..Modifiers::default() };
         let typed = Typing::Key { key: "a".into(), pressed: true, repeated: false, modifiers };
         assert_eq!(command, Some(Command::Type(typed)));
         for text in [
-            "", "{}", "nonsense", r#"{"moved":[1]}"#, r#"{"moved":[1,1e60]}"#,
-            r#"{"button":{"at":[0,0],"button":4,"pressed":true}}"#, r#"{"theta":1.5}"#,
-            r#"{"reload":"/etc/passwd"}"#, r#"{"view":{"size":[1,1],"visible":true,"x":1}}"#,
-            r#"{"shown":-1}"#, r#"{"shown":1,"left":null}"#,
+            "",
+            "{}",
+            "nonsense",
+            r#"{"moved":[1]}"#,
+            r#"{"moved":[1,1e60]}"#,
+            r#"{"button":{"at":[0,0],"button":4,"pressed":true}}"#,
+            r#"{"theta":1.5}"#,
+            r#"{"reload":"/etc/passwd"}"#,
+            r#"{"view":{"size":[1,1],"visible":true,"x":1}}"#,
+            r#"{"shown":-1}"#,
+            r#"{"shown":1,"left":null}"#,
         ] {
             assert!(FromPage::parse(text).is_err(), "{text}");
         }

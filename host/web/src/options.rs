@@ -89,7 +89,8 @@ impl fmt::Display for Origin {
 
 /// Host and port of an authority; an address of IPv6 is in brackets.
 pub(crate) fn split_port(authority: &str) -> Option<(&str, Option<&str>)> {
-    let colon = authority.rfind(':').filter(|colon| authority.rfind(']').is_none_or(|b| b < *colon));
+    let colon =
+        authority.rfind(':').filter(|colon| authority.rfind(']').is_none_or(|b| b < *colon));
     Some(match colon {
         Some(colon) => (&authority[..colon], Some(&authority[colon + 1..])),
         None => (authority, None),
@@ -99,7 +100,9 @@ pub(crate) fn split_port(authority: &str) -> Option<(&str, Option<&str>)> {
 
 fn is_host(host: &str) -> bool {
     match host.strip_prefix('[') {
-        Some(rest) => rest.strip_suffix(']').is_some_and(|ip| ip.parse::<std::net::Ipv6Addr>().is_ok()),
+        Some(rest) => {
+            rest.strip_suffix(']').is_some_and(|ip| ip.parse::<std::net::Ipv6Addr>().is_ok())
+        }
         None => host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-.".contains(&byte)),
     }
 }
@@ -125,9 +128,21 @@ mod tests {
     #[test]
     fn what_is_no_origin_is_refused() {
         for text in [
-            "", "hmi.example", "ftp://hmi.example", "https://", "https://a/b", "https://a b",
-            "https://a;b", "https://*", "https://a:99999", "https://a:", "https://'\"<", "null",
-            "https://u@a", "http://[::1", "http://[x]",
+            "",
+            "hmi.example",
+            "ftp://hmi.example",
+            "https://",
+            "https://a/b",
+            "https://a b",
+            "https://a;b",
+            "https://*",
+            "https://a:99999",
+            "https://a:",
+            "https://'\"<",
+            "null",
+            "https://u@a",
+            "http://[::1",
+            "http://[x]",
         ] {
             assert!(text.parse::<Origin>().is_err(), "{text}");
         }

@@ -189,7 +189,13 @@ mod tests {
 
     /// A page that shows each picture after `delay`, for so many steps of 10 ms; bytes are
     /// tiles here. What was sent, with the times.
-    fn run(pacing: &mut Pacing, picture: &Picture, start: Instant, steps: u32, delay: u32) -> Vec<(u32, Next)> {
+    fn run(
+        pacing: &mut Pacing,
+        picture: &Picture,
+        start: Instant,
+        steps: u32,
+        delay: u32,
+    ) -> Vec<(u32, Next)> {
         let (mut told, mut due) = (Vec::new(), None);
         for step in 0..steps {
             let now = start + Duration::from_millis(10) * step;

@@ -178,10 +178,7 @@ mod tests {
         let (areas, covered) = picture.cover(&[0, 1, 3, 4, 5, 11]);
         assert_eq!(covered, [0, 1, 3, 4, 5, 11]);
         let area = |x, y, width, height| Area { x, y, width, height };
-        assert_eq!(
-            areas,
-            [area(0, 0, 128, 128), area(192, 0, 8, 64), area(192, 128, 8, 22)]
-        );
+        assert_eq!(areas, [area(0, 0, 128, 128), area(192, 0, 8, 64), area(192, 128, 8, 22)]);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use axum::Router;
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts, Request, State};
-use axum::http::header::{CONTENT_TYPE, HeaderValue};
+use axum::http::header::{CONNECTION, CONTENT_TYPE, HeaderValue};
 use axum::http::{Method, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
@@ -62,6 +62,10 @@ async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> R
         next.run(request).await
     };
     site.access.protect(response.headers_mut());
+    if response.status() != StatusCode::SWITCHING_PROTOCOLS {
+        // A connection that asked has its answer; others wait for its place.
+        response.headers_mut().insert(CONNECTION, HeaderValue::from_static("close"));
+    }
     response
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::Router;
 use hyper::server::conn::http1;
@@ -89,7 +89,8 @@ impl Server {
             .enable_all()
             .build()?;
         let listen = |source| ServeError::Listen { address: options.listen, source };
-        let listener = runtime.block_on(TcpListener::bind(options.listen)).map_err(listen)?;
+        let listener = std::net::TcpListener::bind(options.listen).map_err(listen)?;
+        listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let hub = Hub::start(options)?;
         let (stop, stopping) = watch::channel(false);
@@ -103,7 +104,9 @@ impl Server {
             max_clients,
             stopping,
         });
-        runtime.spawn(accept(listener, router(site)));
+        let within = runtime.enter();
+        runtime.spawn(accept(TcpListener::from_std(listener)?, router(site)));
+        drop(within);
         Ok(Self { runtime: Some(runtime), hub, stop, places, max_clients, address })
     }
 
@@ -129,11 +132,11 @@ impl Drop for Server {
         let Some(runtime) = self.runtime.take() else { return };
         self.stop.send_replace(true);
         // Each page has a place until it has heard of the end.
-        let (places, all) = (&self.places, self.max_clients as u32);
-        runtime.block_on(async {
-            let _ = timeout(CLOSE_GRACE, places.acquire_many(all)).await;
-        });
-        runtime.shutdown_timeout(CLOSE_GRACE);
+        let start = Instant::now();
+        while self.places.available_permits() < self.max_clients && start.elapsed() < CLOSE_GRACE {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        runtime.shutdown_background();
     }
 }
 
@@ -166,7 +169,6 @@ async fn answer(stream: TcpStream, router: Router) -> hyper::Result<()> {
     http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(MAX_HEADERS)
-        .keep_alive(false)
         .max_buf_size(MAX_HEADER_BYTES)
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router))
         .with_upgrades()

@@ -150,10 +150,9 @@ impl Session {
 
     fn tell(&self, message: &ToPage) -> Result<(), End> {
         let Ok(text) = serde_json::to_string(message) else { return Ok(()) };
-        self.out.try_send(Message::Text(text.into())).map_err(|_| End {
-            code: close_code::AGAIN,
-            why: "the page does not read".into(),
-        })
+        self.out
+            .try_send(Message::Text(text.into()))
+            .map_err(|_| End { code: close_code::AGAIN, why: "the page does not read".into() })
     }
 
     /// Tells how the page's picture is.
@@ -209,8 +208,10 @@ impl Session {
                 return Err(End { code: close_code::UNSUPPORTED, why: "bytes; say JSON".into() });
             }
         };
-        let said = FromPage::parse(&text)
-            .map_err(|fault| End { code: close_code::POLICY, why: format!("no message: {fault}") })?;
+        let said = FromPage::parse(&text).map_err(|fault| End {
+            code: close_code::POLICY,
+            why: format!("no message: {fault}"),
+        })?;
         match said {
             FromPage::Shown(number) => {
                 // One that was never sent changes nothing.

@@ -119,8 +119,8 @@ impl Steering {
     fn release(&mut self) -> Vec<Command> {
         let (at, modifiers) = (self.at, Modifiers::default());
         let buttons = std::mem::take(&mut self.buttons).into_iter();
-        let buttons = buttons
-            .map(|button| Command::Point(Pointing::Button { at, button, pressed: false }));
+        let buttons =
+            buttons.map(|button| Command::Point(Pointing::Button { at, button, pressed: false }));
         let keys = std::mem::take(&mut self.keys).into_iter().map(|key| {
             Command::Type(Typing::Key { key, pressed: false, repeated: false, modifiers })
         });
@@ -189,7 +189,12 @@ mod tests {
         let modifiers = Modifiers::default();
         let released = [
             Command::Point(Pointing::Button { at: [3.0, 4.0], button: 1, pressed: false }),
-            Command::Type(Typing::Key { key: "W".into(), pressed: false, repeated: false, modifiers }),
+            Command::Type(Typing::Key {
+                key: "W".into(),
+                pressed: false,
+                repeated: false,
+                modifiers,
+            }),
             Command::Type(Typing::Holds(modifiers)),
             Command::Point(Pointing::Left),
         ];

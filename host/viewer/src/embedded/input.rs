@@ -115,7 +115,9 @@ mod tests {
             panic!("{:?}", input.events)
         };
         assert_eq!(*changed, Event::ModifiersChanged(shift));
-        assert!(matches!(pressed, Event::Key { key: Key::F, modifiers, .. } if *modifiers == shift));
+        assert!(
+            matches!(pressed, Event::Key { key: Key::F, modifiers, .. } if *modifiers == shift)
+        );
         assert!(matches!(wheel, Event::MouseWheel { modifiers, .. } if *modifiers == shift));
         assert_eq!(*released, Event::ModifiersChanged(Modifiers::NONE));
     }

@@ -17,11 +17,11 @@ const LOOK_PERIOD = 100;
 const REFUSED_SHOWN = 6000;
 
 const WORDS = {
-  starting: "The viewer starts.",
-  lost: "Viewer lost, restarting.",
-  behind: "This page does not keep up.",
-  silent: "The server is silent.",
-  away: "No connection to the server.",
+  starting: "The viewer starts",
+  lost: "Viewer lost, restarting",
+  behind: "This page does not keep up",
+  silent: "The server is silent",
+  away: "No connection to the server",
 };
 
 const element = (id) => document.getElementById(id);
@@ -33,6 +33,8 @@ let beat = { condition: "away", at: -Infinity, views: 0 };
 let views = 0;
 let steers = false;
 let why = "";
+/** How many stand how, as long as that is known. */
+let alarms = null;
 let isLive = false;
 let wasEverLive = false;
 /** When the picture was last known to be true. */
@@ -51,6 +53,7 @@ function opened() {
 function closed(words) {
   beat = { condition: "away", at: -Infinity, views: 0 };
   why = words;
+  alarms = null;
   setSteers(false, false);
   look();
 }
@@ -75,7 +78,8 @@ function told(message) {
   } else if (message.picked !== undefined) {
     program.tell({ busbar: "picked", equipment: message.picked });
   } else if (message.alarms) {
-    program.tell({ busbar: "alarms", ...message.alarms });
+    alarms = message.alarms;
+    if (isLive) tellAlarms();
   } else if (message.refused !== undefined) {
     refuse(message.refused);
   }
@@ -93,7 +97,7 @@ function look() {
   const now = performance.now();
   const condition = conditionAt(now);
   if (condition === "live") {
-    trueAt = now - beat.age;
+    trueAt = beat.at - beat.age;
   }
   if ((condition === "live") !== isLive) {
     isLive = !isLive;
@@ -103,8 +107,9 @@ function look() {
     why = "";
     return;
   }
-  element("what").textContent = WORDS[condition] + (why ? ` (${why})` : "");
-  element("age").textContent = trueAt === null ? "" : `The picture is ${spoken(now - trueAt)} old.`;
+  element("what").textContent = WORDS[condition];
+  element("age").textContent = trueAt === null ? "" : `Picture ${spoken(now - trueAt)} old`;
+  element("why").textContent = why;
 }
 
 function conditionAt(now) {
@@ -121,7 +126,12 @@ function turn(condition) {
   } else {
     program.tell({ busbar: wasEverLive ? "recovered" : "ready" });
     wasEverLive = true;
+    tellAlarms();
   }
+}
+
+function tellAlarms() {
+  if (alarms !== null) program.tell({ busbar: "alarms", ...alarms });
 }
 
 function spoken(millis) {
@@ -151,9 +161,15 @@ function obey(message) {
     case "focus": return link.say({ focus: String(message.equipment) });
     case "camera": return link.say({ camera: String(message.name) });
     case "theta": return link.say({ theta: message.value === null ? null : Number(message.value) });
-    case "hello": return program.tell({ busbar: isLive ? "ready" : "lost", reason: beat.condition });
+    case "hello": return greet();
     default: return refuse(`'${message.busbar}' is nothing that this page does`);
   }
+}
+
+/** Tells a program that came later how things are. */
+function greet() {
+  program.tell(isLive ? { busbar: "ready" } : { busbar: "lost", reason: conditionAt(performance.now()) });
+  if (isLive) tellAlarms();
 }
 
 element("steer").addEventListener("click", () => {

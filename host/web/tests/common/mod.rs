@@ -62,7 +62,12 @@ pub(crate) fn ask(server: &Server, path: &str, headers: &[(&str, &str)]) -> Answ
     ask_by("GET", server, path, headers)
 }
 
-pub(crate) fn ask_by(method: &str, server: &Server, path: &str, headers: &[(&str, &str)]) -> Answer {
+pub(crate) fn ask_by(
+    method: &str,
+    server: &Server,
+    path: &str,
+    headers: &[(&str, &str)],
+) -> Answer {
     let mut text = format!("{method} {path} HTTP/1.1\r\n");
     if !headers.iter().any(|(name, _)| *name == "Host") {
         text += &format!("Host: {}\r\n", server.address());
