@@ -103,13 +103,10 @@ function look() {
     isLive = !isLive;
     turn(condition);
   }
-  if (isLive) {
-    why = "";
-    return;
-  }
+  if (isLive) return;
   element("what").textContent = WORDS[condition];
   element("age").textContent = trueAt === null ? "" : `Picture ${spoken(now - trueAt)} old`;
-  element("why").textContent = why;
+  element("why").textContent = condition === "lost" || condition === "away" ? why : "";
 }
 
 function conditionAt(now) {
