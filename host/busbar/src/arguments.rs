@@ -1,10 +1,12 @@
 //! The command line.
 
 use std::ffi::OsString;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use busbar_viewer::{FaultKind, PluginInstance};
+use busbar_web::Origin;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// 3D viewer of live power equipment.
@@ -36,6 +38,8 @@ pub(crate) enum Command {
     Simulate(SimulateOptions),
     /// Make a scene from a model and a point list
     Import(ImportOptions),
+    /// Show a configuration as a web page, for the iframe of an HMI
+    Serve(ServeOptions),
     /// Print the JSON Schema of configurations
     Schema,
     /// Look at plugins
@@ -222,6 +226,40 @@ pub(crate) struct SimulateOptions {
 /// Faults that one word names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Faults(pub(crate) Vec<FaultKind>);
+
+/// Show a configuration as a web page, for the iframe of an HMI
+///
+/// All pages share one view. The first that comes steers it, others look and can take over.
+/// Whoever looks must have the token: from --token-file, from the variable BUSBAR_TOKEN, or
+/// else made at random and printed with the address. Nothing is encrypted: for other machines,
+/// put a proxy with TLS before it.
+#[derive(Debug, Args)]
+pub(crate) struct ServeOptions {
+    /// Configuration file
+    pub(crate) config: PathBuf,
+    /// Address and port to listen at; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    pub(crate) listen: SocketAddr,
+    /// File with the token alone: 16 to 256 letters, digits, `-` and `_`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) token_file: Option<PathBuf>,
+    /// Origin of a page that may embed the view and speak to it, such as
+    /// https://hmi.example; may be given again
+    #[arg(long, value_name = "ORIGIN")]
+    pub(crate) allow_origin: Vec<Origin>,
+    /// Let other machines reach the server, though nothing is encrypted
+    #[arg(long)]
+    pub(crate) insecure_remote: bool,
+    /// Pages that look at the same time
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub(crate) clients: usize,
+    /// Show panels beside the scene
+    #[arg(long)]
+    pub(crate) panels: bool,
+    /// Who acts on alarms, for the audit log
+    #[arg(long, value_name = "NAME")]
+    pub(crate) operator: Option<String>,
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct OptimizeOptions {

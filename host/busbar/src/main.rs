@@ -9,6 +9,7 @@ mod optimize;
 mod output;
 mod plugin;
 mod render;
+mod serve;
 mod simulate;
 mod view;
 
@@ -71,6 +72,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Optimize(options) => optimize::run(&options),
         Command::Simulate(options) => simulate::run(&options),
         Command::Import(options) => import::run(&options),
+        Command::Serve(options) => serve::run(&options),
         Command::Schema => output::json(&busbar_viewer::schema()),
         Command::Plugin { command } => match command {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),

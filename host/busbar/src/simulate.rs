@@ -46,7 +46,7 @@ pub(crate) fn run(options: &SimulateOptions) -> anyhow::Result<ExitCode> {
 }
 
 /// Becomes true with the first SIGINT or SIGTERM; a second one ends the program.
-fn ending_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
+pub(crate) fn ending_by_signal() -> anyhow::Result<Arc<AtomicBool>> {
     let ending = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         flag::register_conditional_default(signal, ending.clone())

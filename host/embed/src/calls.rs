@@ -3,20 +3,18 @@
 //! Every function may be called on any thread, except that nothing may be called on a view
 //! while or after it is closed. None waits for the viewer or for a disk.
 
-use std::ffi::{OsString, c_void};
+use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use busbar_client::{Given, Options};
 use busbar_protocol::message::Target;
 use busbar_protocol::pictures::{PIXEL_BYTES, bytes_of};
 
 use crate::abi::*;
-use crate::shared::{Callback, lock};
 use crate::strings::from_c;
-use crate::view::{BusbarView, Watching};
-use crate::wanted::Wanted;
-use crate::watch::Patience;
+use crate::view::{BusbarView, Callback};
 
 /// Where no other is named.
 const PROGRAM: &str = "busbar";
@@ -75,7 +73,7 @@ pub unsafe extern "C" fn busbar_view_open(
     guarded(|| {
         // SAFETY: the caller's texts.
         let opened = unsafe { parse(&options) };
-        match opened.and_then(|(wanted, watching)| BusbarView::open(wanted, watching)) {
+        match opened.and_then(BusbarView::open) {
             Ok(opened) => {
                 // SAFETY: as above.
                 unsafe { view.write(Box::into_raw(Box::new(opened))) };
@@ -88,7 +86,7 @@ pub unsafe extern "C" fn busbar_view_open(
 
 /// # Safety
 /// The options' texts are null or end with a zero byte.
-unsafe fn parse(options: &BusbarViewOptions) -> Result<(Wanted, Watching), i32> {
+unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, i32> {
     let or = |value: u32, usual: u32| if value == 0 { usual } else { value };
     let (size, silent) =
         ([options.width, options.height], or(options.silent_millis, SILENT_MILLIS));
@@ -107,18 +105,22 @@ unsafe fn parse(options: &BusbarViewOptions) -> Result<(Wanted, Watching), i32> 
         0 => Target::Offscreen,
         window => Target::Window(window),
     };
-    let mut wanted = Wanted::new(config, target, size);
-    wanted.panels = options.flags & BUSBAR_VIEW_PANELS != 0;
     let optional = |text: *const std::ffi::c_char| {
         // SAFETY: the caller's.
         (!text.is_null()).then(|| unsafe { from_c(text) }.ok_or(BUSBAR_VIEW_INVALID)).transpose()
     };
-    optional(options.operator_name)?.unwrap_or_default().clone_into(&mut wanted.operator);
-    let program = OsString::from(optional(options.program)?.unwrap_or(PROGRAM));
     let millis = |millis: u32| Duration::from_millis(u64::from(millis));
-    let patience = Patience { silent: millis(silent), hung: millis(hung) };
-    let longest_delay = millis(or(options.max_restart_millis, MAX_RESTART_MILLIS));
-    Ok((wanted, Watching { program, patience, longest_delay }))
+    Ok(Options {
+        program: optional(options.program)?.unwrap_or(PROGRAM).into(),
+        config,
+        target,
+        size,
+        panels: options.flags & BUSBAR_VIEW_PANELS != 0,
+        operator: optional(options.operator_name)?.unwrap_or_default().to_owned(),
+        silent: millis(silent),
+        hung: millis(hung),
+        longest_delay: millis(or(options.max_restart_millis, MAX_RESTART_MILLIS)),
+    })
 }
 
 /// A path as a process in another folder finds it.
@@ -154,7 +156,7 @@ pub unsafe extern "C" fn busbar_view_close(view: *mut BusbarView) {
 pub unsafe extern "C" fn busbar_view_descriptor(view: *const BusbarView) -> i32 {
     use std::os::fd::AsRawFd;
     // SAFETY: the caller's.
-    unsafe { with(view, |view| view.shared.has_events.as_raw_fd()) }
+    unsafe { with(view, |view| view.view.has_events().as_raw_fd()) }
 }
 
 /// Takes the next event: 1 where there is one, 0 where none waits, below 0 a status. Set
@@ -208,8 +210,7 @@ pub unsafe extern "C" fn busbar_view_set_callback(
     on_own_thread: i32,
 ) -> i32 {
     let set = |view: &BusbarView| {
-        let on_own_thread = on_own_thread != 0;
-        *lock(&view.shared.callback) = Callback { function: callback, context, on_own_thread };
+        view.set_callback(Callback { function: callback, context }, on_own_thread != 0);
         BUSBAR_VIEW_OK
     };
     // SAFETY: the caller's.
@@ -244,37 +245,36 @@ pub unsafe extern "C" fn busbar_view_frame(
         return BUSBAR_VIEW_INVALID;
     }
     let give = |view: &BusbarView| {
-        let given = lock(&view.shared.frames).give(view.silent_millis);
+        let given = view.view.frame();
+        let is_new = given.as_ref().is_some_and(|given| given.is_new);
         // SAFETY: as large as it says.
         let struct_size = unsafe { (*frame).struct_size };
-        let (is_new, written) = given.map_or_else(
-            || (false, no_frame(struct_size)),
-            |given| {
-                let (numbers, damage) = (given.numbers, given.numbers.damage);
-                let [width, height] = numbers.size;
-                let written = BusbarViewFrame {
-                    struct_size,
-                    state: given.state,
-                    width,
-                    height,
-                    stride: width * PIXEL_BYTES as u32,
-                    damage_x: damage.x,
-                    damage_y: damage.y,
-                    damage_width: damage.width,
-                    damage_height: damage.height,
-                    age_millis: given.age_millis,
-                    sequence: numbers.sequence,
-                    pixels: given.pixels,
-                };
-                (given.is_new, written)
-            },
-        );
+        let written =
+            given.map_or_else(|| no_frame(struct_size), |given| to_frame(&given, struct_size));
         // SAFETY: as large as it says.
         unsafe { frame.write(written) };
         i32::from(is_new)
     };
     // SAFETY: the caller's.
     unsafe { with(view, give) }
+}
+
+fn to_frame(given: &Given, struct_size: u32) -> BusbarViewFrame {
+    let ([width, height], damage) = (given.numbers.size, given.numbers.damage);
+    BusbarViewFrame {
+        struct_size,
+        state: if given.is_dead { BUSBAR_VIEW_DEAD } else { BUSBAR_VIEW_LIVE },
+        width,
+        height,
+        stride: width * PIXEL_BYTES as u32,
+        damage_x: damage.x,
+        damage_y: damage.y,
+        damage_width: damage.width,
+        damage_height: damage.height,
+        age_millis: u32::try_from(given.age.as_millis()).unwrap_or(u32::MAX),
+        sequence: given.numbers.sequence,
+        pixels: given.pixels,
+    }
 }
 
 fn no_frame(struct_size: u32) -> BusbarViewFrame {
@@ -300,8 +300,6 @@ fn no_frame(struct_size: u32) -> BusbarViewFrame {
 /// `view` is null or open.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn busbar_view_process(view: *const BusbarView) -> u32 {
-    let id =
-        |view: &BusbarView| view.shared.viewer_id.load(std::sync::atomic::Ordering::Acquire) as i32;
     // SAFETY: the caller's.
-    unsafe { with(view, id) }.max(0) as u32
+    unsafe { with(view, |view| view.view.process() as i32) }.max(0) as u32
 }

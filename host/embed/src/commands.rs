@@ -4,6 +4,7 @@
 
 use std::ffi::c_char;
 
+use busbar_client::Full;
 use busbar_protocol::message::{
     AlarmAction, CameraPose, Command, MAX_TAGS_A_MESSAGE, Pointing, TagQuality, TagUpdate, TagValue,
 };
@@ -20,11 +21,15 @@ use crate::view::BusbarView;
 /// `view` is null or open.
 unsafe fn ask(view: *const BusbarView, command: Option<Command>) -> i32 {
     let send = |view: &BusbarView| match command.filter(|command| command.check().is_ok()) {
-        Some(command) => view.shared.command(command),
+        Some(command) => status(view.view.command(command)),
         None => BUSBAR_VIEW_INVALID,
     };
     // SAFETY: the caller's.
     unsafe { with(view, send) }
+}
+
+fn status(result: Result<(), Full>) -> i32 {
+    result.map_or(BUSBAR_VIEW_FULL, |()| BUSBAR_VIEW_OK)
 }
 
 /// # Safety
@@ -251,12 +256,12 @@ pub unsafe extern "C" fn busbar_view_set_time(view: *const BusbarView, unix_nano
 pub unsafe extern "C" fn busbar_view_reload(view: *const BusbarView, config: *const c_char) -> i32 {
     let reload = |view: &BusbarView| {
         let config = match config.is_null() {
-            true => Some(crate::shared::lock(&view.shared.wanted).config.clone()),
+            true => Some(view.view.config()),
             // SAFETY: the caller's.
             false => unsafe { from_c(config) }.and_then(absolute),
         };
         match config.map(Command::Reload).filter(|command| command.check().is_ok()) {
-            Some(command) => view.shared.command(command),
+            Some(command) => status(view.view.command(command)),
             None => BUSBAR_VIEW_INVALID,
         }
     };

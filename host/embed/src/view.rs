@@ -1,28 +1,36 @@
-//! A view as the program holds it.
+//! A view as a program in C holds it.
 
-use std::ffi::{CString, OsString};
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::ffi::{CString, c_void};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use busbar_client::{Event, Options, View};
+use busbar_protocol::message::{AlarmAction, TagQuality};
 
 use crate::abi::*;
-use crate::events::Event;
-use crate::restarts::Restarts;
-use crate::shared::{Callback, Shared, lock, raise};
 use crate::strings::to_c;
-use crate::wanted::Wanted;
-use crate::watch::{Patience, Watch};
 
 /// Events that one round of callbacks tells.
 const MAX_A_ROUND: usize = 1024;
 
 /// One view.
 pub struct BusbarView {
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) silent_millis: u64,
+    pub(crate) view: View,
+    /// Who is told of events by busbar_view_dispatch.
+    callback: Mutex<Callback>,
     /// Texts of the event that was taken last.
-    held: std::sync::Mutex<Held>,
+    held: Mutex<Held>,
 }
+
+/// Who is told of events.
+#[derive(Clone, Copy)]
+pub(crate) struct Callback {
+    pub(crate) function: BusbarViewCallback,
+    pub(crate) context: *mut c_void,
+}
+
+// SAFETY: the context is a word to this library, handed back and never followed; whoever
+// allows calls on another thread answers for what it points to.
+unsafe impl Send for Callback {}
 
 #[derive(Default)]
 struct Held {
@@ -30,88 +38,126 @@ struct Held {
     text: CString,
 }
 
-/// How a view is watched.
-pub(crate) struct Watching {
-    pub(crate) program: OsString,
-    pub(crate) patience: Patience,
-    pub(crate) longest_delay: Duration,
-}
-
 impl BusbarView {
     /// Begins to watch a viewer, which is started at once.
     ///
     /// # Errors
     /// No descriptors or no thread left.
-    pub(crate) fn open(wanted: Wanted, watching: Watching) -> Result<Self, i32> {
-        let shared = Arc::new(Shared::new(wanted).map_err(|_| BUSBAR_VIEW_SYSTEM)?);
-        let Watching { program, patience, longest_delay } = watching;
-        let restarts = Restarts::new(longest_delay);
-        let watch = Watch::new(shared.clone(), program, patience, restarts);
-        let builder = std::thread::Builder::new().name("busbar view".into());
-        builder.spawn(move || watch.run()).map_err(|_| BUSBAR_VIEW_SYSTEM)?;
-        let silent_millis = patience.silent.as_millis() as u64;
-        Ok(Self { shared, silent_millis, held: std::sync::Mutex::default() })
+    pub(crate) fn open(options: Options) -> Result<Self, i32> {
+        let view = View::open(options).map_err(|_| BUSBAR_VIEW_SYSTEM)?;
+        let callback = Callback { function: None, context: std::ptr::null_mut() };
+        Ok(Self { view, callback: Mutex::new(callback), held: Mutex::default() })
+    }
+
+    /// Sets who is told of events, and by which thread.
+    pub(crate) fn set_callback(&self, callback: Callback, on_own_thread: bool) {
+        let nobody = Callback { function: None, ..callback };
+        *lock(&self.callback) = if on_own_thread { nobody } else { callback };
+        if on_own_thread && callback.function.is_some() {
+            self.view.set_listener(Some(Box::new(move |events| call_back(callback, events))));
+        } else {
+            self.view.set_listener(None);
+        }
     }
 
     /// Takes the oldest event; its texts stay until the next is taken.
     pub(crate) fn take_event(&self) -> Option<BusbarViewEvent> {
-        let (event, dropped) = self.shared.next_event()?;
-        Some(to_event(&event, dropped, &mut lock(&self.held)))
+        let (event, dropped) = self.view.next_event()?;
+        Some(to_event(event, dropped, &mut lock(&self.held)))
     }
 
     /// Tells the callback what waits, on this thread; how many events.
     pub(crate) fn dispatch(&self) -> usize {
         // Not under its lock: the callback may set another.
-        let callback = *lock(&self.shared.callback);
-        call_back(&self.shared, callback)
+        let callback = *lock(&self.callback);
+        if callback.function.is_none() {
+            return 0;
+        }
+        let mut count = 0;
+        let events = std::iter::from_fn(|| self.view.next_event());
+        call_back(callback, &mut events.take(MAX_A_ROUND).inspect(|_| count += 1));
+        count
     }
 }
 
-impl Drop for BusbarView {
-    fn drop(&mut self) {
-        // Waits for a callback that runs: none comes after this.
-        lock(&self.shared.callback).function = None;
-        self.shared.is_closing.store(true, Ordering::Release);
-        raise(&self.shared.wakes);
-    }
+/// Locks; a thread that panicked under a lock left nothing half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Tells the callback what waits, if the program allows that on the watching thread.
-pub(crate) fn call_back_on_own_thread(shared: &Shared) {
-    let callback = lock(&shared.callback);
-    if callback.on_own_thread {
-        call_back(shared, *callback);
-    }
-}
-
-fn call_back(shared: &Shared, callback: Callback) -> usize {
-    let Some(function) = callback.function else { return 0 };
+fn call_back(callback: Callback, events: &mut dyn Iterator<Item = (Event, u32)>) {
+    let Some(function) = callback.function else { return };
     let mut held = Held::default();
-    for count in 0..MAX_A_ROUND {
-        let Some((event, dropped)) = shared.next_event() else { return count };
-        let event = to_event(&event, dropped, &mut held);
+    for (event, dropped) in events {
+        let event = to_event(event, dropped, &mut held);
         // SAFETY: the function is the program's, for events of this form; the event and
         // its texts live until it returns.
         unsafe { function(callback.context, &raw const event) };
     }
-    // More may wait: whoever calls comes again.
-    raise(&shared.wakes);
-    MAX_A_ROUND
 }
 
-fn to_event(event: &Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
-    *held = Held { id: to_c(&event.id), text: to_c(&event.text) };
-    let pose = event.pose;
-    BusbarViewEvent {
+/// As the header has it.
+fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
+    let mut told = BusbarViewEvent {
         struct_size: size_of::<BusbarViewEvent>() as u32,
-        kind: event.kind,
-        state: event.state,
+        kind: 0,
+        state: 0,
         dropped,
-        unix_nanos: event.unix_nanos,
-        number: event.number,
-        eye: pose.map_or([0.0; 3], |pose| pose.eye),
-        target: pose.map_or([0.0; 3], |pose| pose.target),
-        id: held.id.as_ptr(),
-        text: held.text.as_ptr(),
+        unix_nanos: 0,
+        number: 0.0,
+        eye: [0.0; 3],
+        target: [0.0; 3],
+        id: std::ptr::null(),
+        text: std::ptr::null(),
+    };
+    let none = String::new();
+    let (kind, id, text) = match event {
+        Event::Ready { device } => (BUSBAR_VIEW_READY, none, device),
+        Event::Frame => (BUSBAR_VIEW_FRAME, none.clone(), none),
+        Event::Picked(id) => (BUSBAR_VIEW_PICKED, id, none),
+        Event::Hovered(id) => (BUSBAR_VIEW_HOVERED, id, none),
+        Event::Camera(pose) => {
+            (told.eye, told.target) = (pose.eye, pose.target);
+            (BUSBAR_VIEW_CAMERA, none.clone(), none)
+        }
+        Event::Alarm(standing) => {
+            told.state = u32::from(b'A' + standing.state.min(8));
+            told.unix_nanos = standing.since;
+            (BUSBAR_VIEW_ALARM, standing.alarm, none)
+        }
+        Event::Asked { alarm, action } => {
+            (told.state, told.number) = action_number(action);
+            (BUSBAR_VIEW_ASKED, alarm, none)
+        }
+        Event::Quality { tag, quality, reason } => {
+            told.state = quality_number(quality);
+            (BUSBAR_VIEW_QUALITY, tag, reason)
+        }
+        Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
+        Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
+        Event::Lost(how) => (BUSBAR_VIEW_LOST, none, how),
+        Event::Recovered { how, .. } => (BUSBAR_VIEW_RECOVERED, none, how),
+        Event::Reloaded(config) => (BUSBAR_VIEW_RELOADED, config, none),
+    };
+    *held = Held { id: to_c(&id), text: to_c(&text) };
+    (told.kind, told.id, told.text) = (kind, held.id.as_ptr(), held.text.as_ptr());
+    told
+}
+
+fn quality_number(quality: TagQuality) -> u32 {
+    match quality {
+        TagQuality::Good => BUSBAR_VIEW_GOOD,
+        TagQuality::Uncertain => BUSBAR_VIEW_UNCERTAIN,
+        TagQuality::Bad => BUSBAR_VIEW_BAD,
+    }
+}
+
+/// With seconds on the shelf.
+fn action_number(action: AlarmAction) -> (u32, f64) {
+    match action {
+        AlarmAction::Acknowledge => (BUSBAR_VIEW_ACKNOWLEDGE, 0.0),
+        AlarmAction::Shelve(seconds) => (BUSBAR_VIEW_SHELVE, f64::from(seconds)),
+        AlarmAction::Unshelve => (BUSBAR_VIEW_UNSHELVE, 0.0),
+        AlarmAction::Reset => (BUSBAR_VIEW_RESET, 0.0),
     }
 }

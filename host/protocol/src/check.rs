@@ -1,7 +1,8 @@
 //! What the form of a message leaves open: lengths, sizes, numbers that are finite.
 
 use crate::message::{
-    Command, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, Pointing, TagUpdate, TagValue, ToViewer,
+    Command, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES, Pointing, TagUpdate,
+    TagValue, ToViewer, Typing,
 };
 use crate::pictures::{MAX_PICTURE_BYTES, bytes_of};
 
@@ -47,7 +48,13 @@ impl Command {
             Self::MirrorAlarm { alarm, .. } => text(alarm),
             Self::Point(Pointing::Moved(at) | Pointing::Button { at, .. }) => finite(at),
             Self::Point(Pointing::Scrolled(steps)) => finite([steps]),
-            Self::SetVisible(_)
+            Self::Type(Typing::Key { key: typed, .. } | Typing::Text(typed))
+                if typed.len() > MAX_TYPED_BYTES =>
+            {
+                Err(format!("{} bytes typed at once; at most {MAX_TYPED_BYTES}", typed.len()))
+            }
+            Self::Type(_)
+            | Self::SetVisible(_)
             | Self::SetTheta(_)
             | Self::SetTime(_)
             | Self::Pick(_)

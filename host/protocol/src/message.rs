@@ -6,13 +6,15 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
 pub const MAX_TEXT_BYTES: usize = 4096;
 /// Tags that one message sets at most.
 pub const MAX_TAGS_A_MESSAGE: usize = 4096;
+/// The longest name of a key, and the longest text typed at once, bytes.
+pub const MAX_TYPED_BYTES: usize = 256;
 /// The longest side of a picture, pixels.
 pub const MAX_SIDE: u32 = 8192;
 
@@ -113,6 +115,8 @@ pub enum Command {
     Pick([u32; 2]),
     /// What the pointer did over the picture.
     Point(Pointing),
+    /// What was done on the keyboard over the picture.
+    Type(Typing),
 }
 
 /// What an operator does to an alarm.
@@ -146,6 +150,37 @@ pub enum Pointing {
     Scrolled(f32),
     /// It left the picture.
     Left,
+}
+
+/// What was done on a keyboard.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Typing {
+    /// A key went down or up. One that the viewer does not know does nothing.
+    Key {
+        /// Its name, as `KeyboardEvent.key` of UI Events (W3C) has it: `A`, `F9`, `ArrowUp`.
+        key: String,
+        /// Whether it went down.
+        pressed: bool,
+        /// Whether it was down already, and the keyboard repeats it.
+        repeated: bool,
+        /// What is held meanwhile.
+        modifiers: Modifiers,
+    },
+    /// What is held, where no key tells.
+    Holds(Modifiers),
+    /// Text, for a field that takes it.
+    Text(String),
+}
+
+/// Keys that change what others mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Modifiers {
+    /// Shift.
+    pub shift: bool,
+    /// Ctrl.
+    pub ctrl: bool,
+    /// Alt.
+    pub alt: bool,
 }
 
 /// A value of a tag as the host program has it.

@@ -253,6 +253,19 @@ impl PictureReader {
         self.numbers.map(|numbers| (numbers, self.memory.pixels(self.own).cast_const()))
     }
 
+    /// Copies the pixels of the picture taken last; what is said of it.
+    pub fn copy(&self, pixels: &mut Vec<u8>) -> Option<Numbers> {
+        let (numbers, first) = self.picture()?;
+        let bytes = bytes_of(numbers.size)?;
+        // SAFETY: the reader's own picture, which the viewer has let go of, and that many bytes
+        // fit. Were it to write there all the same, it would be seen in the picture and
+        // nowhere else.
+        let own = unsafe { std::slice::from_raw_parts(first, bytes) };
+        pixels.clear();
+        pixels.extend_from_slice(own);
+        Some(numbers)
+    }
+
     /// None where they name no picture.
     fn read_numbers(&self) -> Option<Numbers> {
         let [sequence, rest @ ..] =

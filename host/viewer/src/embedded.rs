@@ -7,6 +7,7 @@
 mod beater;
 mod channel;
 mod commands;
+mod input;
 mod offscreen;
 mod watch;
 
@@ -46,8 +47,8 @@ pub struct Embedded {
 pub struct Pass {
     /// The size wanted, pixels.
     pub size: Option<[u32; 2]>,
-    /// Pointer events over an offscreen picture.
-    pub pointing: Vec<busbar_protocol::message::Pointing>,
+    /// What pointer and keyboard did over an offscreen picture.
+    pub input: Vec<Command>,
     /// A scene to be shown in place of this one.
     pub scene: Option<Box<LoadedScene>>,
     /// Whether anything was asked, so that a frame is due now.
@@ -165,7 +166,7 @@ impl Embedded {
             match command {
                 Command::Resize(size) => pass.size = Some(size),
                 Command::SetVisible(is_visible) => self.is_visible = is_visible,
-                Command::Point(pointing) => pass.pointing.push(pointing),
+                Command::Point(_) | Command::Type(_) => pass.input.push(command),
                 Command::Reload(path) => self.next_reload = Some(path),
                 command => {
                     if let Err(why) = commands::perform(viewer, command) {

@@ -52,8 +52,10 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
             viewer.pick(pixel).map(drop).map_err(|error| format!("nothing is picked: {error}"))
         }
         // The loop's.
-        Command::Resize(_) | Command::SetVisible(_) | Command::Reload(_) | Command::Point(_) => {
-            Ok(())
-        }
+        Command::Resize(_)
+        | Command::SetVisible(_)
+        | Command::Reload(_)
+        | Command::Point(_)
+        | Command::Type(_) => Ok(()),
     }
 }

@@ -2,10 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_protocol::message::Pointing;
 use busbar_protocol::pictures::{self, Area, PictureWriter};
-use egui::{Event, Modifiers, MouseWheelUnit, PointerButton, RawInput, TouchPhase};
 
+use super::input::Hands;
 use super::{Embedded, Pass};
 use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 
@@ -27,18 +26,18 @@ impl Embedded {
         let mut size = self.size();
         let mut viewer = self.open(|| open(scene, size))?;
         let (mut last, started) = (None, Instant::now());
-        let (mut pointer, mut trouble) = (egui::Pos2::ZERO, None);
+        let (mut hands, mut trouble) = (Hands::default(), None);
         loop {
             let began = Instant::now();
             let Some(pass) = self.obey(&mut viewer) else { return Ok(()) };
-            let Pass { size: wanted, pointing, scene, .. } = pass;
+            let Pass { size: wanted, input: done, scene, .. } = pass;
             size = wanted.unwrap_or(size);
             if let Some(scene) = scene {
                 viewer = self.replace(viewer, || open(*scene, size))?;
             }
             viewer.resize_offscreen(size);
             let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
-            point(&mut input, &pointing, &mut pointer);
+            hands.act(&mut input, done);
             let true_at = pictures::now();
             let frame = viewer.frame(input).inspect_err(|error| self.fail(&error.to_string()))?;
             if frame.trouble.is_none() {
@@ -103,36 +102,4 @@ fn publish(
     }
     *last = Some(picture);
     true
-}
-
-/// Gives egui what the pointer did.
-fn point(input: &mut RawInput, pointing: &[Pointing], pointer: &mut egui::Pos2) {
-    let viewport = input.viewports.get(&input.viewport_id);
-    let scale = viewport.and_then(|v| v.native_pixels_per_point).unwrap_or(1.0);
-    let points = |[x, y]: [f32; 2]| egui::pos2(x / scale, y / scale);
-    for what in pointing {
-        input.events.push(match *what {
-            Pointing::Moved(at) => {
-                *pointer = points(at);
-                Event::PointerMoved(*pointer)
-            }
-            Pointing::Button { at, button, pressed } => {
-                let button = match button {
-                    2 => PointerButton::Middle,
-                    3 => PointerButton::Secondary,
-                    _ => PointerButton::Primary,
-                };
-                *pointer = points(at);
-                let modifiers = Modifiers::NONE;
-                Event::PointerButton { pos: *pointer, button, pressed, modifiers }
-            }
-            Pointing::Scrolled(steps) => Event::MouseWheel {
-                unit: MouseWheelUnit::Line,
-                delta: egui::vec2(0.0, steps),
-                phase: TouchPhase::Move,
-                modifiers: Modifiers::NONE,
-            },
-            Pointing::Left => Event::PointerGone,
-        });
-    }
 }

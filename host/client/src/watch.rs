@@ -10,12 +10,10 @@ use busbar_protocol::message::{FromViewer, ToViewer};
 use busbar_protocol::pictures::now;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::abi::*;
-use crate::events::{Event, action_number, quality_number};
+use crate::events::Event;
 use crate::process::{Viewer, ending};
 use crate::restarts::Restarts;
 use crate::shared::{Shared, lock, lower};
-use crate::view;
 
 /// How often a viewer's signs of life are looked at.
 const LOOK_PERIOD: Duration = Duration::from_millis(25);
@@ -54,8 +52,8 @@ struct Running {
     viewer: Viewer,
     started: Instant,
     is_ready: bool,
-    /// Why it ends, in its own words.
-    last_words: Option<String>,
+    /// Whether it told why it ends.
+    has_said_why: bool,
 }
 
 impl Watch {
@@ -90,7 +88,7 @@ impl Watch {
                 self.lose(&why);
             }
             self.look_for_life();
-            view::call_back_on_own_thread(&self.shared);
+            self.shared.tell_listener();
         }
         self.close();
     }
@@ -103,10 +101,11 @@ impl Watch {
                 lock(&self.shared.frames).follow(reader);
                 self.shared.viewer_id.store(viewer.id(), Ordering::Release);
                 let started = Instant::now();
-                self.viewer = Some(Running { viewer, started, is_ready: false, last_words: None });
+                self.viewer =
+                    Some(Running { viewer, started, is_ready: false, has_said_why: false });
             }
             Err(why) => {
-                self.shared.tell(Event::words(BUSBAR_VIEW_ERROR, why));
+                self.shared.tell(Event::Error(why));
                 self.due = Instant::now() + self.restarts.note(Instant::now());
             }
         }
@@ -149,62 +148,48 @@ impl Watch {
     fn take(&mut self, message: FromViewer) {
         let shared = &self.shared;
         let event = match message {
-            FromViewer::Ready { device } => return self.note_ready(&device),
+            FromViewer::Ready { device } => return self.note_ready(device),
             FromViewer::Reloaded { config } => {
                 // The viewer shows it with its own state: the rest is told anew.
                 let mut wanted = lock(&shared.wanted);
                 wanted.config.clone_from(&config);
                 lock(&shared.outbox).begin_anew(&wanted);
-                Event::of(BUSBAR_VIEW_RELOADED, config)
+                Event::Reloaded(config)
             }
-            FromViewer::Pictured => Event::of(BUSBAR_VIEW_FRAME, ""),
-            FromViewer::Picked(id) => Event::of(BUSBAR_VIEW_PICKED, id.unwrap_or_default()),
-            FromViewer::Hovered(id) => Event::of(BUSBAR_VIEW_HOVERED, id.unwrap_or_default()),
+            FromViewer::Pictured => Event::Frame,
+            FromViewer::Picked(id) => Event::Picked(id.unwrap_or_default()),
+            FromViewer::Hovered(id) => Event::Hovered(id.unwrap_or_default()),
             FromViewer::Looks(pose) => {
                 lock(&shared.wanted).note_pose(pose);
-                Event { pose: Some(pose), ..Event::of(BUSBAR_VIEW_CAMERA, "") }
+                Event::Camera(pose)
             }
             FromViewer::Alarm(standing) => {
                 lock(&shared.wanted).note_alarm(&standing);
-                Event {
-                    state: u32::from(b'A' + standing.state.min(8)),
-                    unix_nanos: standing.since,
-                    ..Event::of(BUSBAR_VIEW_ALARM, standing.alarm)
-                }
+                Event::Alarm(standing)
             }
-            FromViewer::Asked { alarm, action } => {
-                let (state, number) = action_number(action);
-                Event { state, number, ..Event::of(BUSBAR_VIEW_ASKED, alarm) }
-            }
-            FromViewer::Quality { tag, quality, reason } => Event {
-                state: quality_number(quality),
-                text: reason,
-                ..Event::of(BUSBAR_VIEW_QUALITY, tag)
-            },
-            FromViewer::Plugin { plugin, state } => {
-                Event { text: state, ..Event::of(BUSBAR_VIEW_PLUGIN, plugin) }
-            }
-            FromViewer::Refused(words) => Event::words(BUSBAR_VIEW_ERROR, words),
+            FromViewer::Asked { alarm, action } => Event::Asked { alarm, action },
+            FromViewer::Quality { tag, quality, reason } => Event::Quality { tag, quality, reason },
+            FromViewer::Plugin { plugin, state } => Event::Plugin { plugin, state },
+            FromViewer::Refused(words) => Event::Error(words),
             FromViewer::Failed(words) => {
                 if let Some(running) = &mut self.viewer {
-                    running.last_words = Some(words.clone());
+                    running.has_said_why = true;
                 }
-                Event::words(BUSBAR_VIEW_ERROR, words)
+                Event::Failed(words)
             }
         };
         shared.tell(event);
     }
 
-    fn note_ready(&mut self, device: &str) {
+    fn note_ready(&mut self, device: String) {
         if let Some(running) = &mut self.viewer {
             running.is_ready = true;
         }
-        let kind = match std::mem::replace(&mut self.was_ever_ready, true) {
-            true => BUSBAR_VIEW_RECOVERED,
-            false => BUSBAR_VIEW_READY,
-        };
         self.is_lost = false;
-        self.shared.tell(Event::words(kind, device));
+        self.shared.tell(match std::mem::replace(&mut self.was_ever_ready, true) {
+            true => Event::Recovered { is_another: true, how: device },
+            false => Event::Ready { device },
+        });
     }
 
     /// Notes silence, and ends a viewer that hangs.
@@ -231,11 +216,11 @@ impl Watch {
         let is_silent = age >= self.patience.silent;
         if is_silent && !std::mem::replace(&mut self.is_lost, true) {
             let words = format!("no picture for {} ms", age.as_millis());
-            self.shared.tell(Event::words(BUSBAR_VIEW_LOST, words));
-            self.shared.tell(Event::of(BUSBAR_VIEW_FRAME, ""));
+            self.shared.tell(Event::Lost(words));
+            self.shared.tell(Event::Frame);
         } else if !is_silent && std::mem::replace(&mut self.is_lost, false) {
-            self.shared.tell(Event::words(BUSBAR_VIEW_RECOVERED, "it goes on"));
-            self.shared.tell(Event::of(BUSBAR_VIEW_FRAME, ""));
+            self.shared.tell(Event::Recovered { is_another: false, how: "it goes on".into() });
+            self.shared.tell(Event::Frame);
         }
     }
 
@@ -245,7 +230,7 @@ impl Watch {
         self.shared.viewer_id.store(0, Ordering::Release);
         lock(&self.shared.frames).let_go();
         let was_ready = running.is_ready;
-        let words = running.last_words.clone();
+        let has_said_why = running.has_said_why;
         let mut child = running.viewer.into_child();
         let why = match child.try_wait() {
             Ok(Some(status)) => ending(status),
@@ -257,10 +242,10 @@ impl Watch {
         self.due = Instant::now() + self.restarts.note(Instant::now());
         // One that was never there is no loss; why is told by an error.
         if was_ready && !std::mem::replace(&mut self.is_lost, true) {
-            self.shared.tell(Event::words(BUSBAR_VIEW_LOST, why));
-            self.shared.tell(Event::of(BUSBAR_VIEW_FRAME, ""));
-        } else if words.is_none() {
-            self.shared.tell(Event::words(BUSBAR_VIEW_ERROR, format!("the viewer: {why}")));
+            self.shared.tell(Event::Lost(why));
+            self.shared.tell(Event::Frame);
+        } else if !has_said_why {
+            self.shared.tell(Event::Error(format!("the viewer: {why}")));
         }
     }
 

@@ -1,7 +1,6 @@
 //! What the program's threads and the one that watches the viewer share. Nobody does
 //! anything under the lock that could wait.
 
-use std::ffi::c_void;
 use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,11 +8,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use busbar_protocol::message::Command;
 use rustix::event::{EventfdFlags, eventfd};
 
-use crate::abi::{BUSBAR_VIEW_FULL, BUSBAR_VIEW_OK, BusbarViewCallback};
 use crate::events::{Event, Events};
 use crate::frames::Frames;
 use crate::outbox::Outbox;
+use crate::view::Listener;
 use crate::wanted::Wanted;
+
+/// Events that a listener is told in a row.
+const MAX_A_ROUND: usize = 1024;
 
 /// Shared by both sides of a view.
 pub(crate) struct Shared {
@@ -21,7 +23,7 @@ pub(crate) struct Shared {
     pub(crate) outbox: Mutex<Outbox>,
     pub(crate) events: Mutex<Events>,
     pub(crate) frames: Mutex<Frames>,
-    pub(crate) callback: Mutex<Callback>,
+    pub(crate) listener: Mutex<Option<Listener>>,
     /// Readable while events wait: the program's.
     pub(crate) has_events: OwnedFd,
     /// Readable while there is something to send: the watching thread's.
@@ -31,18 +33,9 @@ pub(crate) struct Shared {
     pub(crate) viewer_id: AtomicU32,
 }
 
-/// Who is told of events.
-#[derive(Clone, Copy)]
-pub(crate) struct Callback {
-    pub(crate) function: BusbarViewCallback,
-    pub(crate) context: *mut c_void,
-    /// Whether the watching thread may call it.
-    pub(crate) on_own_thread: bool,
-}
-
-// SAFETY: the context is a word to this library, handed back and never followed; whoever
-// allows calls on another thread answers for what it points to.
-unsafe impl Send for Callback {}
+/// Too much waits for the viewer already. Nothing was done: try again later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Full;
 
 /// Locks; a thread that panicked under a lock left nothing half done.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -54,14 +47,12 @@ impl Shared {
     /// No descriptors left.
     pub(crate) fn new(wanted: Wanted) -> rustix::io::Result<Self> {
         let flags = EventfdFlags::NONBLOCK | EventfdFlags::CLOEXEC;
-        let callback =
-            Callback { function: None, context: std::ptr::null_mut(), on_own_thread: false };
         Ok(Self {
             wanted: Mutex::new(wanted),
             outbox: Mutex::default(),
             events: Mutex::default(),
             frames: Mutex::default(),
-            callback: Mutex::new(callback),
+            listener: Mutex::default(),
             has_events: eventfd(0, flags)?,
             wakes: eventfd(0, flags)?,
             is_closing: AtomicBool::new(false),
@@ -69,16 +60,19 @@ impl Shared {
         })
     }
 
-    /// Puts a command on its way; a status of the header.
-    pub(crate) fn command(&self, command: Command) -> i32 {
+    /// Puts a command on its way.
+    ///
+    /// # Errors
+    /// There is no room.
+    pub(crate) fn command(&self, command: Command) -> Result<(), Full> {
         let (mut wanted, mut outbox) = (lock(&self.wanted), lock(&self.outbox));
         if !outbox.has_room() || !wanted.note(&command) {
-            return BUSBAR_VIEW_FULL;
+            return Err(Full);
         }
         outbox.push(command);
         drop((wanted, outbox));
         raise(&self.wakes);
-        BUSBAR_VIEW_OK
+        Ok(())
     }
 
     /// Tells the program something.
@@ -95,6 +89,16 @@ impl Shared {
             lower(&self.has_events);
         }
         next
+    }
+
+    /// Tells the listener what waits, if there is one.
+    pub(crate) fn tell_listener(&self) {
+        let mut listener = lock(&self.listener);
+        let Some(listener) = &mut *listener else { return };
+        listener(&mut std::iter::from_fn(|| self.next_event()).take(MAX_A_ROUND));
+        if !lock(&self.events).is_empty() {
+            raise(&self.wakes);
+        }
     }
 
     pub(crate) fn is_closing(&self) -> bool {

@@ -71,7 +71,8 @@ impl Wanted {
             Command::ActOnAlarm { .. }
             | Command::Reload(_)
             | Command::Pick(_)
-            | Command::Point(_) => {}
+            | Command::Point(_)
+            | Command::Type(_) => {}
         }
         true
     }

@@ -1,0 +1,87 @@
+//! `busbar serve`: the view as a web page.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use anyhow::{Context, anyhow, bail};
+use busbar_web::{Options, Server, Token};
+
+use crate::arguments::ServeOptions;
+use crate::{output, simulate};
+
+/// Where the token is looked for when no file is named.
+const TOKEN_VARIABLE: &str = "BUSBAR_TOKEN";
+/// How often it is looked whether it is to end.
+const LOOK_PERIOD: Duration = Duration::from_millis(100);
+
+pub(crate) fn run(options: &ServeOptions) -> anyhow::Result<ExitCode> {
+    let ending = simulate::ending_by_signal()?;
+    let (token, is_new) = token(options.token_file.as_deref())?;
+    let server = Server::start(&Options {
+        program: program()?,
+        config: absolute(&options.config)?,
+        listen: options.listen,
+        insecure_remote: options.insecure_remote,
+        token: token.clone(),
+        allowed_origins: options.allow_origin.clone(),
+        max_clients: options.clients,
+        panels: options.panels,
+        operator: options.operator.clone().unwrap_or_default(),
+    })?;
+    if options.insecure_remote && !options.listen.ip().is_loopback() {
+        tracing::warn!("nothing is encrypted: whoever can listen in has the token and the view");
+    }
+    // A token of somebody else's making is not told again.
+    let address = server.address();
+    output::result(&match is_new {
+        true => format!("http://{address}/?token={}", token.reveal()),
+        false => format!("http://{address}/"),
+    });
+    while !ending.load(Ordering::Relaxed) {
+        if let Some(failure) = server.failure() {
+            bail!("{failure}");
+        }
+        std::thread::sleep(LOOK_PERIOD);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The token, and whether it was made here.
+fn token(file: Option<&Path>) -> anyhow::Result<(Token, bool)> {
+    let given = match (file, std::env::var(TOKEN_VARIABLE)) {
+        (Some(file), _) => {
+            let text = std::fs::read_to_string(file).with_context(|| {
+                format!(
+                    "the token cannot be read from '{}'\n  remedy: make it a text file with the \
+                     token alone that this program may read",
+                    file.display()
+                )
+            })?;
+            let place = || format!("'{}'", file.display());
+            Some(Token::parse(&text).with_context(place)?)
+        }
+        (None, Ok(text)) => Some(Token::parse(&text).context(TOKEN_VARIABLE)?),
+        (None, Err(std::env::VarError::NotPresent)) => None,
+        (None, Err(error)) => bail!("{TOKEN_VARIABLE}: {error}"),
+    };
+    Ok(match given {
+        Some(token) => (token, false),
+        None => (Token::random()?, true),
+    })
+}
+
+/// This program, which is the viewer too.
+fn program() -> anyhow::Result<OsString> {
+    Ok(std::env::current_exe().context("this program does not know where it is")?.into())
+}
+
+fn absolute(config: &Path) -> anyhow::Result<String> {
+    if !config.is_file() {
+        bail!("there is no configuration '{}'\n  remedy: name a file", config.display());
+    }
+    let path = std::path::absolute(config)?.into_os_string().into_string();
+    path.map_err(|path| anyhow!("{}: the path is not UTF-8", path.to_string_lossy()))
+}

@@ -1,0 +1,227 @@
+//! What waits to be told, in order and within a limit.
+
+use std::collections::{HashMap, VecDeque};
+
+use busbar_protocol::message::{AlarmAction, AlarmStanding, CameraPose, TagQuality};
+
+/// Events that wait and are not merged. Beyond that, states of an alarm are merged into its
+/// last one, and of the rest the oldest goes and is counted.
+pub(crate) const MAX_EVENTS: usize = 4096;
+/// Names that something merged waits of: all tags, plugins and alarms that there can be.
+const MAX_MERGED: usize = 1 << 18;
+
+/// Something to tell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The first picture is there.
+    Ready {
+        /// The graphics device.
+        device: String,
+    },
+    /// There is a new picture, or the state of the one before changed. Merged.
+    Frame,
+    /// A piece of equipment was picked; empty for nothing.
+    Picked(String),
+    /// The pointer is over this; empty for nothing. Merged.
+    Hovered(String),
+    /// Where the camera is. Merged.
+    Camera(CameraPose),
+    /// How an alarm stands. Each change comes while there is room, and the last one of each
+    /// alarm always.
+    Alarm(AlarmStanding),
+    /// An operator wants this of an alarm that the program decides on.
+    Asked {
+        /// Its id.
+        alarm: String,
+        /// What.
+        action: AlarmAction,
+    },
+    /// What a tag is worth. Merged by tag.
+    Quality {
+        /// Its id.
+        tag: String,
+        /// By which it can be relied on.
+        quality: TagQuality,
+        /// Why it is not good; else empty.
+        reason: String,
+    },
+    /// How a plugin instance goes. Merged by plugin.
+    Plugin {
+        /// Its name.
+        plugin: String,
+        /// In words.
+        state: String,
+    },
+    /// Something could not be done, or goes wrong, and what helps.
+    Error(String),
+    /// Why no scene can be shown at all; the viewer ends, and is started again.
+    Failed(String),
+    /// The viewer is silent or gone, and how. What it last drew is dead.
+    Lost(String),
+    /// The viewer is back: with its last good configuration, camera, alarms and tags.
+    Recovered {
+        /// Whether it is another process, which tells the states of alarms anew.
+        is_another: bool,
+        /// In words.
+        how: String,
+    },
+    /// The configuration of this path is shown from here on.
+    Reloaded(String),
+}
+
+/// Events that wait.
+#[derive(Debug, Default)]
+pub(crate) struct Events {
+    waiting: VecDeque<Waiting>,
+    /// How many of them are single.
+    single: usize,
+    merged: HashMap<Key, Event>,
+    dropped: u32,
+}
+
+#[derive(Debug)]
+enum Waiting {
+    Single(Event),
+    Merged(Key),
+}
+
+/// What a later event of the same says all of.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Key {
+    Frame,
+    Hovered,
+    Camera,
+    Quality(String),
+    Plugin(String),
+    Alarm(String),
+}
+
+impl Event {
+    /// What it is merged by, if a later one says all that it does.
+    fn key(&self) -> Option<Key> {
+        match self {
+            Self::Frame => Some(Key::Frame),
+            Self::Hovered(_) => Some(Key::Hovered),
+            Self::Camera(_) => Some(Key::Camera),
+            Self::Quality { tag, .. } => Some(Key::Quality(tag.clone())),
+            Self::Plugin { plugin, .. } => Some(Key::Plugin(plugin.clone())),
+            _ => None,
+        }
+    }
+}
+
+impl Events {
+    /// Puts one behind the others.
+    pub(crate) fn push(&mut self, event: Event) {
+        let key = match &event {
+            // One by one while there is room; but never past one that waits merged.
+            Event::Alarm(standing) => {
+                let key = Key::Alarm(standing.alarm.clone());
+                let merges = self.single >= MAX_EVENTS || self.merged.contains_key(&key);
+                merges.then_some(key)
+            }
+            event => event.key(),
+        };
+        match key {
+            Some(key) => self.merge(key, event),
+            None => self.push_single(event),
+        }
+    }
+
+    fn merge(&mut self, key: Key, event: Event) {
+        if let Some(before) = self.merged.get_mut(&key) {
+            *before = event;
+        } else if self.merged.len() < MAX_MERGED {
+            self.waiting.push_back(Waiting::Merged(key.clone()));
+            self.merged.insert(key, event);
+        } else {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+    }
+
+    fn push_single(&mut self, event: Event) {
+        if self.single >= MAX_EVENTS {
+            self.dropped = self.dropped.saturating_add(1);
+            let goes =
+                |w: &Waiting| matches!(w, Waiting::Single(e) if !matches!(e, Event::Alarm(_)));
+            let Some(oldest) = self.waiting.iter().position(goes) else { return };
+            self.waiting.remove(oldest);
+            self.single -= 1;
+        }
+        self.waiting.push_back(Waiting::Single(event));
+        self.single += 1;
+    }
+
+    /// The oldest, and how many were dropped since the one before.
+    pub(crate) fn pop(&mut self) -> Option<(Event, u32)> {
+        let event = match self.waiting.pop_front()? {
+            Waiting::Single(event) => {
+                self.single -= 1;
+                event
+            }
+            Waiting::Merged(key) => self.merged.remove(&key)?,
+        };
+        Some((event, std::mem::take(&mut self.dropped)))
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alarm(number: usize, state: u8) -> Event {
+        let alarm = format!("alarm {number}");
+        Event::Alarm(AlarmStanding { alarm, state, since: 1, standing: String::new() })
+    }
+
+    fn quality(tag: &str) -> Event {
+        Event::Quality { tag: tag.into(), quality: TagQuality::Good, reason: String::new() }
+    }
+
+    #[test]
+    fn what_says_the_same_is_merged_by_its_name() {
+        let mut events = Events::default();
+        let (hovered, picked) = (|id: &str| Event::Hovered(id.into()), Event::Picked("a".into()));
+        for event in [
+            hovered("a"),
+            quality("t1"),
+            quality("t2"),
+            hovered("b"),
+            quality("t1"),
+            picked.clone(),
+            picked.clone(),
+        ] {
+            events.push(event);
+        }
+        let left: Vec<_> = std::iter::from_fn(|| events.pop()).map(|(event, _)| event).collect();
+        assert_eq!(left, [hovered("b"), quality("t1"), quality("t2"), picked.clone(), picked]);
+    }
+
+    #[test]
+    fn no_alarm_is_ever_lost() {
+        let mut events = Events::default();
+        (0..2 * MAX_EVENTS).for_each(|_| events.push(Event::Picked("x".into())));
+        for state in 0..3 {
+            (0..2 * MAX_EVENTS).for_each(|number| events.push(alarm(number, state)));
+        }
+        let (_, dropped) = events.pop().unwrap();
+        assert_eq!(dropped as usize, MAX_EVENTS, "the picks, and they are counted");
+        (0..9).for_each(|_| events.push(Event::Picked("y".into())));
+        let (mut last, mut count) = (HashMap::new(), 0);
+        while let Some((event, _)) = events.pop() {
+            count += 1;
+            if let Event::Alarm(standing) = event {
+                last.insert(standing.alarm, standing.state);
+            }
+        }
+        for number in 0..2 * MAX_EVENTS {
+            let id = format!("alarm {number}");
+            assert_eq!(last.get(&id), Some(&2), "{id}");
+        }
+        assert!(count <= 4 * MAX_EVENTS, "{count} wait");
+    }
+}

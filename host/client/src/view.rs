@@ -1,0 +1,123 @@
+//! A view as the program holds it.
+
+use std::ffi::OsString;
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use busbar_protocol::message::{Command, Target};
+
+use crate::events::Event;
+use crate::frames::{Copied, Given};
+use crate::restarts::Restarts;
+use crate::shared::{Full, Shared, lock, raise};
+use crate::wanted::Wanted;
+use crate::watch::{Patience, Watch};
+
+/// Told what waits, each time with how many events were dropped before it; what it leaves
+/// it is told again.
+pub type Listener = Box<dyn FnMut(&mut dyn Iterator<Item = (Event, u32)>) + Send>;
+
+/// What a view shows, and how it is watched.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The program `busbar`.
+    pub program: OsString,
+    /// Path of the configuration, absolute.
+    pub config: String,
+    /// Where the picture goes.
+    pub target: Target,
+    /// Its size, pixels.
+    pub size: [u32; 2],
+    /// Whether Busbar's own panels are shown beside the scene.
+    pub panels: bool,
+    /// Who acts on alarms, for the audit log; may be empty.
+    pub operator: String,
+    /// After so long without a sign of life the picture is dead.
+    pub silent: Duration,
+    /// After so long the viewer is ended and started again; at least `silent`.
+    pub hung: Duration,
+    /// The longest delay before a viewer that keeps ending is started again.
+    pub longest_delay: Duration,
+}
+
+/// One view. Dropping it closes it; its viewer ends by itself soon after.
+pub struct View {
+    shared: Arc<Shared>,
+    silent: Duration,
+}
+
+impl View {
+    /// Begins to watch a viewer, which is started at once.
+    ///
+    /// # Errors
+    /// No descriptors or no thread left.
+    pub fn open(options: Options) -> io::Result<Self> {
+        let Options { program, silent, hung, longest_delay, .. } = options;
+        let mut wanted = Wanted::new(options.config, options.target, options.size);
+        wanted.panels = options.panels;
+        wanted.operator = options.operator;
+        let shared = Arc::new(Shared::new(wanted)?);
+        let (patience, restarts) = (Patience { silent, hung }, Restarts::new(longest_delay));
+        let watch = Watch::new(shared.clone(), program, patience, restarts);
+        std::thread::Builder::new().name("busbar view".into()).spawn(move || watch.run())?;
+        Ok(Self { shared, silent })
+    }
+
+    /// Puts a command on its way. It must be checked ([`Command::check`]). What the viewer
+    /// refuses comes as an [`Event::Error`]; what is asked while it is away is done later.
+    ///
+    /// # Errors
+    /// Too much waits for the viewer already.
+    pub fn command(&self, command: Command) -> Result<(), Full> {
+        self.shared.command(command)
+    }
+
+    /// The oldest event, and how many were dropped before it.
+    pub fn next_event(&self) -> Option<(Event, u32)> {
+        self.shared.next_event()
+    }
+
+    /// A descriptor that is readable while events wait.
+    pub fn has_events(&self) -> BorrowedFd<'_> {
+        self.shared.has_events.as_fd()
+    }
+
+    /// Sets who is told of events by the view's own thread; must not take long, for the
+    /// viewer is not watched meanwhile. Waits for one that is being told.
+    pub fn set_listener(&self, listener: Option<Listener>) {
+        *lock(&self.shared.listener) = listener;
+        raise(&self.shared.wakes);
+    }
+
+    /// The newest picture, marked where it is dead. None before the first.
+    pub fn frame(&self) -> Option<Given> {
+        lock(&self.shared.frames).give(self.silent)
+    }
+
+    /// Copies the newest picture, unmarked, where it is live and new. None before the first.
+    pub fn copy_frame(&self, pixels: &mut Vec<u8>) -> Option<Copied> {
+        lock(&self.shared.frames).copy(self.silent, pixels)
+    }
+
+    /// The configuration that is shown.
+    pub fn config(&self) -> String {
+        lock(&self.shared.wanted).config.clone()
+    }
+
+    /// The process of the viewer, 0 while there is none.
+    pub fn process(&self) -> u32 {
+        self.shared.viewer_id.load(Ordering::Acquire)
+    }
+}
+
+impl Drop for View {
+    fn drop(&mut self) {
+        // Waits for a listener that runs: none is told after this.
+        *lock(&self.shared.listener) = None;
+        self.shared.is_closing.store(true, Ordering::Release);
+        raise(&self.shared.wakes);
+    }
+}

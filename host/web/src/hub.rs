@@ -1,0 +1,279 @@
+//! The one view of a server, and what all pages see of it.
+//!
+//! A thread follows the viewer; pages read what it put down and are woken when that changes.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+use busbar_client::{Event, View};
+use busbar_protocol::message::{Command, Target};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use tokio::sync::{broadcast, watch};
+
+use crate::message::{AlarmCounts, Condition, FromPage, ToPage};
+use crate::options::Options;
+use crate::picture::Picture;
+use crate::steering::{Seat, Steering};
+
+/// Size of the picture until a page says its own, pixels.
+const FIRST_SIZE: [u32; 2] = [1280, 720];
+/// After so long without a sign of life the viewer's picture is dead.
+const SILENT: Duration = Duration::from_millis(500);
+/// After so long it is started again: large pictures of a software rasteriser take long.
+const HUNG: Duration = Duration::from_secs(5);
+/// The longest delay before a viewer that keeps ending is started again.
+const LONGEST_DELAY: Duration = Duration::from_secs(5);
+/// How often the viewer is looked at though it tells nothing.
+const LOOK_PERIOD: Duration = Duration::from_millis(100);
+/// Nothing is live where nobody looked for so long.
+const MAX_UNLOOKED: Duration = Duration::from_millis(1000);
+/// Events that wait for a page; one that lags by more misses the oldest.
+const MAX_TOLD: usize = 256;
+
+/// The view, and what is known of it.
+pub(crate) struct Hub {
+    view: View,
+    shown: Mutex<Shown>,
+    steering: Mutex<Steering>,
+    /// Raised with whatever a page may have to send.
+    changes: watch::Sender<u64>,
+    told: broadcast::Sender<ToPage>,
+    /// Why there never was a scene, once that is known.
+    failure: watch::Sender<Option<String>>,
+}
+
+/// What was seen of the viewer last.
+struct Shown {
+    picture: Arc<Picture>,
+    condition: Condition,
+    /// When the picture was true, and when somebody looked.
+    true_at: Instant,
+    looked: Instant,
+    /// Whether there ever was a picture.
+    was_ever_ready: bool,
+    alarms: HashMap<String, u8>,
+}
+
+impl Hub {
+    /// Starts a viewer, and a thread that follows it.
+    ///
+    /// # Errors
+    /// No descriptors or no thread left.
+    pub(crate) fn start(options: &Options) -> std::io::Result<Arc<Self>> {
+        let view = View::open(busbar_client::Options {
+            program: options.program.clone(),
+            config: options.config.clone(),
+            target: Target::Offscreen,
+            size: FIRST_SIZE,
+            panels: options.panels,
+            operator: options.operator.clone(),
+            silent: SILENT,
+            hung: HUNG,
+            longest_delay: LONGEST_DELAY,
+        })?;
+        let now = Instant::now();
+        let shown = Shown {
+            picture: Arc::default(),
+            condition: Condition::Starting,
+            true_at: now,
+            looked: now,
+            was_ever_ready: false,
+            alarms: HashMap::new(),
+        };
+        let hub = Arc::new(Self {
+            view,
+            shown: Mutex::new(shown),
+            steering: Mutex::default(),
+            changes: watch::channel(0).0,
+            told: broadcast::channel(MAX_TOLD).0,
+            failure: watch::channel(None).0,
+        });
+        // Nobody looks yet.
+        hub.ask(vec![Command::SetVisible(false)]);
+        let followed = Arc::downgrade(&hub);
+        std::thread::Builder::new().name("web view".into()).spawn(move || follow(&followed))?;
+        Ok(hub)
+    }
+
+    /// Woken when there is something to look at.
+    pub(crate) fn changes(&self) -> watch::Receiver<u64> {
+        self.changes.subscribe()
+    }
+
+    /// What happens from here on.
+    pub(crate) fn told(&self) -> broadcast::Receiver<ToPage> {
+        self.told.subscribe()
+    }
+
+    /// Why there never was a scene, once that is known.
+    pub(crate) fn failure(&self) -> Option<String> {
+        self.failure.borrow().clone()
+    }
+
+    /// The viewer's process, while there is one.
+    pub(crate) fn viewer(&self) -> Option<u32> {
+        Some(self.view.process()).filter(|id| *id > 0)
+    }
+
+    /// The newest true picture.
+    pub(crate) fn picture(&self) -> Arc<Picture> {
+        lock(&self.shown).picture.clone()
+    }
+
+    /// How far the picture can be relied on, and how long ago it was true.
+    pub(crate) fn condition(&self) -> (Condition, Duration) {
+        let shown = lock(&self.shown);
+        let condition = match shown.condition {
+            Condition::Live if shown.looked.elapsed() > MAX_UNLOOKED => Condition::Lost,
+            condition => condition,
+        };
+        (condition, shown.true_at.elapsed())
+    }
+
+    /// What a page that comes must know of what happened before.
+    pub(crate) fn greeting(&self) -> ToPage {
+        ToPage::Alarms(lock(&self.shown).count_alarms())
+    }
+
+    /// A page comes.
+    pub(crate) fn join(&self) -> Seat {
+        let (seat, commands) = lock(&self.steering).join();
+        self.ask(commands);
+        seat
+    }
+
+    /// A page goes.
+    pub(crate) fn leave(&self, seat: Seat) {
+        let commands = lock(&self.steering).leave(seat);
+        self.ask(commands);
+        self.wake();
+    }
+
+    /// Whether a page steers.
+    pub(crate) fn does_steer(&self, seat: Seat) -> bool {
+        lock(&self.steering).does_steer(seat)
+    }
+
+    /// Does what a page says.
+    ///
+    /// # Errors
+    /// In words, why not.
+    pub(crate) fn act(&self, seat: Seat, said: FromPage) -> Result<(), String> {
+        let is_takeover = said == FromPage::Steer;
+        let commands = lock(&self.steering).act(seat, said)?;
+        self.ask(commands);
+        if is_takeover {
+            self.wake();
+        }
+        Ok(())
+    }
+
+    fn ask(&self, commands: Vec<Command>) {
+        for command in commands {
+            if self.view.command(command).is_err() {
+                // Hands go on; what counts is told by the picture.
+                tracing::warn!("the viewer does not keep up with what pages ask");
+            }
+        }
+    }
+
+    fn wake(&self) {
+        self.changes.send_modify(|count| *count = count.wrapping_add(1));
+    }
+
+    /// Takes events and the picture.
+    fn look(&self, pixels: &mut Vec<u8>) {
+        while let Some((event, _)) = self.view.next_event() {
+            self.take(event);
+        }
+        let Some(seen) = self.view.copy_frame(pixels) else {
+            lock(&self.shown).looked = Instant::now();
+            return;
+        };
+        let mut shown = lock(&self.shown);
+        let before = shown.condition;
+        shown.looked = Instant::now();
+        shown.condition = if seen.is_dead { Condition::Lost } else { Condition::Live };
+        if !seen.is_dead {
+            shown.true_at = shown.looked.checked_sub(seen.age).unwrap_or(shown.looked);
+        }
+        let numbers = seen.numbers;
+        let has_changed = seen.is_new
+            && Arc::make_mut(&mut shown.picture).update(numbers.size, pixels, numbers.damage);
+        if has_changed || shown.condition != before {
+            drop(shown);
+            self.wake();
+        }
+    }
+
+    fn take(&self, event: Event) {
+        let told = match event {
+            Event::Ready { device } => {
+                tracing::info!("the view is drawn by {device}");
+                lock(&self.shown).was_ever_ready = true;
+                return;
+            }
+            Event::Picked(id) => ToPage::Picked(id),
+            Event::Alarm(standing) => {
+                let mut shown = lock(&self.shown);
+                let before = shown.count_alarms();
+                match standing.state {
+                    0 => drop(shown.alarms.remove(&standing.alarm)),
+                    state => drop(shown.alarms.insert(standing.alarm, state)),
+                }
+                let after = shown.count_alarms();
+                if after == before {
+                    return;
+                }
+                ToPage::Alarms(after)
+            }
+            Event::Lost(how) => {
+                tracing::warn!("the viewer is lost: {how}");
+                ToPage::Lost(how)
+            }
+            Event::Recovered { is_another, how } => {
+                tracing::info!("the viewer is back: {how}");
+                if is_another {
+                    // It tells them all again.
+                    lock(&self.shown).alarms.clear();
+                    let _ = self.told.send(ToPage::Alarms(AlarmCounts::default()));
+                }
+                return;
+            }
+            Event::Failed(words) => {
+                if !lock(&self.shown).was_ever_ready {
+                    self.failure.send_replace(Some(words.clone()));
+                }
+                ToPage::Refused(words)
+            }
+            Event::Error(words) => ToPage::Refused(words),
+            _ => return,
+        };
+        // Nobody may be there.
+        let _ = self.told.send(told);
+    }
+}
+
+impl Shown {
+    fn count_alarms(&self) -> AlarmCounts {
+        AlarmCounts::of(self.alarms.values().copied())
+    }
+}
+
+/// Looks whenever the viewer tells something, until nobody has the hub.
+fn follow(hub: &Weak<Hub>) {
+    let mut pixels = Vec::new();
+    while let Some(hub) = hub.upgrade() {
+        hub.look(&mut pixels);
+        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(LOOK_PERIOD.subsec_nanos()) };
+        let events = hub.view.has_events();
+        // Interrupted is as good as awake.
+        let _ = poll(&mut [PollFd::from_borrowed_fd(events, PollFlags::IN)], Some(&timeout));
+    }
+}
+
+/// Locks; a thread that panicked under a lock left nothing half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

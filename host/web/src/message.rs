@@ -1,0 +1,251 @@
+//! What pages say, and what they are told beside pictures. Both are JSON.
+
+use busbar_protocol::message::{Command, Modifiers, Pointing, Typing};
+use serde::{Deserialize, Serialize};
+
+/// The longest message of a page, bytes.
+pub(crate) const MAX_MESSAGE_BYTES: usize = 8 << 10;
+/// Steps that the wheel turns at once, at most.
+const MAX_STEPS: f32 = 100.0;
+/// The least and the most pixels of a picture's side, and the most in all: what a page asks
+/// for is kept within.
+const MIN_SIDE: u32 = 64;
+const MAX_SIDE: u32 = 3840;
+const MAX_PIXELS: u32 = 2560 * 1600;
+
+/// What a page says.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum FromPage {
+    /// The picture of this number is shown.
+    Shown(u32),
+    /// How large the page is, pixels, and whether anybody sees it.
+    View {
+        size: [u32; 2],
+        visible: bool,
+    },
+    /// It wants to steer.
+    Steer,
+    /// What hands did.
+    Moved([f32; 2]),
+    Button {
+        at: [f32; 2],
+        button: u8,
+        pressed: bool,
+    },
+    Scrolled(f32),
+    Left,
+    Key {
+        key: String,
+        pressed: bool,
+        #[serde(default)]
+        repeated: bool,
+        #[serde(default)]
+        modifiers: Held,
+    },
+    Holds(Held),
+    Text(String),
+    /// What the program around the page asks for.
+    Focus(String),
+    Camera(String),
+    Theta(Option<f64>),
+    Pick([u32; 2]),
+}
+
+/// Keys that change what others mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Held {
+    shift: bool,
+    ctrl: bool,
+    alt: bool,
+}
+
+/// What a page is told.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum ToPage {
+    /// Its picture is so, was true so many milliseconds ago, and it said [`FromPage::View`]
+    /// so often.
+    Beat(Condition, u64, u32),
+    /// Whether it steers.
+    Steers(bool),
+    /// The viewer is silent or gone, and how.
+    Lost(String),
+    /// A piece of equipment was picked; empty for nothing.
+    Picked(String),
+    /// How many alarms stand how.
+    Alarms(AlarmCounts),
+    /// What could not be done, and what helps.
+    Refused(String),
+}
+
+/// How far a page's picture can be relied on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Condition {
+    /// There is none yet.
+    Starting,
+    /// It is of now.
+    Live,
+    /// The viewer is silent or gone.
+    Lost,
+    /// The page does not keep up.
+    Behind,
+}
+
+/// Alarms by their state of IEC 62682; those that are normal are not counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct AlarmCounts {
+    /// B.
+    pub(crate) unacknowledged: u32,
+    /// C.
+    pub(crate) acknowledged: u32,
+    /// D.
+    pub(crate) returned_unacknowledged: u32,
+    /// E.
+    pub(crate) latched_unacknowledged: u32,
+    /// F.
+    pub(crate) latched_acknowledged: u32,
+    /// G.
+    pub(crate) shelved: u32,
+    /// H.
+    pub(crate) suppressed: u32,
+    /// I.
+    pub(crate) out_of_service: u32,
+}
+
+impl AlarmCounts {
+    /// Counts alarms, each by its state: 0 for A to 8 for I.
+    pub(crate) fn of(states: impl Iterator<Item = u8>) -> Self {
+        let mut counts = Self::default();
+        for state in states {
+            let count = match state {
+                1 => &mut counts.unacknowledged,
+                2 => &mut counts.acknowledged,
+                3 => &mut counts.returned_unacknowledged,
+                4 => &mut counts.latched_unacknowledged,
+                5 => &mut counts.latched_acknowledged,
+                6 => &mut counts.shelved,
+                7 => &mut counts.suppressed,
+                8 => &mut counts.out_of_service,
+                _ => continue,
+            };
+            *count += 1;
+        }
+        counts
+    }
+}
+
+impl FromPage {
+    /// What a page says, checked.
+    ///
+    /// # Errors
+    /// In words, what is wrong.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let said: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if let Self::Button { button, .. } = said
+            && !(1..=3).contains(&button)
+        {
+            return Err(format!("button {button}; give 1 to 3"));
+        }
+        if let Some(command) = said.clone().into_command() {
+            command.check()?;
+        }
+        Ok(said)
+    }
+
+    /// What the viewer is asked; none where that is the server's.
+    pub(crate) fn into_command(self) -> Option<Command> {
+        Some(match self {
+            Self::Shown(_) | Self::View { .. } | Self::Steer => return None,
+            Self::Moved(at) => Command::Point(Pointing::Moved(at)),
+            Self::Button { at, button, pressed } => {
+                Command::Point(Pointing::Button { at, button, pressed })
+            }
+            Self::Scrolled(steps) => {
+                Command::Point(Pointing::Scrolled(steps.clamp(-MAX_STEPS, MAX_STEPS)))
+            }
+            Self::Left => Command::Point(Pointing::Left),
+            Self::Key { key, pressed, repeated, modifiers } => {
+                let modifiers = modifiers.into();
+                Command::Type(Typing::Key { key, pressed, repeated, modifiers })
+            }
+            Self::Holds(held) => Command::Type(Typing::Holds(held.into())),
+            Self::Text(text) => Command::Type(Typing::Text(text)),
+            Self::Focus(id) => Command::Focus(id),
+            Self::Camera(name) => Command::UseCamera(name),
+            Self::Theta(theta) => Command::SetTheta(theta),
+            Self::Pick(pixel) => Command::Pick(pixel),
+        })
+    }
+}
+
+impl From<Held> for Modifiers {
+    fn from(Held { shift, ctrl, alt }: Held) -> Self {
+        Self { shift, ctrl, alt }
+    }
+}
+
+/// The size of a picture for a page of this size: the same form, within the limits.
+pub(crate) fn picture_size(asked: [u32; 2]) -> [u32; 2] {
+    let [width, height] = asked.map(|side| side.clamp(MIN_SIDE, MAX_SIDE));
+    let share = f64::from(MAX_PIXELS) / (f64::from(width) * f64::from(height));
+    let scale = share.sqrt().min(1.0);
+    [width, height].map(|side| ((f64::from(side) * scale) as u32).max(MIN_SIDE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_page_says_is_read_and_the_rest_refused() {
+        let moved = FromPage::parse(r#"{"moved":[1.5,2]}"#).unwrap();
+        assert_eq!(moved, FromPage::Moved([1.5, 2.0]));
+        assert_eq!(FromPage::parse(r#""left""#), Ok(FromPage::Left));
+        assert_eq!(FromPage::parse(r#"{"theta":null}"#), Ok(FromPage::Theta(None)));
+        let key =
+            FromPage::parse(r#"{"key":{"key":"a","pressed":true,"modifiers":{"shift":true}}}"#);
+        let command = key.unwrap().into_command();
+        let modifiers = Modifiers { shift: true, ..Modifiers::default() };
+        let typed = Typing::Key { key: "a".into(), pressed: true, repeated: false, modifiers };
+        assert_eq!(command, Some(Command::Type(typed)));
+        for text in [
+            "",
+            "{}",
+            "nonsense",
+            r#"{"moved":[1]}"#,
+            r#"{"moved":[1,1e60]}"#,
+            r#"{"button":{"at":[0,0],"button":4,"pressed":true}}"#,
+            r#"{"theta":1.5}"#,
+            r#"{"reload":"/etc/passwd"}"#,
+            r#"{"view":{"size":[1,1],"visible":true,"x":1}}"#,
+            r#"{"shown":-1}"#,
+            r#"{"shown":1,"left":null}"#,
+        ] {
+            assert!(FromPage::parse(text).is_err(), "{text}");
+        }
+        let long = format!(r#"{{"text":"{}"}}"#, "x".repeat(300));
+        assert!(FromPage::parse(&long).is_err());
+    }
+
+    #[test]
+    fn messages_are_as_the_page_reads_them() {
+        let text = |message| serde_json::to_string(&message).unwrap();
+        assert_eq!(text(ToPage::Beat(Condition::Live, 90, 2)), r#"{"beat":["live",90,2]}"#);
+        assert_eq!(text(ToPage::Steers(true)), r#"{"steers":true}"#);
+        let counts = AlarmCounts::of([0, 1, 1, 6, 9].into_iter());
+        assert!(text(ToPage::Alarms(counts)).starts_with(r#"{"alarms":{"unacknowledged":2,"#));
+        assert_eq!(counts.shelved, 1);
+    }
+
+    #[test]
+    fn pictures_keep_within_limits_and_in_form() {
+        assert_eq!(picture_size([1280, 720]), [1280, 720]);
+        assert_eq!(picture_size([0, u32::MAX]), [MIN_SIDE, MAX_SIDE]);
+        let [width, height] = picture_size([3840, 2160]);
+        assert!(width * height <= MAX_PIXELS);
+        assert!((f64::from(width) / f64::from(height) - 16.0 / 9.0).abs() < 0.01);
+    }
+}

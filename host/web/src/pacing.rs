@@ -1,0 +1,289 @@
+//! What one page is sent next, and how well: never more than it has shown, never in a queue.
+
+use std::time::{Duration, Instant};
+
+use crate::encode::Format;
+use crate::picture::Picture;
+
+/// Pictures come no faster than this.
+const MIN_GAP: Duration = Duration::from_millis(40);
+/// A picture that is older than this at a page is not live there.
+pub(crate) const MAX_BEHIND: Duration = Duration::from_millis(1000);
+/// So long after the last picture with loss, what has any is sent again without.
+const REST: Duration = Duration::from_millis(400);
+/// Changes of so few tiles are sent without loss at once: text stays sharp.
+const MAX_SHARP_TILES: usize = 12;
+/// JPEG's quality: at first, at least, at most.
+const QUALITY: u8 = 75;
+const MIN_QUALITY: u8 = 30;
+const MAX_QUALITY: u8 = 85;
+/// From sending to having been shown: what is slow, and what is quick.
+const SLOW: Duration = Duration::from_millis(300);
+const QUICK: Duration = Duration::from_millis(120);
+/// Tiles made sharp by one message: at first, at least, at most.
+const SHARPENED: usize = 24;
+const MIN_SHARPENED: usize = 2;
+const MAX_SHARPENED: usize = 96;
+
+/// What one page has, and how it keeps up.
+#[derive(Debug)]
+pub(crate) struct Pacing {
+    size: [u32; 2],
+    /// By tile: the number of the picture that it was sent of, 0 for none, and whether that
+    /// was without loss.
+    sent: Vec<(u64, bool)>,
+    in_flight: Option<Flight>,
+    last_sent: Option<Instant>,
+    /// When something was last sent with loss.
+    last_lossy: Option<Instant>,
+    /// Since when there is something that was not sent.
+    unsent_since: Option<Instant>,
+    quality: u8,
+    sharpened: usize,
+}
+
+/// What was sent and not shown yet.
+#[derive(Debug)]
+struct Flight {
+    number: u32,
+    sent: Instant,
+    /// Since when there was what it shows.
+    since: Option<Instant>,
+}
+
+/// What to send.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Next {
+    pub(crate) tiles: Vec<usize>,
+    pub(crate) format: Format,
+}
+
+impl Pacing {
+    pub(crate) fn new() -> Self {
+        Self {
+            size: [0; 2],
+            sent: Vec::new(),
+            in_flight: None,
+            last_sent: None,
+            last_lossy: None,
+            unsent_since: None,
+            quality: QUALITY,
+            sharpened: SHARPENED,
+        }
+    }
+
+    /// There is a new picture.
+    pub(crate) fn note_change(&mut self, now: Instant) {
+        self.unsent_since.get_or_insert(now);
+    }
+
+    /// How long there has been something that the page does not show yet.
+    pub(crate) fn behind(&self, now: Instant) -> Duration {
+        let shown_late = self.in_flight.as_ref().and_then(|flight| flight.since);
+        let since = shown_late.or(self.unsent_since);
+        since.map_or(Duration::ZERO, |since| now.saturating_duration_since(since))
+    }
+
+    /// What to send now, if anything: what changed, or what can be made sharp.
+    pub(crate) fn next(&mut self, picture: &Picture, now: Instant) -> Option<Next> {
+        let is_early = self.last_sent.is_some_and(|sent| now.duration_since(sent) < MIN_GAP);
+        if self.in_flight.is_some() || is_early {
+            return None;
+        }
+        if self.size != picture.size {
+            self.size = picture.size;
+            self.sent = vec![(0, false); picture.changed().len()];
+        }
+        let pairs = || picture.changed().iter().zip(&self.sent).enumerate();
+        let unsent: Vec<_> =
+            pairs().filter(|(_, (changed, (sent, _)))| *changed > sent).map(|(i, _)| i).collect();
+        if !unsent.is_empty() {
+            let is_sharp = unsent.len() <= MAX_SHARP_TILES;
+            let format = if is_sharp { Format::Png } else { Format::Jpeg(self.quality) };
+            return Some(Next { tiles: unsent, format });
+        }
+        self.unsent_since = None;
+        if self.last_lossy.is_some_and(|lossy| now.saturating_duration_since(lossy) < REST) {
+            return None;
+        }
+        let lossy = pairs().filter(|(_, (_, (_, is_sharp)))| !is_sharp).map(|(i, _)| i);
+        let tiles: Vec<_> = lossy.take(self.sharpened).collect();
+        (!tiles.is_empty()).then_some(Next { tiles, format: Format::Png })
+    }
+
+    /// These tiles of a picture are being sent.
+    pub(crate) fn note_sent(
+        &mut self,
+        picture: &Picture,
+        tiles: &[usize],
+        format: Format,
+        now: Instant,
+    ) {
+        let is_sharp = format == Format::Png;
+        for &tile in tiles {
+            self.sent[tile] = (picture.number, is_sharp);
+        }
+        let since = self.unsent_since.take();
+        self.in_flight = Some(Flight { number: picture.number as u32, sent: now, since });
+        self.last_sent = Some(now);
+        if !is_sharp {
+            self.last_lossy = Some(now);
+        }
+    }
+
+    /// It is encoded, and on its way from here on.
+    pub(crate) fn note_away(&mut self, now: Instant) {
+        if let Some(flight) = &mut self.in_flight {
+            flight.sent = now;
+        }
+    }
+
+    /// The page shows what was sent; whether it was.
+    pub(crate) fn note_shown(&mut self, number: u32, now: Instant) -> bool {
+        let Some(flight) = self.in_flight.take_if(|flight| flight.number == number) else {
+            return false;
+        };
+        let took = now.saturating_duration_since(flight.sent);
+        if took > SLOW {
+            self.quality = self.quality.saturating_sub(15).max(MIN_QUALITY);
+            self.sharpened = (self.sharpened / 2).max(MIN_SHARPENED);
+        } else if took < QUICK {
+            self.quality = (self.quality + 5).min(MAX_QUALITY);
+            self.sharpened = (self.sharpened * 2).min(MAX_SHARPENED);
+        }
+        true
+    }
+
+    /// When there may be something to send though nothing happens.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        let has_all = self.in_flight.is_some() || self.sent.iter().all(|(_, is_sharp)| *is_sharp);
+        let gap = self.last_sent.map(|sent| sent + MIN_GAP);
+        match self.unsent_since {
+            _ if self.in_flight.is_some() => None,
+            Some(_) => gap,
+            None if has_all => None,
+            None => gap.max(self.last_lossy.map(|lossy| lossy + REST)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_protocol::pictures::{Area, PIXEL_BYTES};
+
+    use super::*;
+
+    const SIZE: [u32; 2] = [640, 640];
+
+    fn picture(shade: u8) -> Picture {
+        let mut picture = Picture::default();
+        change(&mut picture, shade);
+        picture
+    }
+
+    fn change(picture: &mut Picture, shade: u8) {
+        let pixels = vec![shade; (SIZE[0] * SIZE[1]) as usize * PIXEL_BYTES];
+        let [width, height] = SIZE;
+        picture.update(SIZE, &pixels, Area { x: 0, y: 0, width, height });
+    }
+
+    /// A page that shows each picture after `delay`, for so many steps of 10 ms; bytes are
+    /// tiles here. What was sent, with the times.
+    fn run(
+        pacing: &mut Pacing,
+        picture: &Picture,
+        start: Instant,
+        steps: u32,
+        delay: u32,
+    ) -> Vec<(u32, Next)> {
+        let (mut told, mut due) = (Vec::new(), None);
+        for step in 0..steps {
+            let now = start + Duration::from_millis(10) * step;
+            if due == Some(step) {
+                assert!(pacing.note_shown(picture.number as u32, now));
+                due = None;
+            }
+            if let Some(next) = pacing.next(picture, now) {
+                assert_eq!(due, None, "one at a time");
+                pacing.note_sent(picture, &next.tiles, next.format, now);
+                due = Some(step + delay);
+                told.push((step, next));
+            }
+        }
+        told
+    }
+
+    #[test]
+    fn a_picture_that_rests_becomes_sharp_and_then_costs_nothing() {
+        let (start, picture) = (Instant::now(), picture(1));
+        let mut pacing = Pacing::new();
+        pacing.note_change(start);
+        let told = run(&mut pacing, &picture, start, 300, 1);
+        assert_eq!(told[0].1, Next { tiles: (0..100).collect(), format: Format::Jpeg(QUALITY) });
+        assert!(told[1].0 >= 40, "it rests first");
+        let sharp: Vec<_> = told[1..].iter().flat_map(|(_, next)| next.tiles.clone()).collect();
+        assert_eq!(sharp, (0..100).collect::<Vec<_>>(), "each tile once");
+        assert!(told[1..].iter().all(|(_, next)| next.format == Format::Png));
+        assert_eq!(pacing.due(), None);
+        assert_eq!(pacing.behind(start + Duration::from_secs(9)), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_page_that_shows_nothing_is_sent_nothing_and_is_behind() {
+        let (start, mut picture) = (Instant::now(), picture(1));
+        let mut pacing = Pacing::new();
+        pacing.note_change(start);
+        assert_eq!(run(&mut pacing, &picture, start, 1, 9).len(), 1);
+        let later = start + Duration::from_secs(2);
+        change(&mut picture, 2);
+        pacing.note_change(later);
+        assert_eq!(pacing.next(&picture, later), None);
+        assert!(pacing.behind(later) >= MAX_BEHIND);
+        assert!(!pacing.note_shown(77, later), "what was never sent");
+        assert!(pacing.note_shown(1, later));
+        let next = pacing.next(&picture, later).unwrap();
+        assert_eq!(next.format, Format::Jpeg(QUALITY - 15), "worse, for it was slow");
+        assert_eq!(pacing.behind(later), Duration::ZERO, "since the second change");
+    }
+
+    #[test]
+    fn quality_falls_to_its_least_and_comes_back() {
+        let (start, mut picture) = (Instant::now(), picture(1));
+        let mut pacing = Pacing::new();
+        let mut now = start;
+        let mut turn = |took: u64| {
+            picture = picture_after(&picture);
+            pacing.note_change(now);
+            let next = pacing.next(&picture, now).unwrap();
+            pacing.note_sent(&picture, &next.tiles, next.format, now);
+            now += Duration::from_millis(took);
+            assert!(pacing.note_shown(picture.number as u32, now));
+            next.format
+        };
+        let slow: Vec<_> = (0..9).map(|_| turn(900)).collect();
+        assert_eq!(*slow.last().unwrap(), Format::Jpeg(MIN_QUALITY));
+        let quick: Vec<_> = (0..30).map(|_| turn(50)).collect();
+        assert_eq!(*quick.last().unwrap(), Format::Jpeg(MAX_QUALITY));
+    }
+
+    fn picture_after(before: &Picture) -> Picture {
+        let mut after = before.clone();
+        change(&mut after, (before.number % 200) as u8 + 3);
+        after
+    }
+
+    #[test]
+    fn few_tiles_are_sharp_at_once() {
+        let (start, mut picture) = (Instant::now(), picture(1));
+        let mut pacing = Pacing::new();
+        pacing.note_change(start);
+        run(&mut pacing, &picture, start, 300, 1);
+        let mut pixels = vec![1; (SIZE[0] * SIZE[1]) as usize * PIXEL_BYTES];
+        pixels[0] = 9;
+        let now = start + Duration::from_secs(5);
+        picture.update(SIZE, &pixels, Area { x: 0, y: 0, width: 1, height: 1 });
+        pacing.note_change(now);
+        let next = pacing.next(&picture, now);
+        assert_eq!(next, Some(Next { tiles: vec![0], format: Format::Png }));
+    }
+}

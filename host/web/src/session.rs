@@ -1,0 +1,300 @@
+//! One page: what it is sent and what it says, until it goes.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use axum::body::Bytes;
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use futures_util::{SinkExt, StreamExt};
+use tokio::sync::{broadcast, mpsc, watch};
+use tokio::task::JoinHandle;
+use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
+
+use crate::encode;
+use crate::hub::Hub;
+use crate::message::{Condition, FromPage, ToPage};
+use crate::pacing::{MAX_BEHIND, Pacing};
+use crate::steering::Seat;
+
+/// How often a page is told how its picture is. It marks it after a second without.
+const BEAT_PERIOD: Duration = Duration::from_millis(250);
+/// How often a page is asked for a sign of life, and how long it may be silent.
+const PING_PERIOD: Duration = Duration::from_secs(5);
+const MAX_SILENCE: Duration = Duration::from_secs(15);
+/// How long a message may take to leave.
+const MAX_SEND: Duration = Duration::from_secs(10);
+/// Messages that wait to leave: a picture, beats and events. With more, beats are left out,
+/// and a page whose events do not fit is ended.
+const MAX_WAITING: usize = 64;
+/// Messages of a page that are taken at once, and in a second.
+const MAX_BURST: f64 = 500.0;
+const MAX_RATE: f64 = 250.0;
+
+/// Of RFC 6455, for what comes from this program: no place is left.
+pub(crate) const CLOSE_FULL: u16 = 4001;
+
+/// Why a page is ended.
+struct End {
+    code: u16,
+    why: String,
+}
+
+struct Session {
+    hub: Arc<Hub>,
+    seat: Seat,
+    out: mpsc::Sender<Message>,
+    pacing: Pacing,
+    /// Number of the picture that it was woken for last.
+    known: u64,
+    encoding: Option<JoinHandle<Option<Vec<u8>>>>,
+    told: (Condition, bool),
+    /// Views that it said, and whether anybody sees it.
+    views: u32,
+    is_visible: bool,
+    allowance: f64,
+    counted: Instant,
+    heard: Instant,
+}
+
+/// Serves a page until it goes, or the server does.
+pub(crate) async fn run(socket: WebSocket, hub: Arc<Hub>, mut stopping: watch::Receiver<bool>) {
+    let (mut sink, mut stream) = socket.split();
+    let (out, mut waiting) = mpsc::channel(MAX_WAITING);
+    let writer = tokio::spawn(async move {
+        while let Some(message) = waiting.recv().await {
+            if !matches!(timeout(MAX_SEND, sink.send(message)).await, Ok(Ok(()))) {
+                return;
+            }
+        }
+        let _ = timeout(MAX_SEND, sink.close()).await;
+    });
+    let (mut changes, mut told) = (hub.changes(), hub.told());
+    let mut session = Session::open(hub, out);
+    let (mut beats, mut pings) = (interval(BEAT_PERIOD), interval(PING_PERIOD));
+    beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let end = loop {
+        let due = session.due().map(tokio::time::Instant::from_std);
+        let step = tokio::select! {
+            message = stream.next() => match message {
+                Some(Ok(message)) => session.hear(message),
+                // It went, or broke the protocol: there is nobody to tell.
+                _ => break None,
+            },
+            encoded = encoded(&mut session.encoding) => session.send_picture(encoded),
+            _ = changes.changed() => session.note_change(),
+            event = told.recv() => match event {
+                Ok(event) => session.tell(&event),
+                Err(broadcast::error::RecvError::Lagged(_)) => Ok(()),
+                Err(broadcast::error::RecvError::Closed) => break None,
+            },
+            _ = beats.tick() => session.beat(),
+            _ = pings.tick() => session.ping(),
+            () = at(due) => Ok(()),
+            _ = stopping.changed() => Err(End {
+                code: close_code::AWAY,
+                why: "the server ends".into(),
+            }),
+        };
+        if let Err(end) = step {
+            break Some(end);
+        }
+        session.send_next();
+    };
+    session.close(end);
+    // What waits goes, within its time.
+    let _ = writer.await;
+}
+
+/// The page's next picture, once it is encoded.
+async fn encoded(encoding: &mut Option<JoinHandle<Option<Vec<u8>>>>) -> Option<Vec<u8>> {
+    match encoding {
+        Some(handle) => handle.await.ok().flatten(),
+        None => std::future::pending().await,
+    }
+}
+
+async fn at(due: Option<tokio::time::Instant>) {
+    match due {
+        Some(due) => sleep_until(due).await,
+        None => std::future::pending().await,
+    }
+}
+
+impl Session {
+    fn open(hub: Arc<Hub>, out: mpsc::Sender<Message>) -> Self {
+        let (seat, now) = (hub.join(), Instant::now());
+        let mut session = Self {
+            known: 0,
+            seat,
+            out,
+            pacing: Pacing::new(),
+            encoding: None,
+            told: (Condition::Starting, false),
+            views: 0,
+            is_visible: true,
+            allowance: MAX_BURST,
+            counted: now,
+            heard: now,
+            hub,
+        };
+        let steers = session.hub.does_steer(seat);
+        session.told.1 = steers;
+        for message in [ToPage::Steers(steers), session.hub.greeting()] {
+            // There is room for these.
+            let _ = session.tell(&message);
+        }
+        let _ = session.note_change();
+        session
+    }
+
+    fn tell(&self, message: &ToPage) -> Result<(), End> {
+        let Ok(text) = serde_json::to_string(message) else { return Ok(()) };
+        self.out
+            .try_send(Message::Text(text.into()))
+            .map_err(|_| End { code: close_code::AGAIN, why: "the page does not read".into() })
+    }
+
+    /// Tells how the page's picture is.
+    fn beat(&mut self) -> Result<(), End> {
+        let now = Instant::now();
+        let (mut condition, age) = self.hub.condition();
+        if condition == Condition::Live && self.pacing.behind(now) > MAX_BEHIND {
+            condition = Condition::Behind;
+        }
+        self.told.0 = condition;
+        let age = u64::try_from(age.as_millis()).unwrap_or(u64::MAX);
+        if self.out.capacity() > MAX_WAITING / 2 {
+            self.tell(&ToPage::Beat(condition, age, self.views))?;
+        }
+        Ok(())
+    }
+
+    fn ping(&self) -> Result<(), End> {
+        if self.heard.elapsed() > MAX_SILENCE {
+            return Err(End { code: close_code::AWAY, why: "the page is silent".into() });
+        }
+        // Where there is no room, something is on its way anyhow.
+        let _ = self.out.try_send(Message::Ping(Bytes::new()));
+        Ok(())
+    }
+
+    /// Looks at what the hub has to tell.
+    fn note_change(&mut self) -> Result<(), End> {
+        let number = self.hub.picture().number;
+        if std::mem::replace(&mut self.known, number) != number {
+            self.pacing.note_change(Instant::now());
+        }
+        let steers = self.hub.does_steer(self.seat);
+        if std::mem::replace(&mut self.told.1, steers) != steers {
+            self.tell(&ToPage::Steers(steers))?;
+        }
+        let (condition, _) = self.hub.condition();
+        if (condition == Condition::Live) != (self.told.0 == Condition::Live) {
+            self.beat()?;
+        }
+        Ok(())
+    }
+
+    /// Takes what the page says.
+    fn hear(&mut self, message: Message) -> Result<(), End> {
+        self.heard = Instant::now();
+        self.count()?;
+        let text = match message {
+            Message::Text(text) => text,
+            Message::Ping(_) | Message::Pong(_) => return Ok(()),
+            Message::Close(_) => return Err(End { code: close_code::NORMAL, why: String::new() }),
+            Message::Binary(_) => {
+                return Err(End { code: close_code::UNSUPPORTED, why: "bytes; say JSON".into() });
+            }
+        };
+        let said = FromPage::parse(&text).map_err(|fault| End {
+            code: close_code::POLICY,
+            why: format!("no message: {fault}"),
+        })?;
+        match said {
+            FromPage::Shown(number) => {
+                // One that was never sent changes nothing.
+                self.pacing.note_shown(number, Instant::now());
+                return Ok(());
+            }
+            FromPage::View { visible, .. } => {
+                self.views = self.views.wrapping_add(1);
+                self.is_visible = visible;
+            }
+            _ => {}
+        }
+        match self.hub.act(self.seat, said) {
+            Ok(()) => Ok(()),
+            Err(why) => self.tell(&ToPage::Refused(why)),
+        }
+    }
+
+    /// Counts a message of the page against what it may say.
+    fn count(&mut self) -> Result<(), End> {
+        let passed = self.heard.saturating_duration_since(self.counted).as_secs_f64();
+        self.counted = self.heard;
+        self.allowance = (self.allowance + passed * MAX_RATE).min(MAX_BURST) - 1.0;
+        if self.allowance < 0.0 {
+            let why = format!("more than {MAX_RATE} messages a second");
+            return Err(End { code: close_code::POLICY, why });
+        }
+        Ok(())
+    }
+
+    /// When there may be something to send though nothing happens.
+    fn due(&self) -> Option<Instant> {
+        self.pacing.due().filter(|_| self.is_visible)
+    }
+
+    /// Begins to encode what the page lacks, if it can take it.
+    fn send_next(&mut self) {
+        if self.encoding.is_some() || !self.is_visible {
+            return;
+        }
+        let (picture, now) = (self.hub.picture(), Instant::now());
+        let Some(next) = self.pacing.next(&picture, now) else { return };
+        let (areas, tiles) = picture.cover(&next.tiles);
+        self.pacing.note_sent(&picture, &tiles, next.format, now);
+        let format = next.format;
+        self.encoding = Some(tokio::task::spawn_blocking(move || {
+            let message = encode::message(&picture, &areas, format);
+            message.inspect_err(|error| tracing::error!("a picture is not encoded: {error}")).ok()
+        }));
+    }
+
+    fn send_picture(&mut self, encoded: Option<Vec<u8>>) -> Result<(), End> {
+        self.encoding = None;
+        let fault = |why: &str| End { code: close_code::ERROR, why: why.to_owned() };
+        let bytes = encoded.ok_or_else(|| fault("a picture cannot be encoded"))?;
+        self.pacing.note_away(Instant::now());
+        let sent = self.out.try_send(Message::Binary(bytes.into()));
+        sent.map_err(|_| fault("the page does not read"))
+    }
+
+    /// Gives up the place, and says why where there is something to say.
+    fn close(self, end: Option<End>) {
+        self.hub.leave(self.seat);
+        let Some(End { code, why }) = end else { return };
+        let _ = self.out.try_send(Message::Close(Some(CloseFrame { code, reason: cut(&why) })));
+    }
+}
+
+/// Refuses a page for which there is no place.
+pub(crate) async fn refuse(mut socket: WebSocket, places: usize) {
+    let reason = cut(&format!("all {places} places are taken; close another page of this view"));
+    let close = Message::Close(Some(CloseFrame { code: CLOSE_FULL, reason }));
+    let _ = timeout(MAX_SEND, socket.send(close)).await;
+    // Until it answers, or does not.
+    let _ = timeout(MAX_SEND, socket.recv()).await;
+}
+
+/// As much as fits into a closing frame (RFC 6455, 5.5).
+fn cut(why: &str) -> Utf8Bytes {
+    const MAX_REASON_BYTES: usize = 123;
+    let mut end = why.len().min(MAX_REASON_BYTES);
+    while !why.is_char_boundary(end) {
+        end -= 1;
+    }
+    why[..end].into()
+}

@@ -1,0 +1,220 @@
+//! Who steers: of the pages that look at one view, one at a time.
+//!
+//! The first steers; another takes over when it asks to, or when the one that steers goes.
+//! What that one held down is let go of.
+
+use busbar_protocol::message::{Command, Modifiers, Pointing, Typing};
+
+use crate::message::{FromPage, picture_size};
+
+/// Keys that are down at once, at most; further ones go down and never up by themselves.
+const MAX_KEYS: usize = 16;
+
+/// One page among those that look.
+pub(crate) type Seat = u64;
+
+/// The pages that look, in the order of their coming.
+#[derive(Debug, Default)]
+pub(crate) struct Steering {
+    pages: Vec<Page>,
+    steers: Option<Seat>,
+    last_seat: Seat,
+    /// What the one that steers holds down.
+    buttons: Vec<u8>,
+    keys: Vec<String>,
+    /// Where its pointer is.
+    at: [f32; 2],
+    /// As the viewer was told.
+    is_visible: bool,
+    size: Option<[u32; 2]>,
+}
+
+#[derive(Debug)]
+struct Page {
+    seat: Seat,
+    size: Option<[u32; 2]>,
+    is_visible: bool,
+}
+
+impl Steering {
+    /// A page comes.
+    pub(crate) fn join(&mut self) -> (Seat, Vec<Command>) {
+        self.last_seat += 1;
+        let seat = self.last_seat;
+        self.pages.push(Page { seat, size: None, is_visible: true });
+        self.steers.get_or_insert(seat);
+        (seat, self.settle())
+    }
+
+    /// A page goes; the next one that is seen steers, or else the next one.
+    pub(crate) fn leave(&mut self, seat: Seat) -> Vec<Command> {
+        self.pages.retain(|page| page.seat != seat);
+        if self.steers != Some(seat) {
+            return self.settle();
+        }
+        let next = self.pages.iter().find(|page| page.is_visible).or(self.pages.first());
+        self.steers = next.map(|page| page.seat);
+        let released = self.release();
+        released.into_iter().chain(self.settle()).collect()
+    }
+
+    /// Whether a page steers.
+    pub(crate) fn does_steer(&self, seat: Seat) -> bool {
+        self.steers == Some(seat)
+    }
+
+    /// What the viewer is asked when a page says something; none of what hands do on a page
+    /// that does not steer.
+    ///
+    /// # Errors
+    /// In words, why a command of such a page is not done.
+    pub(crate) fn act(&mut self, seat: Seat, said: FromPage) -> Result<Vec<Command>, String> {
+        match said {
+            FromPage::View { size, visible } => {
+                if let Some(page) = self.pages.iter_mut().find(|page| page.seat == seat) {
+                    (page.size, page.is_visible) = (Some(picture_size(size)), visible);
+                }
+                return Ok(self.settle());
+            }
+            FromPage::Steer if self.steers != Some(seat) => {
+                self.steers = Some(seat);
+                let released = self.release();
+                return Ok(released.into_iter().chain(self.settle()).collect());
+            }
+            _ => {}
+        }
+        let Some(command) = said.into_command() else { return Ok(Vec::new()) };
+        if self.steers == Some(seat) {
+            self.note(&command);
+            return Ok(vec![command]);
+        }
+        match command {
+            Command::Point(_) | Command::Type(_) => Ok(Vec::new()),
+            _ => Err("another page steers the view; take control of it first".to_owned()),
+        }
+    }
+
+    /// Notes what is held down.
+    fn note(&mut self, command: &Command) {
+        match command {
+            Command::Point(Pointing::Moved(at)) => self.at = *at,
+            Command::Point(Pointing::Button { at, button, pressed }) => {
+                self.at = *at;
+                self.buttons.retain(|held| held != button);
+                if *pressed {
+                    self.buttons.push(*button);
+                }
+            }
+            Command::Type(Typing::Key { key, pressed, .. }) => {
+                self.keys.retain(|held| held != key);
+                if *pressed && self.keys.len() < MAX_KEYS {
+                    self.keys.push(key.clone());
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Lets go of all that is held down.
+    fn release(&mut self) -> Vec<Command> {
+        let (at, modifiers) = (self.at, Modifiers::default());
+        let buttons = std::mem::take(&mut self.buttons).into_iter();
+        let buttons =
+            buttons.map(|button| Command::Point(Pointing::Button { at, button, pressed: false }));
+        let keys = std::mem::take(&mut self.keys).into_iter().map(|key| {
+            Command::Type(Typing::Key { key, pressed: false, repeated: false, modifiers })
+        });
+        let rest = [Command::Type(Typing::Holds(modifiers)), Command::Point(Pointing::Left)];
+        buttons.chain(keys).chain(rest).collect()
+    }
+
+    /// The picture has the size of the page that steers, and is drawn while any page is seen.
+    fn settle(&mut self) -> Vec<Command> {
+        let mut commands = Vec::new();
+        let is_visible = self.pages.iter().any(|page| page.is_visible);
+        if std::mem::replace(&mut self.is_visible, is_visible) != is_visible {
+            commands.push(Command::SetVisible(is_visible));
+        }
+        let steers = self.pages.iter().find(|page| Some(page.seat) == self.steers);
+        if let Some(size) = steers.and_then(|page| page.size)
+            && self.size.replace(size) != Some(size)
+        {
+            commands.push(Command::Resize(size));
+        }
+        commands
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(width: u32, visible: bool) -> FromPage {
+        FromPage::View { size: [width, 100], visible }
+    }
+
+    fn press() -> FromPage {
+        FromPage::Button { at: [3.0, 4.0], button: 1, pressed: true }
+    }
+
+    #[test]
+    fn one_page_steers_and_others_look() {
+        let mut steering = Steering::default();
+        let (first, commands) = steering.join();
+        assert_eq!(commands, [Command::SetVisible(true)]);
+        let (second, _) = steering.join();
+        assert!(steering.does_steer(first) && !steering.does_steer(second));
+        assert_eq!(steering.act(first, view(200, true)), Ok(vec![Command::Resize([200, 100])]));
+        assert_eq!(steering.act(second, view(300, true)), Ok(vec![]), "not its size");
+        assert_eq!(steering.act(second, press()), Ok(vec![]));
+        assert!(steering.act(second, FromPage::Focus("=A".into())).is_err());
+        let focus = steering.act(first, FromPage::Focus("=A".into()));
+        assert_eq!(focus, Ok(vec![Command::Focus("=A".into())]));
+    }
+
+    #[test]
+    fn who_takes_over_finds_nothing_held_down() {
+        let mut steering = Steering::default();
+        let ((first, _), (second, _)) = (steering.join(), steering.join());
+        let key = |pressed| FromPage::Key {
+            key: "W".into(),
+            pressed,
+            repeated: false,
+            modifiers: Default::default(),
+        };
+        for said in [view(200, true), press(), key(true)] {
+            steering.act(first, said).unwrap();
+        }
+        steering.act(second, view(300, true)).unwrap();
+        let modifiers = Modifiers::default();
+        let released = [
+            Command::Point(Pointing::Button { at: [3.0, 4.0], button: 1, pressed: false }),
+            Command::Type(Typing::Key {
+                key: "W".into(),
+                pressed: false,
+                repeated: false,
+                modifiers,
+            }),
+            Command::Type(Typing::Holds(modifiers)),
+            Command::Point(Pointing::Left),
+        ];
+        let taken = steering.act(second, FromPage::Steer).unwrap();
+        assert_eq!(taken[..4], released);
+        assert_eq!(taken[4..], [Command::Resize([300, 100])]);
+        assert_eq!(steering.act(second, FromPage::Steer), Ok(vec![]), "it does already");
+        assert!(steering.does_steer(second));
+        assert_eq!(steering.leave(second).last(), Some(&Command::Resize([200, 100])));
+        assert!(steering.does_steer(first));
+    }
+
+    #[test]
+    fn what_nobody_sees_is_hardly_drawn() {
+        let mut steering = Steering::default();
+        let ((first, _), (second, _)) = (steering.join(), steering.join());
+        assert_eq!(steering.act(first, view(200, false)), Ok(vec![Command::Resize([200, 100])]));
+        assert_eq!(steering.act(second, view(9, false)), Ok(vec![Command::SetVisible(false)]));
+        assert_eq!(steering.act(second, view(9, true)), Ok(vec![Command::SetVisible(true)]));
+        assert!(steering.leave(first).contains(&Command::Resize([64, 100])));
+        assert!(steering.leave(second).contains(&Command::SetVisible(false)));
+    }
+}

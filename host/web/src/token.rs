@@ -1,0 +1,108 @@
+//! The secret that whoever looks must have.
+
+use std::fmt;
+
+use subtle::ConstantTimeEq;
+
+/// Fewer characters could be guessed.
+const MIN_CHARACTERS: usize = 16;
+const MAX_CHARACTERS: usize = 256;
+/// Of one that is made here: 256 bits.
+const RANDOM_BYTES: usize = 32;
+
+/// A token: 16 to 256 letters, digits, `-` and `_`, which go into addresses and headers as
+/// they are.
+#[derive(Clone)]
+pub struct Token(String);
+
+/// What is wrong with a token.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TokenFault {
+    /// It could be guessed.
+    #[error(
+        "the token has {0} characters, which could be guessed; give at least {MIN_CHARACTERS}, \
+         such as `openssl rand -hex 32` prints"
+    )]
+    TooShort(usize),
+    /// It does not fit into a header.
+    #[error("the token has {0} characters; give at most {MAX_CHARACTERS}")]
+    TooLong(usize),
+    /// It does not fit into an address.
+    #[error("the token has other characters than letters, digits, `-` and `_`")]
+    Characters,
+    /// There is no randomness to be had.
+    #[error("the system gives no random numbers; give a token")]
+    NoRandomness,
+}
+
+impl Token {
+    /// Takes a token; white space around it is none of it.
+    ///
+    /// # Errors
+    /// It is too short or too long, or has other characters.
+    pub fn parse(text: &str) -> Result<Self, TokenFault> {
+        let text = text.trim();
+        if !text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte)) {
+            return Err(TokenFault::Characters);
+        }
+        match text.len() {
+            length @ ..MIN_CHARACTERS => Err(TokenFault::TooShort(length)),
+            MIN_CHARACTERS..=MAX_CHARACTERS => Ok(Self(text.to_owned())),
+            length => Err(TokenFault::TooLong(length)),
+        }
+    }
+
+    /// Makes one that nobody can guess.
+    ///
+    /// # Errors
+    /// The system has no randomness.
+    pub fn random() -> Result<Self, TokenFault> {
+        let mut bytes = [0; RANDOM_BYTES];
+        getrandom::fill(&mut bytes).map_err(|_| TokenFault::NoRandomness)?;
+        Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+    }
+
+    /// Whether somebody has it. The time that this takes tells nothing of where they differ.
+    pub(crate) fn is(&self, told: &str) -> bool {
+        self.0.as_bytes().ct_eq(told.as_bytes()).into()
+    }
+
+    /// To be shown to whoever may look.
+    pub fn reveal(&self) -> &str {
+        &self.0
+    }
+}
+
+/// Never into a log.
+impl fmt::Debug for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Token")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_could_be_guessed_or_does_not_fit_is_refused() {
+        assert_eq!(Token::parse("short").unwrap_err(), TokenFault::TooShort(5));
+        assert_eq!(Token::parse(&"x".repeat(257)).unwrap_err(), TokenFault::TooLong(257));
+        assert_eq!(Token::parse("with space in the middle").unwrap_err(), TokenFault::Characters);
+        assert_eq!(Token::parse("ümläute-sind-keine-zeichen").unwrap_err(), TokenFault::Characters);
+        let token = Token::parse("0123456789abcdef\n").unwrap();
+        assert!(token.is("0123456789abcdef"));
+        for other in ["", "0123456789abcdeF", "0123456789abcde", "0123456789abcdef0"] {
+            assert!(!token.is(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn no_two_are_alike_and_none_is_told() {
+        let (one, other) = (Token::random().unwrap(), Token::random().unwrap());
+        assert_eq!(one.reveal().len(), 2 * RANDOM_BYTES);
+        assert!(!one.is(other.reveal()));
+        assert!(Token::parse(one.reveal()).is_ok());
+        assert!(!format!("{one:?}").contains(one.reveal()));
+    }
+}
