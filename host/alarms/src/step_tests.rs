@@ -321,3 +321,67 @@ fn alarms_that_cannot_be_are_told_all_at_once() {
     let ids: Vec<_> = faults.iter().map(|fault| fault.id.as_str()).collect();
     assert_eq!(ids, ["hot", "a", "b", "c", "d"], "{faults:?}");
 }
+
+#[test]
+fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
+    let hot = |tag, at, on_delay| AlarmSource::Tag {
+        watch: Watch { tag, condition: Condition::Limit { limit: Limit::High, at, deadband: 1.0 } },
+        on_delay: seconds(on_delay),
+        off_delay: Duration::ZERO,
+        suppressed_by: None,
+    };
+    let number = |id: &str| tag(id, ValueKind::F64);
+    let set_of = |alarms, tags: &TagTable| Arc::new(AlarmSet::new(alarms, tags.tags()).unwrap());
+    let mut tags =
+        TagTable::new(Arc::new(TagSet::new(vec![number("o"), number("w")]).unwrap()), START);
+    for (tag, value) in [(0, 100.0), (1, 100.0)] {
+        let sample = Sample {
+            tag: TagHandle(tag),
+            value: Some(Value::F64(value)),
+            quality: Quality::Good,
+            source_time: None,
+            received: START,
+            valid_from: START,
+        };
+        tags.apply(&sample, |_| {});
+    }
+    let group = |spec| AlarmSpec { group: Some("T1".into()), ..spec };
+    let first = vec![
+        group(alarm("gone", hot(TagHandle(0), 90.0, 0.0))),
+        group(alarm("oil", hot(TagHandle(0), 90.0, 0.0))),
+        alarm("shelved", hot(TagHandle(1), 90.0, 0.0)),
+        alarm("slow", hot(TagHandle(1), 90.0, 10.0)),
+    ];
+    let mut before = AlarmTable::new(set_of(first, &tags), SHIFT, START);
+    let step = |table: &mut AlarmTable, tags: &mut TagTable, after: f64| {
+        let now = START.after(seconds(after));
+        tags.advance(now, |_| {});
+        let mut records = Vec::new();
+        table.step(tags.snapshot(), now, SourceTime(now.0 as i64), |record| records.push(record));
+        records
+    };
+    assert_eq!(step(&mut before, &mut tags, 1.0).len(), 3);
+    before.perform(AlarmHandle(1), Action::Acknowledge, "Anna").unwrap();
+    before.perform(AlarmHandle(2), Action::Shelve(seconds(30.0)), "Anna").unwrap();
+
+    let second = vec![
+        alarm("new", hot(TagHandle(1), 99.0, 0.0)),
+        group(alarm("oil", hot(TagHandle(0), 95.0, 0.0))),
+        alarm("shelved", hot(TagHandle(1), 90.0, 0.0)),
+        alarm("slow", hot(TagHandle(1), 90.0, 10.0)),
+    ];
+    let mut after = AlarmTable::new(set_of(second, &tags), SHIFT, START);
+    after.inherit(before, |id| id != "oil");
+    let state = |table: &AlarmTable, alarm| table.status(AlarmHandle(alarm)).unwrap().state;
+    let states = |table: &AlarmTable| [0, 1, 2, 3].map(|alarm| state(table, alarm));
+    assert_eq!(states(&after), [State::A, State::C, State::G, State::A]);
+    let records = step(&mut after, &mut tags, 2.0);
+    let happened: Vec<_> = records.iter().map(|record| record.alarm.as_str()).collect();
+    assert_eq!(happened, ["new"], "what was acknowledged stays so, its limit moved or not");
+    assert_eq!(records[0].number, 6, "records are counted on");
+    let records = step(&mut after, &mut tags, 11.5);
+    assert_eq!(records[0].alarm, "slow", "its delay went on");
+    assert_eq!(states(&after), [State::B, State::C, State::G, State::B]);
+    step(&mut after, &mut tags, 31.5);
+    assert_eq!(state(&after, 2), State::B, "its shelf ended when it was to");
+}

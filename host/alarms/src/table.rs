@@ -195,6 +195,48 @@ impl AlarmTable {
         }
     }
 
+    /// Goes on with the alarms of another table that have the same ids, whatever became of
+    /// their limits and tags: how they stand, since when, their shelves, and which came first.
+    /// Delays go on of those whose condition is the same. Tags are looked at in the next step.
+    /// Before the first step.
+    pub fn inherit(&mut self, before: Self, is_same: impl Fn(&str) -> bool) {
+        (self.next_number, self.now) = (before.next_number, self.now.max(before.now));
+        (self.wall_clock, self.revision) = (before.wall_clock, before.revision + 1);
+        for (spec, mut cell) in before.set.specs().iter().zip(before.cells) {
+            let Some(alarm) = self.set.find(&spec.id) else { continue };
+            let own = &self.set.specs()[alarm.0 as usize];
+            let is_mirrored = own.source == AlarmSource::Mirrored;
+            if is_mirrored != (spec.source == AlarmSource::Mirrored) {
+                // Somebody else decides now: nothing that was decided holds.
+                continue;
+            }
+            let is_suppressible = match &own.source {
+                AlarmSource::Tag { suppressed_by, .. } => suppressed_by.is_some(),
+                AlarmSource::Mirrored => true,
+            };
+            cell.standing.is_latched &= own.latched || is_mirrored;
+            if cell.standing.is_suppressed && !is_suppressible {
+                cell.standing.release(Hold::Suppression, own.latched);
+            }
+            if !is_same(&spec.id) {
+                // A delay of another condition says nothing.
+                cell.pending = None;
+            }
+            (cell.queued, cell.pulse) = (None, None);
+            let (was_first, after) = (cell.is_first_out, cell.standing.state());
+            let group = self.set.group(alarm).filter(|_| after.is_annunciated());
+            cell.is_first_out &= group.is_some();
+            self.cells[alarm.0 as usize] = cell;
+            self.recount(alarm, State::A, after);
+            if let Some(group) = group {
+                let group = &mut self.groups[group as usize];
+                group.enter_unordered();
+                group.first = group.first.or(was_first.then_some(alarm));
+            }
+            self.queue(alarm);
+        }
+    }
+
     /// What the alarms are.
     pub fn set(&self) -> &Arc<AlarmSet> {
         &self.set

@@ -178,13 +178,8 @@ impl Application {
     /// program has let go.
     fn step(&mut self) -> anyhow::Result<()> {
         let Some(mut pane) = self.pane.take() else { return Ok(()) };
-        let Some(pass) = self.embedded.obey(&mut pane.viewer) else { return Ok(()) };
-        if let Some(scene) = pass.scene {
-            let (options, window, size) =
-                (scene.renderer_options(), pane.window.clone(), self.size);
-            let open = || Viewer::for_window(*scene, options, window, size);
-            pane.viewer = self.embedded.replace(pane.viewer, open)?;
-            pane.egui = glue(&pane.viewer, &pane.window);
+        if self.embedded.obey(&mut pane.viewer).is_none() {
+            return Ok(());
         }
         let input = pane.egui.take_egui_input(&pane.window);
         pane.window.pre_present_notify();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
+use busbar_viewer::reload::Reloader;
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -25,15 +26,20 @@ const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
 pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
     let scene = check::load(&options.config)?;
-    let event_loop = EventLoop::new().map_err(|error| {
+    let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
         // Its own text names source files of the build machine.
         tracing::debug!("{error}");
         anyhow!("no display: set DISPLAY or WAYLAND_DISPLAY, or use `busbar render` for a picture")
     })?;
+    let proxy = event_loop.create_proxy();
+    let wake = move || drop(proxy.send_event(Wake));
+    let reloader = Reloader::start(&options.config, wake)
+        .inspect_err(|error| tracing::warn!("the configuration is not watched: {error}"));
     let mut application = Application {
         options,
         scene: Some(scene),
         window: None,
+        reloader: reloader.ok(),
         started: Instant::now(),
         next_frame: Instant::now(),
         result: Ok(ExitCode::SUCCESS),
@@ -42,11 +48,15 @@ pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
     application.result
 }
 
+/// Something is to be done that no window event told.
+struct Wake;
+
 struct Application<'a> {
     options: &'a ViewOptions,
     /// Until the window is there.
     scene: Option<LoadedScene>,
     window: Option<OpenWindow>,
+    reloader: Option<Reloader>,
     started: Instant,
     next_frame: Instant,
     result: anyhow::Result<ExitCode>,
@@ -62,7 +72,7 @@ struct OpenWindow {
     trouble: Option<String>,
 }
 
-impl ApplicationHandler for Application<'_> {
+impl ApplicationHandler<Wake> for Application<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if let Some(scene) = self.scene.take() {
             match OpenWindow::open(event_loop, scene, self.options.validation) {
@@ -70,6 +80,10 @@ impl ApplicationHandler for Application<'_> {
                 Err(error) => self.fail(event_loop, error),
             }
         }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
+        self.next_frame = self.next_frame.min(Instant::now());
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
@@ -85,6 +99,9 @@ impl ApplicationHandler for Application<'_> {
                 open.window.request_redraw();
             }
             WindowEvent::RedrawRequested => {
+                if let Some(reloader) = &mut self.reloader {
+                    reloader.step(&mut open.viewer);
+                }
                 let drawn = open.draw();
                 match drawn {
                     Ok(repaint_after) => {

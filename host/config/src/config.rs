@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::alarms::{AlarmConfig, AlarmHandlingConfig};
+use crate::changes::Fingerprints;
 use crate::equipment::EquipmentConfig;
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
@@ -54,6 +55,8 @@ pub struct Config {
     pub view: ViewConfig,
     /// Where results of optimisers are kept.
     pub cache: CacheConfig,
+    /// Of what goes once it is loaded.
+    pub fingerprints: Fingerprints,
     /// Where everything stands in the text.
     pub positions: Positions,
     /// Faults that do not stop Busbar.

@@ -10,6 +10,7 @@
 
 mod alarm_rules;
 mod alarms;
+mod changes;
 mod config;
 mod diagnostic;
 mod equipment;
@@ -39,6 +40,7 @@ pub use alarms::{
     AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
     LimitConfig, PriorityConfig, StateConfig, WatchConfig,
 };
+pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{
     Band, BindingConfig, CacheConfig, CameraConfig, ChartConfig, Config, DirectoryConfig,
     EndConfig, ModelConfig, MovingPartConfig, NodeConfig, OriginConfig, OverlayConfig,
@@ -78,6 +80,7 @@ pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
     if report.has_errors() {
         return Err(report.into_diagnostics());
     }
+    let fingerprints = Fingerprints::of(&document.value);
     let raw = match resolve::deserialize(document.value) {
         Ok(raw) => raw,
         Err(fault) => {
@@ -86,5 +89,5 @@ pub fn parse(text: &str) -> Result<Config, Vec<Diagnostic>> {
         }
     };
     let warnings = report.into_diagnostics();
-    Ok(resolve::resolve(raw, document.positions, warnings))
+    Ok(Config { fingerprints, ..resolve::resolve(raw, document.positions, warnings) })
 }

@@ -6,6 +6,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_path_to_error::Segment;
 
+use crate::changes::Fingerprints;
 use crate::config::*;
 use crate::moving::RawMovingPart;
 use crate::plugins::SignatureConfig;
@@ -106,6 +107,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             max_megabytes: raw.cache.max_megabytes,
             pointer: "/cache".to_owned(),
         },
+        fingerprints: Fingerprints::default(),
         positions,
         warnings,
     }

@@ -1,6 +1,6 @@
 //! The histories of all tags that have one.
 
-use busbar_tags::{Change, Moment, Snapshot, TagHandle};
+use busbar_tags::{Change, Moment, Renumbering, Snapshot, TagHandle};
 
 use crate::reduce::Reducer;
 use crate::series::Series;
@@ -39,6 +39,17 @@ impl History {
             }
         }
         history
+    }
+
+    /// Goes on with the histories of tags that have these numbers now.
+    pub fn inherit(&mut self, mut before: Self, numbers: &Renumbering) {
+        for old in 0..before.of_tags.len() as u32 {
+            let new = numbers.tag(TagHandle(old));
+            let Some(own) = new.and_then(|new| self.series_mut(new)) else { continue };
+            if let Some(series) = before.series_mut(TagHandle(old)) {
+                *own = std::mem::take(series);
+            }
+        }
     }
 
     /// Notes a change as it comes, so that none between two frames is lost.

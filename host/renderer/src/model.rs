@@ -17,6 +17,15 @@ use crate::material::{GpuMaterial, MaterialKit};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ModelHandle(pub(crate) u32);
 
+impl ModelHandle {
+    /// The handle of this number, which [`Renderer::upload_model_at`] gives a model.
+    ///
+    /// [`Renderer::upload_model_at`]: crate::Renderer::upload_model_at
+    pub fn of(number: u32) -> Self {
+        Self(number)
+    }
+}
+
 /// A model to upload.
 #[derive(Clone, Copy)]
 pub struct ModelUpload<'a> {

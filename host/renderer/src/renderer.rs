@@ -150,8 +150,17 @@ impl Renderer {
         Ok(Self { content, targets, one_pixel, pending, panels, origin, size, gpu })
     }
 
-    /// Makes a new device in place of one that is lost. Models are gone: uploaded
-    /// again in their order, they get the handles that they had. Panels' textures,
+    /// Changes how it draws, on which device, from the next [`Renderer::renew`] on; whether
+    /// anything is otherwise than before.
+    pub fn set_options(&mut self, options: RendererOptions, choice: DeviceChoice) -> bool {
+        let RendererOptions { quality, samples, .. } = options;
+        let own = &mut self.origin;
+        let before = (own.quality, own.samples, own.gpu.device.take());
+        (own.quality, own.samples, own.gpu.device) = (quality, samples, choice.device);
+        before != (own.quality, own.samples, own.gpu.device.clone())
+    }
+
+    /// Makes a new device in place of one that is lost. Models are gone. Panels' textures,
     /// limits and what the validation layer said stay.
     ///
     /// # Errors
@@ -186,24 +195,43 @@ impl Renderer {
     /// # Errors
     /// When the model refers to what it does not hold, or memory runs out.
     pub fn upload_model(&mut self, upload: ModelUpload<'_>) -> Result<ModelHandle, RenderError> {
-        let index = self.content.models.len();
+        let handle = ModelHandle(self.content.models.len() as u32);
+        self.upload_model_at(handle, upload)?;
+        Ok(handle)
+    }
+
+    /// Uploads a model that has this handle from here on, in place of the one that had it.
+    ///
+    /// # Errors
+    /// As [`Renderer::upload_model`].
+    pub fn upload_model_at(
+        &mut self,
+        handle: ModelHandle,
+        upload: ModelUpload<'_>,
+    ) -> Result<(), RenderError> {
+        let index = handle.0 as usize;
         if index >= MAX_MODELS {
             let (asked, limit) = (index as u64 + 1, MAX_MODELS as u64);
             return Err(RenderError::TooMany { what: "models", asked, limit });
         }
+        self.remove_model(handle);
         let mut recorder = self.gpu.begin_transfer()?;
         let Content { kit, feature_kit, vertices, .. } = &mut self.content;
         let model = GpuModel::upload(&mut recorder, (kit, feature_kit), vertices, upload)?;
         recorder.submit_and_wait()?;
-        self.content.models.push(Some(model));
-        Ok(ModelHandle(index as u32))
+        let models = &mut self.content.models;
+        if models.len() <= index {
+            models.resize_with(index + 1, || None);
+        }
+        models[index] = Some(model);
+        Ok(())
     }
 
     /// Frees a model once no frame in flight draws it. Drawing it again is an
     /// error.
     pub fn remove_model(&mut self, model: ModelHandle) {
-        if let Some(slot) = self.content.models.get_mut(model.0 as usize) {
-            *slot = None;
+        let slot = self.content.models.get_mut(model.0 as usize).and_then(Option::take);
+        if slot.is_some() {
             self.content.resolver.drop_where(|request| request.key().model == model.0);
             self.content.morpher.remove_where(|key| key.model == model.0);
             self.content.cache.remove_model(model.0);

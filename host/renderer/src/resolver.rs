@@ -93,6 +93,9 @@ impl Resolved {
 
 type Answer = (Request, Resolved);
 
+/// Tells requests apart that are for the same: a model may have another's handle meanwhile.
+type Ticket = u64;
+
 /// Workers, and what they were asked for.
 pub(crate) struct Resolver {
     pool: ThreadPool,
@@ -100,12 +103,14 @@ pub(crate) struct Resolver {
     /// The most that all pending requests can give.
     pending_bytes: u64,
     /// Results in the order in which they came.
-    finished: VecDeque<Answer>,
-    sender: Sender<Answer>,
-    receiver: Receiver<Answer>,
+    finished: VecDeque<(Ticket, Answer)>,
+    sender: Sender<(Ticket, Answer)>,
+    receiver: Receiver<(Ticket, Answer)>,
+    next_ticket: Ticket,
 }
 
 struct Pending {
+    ticket: Ticket,
     bytes: u64,
     dropped: Arc<AtomicBool>,
 }
@@ -126,6 +131,7 @@ impl Resolver {
             finished: VecDeque::new(),
             sender,
             receiver,
+            next_ticket: 0,
         })
     }
 
@@ -153,13 +159,15 @@ impl Resolver {
             return false;
         }
         let dropped = Arc::new(AtomicBool::new(false));
-        self.pending.insert(request, Pending { bytes, dropped: Arc::clone(&dropped) });
+        let ticket = self.next_ticket;
+        self.next_ticket += 1;
+        self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, sender) = (Arc::clone(stacks), self.sender.clone());
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
                 // Nobody listens any more when the renderer has gone.
-                let _ = sender.send((request, request.resolve(&stacks)));
+                let _ = sender.send((ticket, (request, request.resolve(&stacks))));
             }
         });
         true
@@ -169,13 +177,13 @@ impl Resolver {
     pub(crate) fn take(&mut self, max_bytes: u64) -> Option<Answer> {
         self.finished.extend(self.receiver.try_iter());
         // A dropped request may have been finished all the same.
-        while let Some((request, resolved)) = self.finished.front() {
-            if self.pending.contains_key(request) {
+        while let Some((ticket, (request, resolved))) = self.finished.front() {
+            if self.pending.get(request).is_some_and(|pending| pending.ticket == *ticket) {
                 if resolved.bytes() > max_bytes {
                     return None;
                 }
                 self.forget(*request);
-                return self.finished.pop_front();
+                return self.finished.pop_front().map(|(_, answer)| answer);
             }
             self.finished.pop_front();
         }

@@ -2,6 +2,7 @@
 
 use std::borrow::Borrow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use busbar_geometry::Bounds;
 use glam::{EulerRot, Mat4, Quat, Vec3};
@@ -156,6 +157,17 @@ fn place(parent: &Option<EquipmentId>) -> String {
     parent.as_ref().map_or("at the top".into(), |parent| format!("under '{parent}'"))
 }
 
+/// What a model adds to a scene wherever it is placed: its nodes and their boxes.
+#[derive(Clone, Debug)]
+pub struct ModelParts(Arc<Parts>);
+
+impl ModelParts {
+    /// Of a model as imported.
+    pub fn of(model: &Model) -> Self {
+        Self(Arc::new(Parts::of(model)))
+    }
+}
+
 /// All nodes, parents before children, and the meshes they show.
 #[derive(Clone, Debug, Default)]
 pub struct SceneGraph {
@@ -190,8 +202,19 @@ impl SceneGraph {
         placements: impl IntoIterator<Item = P, IntoIter: Clone>,
         models: &[Model],
     ) -> Result<Self, SceneError> {
+        Self::of_parts(placements, models.iter().map(ModelParts::of).collect())
+    }
+
+    /// Places models whose parts are known, one for each index.
+    ///
+    /// # Errors
+    /// As [`SceneGraph::build`].
+    pub fn of_parts<P: Borrow<Placement>>(
+        placements: impl IntoIterator<Item = P, IntoIter: Clone>,
+        models: Vec<ModelParts>,
+    ) -> Result<Self, SceneError> {
         let placements = placements.into_iter();
-        let parts: Vec<Parts> = models.iter().map(Parts::of).collect();
+        let parts: Vec<Arc<Parts>> = models.into_iter().map(|ModelParts(parts)| parts).collect();
         let (mut count, mut nodes, mut instances) = (0, 0, 0);
         for model in placements.clone().map(|placement| placement.borrow().model) {
             let parts = model.map(|model| &parts[model.0 as usize]);
@@ -213,6 +236,11 @@ impl SceneGraph {
         }
         graph.bounds = graph.nodes.grow_upwards();
         Ok(graph)
+    }
+
+    /// What a model adds wherever it is placed, for another graph with it.
+    pub fn model_parts(&self, model: ModelIndex) -> ModelParts {
+        ModelParts(Arc::clone(self.nodes.parts_of_model(model)))
     }
 
     /// Number of nodes.

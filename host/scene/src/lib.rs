@@ -14,7 +14,7 @@ mod screen_error;
 mod theta;
 
 pub use graph::{
-    EquipmentId, MAX_NODES, MeshInstance, NodeIndex, Placement, PolicyIndex, SceneError,
+    EquipmentId, MAX_NODES, MeshInstance, ModelParts, NodeIndex, Placement, PolicyIndex, SceneError,
     SceneGraph, SceneNode, Transform, greatest_stretch,
 };
 pub use groups::{Group, find_groups, first_after};

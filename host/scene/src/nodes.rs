@@ -2,6 +2,7 @@
 //! placed has a record each; its parts follow from its model.
 
 use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
 
 use busbar_geometry::Bounds;
 use glam::Mat4;
@@ -54,7 +55,7 @@ pub(crate) struct Place {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nodes {
     /// One a model.
-    parts: Vec<Parts>,
+    parts: Vec<Arc<Parts>>,
     records: Vec<Record>,
     world_from_placements: Vec<Affine>,
     bounds: Vec<Option<Bounds>>,
@@ -68,7 +69,7 @@ pub(crate) struct Nodes {
 }
 
 impl Nodes {
-    pub(crate) fn new(parts: Vec<Parts>, placements: usize) -> Self {
+    pub(crate) fn new(parts: Vec<Arc<Parts>>, placements: usize) -> Self {
         Self {
             parts,
             records: Vec::with_capacity(placements),
@@ -83,7 +84,7 @@ impl Nodes {
         self.count
     }
 
-    pub(crate) fn parts_of_model(&self, model: ModelIndex) -> &Parts {
+    pub(crate) fn parts_of_model(&self, model: ModelIndex) -> &Arc<Parts> {
         &self.parts[model.0 as usize]
     }
 

@@ -94,6 +94,12 @@ impl Live {
         (self.value_bits, self.value_kind) = (value.bits, value.kind);
     }
 
+    /// Goes on with what another cell of its type holds.
+    pub(crate) fn take_over(&mut self, was: &Self) {
+        self.set_value(was.value());
+        (self.source_nanos, self.valid_from) = (was.source_nanos, was.valid_from);
+    }
+
     fn source_time(&self) -> Option<SourceTime> {
         (self.source_nanos != NO_TIME).then_some(SourceTime(self.source_nanos))
     }
@@ -198,6 +204,11 @@ impl Cells {
         self.live.len()
     }
 
+    /// A tag that is there.
+    pub(crate) fn get(&self, tag: TagHandle) -> (&Live, &Standing) {
+        (&self.live[tag.0 as usize], &self.standing[tag.0 as usize])
+    }
+
     /// What is said of a tag that is there.
     pub(crate) fn get_mut(&mut self, tag: TagHandle) -> (&mut Live, &mut Standing) {
         (&mut self.live[tag.0 as usize], &mut self.standing[tag.0 as usize])
@@ -239,6 +250,19 @@ fn state(live: &Live, standing: &Standing, now: Moment) -> TagState {
     }
 }
 
+/// What the host says of a value in the tag's unit, its range included.
+pub(crate) fn judge_in_range(value: Value, kind: ValueKind, spec: &TagSpec) -> Quality {
+    match judge(value, kind) {
+        Quality::Good => match (value.as_number(), &spec.range) {
+            (Some(number), Some(range)) if !range.contains(&number) => {
+                Quality::Uncertain(Reason::OutOfRange)
+            }
+            _ => Quality::Good,
+        },
+        verdict => verdict,
+    }
+}
+
 /// Scale, dead band and range: a value goes into its tag as they have it.
 pub(crate) fn judge_by_rules(
     live: &mut Live,
@@ -250,15 +274,7 @@ pub(crate) fn judge_by_rules(
         (Value::F64(number), Some(scale)) => Value::F64(scale.apply(number)),
         (value, _) => value,
     };
-    let verdict = match judge(value, live.kind) {
-        Quality::Good => match (value.as_number(), &spec.range) {
-            (Some(number), Some(range)) if !range.contains(&number) => {
-                Quality::Uncertain(Reason::OutOfRange)
-            }
-            _ => Quality::Good,
-        },
-        verdict => verdict,
-    };
+    let verdict = judge_in_range(value, live.kind, spec);
     let within = match (live.value().unpack().and_then(Value::as_number), value.as_number()) {
         (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
         _ => false,

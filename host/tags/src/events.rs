@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::{Change, ValueKind};
+use crate::{Change, Renumbering, ValueKind};
 
 /// Events that are kept; the oldest go first.
 pub const MAX_EVENTS: usize = 1 << 16;
@@ -39,6 +39,15 @@ impl EventLog {
         }
         self.events.push_back(Event { number: self.count, change: *change });
         self.count += 1;
+    }
+
+    /// Goes on where tags have other numbers; events of those that are gone go too.
+    pub fn renumber(&mut self, numbers: &Renumbering) {
+        self.events.retain_mut(|event| {
+            let tag = numbers.tag(event.change.tag);
+            event.change.tag = tag.unwrap_or(event.change.tag);
+            tag.is_some()
+        });
     }
 
     /// The events that are kept, the oldest first.

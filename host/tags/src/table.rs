@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::cell::{Cells, judge, judge_by_rules};
+use crate::cell::{Cells, Live, Standing, judge, judge_by_rules, judge_in_range};
 use crate::changes::Changes;
 use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, Moment, Quality, QualityCounts, Sample, Snapshot, SourceTime, TagHandle, TagSet,
-    TagState, Value,
+    Change, Moment, Quality, QualityCounts, Renumbering, Sample, Snapshot, SourceTime, TagHandle,
+    TagSet, TagState, Value,
 };
 
 /// How far the wall clock may go back, as when it is kept in step, nanoseconds.
@@ -41,6 +41,43 @@ impl TagTable {
         let changes = Changes::of(cells.len());
         let (clock_offset, touched) = (None, Vec::new());
         Self { tags, cells, wheel, now, clock_offset, changes, touched, counts }
+    }
+
+    /// Takes over what another table has of tags that go on under these numbers: value,
+    /// times, and what their sources said last. What rests on ranges and freshness is judged
+    /// by this table's; derived tags follow by themselves.
+    pub fn inherit(&mut self, before: &Self, numbers: &Renumbering) {
+        self.now = self.now.max(before.now);
+        self.clock_offset = before.clock_offset;
+        for index in 0..before.cells.len() as u32 {
+            let (old, Some(tag)) = (TagHandle(index), numbers.tag(TagHandle(index))) else {
+                continue;
+            };
+            let (was, said) = before.cells.get(old);
+            let (Some(_), false) = (self.tags.spec(tag), said.is_derived) else { continue };
+            self.continue_tag(tag, was, said);
+        }
+    }
+
+    /// Goes on with a tag of another table.
+    fn continue_tag(&mut self, tag: TagHandle, was: &Live, said: &Standing) {
+        let (live, standing) = self.cells.get_mut(tag);
+        if standing.is_derived || was.kind != live.kind {
+            return;
+        }
+        live.take_over(was);
+        standing.source_quality = said.source_quality;
+        if let Some(value) = live.value().unpack() {
+            let spec = &self.tags.specs()[tag.0 as usize];
+            standing.verdict = judge_in_range(value, live.kind, spec);
+            standing.slot = self.wheel.slot_of(live.deadline());
+            self.wheel.put(tag.0, standing.slot);
+        }
+        if standing.is_input {
+            self.touched.push(tag);
+        }
+        self.cells.count(tag, &mut self.counts, self.now);
+        self.changes.note(tag);
     }
 
     /// What the tags are.

@@ -454,3 +454,38 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
     assert!(accepted > 400_000, "{accepted} updates in the year");
     assert!(table.changes.room() <= 64 * TAGS as usize);
 }
+
+#[test]
+fn a_table_goes_on_where_another_was_under_its_own_rules() {
+    let other = |id: &str, freshness: f64| TagSpec {
+        id: id.into(),
+        freshness: seconds(freshness),
+        ..spec()
+    };
+    let derived = TagSpec { expression: Some("{b} * 2".into()), range: None, ..other("d", 3.0) };
+    let mut before = table_of(vec![other("a", 3.0), other("b", 3.0), derived.clone()]);
+    let of = |tag: u32, value| Sample { tag: TagHandle(tag), ..sample(value, START) };
+    put(&mut before, of(0, 20.0));
+    put(&mut before, of(1, 60.0));
+    before.advance(at(1.0), |_| {});
+
+    // `a` has gone, `b` is judged by a narrower range and stays fresh for longer, `c` is new.
+    let narrow = TagSpec { range: Some(0.0..=50.0), ..other("b", 9.0) };
+    let scale = Some(Scale { factor: 10.0, offset: 0.0 });
+    let narrow = TagSpec { scale, ..narrow };
+    let mut after = table_of(vec![narrow, other("c", 3.0), derived]);
+    let numbers = Renumbering::of_tags(before.tags(), after.tags());
+    assert_eq!([0, 1, 2].map(|old| numbers.number(old)), [None, Some(0), Some(2)]);
+    after.inherit(&before, &numbers);
+    let state = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap();
+    after.advance(at(2.5), |_| {});
+    assert_eq!(state(&after, 0).value, Some(Value::F64(60.0)), "it is not scaled again");
+    assert_eq!(state(&after, 0).quality, Quality::Uncertain(Reason::OutOfRange));
+    assert_eq!(state(&after, 0).age, Some(seconds(2.5)), "no value grows younger by it");
+    assert_eq!(state(&after, 1).quality, Quality::Bad(Reason::NotConnected));
+    assert_eq!(state(&after, 2).value, Some(Value::F64(120.0)));
+    assert_eq!(after.snapshot().counts().uncertain, 2);
+    after.advance(at(9.1), |_| {});
+    assert_eq!(state(&after, 0).quality, Quality::Bad(Reason::Stale));
+    assert_eq!(after.snapshot().counts().bad, 3);
+}

@@ -169,6 +169,15 @@ impl Panels {
         self.shown = shown;
     }
 
+    /// Changes how panels and labels look.
+    pub fn set_appearance(&mut self, appearance: Appearance) {
+        let Appearance { is_dark, scale, font } = appearance;
+        theme::apply(&self.context, is_dark, font);
+        if self.shown {
+            self.context.set_zoom_factor(scale);
+        }
+    }
+
     /// Changes to the dark theme, or the light one.
     pub fn set_dark(&mut self, is_dark: bool) {
         theme::set_dark(&self.context, is_dark);

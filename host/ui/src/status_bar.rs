@@ -1,12 +1,18 @@
 //! The line at the bottom.
 
-use egui::{Align, Layout, Ui};
+use egui::{Align, Label, Layout, RichText, Ui};
 
-use crate::ViewModel;
 use crate::model_panel::thousands;
+use crate::{Mark, ViewModel, theme};
+
+/// Characters of a line of a fault; all of it is told where the pointer rests.
+const MAX_FAULT_LINE: usize = 160;
 
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
     let status = &model.status;
+    if let Some(fault) = &status.fault {
+        show_fault(ui, fault);
+    }
     ui.horizontal(|ui| {
         let selected = model.selected.as_deref().unwrap_or("Nothing selected");
         ui.label(model.measuring.as_deref().unwrap_or(selected));
@@ -30,6 +36,18 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
             }
         });
     });
+}
+
+/// What keeps the configuration on the disk from being shown, until it is mended.
+fn show_fault(ui: &mut Ui, fault: &str) {
+    let mark = Mark::Warning;
+    let (ground, ink) = theme::ground_and_ink(ui.ctx(), &mark);
+    let first = fault.lines().next().unwrap_or_default();
+    let text = format!("{} Not loaded, shown as before: {first}", theme::symbol(&mark));
+    let line: String = text.chars().take(MAX_FAULT_LINE).collect();
+    let label = RichText::new(line).color(ink).background_color(ground);
+    ui.add(Label::new(label).truncate()).on_hover_text(fault);
+    ui.separator();
 }
 
 /// A line for each stage of a frame on the GPU.

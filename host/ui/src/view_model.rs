@@ -229,6 +229,8 @@ pub struct StatusLine {
     pub uncertain: usize,
     /// Tags of bad quality.
     pub bad: usize,
+    /// Faults of the configuration as it is on the disk, which is not what is shown.
+    pub fault: Option<String>,
 }
 
 impl Mark {

@@ -3,11 +3,14 @@
 mod hosting;
 mod listing;
 mod rows;
+mod succession;
 mod words;
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::sync::Arc;
 
 use busbar_alarm_log::{AlarmLog, LogRules, Recovered};
+use busbar_config::AlarmHandlingConfig;
 use busbar_alarms::{Action, AlarmHandle, AlarmTable, Record, State};
 use busbar_plugin_host::OverlayTint;
 use busbar_scene::{NodeIndex, SceneGraph};
@@ -37,7 +40,7 @@ pub(crate) struct Alarming {
     list: AlarmList,
     listing: Listing,
     /// The equipment of each alarm, and the instances of each piece of equipment.
-    nodes: Vec<Option<NodeIndex>>,
+    nodes: Arc<[Option<NodeIndex>]>,
     instances: HashMap<NodeIndex, Vec<usize>>,
     /// What operators did that is not on the disk yet.
     unsaved: VecDeque<Unsaved>,
@@ -68,7 +71,7 @@ impl Alarming {
             return None;
         }
         let handling = &config.alarm_handling;
-        let longest = std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60);
+        let longest = longest_shelf(handling);
         let now = Moment::now();
         let mut table = AlarmTable::new(alarms.set.clone(), longest, now);
         let rules = alarm_log.as_ref().filter(|_| logs).map(|directory| LogRules {
@@ -95,7 +98,7 @@ impl Alarming {
         tail.drain(..tail.len().saturating_sub(MAX_TAIL));
         Some(Self {
             instances: instances_of(graph, alarms.nodes.iter().flatten()),
-            nodes: alarms.nodes.clone(),
+            nodes: Arc::clone(&alarms.nodes),
             table,
             log,
             log_remark,
@@ -228,6 +231,11 @@ impl Alarming {
         let log = self.log.as_ref().and_then(AlarmLog::fault);
         refusal.map(|(_, words)| words.clone()).or(log).or_else(|| self.log_remark.clone())
     }
+}
+
+/// The longest that an alarm is shelved.
+fn longest_shelf(handling: &AlarmHandlingConfig) -> std::time::Duration {
+    std::time::Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60)
 }
 
 /// Hands a record to the log, and keeps it to be shown.

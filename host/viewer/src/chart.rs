@@ -105,16 +105,22 @@ impl ShownChart {
     /// Takes over what was read.
     fn take(&mut self, graph: &SceneGraph) {
         let Some(read) = self.reader.take() else { return };
-        self.nodes = read.description.equipment.iter().map(|id| graph.find(id)).collect();
-        let there = self.nodes.iter().enumerate();
-        self.equipment = there.filter_map(|(at, node)| Some(((*node)?, at))).collect();
+        self.data_revision = read.revision;
+        self.board.set_data(read.description, read.records);
+        self.find_equipment(graph);
         let absent = self.nodes.iter().filter(|node| node.is_none()).count();
         if absent > 0 {
             tracing::warn!("{absent} pieces of equipment of the chart are not in the scene");
         }
-        self.data_revision = read.revision;
-        self.board.set_data(read.description, read.records);
         self.hovered = None;
+    }
+
+    /// Goes on where nodes have other numbers.
+    pub(crate) fn find_equipment(&mut self, graph: &SceneGraph) {
+        let ids = &self.board.description().equipment;
+        self.nodes = ids.iter().map(|id| graph.find(id)).collect();
+        let there = self.nodes.iter().enumerate();
+        self.equipment = there.filter_map(|(at, node)| Some(((*node)?, at))).collect();
     }
 
     /// Steps it to a frame: takes what was read, lets time go by, and says which equipment

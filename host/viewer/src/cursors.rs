@@ -210,6 +210,25 @@ impl Cursors {
         }
     }
 
+    /// Goes on as those of a scene before: what was set by hand, by model, and the scale; and,
+    /// where the instances of the graph are the same, which are in full detail and apart.
+    /// `model_before`: the index that a model had.
+    pub(crate) fn inherit(
+        &mut self,
+        before: &Self,
+        same_instances: bool,
+        model_before: impl Fn(usize) -> Option<usize>,
+    ) {
+        for (model, by_hand) in self.by_hand.iter_mut().enumerate() {
+            let was = model_before(model).and_then(|model| before.by_hand.get(model));
+            *by_hand = was.copied().flatten();
+        }
+        (self.scale, self.coarseness) = (before.scale, before.coarseness);
+        if same_instances {
+            (self.full, self.apart) = (before.full.clone(), before.apart.clone());
+        }
+    }
+
     /// Gives all instances of a model this theta, whatever their policies and
     /// the scale say; `None` gives them back to their policies.
     pub(crate) fn set_by_hand(&mut self, model: usize, theta: Option<f64>) {

@@ -12,15 +12,13 @@ mod offscreen;
 mod watch;
 
 use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
+use std::time::Instant;
 
-use busbar_alarms::Standing;
 pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
 use busbar_protocol::pictures::PictureMemory;
-use busbar_tags::SourceTime;
 
-use crate::alarms::Alarming;
+use crate::reload::{Loading, Outcome};
 use crate::{LoadError, LoadedScene, Viewer};
 use beater::Beater;
 use channel::Channel;
@@ -32,7 +30,7 @@ pub struct Embedded {
     begin: Begin,
     memory: Option<PictureMemory>,
     watch: Watch,
-    reloading: Option<JoinHandle<Result<LoadedScene, LoadError>>>,
+    reloading: Option<Loading>,
     /// What is being loaded.
     reload_path: String,
     /// Asked for meanwhile.
@@ -49,8 +47,6 @@ pub struct Pass {
     pub size: Option<[u32; 2]>,
     /// What pointer and keyboard did over an offscreen picture.
     pub input: Vec<Command>,
-    /// A scene to be shown in place of this one.
-    pub scene: Option<Box<LoadedScene>>,
     /// Whether anything was asked, so that a frame is due now.
     pub is_due: bool,
 }
@@ -175,61 +171,41 @@ impl Embedded {
                 }
             }
         }
-        pass.scene = self.step_reload();
+        self.step_reload(viewer);
         Some(pass)
     }
 
-    /// Begins to load what is asked for, and gives it once it is there without fault.
-    fn step_reload(&mut self) -> Option<Box<LoadedScene>> {
+    /// Begins to load what is asked for, and shows it once it is there without fault.
+    fn step_reload(&mut self, viewer: &mut Viewer) {
         if self.reloading.is_none()
             && let Some(path) = self.next_reload.take()
         {
-            self.reload_path.clone_from(&path);
-            let load = move || LoadedScene::load(Path::new(&path), &|_, _, _| {});
-            let spawned = std::thread::Builder::new().name("reload".into()).spawn(load);
-            match spawned {
-                Ok(thread) => self.reloading = Some(thread),
-                Err(error) => self.refuse_reload(&error.to_string()),
+            let begun = Loading::begin(viewer, Path::new(&path), Instant::now(), || {});
+            self.reload_path = path;
+            match begun {
+                Ok(loading) => self.reloading = Some(loading),
+                Err(error) => return self.refuse_reload(&error.to_string()),
             }
         }
-        let thread = self.reloading.take_if(|thread| thread.is_finished())?;
-        match thread.join() {
-            Ok(Ok(scene)) => return Some(Box::new(scene)),
-            Ok(Err(error)) => self.refuse_reload(&error.to_string()),
-            Err(_) => self.refuse_reload("a fault of Busbar itself; please report it"),
+        let Some(outcome) = self.reloading.as_ref().and_then(|loading| loading.step(viewer)) else {
+            return;
+        };
+        self.reloading = None;
+        match outcome {
+            Outcome::Refused(why) => self.refuse_reload(&why),
+            Outcome::Shown | Outcome::Same => {
+                // Numbers of alarms and tags may be others now.
+                self.watch = Watch::default();
+                self.begin.config.clone_from(&self.reload_path);
+                self.channel.tell([FromViewer::Reloaded { config: self.reload_path.clone() }]);
+            }
         }
-        None
     }
 
     fn refuse_reload(&mut self, why: &str) {
         let path = &self.reload_path;
         let words = format!("'{path}' is not shown, the scene before stays: {why}");
         self.channel.tell([FromViewer::Refused(words)]);
-    }
-
-    /// Shows another scene: the view before goes first, since both cannot have a window.
-    ///
-    /// # Errors
-    /// As `open`; the host program has been told.
-    pub fn replace<E: std::fmt::Display>(
-        &mut self,
-        mut before: Viewer,
-        open: impl FnOnce() -> Result<Viewer, E>,
-    ) -> Result<Viewer, E> {
-        let mut standings = Vec::new();
-        if let Some(alarms) = before.alarming() {
-            standings.extend(all_standings(alarms));
-        }
-        let pose = before.pose();
-        self.begin.alarms.clear();
-        self.starting = self.memory.as_ref().map(Beater::start);
-        drop(before);
-        let mut viewer = self.open(open)?;
-        viewer.restore_alarms(&standings);
-        viewer.stand(&pose);
-        self.begin.config.clone_from(&self.reload_path);
-        self.channel.tell([FromViewer::Reloaded { config: self.reload_path.clone() }]);
-        Ok(viewer)
     }
 
     /// Tells the host program what a frame changed.
@@ -252,9 +228,4 @@ impl Embedded {
         }
         self.channel.tell([FromViewer::Refused(trouble.to_owned())]);
     }
-}
-
-fn all_standings(alarms: &Alarming) -> Vec<(String, Standing, SourceTime)> {
-    let changed = alarms.changed_since(&mut Default::default());
-    changed.into_iter().map(|(id, _, standing, since)| (id, standing, since)).collect()
 }

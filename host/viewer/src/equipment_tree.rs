@@ -134,6 +134,18 @@ impl EquipmentTree {
         self.rows.len()
     }
 
+    /// Searches as another tree, and opens the branches that are open there; `now`: where a
+    /// node is now.
+    pub(crate) fn inherit(&mut self, before: &Self, now: impl Fn(NodeIndex) -> Option<NodeIndex>) {
+        for (entry, is_open) in before.entries.iter().zip(&before.is_open) {
+            if let Some(own) = now(entry.node).and_then(|node| self.entry_of(node)) {
+                self.is_open[own as usize] = *is_open;
+            }
+        }
+        self.query.clone_from(&before.query);
+        self.list();
+    }
+
     /// Marks a node's row, or else its device's, and opens what is above it.
     pub(crate) fn select(&mut self, node: Option<NodeIndex>, device: Option<NodeIndex>) {
         let entry_of = |node: Option<NodeIndex>| node.and_then(|node| self.entry_of(node));

@@ -7,7 +7,9 @@ use busbar_alarms::AlarmHandle;
 use busbar_history::{History, Point, State};
 use busbar_plugin_host::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{Moment, Quality, Reason, Snapshot, SourceTime, TagHandle, TagState};
+use busbar_tags::{
+    Moment, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
+};
 use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -156,6 +158,13 @@ impl OpenFaceplate {
             trended,
             records,
         }
+    }
+
+    /// Shows the trends that another showed, of the values that it has.
+    pub(crate) fn keep_trends(&mut self, before: &Self, numbers: &Renumbering) {
+        let has = |tag: &TagHandle| self.values.iter().any(|(own, _)| own == tag);
+        let kept = before.trended.iter().filter_map(|tag| numbers.tag(*tag)).filter(has);
+        self.trended = kept.collect();
     }
 
     /// Shows the trend of a value, the oldest shown gives way; or shows it no longer.

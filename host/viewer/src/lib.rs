@@ -30,6 +30,7 @@ mod load;
 pub mod looks;
 mod measuring;
 mod moving;
+mod numbers;
 mod occlusion;
 pub mod optimize;
 mod outlines;
@@ -39,9 +40,11 @@ mod point_import;
 mod ray;
 mod records;
 mod recovery;
+pub mod reload;
 mod rows;
 mod running;
 mod search_text;
+mod served;
 mod shown_model;
 mod stacks;
 mod stats;
@@ -64,16 +67,17 @@ pub use busbar_point_import::{ListFault, PluginInstance};
 pub use busbar_renderer::{
     Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
-pub use busbar_ui::ChartCommand;
+pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use load::{
-    LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, SimulatedDevice, SimulatedDevices,
+    LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, Reload, ReloadError, SimulatedDevice,
+    SimulatedDevices,
     plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
     AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis,
-    PluginStats, RecordStats, Stats, TagStats,
+    PluginStats, RecordStats, ReloadStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -8,25 +8,29 @@ mod hlod;
 mod models;
 mod moving;
 mod plugins;
+mod reuse;
 mod simulate;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_config::{Config, Diagnostic, QualityConfig, Severity};
+use busbar_config::{Config, Diagnostic, QualityConfig, Section, Severity};
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog};
-use busbar_renderer::{Quality, RendererOptions};
+use busbar_renderer::{ModelHandle, Quality, RendererOptions};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
 pub(crate) use hlod::HlodGroup;
+pub use reuse::{Reload, ReloadError};
+use reuse::Reuse;
 pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::cursors::policy_of;
@@ -41,28 +45,32 @@ pub const MAX_CONFIG_FILE_BYTES: u64 = busbar_config::MAX_CONFIG_BYTES as u64;
 /// Told what is being loaded: stage, steps done, steps in all.
 pub type LoadProgress<'a> = dyn Fn(&str, usize, usize) + Sync + 'a;
 
-/// A configuration with everything it names, loaded and checked.
+/// A configuration with everything it names, loaded and checked. Clones share all of it.
+#[derive(Clone)]
 pub struct LoadedScene {
-    pub(crate) config: Config,
+    pub(crate) config: Arc<Config>,
+    /// Where relative paths start from.
+    folder: PathBuf,
     pub(crate) instances: BTreeMap<String, Plugin>,
     /// Those of the configuration, then the proxies of groups.
     pub(crate) models: Vec<LoadedModel>,
     /// How often each model of the configuration is placed.
     pub(crate) instances_of_models: Vec<usize>,
-    pub(crate) graph: SceneGraph,
-    pub(crate) groups: Vec<HlodGroup>,
+    pub(crate) graph: Arc<SceneGraph>,
+    pub(crate) groups: Arc<[HlodGroup]>,
     pub(crate) tags: Arc<TagSet>,
-    pub(crate) bindings: Vec<Binding>,
-    pub(crate) moving: MovingParts,
+    pub(crate) bindings: Arc<[Binding]>,
+    /// Parts that move, as modelled.
+    pub(crate) moving: Arc<MovingParts>,
     pub(crate) alarms: LoadedAlarms,
     /// Folder of the alarm log.
     pub(crate) alarm_log: Option<PathBuf>,
     /// What its equipment is called.
-    pub(crate) equipment: Equipment,
+    pub(crate) equipment: Arc<Equipment>,
     /// The font of panels and labels; none for the one built in.
-    pub(crate) font: Option<Vec<u8>>,
+    pub(crate) font: Option<Arc<[u8]>>,
     /// The first node that each tag is bound to.
-    nodes_of_tags: HashMap<TagHandle, NodeIndex>,
+    nodes_of_tags: Arc<HashMap<TagHandle, NodeIndex>>,
     pub(crate) millis: LoadMillis,
     /// Meshes whose stacks were in the cache.
     pub(crate) cached_meshes: usize,
@@ -74,11 +82,33 @@ pub struct LoadedScene {
 }
 
 /// A model ready for upload.
+#[derive(Clone, Default)]
 pub(crate) struct LoadedModel {
     pub(crate) name: String,
     pub(crate) stacks: Vec<Arc<CollapseStacks>>,
-    pub(crate) materials: Vec<Material>,
-    pub(crate) textures: Vec<Texture>,
+    pub(crate) materials: Arc<[Material]>,
+    pub(crate) textures: Arc<[Texture]>,
+    /// Where the device has it; none until all models are there.
+    pub(crate) slot: Option<u32>,
+    pub(crate) made: Made,
+}
+
+impl LoadedModel {
+    /// What the device knows it by.
+    pub(crate) fn handle(&self) -> ModelHandle {
+        ModelHandle::of(self.slot.unwrap_or(u32::MAX))
+    }
+}
+
+/// How a model came about.
+#[derive(Clone, Default)]
+pub(crate) struct Made {
+    /// Whether its collapses go in the order of their errors.
+    by_error: bool,
+    /// Whether its optimiser did its part.
+    is_complete: bool,
+    /// Where it was taken apart: of each mesh the range of its pieces.
+    pieces: Vec<Range<u32>>,
 }
 
 /// A tag bound to a node, resolved.
@@ -135,60 +165,80 @@ impl LoadedScene {
     /// # Errors
     /// Every fault of the file, of the files it names, and of what it asks of plugins.
     pub fn load(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
-        let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-        let mut millis = LoadMillis::new();
         let start = Instant::now();
         progress("configuration", 0, 1);
-        let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
-        let config = busbar_config::parse(&text).map_err(faulty)?;
-        let folder = folder_of(path);
-        millis.insert("config".into(), millis_since(start));
+        let config = read_config(path)?;
+        let millis = LoadMillis::from([("config".into(), millis_since(start))]);
+        Self::of(path, config, millis, &Reuse::nothing(), progress)
+    }
 
+    /// Loads what a configuration names, except for what can be reused.
+    fn of(
+        path: &Path,
+        config: Config,
+        mut millis: LoadMillis,
+        reuse: &Reuse<'_>,
+        progress: &LoadProgress<'_>,
+    ) -> Result<Self, LoadError> {
+        let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
+        let folder = folder_of(path);
         let mut faults = Faults { found: config.warnings.clone(), ..Faults::of(&config) };
         // Beside each other: starting the processes of plugins is mostly waiting.
         progress("plugins and models", 0, 1);
         let mut import_faults = Faults::of(&config);
         let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
-            || timed(|| plugins::create(&config, &folder, &mut faults)),
-            || timed(|| models::import(&config, &folder, progress, &mut import_faults)),
+            || timed(|| plugins::create(&config, &folder, reuse, &mut faults)),
+            || timed(|| models::import(&config, &folder, reuse, progress, &mut import_faults)),
         );
         faults.found.append(&mut import_faults.found);
         millis.insert("plugins".into(), plugin_millis);
         millis.insert("import".into(), import_millis);
 
         let start = Instant::now();
-        let mut graph = bindings::place(&config, &imported, &mut faults);
-        models::take_apart(&config, &mut imported, graph.as_mut());
-        let tags = Arc::new(bindings::tags(&config, &mut faults));
-        let bindings = bindings::resolve(&config, graph.as_ref(), &imported, &mut faults);
+        let known = reuse.scene().filter(|_| reuse.has_same_graph());
+        let graph = known.map(|scene| Arc::clone(&scene.graph)).or_else(|| {
+            let mut graph = bindings::place(&config, &imported, &mut faults);
+            models::take_apart(&config, &mut imported, graph.as_mut());
+            graph.map(Arc::new)
+        });
+        let placed = graph.as_deref();
+        let tags = bindings::tags(&config, &mut faults);
+        let same_tags = reuse.scene().filter(|scene| scene.tags.specs() == tags.specs());
+        let tags = same_tags.map_or_else(|| Arc::new(tags), |scene| Arc::clone(&scene.tags));
+        let bindings = bindings::resolve(&config, placed, &imported, &mut faults);
         let mut nodes_of_tags = HashMap::new();
         for binding in &bindings {
             nodes_of_tags.entry(binding.tag).or_insert(binding.node);
         }
-        let placed = graph.as_ref();
-        let moving = moving::resolve(&config, placed, &imported, &mut faults);
+        moving::check(&config, &imported, &mut faults);
         let alarms =
             alarms::resolve(&config, &tags, placed, &imported, &nodes_of_tags, &mut faults);
-        let equipment = placed.map(|graph| {
-            Equipment::of(graph, &config.equipment, |id, equipment| {
+        let same_names = known.filter(|_| !reuse.touches(Section::Equipment));
+        let equipment = same_names.map(|scene| Arc::clone(&scene.equipment)).or_else(|| {
+            let equipment = Equipment::of(placed?, &config.equipment, |id, equipment| {
                 // What is to blame is told where it is looked for.
                 let pointer = &equipment.pointer;
-                bindings::find(&config, graph, &imported, id, pointer, &mut faults);
-            })
+                placed.map(|graph| {
+                    bindings::find(&config, graph, &imported, id, pointer, &mut faults)
+                });
+            });
+            Some(Arc::new(equipment))
         });
         let font = font::load(&config, &folder, &mut faults);
         millis.insert("scene".into(), millis_since(start));
 
-        plugins::check_capabilities(&config, &instances, tags.specs(), &mut faults);
+        plugins::check_capabilities(&config, &instances, tags.specs(), reuse, &mut faults);
         let mut notes = std::mem::take(&mut imported.notes);
         let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
         let mut cached_meshes = 0;
-        let mut pipeline_cache = None;
+        let mut pipeline_cache = reuse.scene().and_then(|scene| scene.pipeline_cache.clone());
         let mut models = if fatal {
             Vec::new()
         } else {
-            let cache = cache::open(&config.cache, &folder, &mut notes);
-            pipeline_cache = cache.as_ref().map(|cache| cache.directory().to_owned());
+            let cache = imported.has_new().then(|| cache::open(&config.cache, &folder, &mut notes));
+            let cache = cache.flatten();
+            pipeline_cache =
+                cache.as_ref().map(|cache| cache.directory().to_owned()).or(pipeline_cache);
             let mut stage = models::Optimising {
                 instances: &instances,
                 cache,
@@ -209,28 +259,38 @@ impl LoadedScene {
         match graph {
             Some(graph) if !errors => {
                 let start = Instant::now();
-                let groups = hlod::build(&graph, &policies_of(&config), &mut models);
+                let policies = policies_of(&config);
+                let groups = match known.filter(|scene| scene.policies() == policies) {
+                    Some(scene) => {
+                        models.extend_from_slice(&scene.models[scene.model_count()..]);
+                        Arc::clone(&scene.groups)
+                    }
+                    None => hlod::build(&graph, &policies, &mut models).into(),
+                };
+                reuse.give_slots(&mut models);
                 millis.insert("proxies".into(), millis_since(start));
                 let instances_of_models = count_placed(&config);
                 let log = config.alarm_handling.log_directory.as_ref();
                 let alarm_log = log.map(|directory| folder.join(directory));
+                let moving = MovingParts::of(&config, &graph);
                 let mut config = config.loaded();
                 config.warnings = diagnostics;
                 Ok(Self {
-                    config,
+                    config: Arc::new(config),
+                    folder,
                     instances,
                     models,
                     instances_of_models,
                     graph,
                     groups,
                     tags,
-                    bindings,
-                    moving,
+                    bindings: bindings.into(),
+                    moving: Arc::new(moving),
                     alarms,
                     alarm_log,
                     equipment: equipment.unwrap_or_default(),
-                    font,
-                    nodes_of_tags,
+                    font: font.map(Arc::from),
+                    nodes_of_tags: Arc::new(nodes_of_tags),
                     millis,
                     cached_meshes,
                     pipeline_cache,
@@ -339,8 +399,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 /// When the configuration itself cannot be read or names no usable key.
 pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
     let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
-    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
-    let config = busbar_config::parse(&text).map_err(faulty)?;
+    let config = read_config(path)?;
     let mut faults = Faults::of(&config);
     let catalog = plugins::catalog(&config, &folder_of(path), &mut faults);
     catalog.ok_or_else(|| faulty(faults.found))
@@ -350,6 +409,13 @@ pub fn plugin_catalog(path: &Path) -> Result<PluginCatalog, LoadError> {
 fn folder_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
+}
+
+/// Reads a configuration; whether what it names is there is not looked at.
+fn read_config(path: &Path) -> Result<Config, LoadError> {
+    let faulty = |diagnostics| LoadError { file: path.to_owned(), diagnostics };
+    let text = read_text(path).map_err(|fault| faulty(vec![fault]))?;
+    busbar_config::parse(&text).map_err(faulty)
 }
 
 fn read_text(path: &Path) -> Result<String, Diagnostic> {

@@ -4,6 +4,7 @@
 //! is hatched: it is shown neither open nor closed.
 
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
 use busbar_config::{Config, EndConfig, MovingPartConfig};
 use busbar_plugin_host::Pattern;
@@ -16,7 +17,7 @@ use crate::running::{Basis, ShownPosition, ShownState};
 const MIDDLE: f64 = 0.5;
 
 /// All parts of a scene that may move.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct MovingParts {
     parts: Vec<MovingPart>,
     /// Parts at a piece of equipment or under it, by what moves them.
@@ -31,6 +32,7 @@ pub(crate) struct MovingParts {
     unknown: Vec<ShownState>,
 }
 
+#[derive(Clone)]
 struct MovingPart {
     node: NodeIndex,
     mechanism: String,
@@ -103,7 +105,7 @@ impl MovingParts {
     /// frames tell what the one before told, and cost a comparison.
     pub(crate) fn update(
         &mut self,
-        graph: &mut SceneGraph,
+        graph: &mut Arc<SceneGraph>,
         positions: &[ShownPosition],
         snapshot: Snapshot<'_>,
     ) -> &[ShownState] {
@@ -119,7 +121,7 @@ impl MovingParts {
         &self.unknown
     }
 
-    fn take_over(&mut self, graph: &mut SceneGraph) {
+    fn take_over(&mut self, graph: &mut Arc<SceneGraph>) {
         let mut shown: HashMap<usize, Shown> = HashMap::new();
         for (position, is_good) in &self.told {
             let travelled = position.travelled.filter(|_| *is_good);
@@ -141,7 +143,7 @@ impl MovingParts {
         }
     }
 
-    fn show(&mut self, graph: &mut SceneGraph, index: usize, shown: Option<Shown>) {
+    fn show(&mut self, graph: &mut Arc<SceneGraph>, index: usize, shown: Option<Shown>) {
         let part = &mut self.parts[index];
         part.shown = shown;
         let away = shown.map_or(0.0, |shown| match part.modelled {
@@ -149,7 +151,8 @@ impl MovingParts {
             EndConfig::Open => shown.travelled,
         });
         let pose = (away != 0.0).then(|| part.motion.at(away as f32));
-        let moved = graph.pose(part.node, pose);
+        // A copy where a reload looks at the graph just now.
+        let moved = Arc::make_mut(graph).pose(part.node, pose);
         if !moved.is_empty() {
             part.instances.clone_from(&moved);
         }
@@ -196,7 +199,6 @@ fn motion(config: &MovingPartConfig) -> Motion {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
     use std::time::Duration;
 
     use busbar_geometry::{RawPrimitive, weld};
@@ -212,7 +214,7 @@ mod tests {
     const TAG: TagHandle = TagHandle(0);
 
     /// Two poles of a switch, each with a blade along x.
-    fn graph() -> SceneGraph {
+    fn graph() -> Arc<SceneGraph> {
         let blade = RawPrimitive {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 0.1, 0.0)],
             triangles: vec![[0, 1, 2]],
@@ -236,7 +238,7 @@ mod tests {
             theta: None,
         };
         let poles = [placement("Q", None), placement("Q-L1", Some(0)), placement("Q-L2", Some(0))];
-        SceneGraph::build(&poles, &[model]).unwrap()
+        Arc::new(SceneGraph::build(&poles, &[model]).unwrap())
     }
 
     fn parts(graph: &SceneGraph) -> MovingParts {
@@ -329,7 +331,7 @@ mod tests {
         let half = Vec3::new(0.5_f32.sqrt(), 0.5_f32.sqrt(), 0.0);
         let closed = [at(&graph, "Q", "blade", Some(1.0))];
         let contradiction = [at(&graph, "Q", "blade", None)];
-        let known = |parts: &mut MovingParts, graph: &mut SceneGraph| {
+        let known = |parts: &mut MovingParts, graph: &mut Arc<SceneGraph>| {
             assert!(parts.update(graph, &closed, good.snapshot()).is_empty());
             assert_eq!(tips(graph), [Vec3::X; 2]);
         };

@@ -261,8 +261,7 @@ mod tests {
         };
         let graph = SceneGraph::build(&[placement], std::slice::from_ref(&model)).unwrap();
         let stacks = vec![Arc::new(CollapseStacks::build(mesh, &sequence))];
-        let (name, materials, textures) = ("plates".into(), Vec::new(), Vec::new());
-        (graph, vec![LoadedModel { name, stacks, materials, textures }])
+        (graph, vec![LoadedModel { name: "plates".into(), stacks, ..LoadedModel::default() }])
     }
 
     #[test]

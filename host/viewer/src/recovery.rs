@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use busbar_renderer::{Cure, ModelHandle, RenderError, Renderer};
+use busbar_renderer::{Cure, RenderError, Renderer};
 
 use crate::load::LoadedScene;
 use crate::{ViewError, shown_model};
@@ -56,7 +56,7 @@ impl Recovery {
         scene: &LoadedScene,
         waits: bool,
         open: impl Fn() -> Result<Renderer, RenderError>,
-    ) -> Result<(Self, Renderer, Vec<ModelHandle>), ViewError> {
+    ) -> Result<(Self, Renderer), ViewError> {
         let mut recovery = Self {
             // Until there is something to show.
             waits: true,
@@ -78,9 +78,9 @@ impl Recovery {
         };
         recovery.state = State::Works;
         let upload = |renderer: &mut Renderer| shown_model::upload(scene, renderer);
-        let handles = recovery.run(&mut renderer, scene, upload)?.unwrap_or_default();
+        recovery.run(&mut renderer, scene, upload)?;
         recovery.waits = waits;
-        Ok((recovery, renderer, handles))
+        Ok((recovery, renderer))
     }
 
     /// Does work on the device, again where it can be cured. `None` where the
@@ -126,6 +126,25 @@ impl Recovery {
                 }
             }
         }
+    }
+
+    /// Makes the device anew, for other options. After an error there is none.
+    ///
+    /// # Errors
+    /// The device's.
+    pub(crate) fn renew(
+        &mut self,
+        renderer: &mut Renderer,
+        scene: &LoadedScene,
+    ) -> Result<(), RenderError> {
+        let renewed = renderer.renew().and_then(|()| shown_model::upload(scene, renderer));
+        self.made_at = Instant::now();
+        renewed.map(drop)
+    }
+
+    /// Notes that there is no device, for the next work to make one.
+    pub(crate) fn lose(&mut self, cause: RenderError) -> Result<(), ViewError> {
+        self.note_loss(cause)
     }
 
     /// What the operator must know of the picture, if it is not of now.
@@ -201,13 +220,12 @@ impl Recovery {
             let started = Instant::now();
             let renewed = renderer.renew().and_then(|()| shown_model::upload(scene, renderer));
             match renewed {
-                // In their order, so with the handles that they had.
-                Ok(models) => {
+                Ok(count) => {
                     self.state = State::Works;
                     self.made_at = Instant::now();
                     self.replaced += 1;
                     let millis = started.elapsed().as_millis();
-                    let (count, device) = (models.len(), renderer.device_name());
+                    let device = renderer.device_name();
                     tracing::info!("{device} works: {count} models uploaded again in {millis} ms");
                 }
                 Err(error) => self.note_loss(error)?,

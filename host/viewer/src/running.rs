@@ -13,6 +13,8 @@ use busbar_tags::{Snapshot, TagHandle};
 use busbar_ui::LegendRow;
 
 use crate::load::LoadedScene;
+use crate::numbers::Numbers;
+use crate::served::ServedTags;
 use crate::{ViewError, rows};
 
 /// The longest that a frame in a window waits for an isolated overlay: mostly
@@ -35,8 +37,12 @@ pub(crate) struct ShownOverlay {
     nodes: Vec<Option<NodeIndex>>,
     /// The mechanisms described.
     mechanisms: Vec<Arc<str>>,
-    /// What it drew last.
+    /// What it drew last, in the numbers of now.
     last: Arc<OverlayPicture>,
+    /// From the numbers that it was told to those of now.
+    numbers: Numbers,
+    /// The picture that it gave last, and the same in the numbers of now.
+    renumbered: [Arc<OverlayPicture>; 2],
 }
 
 /// A tag that is not there: what rests on it is never good.
@@ -132,7 +138,8 @@ impl ShownOverlay {
         self.last.quantities.iter().any(|quantity| matches!(quantity.what, Quantity::Flow { .. }))
     }
 
-    fn new(overlay: RunningOverlay) -> Self {
+    /// An overlay that was just configured.
+    pub(crate) fn new(overlay: RunningOverlay) -> Self {
         Self {
             overlay,
             fault: None,
@@ -142,7 +149,27 @@ impl ShownOverlay {
             nodes: Vec::new(),
             mechanisms: Vec::new(),
             last: Arc::default(),
+            numbers: Numbers::default(),
+            renumbered: Default::default(),
         }
+    }
+
+    /// Goes on in a scene where things have other numbers.
+    pub(crate) fn follow(&mut self, numbers: &Numbers, graph: &SceneGraph) {
+        self.numbers = self.numbers.then(numbers);
+        self.last = numbers.picture(&self.last);
+        self.renumbered = Default::default();
+        let equipment = self.description.equipment.iter();
+        self.nodes = equipment.map(|id| graph.find(id)).collect();
+    }
+
+    /// A picture that it gave, in the numbers of now.
+    fn in_our_numbers(&mut self, picture: Arc<OverlayPicture>) -> Arc<OverlayPicture> {
+        if !Arc::ptr_eq(&self.renumbered[0], &picture) {
+            let now = self.numbers.picture(&picture);
+            self.renumbered = [picture, now];
+        }
+        Arc::clone(&self.renumbered[1])
     }
 
     /// Finds the equipment that it says it shows; an isolated one says so anew after it
@@ -234,12 +261,12 @@ pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, V
 }
 
 /// Starts the telemetry plugins of a scene on their tags.
-pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<RunningTelemetry>, ViewError> {
+pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<ServedTags>, ViewError> {
     let mut running = Vec::new();
     for (name, plugin) in &scene.instances {
         let tags = scene.telemetry_tags(name);
         if !tags.is_empty() {
-            running.push(RunningTelemetry::start(plugin, &tags)?);
+            running.push(ServedTags::by(RunningTelemetry::start(plugin, &tags)?));
         }
     }
     Ok(running)
@@ -261,8 +288,10 @@ pub(crate) fn run_overlays(
             continue;
         }
         let left = patience.saturating_sub(start.elapsed());
-        match shown.overlay.draw(|tag| snapshot.state(tag), now, left) {
+        let ShownOverlay { overlay, numbers, .. } = shown;
+        match overlay.draw(|tag| snapshot.state(numbers.tags.tag(tag)?), now, left) {
             Ok(picture) => {
+                let picture = shown.in_our_numbers(picture);
                 shown.last = Arc::clone(&picture);
                 shown.add(index, picture, &mut all);
                 shown.fault = None;

@@ -29,30 +29,35 @@ impl ShownModel {
 }
 
 /// Uploads all models of a scene, in place of whatever is there.
-pub(crate) fn upload(
-    scene: &LoadedScene,
-    renderer: &mut Renderer,
-) -> Result<Vec<ModelHandle>, RenderError> {
+pub(crate) fn upload(scene: &LoadedScene, renderer: &mut Renderer) -> Result<usize, RenderError> {
     renderer.remove_all_models();
-    let upload = |model: &LoadedModel| {
-        renderer.upload_model(ModelUpload {
-            stacks: &model.stacks,
-            materials: &model.materials,
-            textures: &model.textures,
-        })
-    };
-    scene.models.iter().map(upload).collect()
+    upload_some(&scene.models, renderer, |_| true)
+}
+
+/// Uploads those models that are wanted, each to its place; how many.
+pub(crate) fn upload_some(
+    models: &[LoadedModel],
+    renderer: &mut Renderer,
+    is_wanted: impl Fn(&LoadedModel) -> bool,
+) -> Result<usize, RenderError> {
+    let mut count = 0;
+    for model in models.iter().filter(|model| is_wanted(model)) {
+        let LoadedModel { stacks, materials, textures, .. } = model;
+        renderer.upload_model_at(model.handle(), ModelUpload { stacks, materials, textures })?;
+        count += 1;
+    }
+    Ok(count)
 }
 
 /// The models of a scene, with nothing said of them yet.
-pub(crate) fn shown(scene: &LoadedScene, handles: Vec<ModelHandle>) -> Vec<ShownModel> {
+pub(crate) fn shown(scene: &LoadedScene) -> Vec<ShownModel> {
     // Proxies are placed by no configuration.
     let counts = scene.instances_of_models.iter().copied().chain(std::iter::repeat(0));
-    let shown = |((model, handle), instances): ((&LoadedModel, ModelHandle), usize)| {
+    let shown = |(model, instances): (&LoadedModel, usize)| {
         let row = ModelRow { name: model.name.clone(), instances, ..ModelRow::default() };
-        ShownModel { handle, row }
+        ShownModel { handle: model.handle(), row }
     };
-    scene.models.iter().zip(handles).zip(counts).map(shown).collect()
+    scene.models.iter().zip(counts).map(shown).collect()
 }
 
 /// A place as the renderer names it.

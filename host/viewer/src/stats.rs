@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::AlarmState;
 use crate::alarms::Alarming;
+use crate::reload::Reloads;
 
 /// Milliseconds a stage of loading, in no order.
 pub type LoadMillis = BTreeMap<String, f64>;
@@ -98,6 +99,21 @@ pub struct Stats {
     pub camera: CameraStats,
     /// Messages of the Vulkan validation layer.
     pub validation_messages: Vec<String>,
+    /// How the configuration was reloaded.
+    pub reloads: ReloadStats,
+}
+
+/// How a configuration was reloaded.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ReloadStats {
+    /// Configurations shown in place of the one before.
+    pub good: u64,
+    /// Those that were refused.
+    pub bad: u64,
+    /// Milliseconds from the settling of the file to the frame that showed the last good one.
+    pub last_ms: Option<f64>,
+    /// The faults of the file as it is, if it has any.
+    pub fault: Option<String>,
 }
 
 /// A faceplate.
@@ -346,6 +362,12 @@ pub(crate) fn selected_alarm(alarming: &Alarming) -> Option<String> {
 }
 
 /// One plugin with its link and its last fault.
+pub(crate) fn reloads(reloads: &Reloads) -> ReloadStats {
+    let Reloads { good, bad, last, ref fault } = *reloads;
+    let last_ms = last.map(|last| last.as_secs_f64() * 1e3);
+    ReloadStats { good, bad, last_ms, fault: fault.clone() }
+}
+
 pub(crate) fn plugin(
     plugin: &Plugin,
     link: Option<LinkReport>,

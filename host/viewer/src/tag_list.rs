@@ -12,14 +12,25 @@ pub(crate) struct TagList {
     text: OnceLock<SearchText>,
     /// The tags found; none where nothing is asked for, and all are listed.
     found: Option<(Vec<u32>, bool)>,
+    query: String,
 }
 
 impl TagList {
     /// Lists what has these words in its id, name or equipment; all where there are none.
     pub(crate) fn filter(&mut self, query: &str, scene: &LoadedScene) {
+        query.clone_into(&mut self.query);
         let asks = !query.trim().is_empty();
         let text = self.text.get_or_init(|| text_of(scene));
         self.found = asks.then(|| text.find(query));
+    }
+
+    /// The same list of another scene.
+    pub(crate) fn of_scene(&self, scene: &LoadedScene) -> Self {
+        let mut list = Self::default();
+        if self.found.is_some() {
+            list.filter(&self.query, scene);
+        }
+        list
     }
 
     pub(crate) fn len(&self, all: usize) -> usize {

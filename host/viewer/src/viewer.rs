@@ -7,6 +7,7 @@ mod embedding;
 mod facing;
 mod opening;
 mod picking;
+mod reloading;
 mod report;
 mod values;
 
@@ -20,7 +21,7 @@ use busbar_config::MAX_THETA_SCALE;
 use busbar_geometry::Bounds;
 use busbar_history::History;
 use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
-use busbar_plugin_process::{Plugin, RunningTelemetry};
+use busbar_plugin_process::Plugin;
 use busbar_renderer::{
     CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, Instances, PickState,
     Picture, PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted,
@@ -55,7 +56,9 @@ use crate::pace::Pace;
 use crate::picker::{Picker, Purpose, Question};
 use crate::records::Books;
 use crate::recovery::Recovery;
+use crate::reload::Reloads;
 use crate::running::{self, ShownOverlay, ShownState};
+use crate::served::ServedTags;
 use crate::shown_model::{self, ShownModel, on_device};
 use crate::stacks::millis_since;
 use crate::surroundings::{self, Surroundings};
@@ -71,7 +74,7 @@ const MAX_FRAME_TIMES: usize = 1024;
 /// A scene on a device, with its plugins running.
 pub struct Viewer {
     // Telemetry first: it stops before what it feeds is gone.
-    telemetry: Vec<RunningTelemetry>,
+    telemetry: Vec<ServedTags>,
     overlays: Vec<ShownOverlay>,
     tags: TagTable,
     /// What switched, in order.
@@ -80,6 +83,10 @@ pub struct Viewer {
     history: History,
     /// None where none is configured.
     alarms: Option<Alarming>,
+    /// Who acts on them.
+    operator: String,
+    /// Whether a host program takes part.
+    has_host: bool,
     /// None where none is configured.
     chart: Option<ShownChart>,
     /// Of business and management systems.
@@ -146,6 +153,8 @@ pub struct Viewer {
     frame_millis: VecDeque<f64>,
     frames: u64,
     resolved: u64,
+    /// How the configuration was reloaded.
+    reloads: Reloads,
 }
 
 /// What parts of the last frame took of the CPU, milliseconds of this thread: what waits,

@@ -76,6 +76,12 @@ impl Navigator {
         }
     }
 
+    /// Moves as another configuration says.
+    pub(crate) fn configure(&mut self, view: &ViewConfig, in_window: bool) {
+        self.transition_seconds = if in_window { view.transition_seconds } else { 0.0 };
+        self.has_inertia = in_window && view.inertia;
+    }
+
     pub(crate) fn camera(&self) -> &Camera {
         &self.camera
     }

@@ -35,8 +35,7 @@ pub(super) fn loaded(mesh: Mesh) -> LoadedModel {
     LoadedModel {
         name: "strip".into(),
         stacks: vec![Arc::new(stacks(mesh, 0.0))],
-        materials: Vec::new(),
-        textures: Vec::new(),
+        ..LoadedModel::default()
     }
 }
 

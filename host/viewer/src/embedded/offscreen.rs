@@ -30,11 +30,8 @@ impl Embedded {
         loop {
             let began = Instant::now();
             let Some(pass) = self.obey(&mut viewer) else { return Ok(()) };
-            let Pass { size: wanted, input: done, scene, .. } = pass;
+            let Pass { size: wanted, input: done, .. } = pass;
             size = wanted.unwrap_or(size);
-            if let Some(scene) = scene {
-                viewer = self.replace(viewer, || open(*scene, size))?;
-            }
             viewer.resize_offscreen(size);
             let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
             hands.act(&mut input, done);

@@ -16,11 +16,11 @@ use super::models::ImportedModels;
 use super::{Faults, bindings};
 
 /// The alarms of a scene, and where they show.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct LoadedAlarms {
     pub(crate) set: Arc<AlarmSet>,
     /// The equipment of each alarm.
-    pub(crate) nodes: Vec<Option<NodeIndex>>,
+    pub(crate) nodes: Arc<[Option<NodeIndex>]>,
 }
 
 /// Alarms in the order of their ids, which is that of their handles.
@@ -59,7 +59,7 @@ pub(super) fn resolve(
         }
         AlarmSet::default()
     });
-    LoadedAlarms { set: Arc::new(set), nodes }
+    LoadedAlarms { set: Arc::new(set), nodes: nodes.into() }
 }
 
 fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> AlarmSpec {

@@ -8,7 +8,7 @@ use busbar_plugin_host::OverlayBinding;
 use busbar_scene::{ModelIndex, NodeIndex, Placement, SceneGraph, Transform};
 use busbar_tags::{Scale, SpecFault, TagHandle, TagSet, TagSpec, ValueKind};
 
-use super::models::ImportedModels;
+use super::models::{ImportedModels, ModelSource};
 use super::{Binding, Faults, LoadedScene};
 use crate::cursors;
 
@@ -35,7 +35,8 @@ pub(super) fn place(
         model: node.model.as_ref().and_then(model_index),
         theta: node.theta.as_ref().map(cursors::policy_of),
     });
-    SceneGraph::build(placements, &imported.models)
+    let parts = imported.models.iter().map(ModelSource::parts).collect();
+    SceneGraph::of_parts(placements, parts)
         .map_err(|error| {
             faults.add("/scene", error.to_string(), error.remedy());
         })
@@ -132,7 +133,7 @@ fn model_failed(config: &Config, imported: &ImportedModels, node: &str) -> bool 
     let placement = node.split('/').next().unwrap_or(node);
     let model = config.scene.iter().find(|n| n.id == placement).and_then(|n| n.model);
     let index = model.and_then(|name| config.models.keys().position(|key| *key == name));
-    index.is_some_and(|index| !imported.usable[index])
+    index.is_some_and(|index| matches!(imported.models[index], ModelSource::Failed))
 }
 
 fn suggest(graph: &SceneGraph, node: &str) -> String {

@@ -157,8 +157,8 @@ impl Proxy {
         LoadedModel {
             name: String::new(),
             stacks: vec![Arc::new(self.stacks)],
-            materials: self.materials,
-            textures: Vec::new(),
+            materials: self.materials.into(),
+            ..LoadedModel::default()
         }
     }
 }

@@ -1,62 +1,100 @@
 //! Model files to meshes, and meshes to stacks.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, ThetaConfig, join_pointer};
 use busbar_geometry::Mesh;
-use busbar_gltf_import::{ImportError, ImportLimits, Imported, import_file};
+use busbar_gltf_import::{ImportError, ImportLimits, import_file};
 use busbar_plugin_process::{Optimizer, Plugin};
-use busbar_scene::{Model, ModelIndex, SceneGraph};
+use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
 use busbar_stack_cache::{Maker, StackCache};
 use rayon::prelude::*;
 
-use super::{Faults, LoadProgress, LoadedModel, cache};
+use super::reuse::Reuse;
+use super::{Faults, LoadProgress, LoadedModel, Made, cache};
 use crate::LoadMillis;
 use crate::stacks::StackBuilder;
 
-/// The models of a configuration as imported, by name.
+/// The models of a configuration, before their stacks are built.
 pub(super) struct ImportedModels {
-    /// In order of name; an empty model where the import failed.
-    pub(super) models: Vec<Model>,
-    /// Whether each one is usable.
-    pub(super) usable: Vec<bool>,
+    /// In order of name.
+    pub(super) models: Vec<ModelSource>,
+    /// Of each model that was taken apart, by index, the range of pieces of each mesh.
+    pieces: BTreeMap<usize, Vec<Range<u32>>>,
     /// What was skipped, for the log.
     pub(super) notes: Vec<String>,
 }
 
-/// Imports all model files, each on a thread of its own.
+/// Where a model comes from.
+pub(super) enum ModelSource {
+    /// From its file.
+    New(Box<Model>),
+    /// From the scene before, which has it already.
+    Known(Box<LoadedModel>, ModelParts),
+    /// Its file cannot be imported, as a fault says.
+    Failed,
+}
+
+impl ModelSource {
+    /// What it adds to a scene.
+    pub(super) fn parts(&self) -> ModelParts {
+        match self {
+            Self::New(model) => ModelParts::of(model),
+            Self::Known(_, parts) => parts.clone(),
+            Self::Failed => ModelParts::of(&Model::default()),
+        }
+    }
+}
+
+impl ImportedModels {
+    /// Whether any has no stacks yet.
+    pub(super) fn has_new(&self) -> bool {
+        self.models.iter().any(|source| matches!(source, ModelSource::New(_)))
+    }
+}
+
+/// Imports the model files that are not known, each on a thread of its own.
 pub(super) fn import(
     config: &Config,
     folder: &Path,
+    reuse: &Reuse<'_>,
     progress: &LoadProgress<'_>,
     faults: &mut Faults<'_>,
 ) -> ImportedModels {
     let done = AtomicUsize::new(0);
-    let models: Vec<_> = config.models.values().collect();
-    let results: Vec<Result<Imported, ImportError>> = models
+    let models: Vec<_> = config.models.iter().collect();
+    let results: Vec<Result<(ModelSource, Vec<String>), ImportError>> = models
         .par_iter()
-        .map(|model| {
+        .map(|(name, model)| {
+            if let Some((known, parts)) = reuse.model(name) {
+                return Ok((ModelSource::Known(Box::new(known.clone()), parts), Vec::new()));
+            }
             let imported = import_file(&folder.join(&model.file), &ImportLimits::default());
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
-            imported
+            imported.map(|imported| {
+                (ModelSource::New(Box::new(imported.model)), imported.report.notes)
+            })
         })
         .collect();
-    let mut all = ImportedModels { models: Vec::new(), usable: Vec::new(), notes: Vec::new() };
-    for ((name, model), result) in config.models.iter().zip(results) {
-        all.usable.push(result.is_ok());
+    let mut all = ImportedModels {
+        models: Vec::new(),
+        pieces: BTreeMap::new(),
+        notes: Vec::new(),
+    };
+    for ((name, model), result) in models.into_iter().zip(results) {
         match result {
-            Ok(imported) => {
-                let notes = imported.report.notes.iter();
-                all.notes.extend(notes.map(|note| format!("model '{name}': {note}")));
-                all.models.push(imported.model);
+            Ok((source, notes)) => {
+                all.notes.extend(notes.iter().map(|note| format!("model '{name}': {note}")));
+                all.models.push(source);
             }
             Err(error) => {
                 let pointer = join_pointer(&model.pointer, "file");
                 let cause = format!("{}: {}, at {}", model.file, error.fault, error.place);
                 faults.add(&pointer, cause, error.fault.remedy());
-                all.models.push(Model::default());
+                all.models.push(ModelSource::Failed);
             }
         }
     }
@@ -72,7 +110,7 @@ const MAX_PIECE_TRIANGLES: u32 = 16_384;
 const BY_ERROR: &[u8] = b"by error, 2";
 
 /// The models whose detail, somewhere they are placed, follows the error on the screen.
-fn following_error(config: &Config) -> BTreeSet<&String> {
+pub(super) fn following_error(config: &Config) -> BTreeSet<&String> {
     let follows = |theta: &ThetaConfig| matches!(theta, ThetaConfig::ScreenError { .. });
     let placed = config.scene.iter().filter(|node| node.theta.as_ref().is_some_and(follows));
     let placed: BTreeSet<String> = placed.filter_map(|node| node.model).collect();
@@ -92,10 +130,18 @@ pub(super) fn take_apart(
     let Some(graph) = graph else { return };
     let following = following_error(config);
     for (index, name) in config.models.keys().enumerate() {
-        if !following.contains(name) {
-            continue;
-        }
-        let meshes = &mut imported.models[index].meshes;
+        let model = ModelIndex(index as u32);
+        let made = match &mut imported.models[index] {
+            ModelSource::Known(known, _) if !known.made.pieces.is_empty() => {
+                let boxes: Vec<_> =
+                    known.stacks.iter().map(|stacks| stacks.mesh().bounds()).collect();
+                graph.take_apart(model, &known.made.pieces, &boxes);
+                continue;
+            }
+            ModelSource::New(made) if following.contains(name) => made,
+            _ => continue,
+        };
+        let meshes = &mut made.meshes;
         if meshes.iter().all(|mesh| mesh.triangles.len() <= MAX_PIECE_TRIANGLES as usize) {
             continue;
         }
@@ -109,7 +155,8 @@ pub(super) fn take_apart(
             pieces.push(first..meshes.len() as u32);
         }
         let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
-        graph.take_apart(ModelIndex(index as u32), &pieces, &boxes);
+        graph.take_apart(model, &pieces, &boxes);
+        imported.pieces.insert(index, pieces);
     }
 }
 
@@ -128,13 +175,24 @@ impl Optimising<'_> {
     pub(super) fn run(
         &mut self,
         config: &Config,
-        imported: ImportedModels,
+        mut imported: ImportedModels,
         faults: &mut Faults<'_>,
     ) -> Vec<LoadedModel> {
         let makers = self.makers(config);
         let following = following_error(config);
         let mut loaded = Vec::with_capacity(imported.models.len());
-        for ((name, configured), model) in config.models.iter().zip(imported.models) {
+        for (((name, configured), source), index) in
+            config.models.iter().zip(imported.models).zip(0..)
+        {
+            let model = match source {
+                ModelSource::New(model) => *model,
+                ModelSource::Known(known, _) => {
+                    loaded.push(*known);
+                    continue;
+                }
+                ModelSource::Failed => continue,
+            };
+            let by_error = following.contains(name);
             let optimizer = configured.optimizer.as_ref();
             let maker = optimizer.and_then(|name| makers.get(name).copied());
             let built = optimizer
@@ -142,7 +200,6 @@ impl Optimising<'_> {
                 .map(Optimizer::of)
                 .transpose()
                 .and_then(|optimizer| {
-                    let by_error = following.contains(name);
                     let maker =
                         maker.map(|maker| if by_error { maker.with(BY_ERROR) } else { maker });
                     let cache = self.cache.as_ref().zip(maker);
@@ -160,6 +217,7 @@ impl Optimising<'_> {
                     }
                     *self.cached_meshes += built.cached;
                     self.notes.extend(built.notes);
+                    let is_complete = built.without.is_none();
                     if let Some(error) = built.without {
                         let pointer = join_pointer(&configured.pointer, "optimizer");
                         let cause = format!("model '{name}' is shown in full detail: {error}");
@@ -168,8 +226,14 @@ impl Optimising<'_> {
                     loaded.push(LoadedModel {
                         name: name.clone(),
                         stacks: built.stacks,
-                        materials: model.materials,
-                        textures: model.textures,
+                        materials: model.materials.into(),
+                        textures: model.textures.into(),
+                        slot: None,
+                        made: Made {
+                            by_error,
+                            is_complete,
+                            pieces: imported.pieces.remove(&index).unwrap_or_default(),
+                        },
                     });
                 }
                 Err(error) => {

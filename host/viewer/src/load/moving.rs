@@ -1,26 +1,18 @@
 //! Which parts of models move.
 
 use busbar_config::Config;
-use busbar_scene::SceneGraph;
 
 use super::Faults;
-use super::models::ImportedModels;
-use crate::moving::MovingParts;
+use super::models::{ImportedModels, ModelSource};
 
 /// Names of a model's nodes that a fault suggests.
 const MAX_SUGGESTIONS: usize = 8;
 
-/// Finds the parts that move, and faults of models that have no such part.
-pub(super) fn resolve(
-    config: &Config,
-    graph: Option<&SceneGraph>,
-    imported: &ImportedModels,
-    faults: &mut Faults<'_>,
-) -> MovingParts {
-    for (index, model) in config.models.values().enumerate() {
-        let Some(nodes) = imported.usable[index].then(|| &imported.models[index].nodes) else {
-            continue;
-        };
+/// Finds faults of models that have no such part.
+pub(super) fn check(config: &Config, imported: &ImportedModels, faults: &mut Faults<'_>) {
+    for (model, source) in config.models.values().zip(&imported.models) {
+        let ModelSource::New(imported) = source else { continue };
+        let nodes = &imported.nodes;
         let absent = |part: &str| nodes.iter().all(|node| node.name != part);
         for part in model.moving_parts.iter().filter(|part| absent(&part.part)) {
             let names = nodes.iter().map(|node| format!("'{}'", node.name));
@@ -32,5 +24,4 @@ pub(super) fn resolve(
             );
         }
     }
-    graph.map_or_else(MovingParts::default, |graph| MovingParts::of(config, graph))
 }

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::Faults;
+use super::reuse::Reuse;
 
 /// The plugins of the configured directories; none with a fault where it is not
 /// known which libraries may be loaded.
@@ -58,13 +59,18 @@ fn pin(plugin: &PluginConfig) -> Option<Digest> {
     plugin.sha256.as_ref().and_then(|digits| digits.parse().ok())
 }
 
-/// Makes every configured instance that can be made, some at once.
+/// Takes over the instances that go on, and makes all others that can be made, some at once.
 pub(super) fn create(
     config: &Config,
     folder: &Path,
+    reuse: &Reuse<'_>,
     faults: &mut Faults<'_>,
 ) -> BTreeMap<String, Plugin> {
-    create_some(config, folder, faults, &|_| true)
+    let is_new = |name: &str| reuse.plugin(name).is_none();
+    let mut instances = create_some(config, folder, faults, &is_new);
+    let names = config.plugins.keys();
+    instances.extend(names.filter_map(|name| Some((name.clone(), reuse.plugin(name)?.clone()))));
+    instances
 }
 
 /// Makes those of the configured instances that are wanted, some at once.
@@ -74,7 +80,7 @@ pub(super) fn create_some(
     faults: &mut Faults<'_>,
     is_wanted: &(dyn Fn(&str) -> bool + Sync),
 ) -> BTreeMap<String, Plugin> {
-    if config.plugins.is_empty() {
+    if !config.plugins.keys().any(|name| is_wanted(name)) {
         return BTreeMap::new();
     }
     let Some(catalog) = catalog(config, folder, faults) else { return BTreeMap::new() };
@@ -121,10 +127,7 @@ fn in_folder(settings: &Value, folder: &Path) -> Value {
 
 /// How a plugin runs. Only the source of a tag needs the network by itself.
 fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions {
-    let is_source = || {
-        let mut sources = config.tags.values().filter_map(TagConfig::source);
-        sources.any(|source| source.plugin == *name)
-    };
+    let is_source = || serves(config, name);
     let supervision = &config.supervision;
     PluginOptions {
         isolation: match plugin.isolation {
@@ -147,6 +150,11 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
         },
         pin: pin(plugin),
     }
+}
+
+/// Whether a plugin instance is the source of a tag.
+pub(super) fn serves(config: &Config, name: &str) -> bool {
+    config.tags.values().filter_map(TagConfig::source).any(|source| source.plugin == name)
 }
 
 /// Puts a plugin's error where the configuration caused it.
@@ -192,8 +200,11 @@ pub(super) fn check_capabilities(
     config: &Config,
     instances: &BTreeMap<String, Plugin>,
     tags: &[TagSpec],
+    reuse: &Reuse<'_>,
     faults: &mut Faults<'_>,
 ) {
+    // What goes on was asked before, and is not to be disturbed.
+    let is_new = |name: &String| reuse.plugin(name).is_none();
     let mut add = |pointer: String, error: &PluginError| faults.add_of_plugin(&pointer, error);
     for model in config.models.values() {
         let optimizer = model.optimizer.as_ref().and_then(|name| instances.get(name));
@@ -201,7 +212,7 @@ pub(super) fn check_capabilities(
             add(join_pointer(&model.pointer, "optimizer"), &error);
         }
     }
-    for overlay in &config.overlays {
+    for overlay in config.overlays.iter().filter(|overlay| is_new(&overlay.plugin)) {
         let instance = instances.get(&overlay.plugin);
         // Configured without bindings: the real ones follow when the view starts.
         if let Some(Err(error)) = instance.map(|i| RunningOverlay::configure(i, Vec::new())) {
@@ -213,7 +224,7 @@ pub(super) fn check_capabilities(
             add(records.pointer.clone(), &error);
         }
     }
-    for (name, instance) in instances {
+    for (name, instance) in instances.iter().filter(|(name, _)| is_new(name)) {
         check_addresses(config, name, instance, tags, &mut add);
     }
 }

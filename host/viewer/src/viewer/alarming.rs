@@ -8,6 +8,7 @@ use super::*;
 impl Viewer {
     /// Who acts on alarms from here on, as it stands in the audit log.
     pub fn set_operator(&mut self, name: &str) {
+        name.clone_into(&mut self.operator);
         if let Some(alarms) = &mut self.alarms {
             alarms.set_operator(name);
         }

@@ -17,6 +17,7 @@ const MAX_CLOCK_AHEAD: i64 = 1_000_000_000;
 impl Viewer {
     /// From here on a host program takes part.
     pub(crate) fn set_host(&mut self) {
+        self.has_host = true;
         if let Some(alarms) = &mut self.alarms {
             alarms.set_host();
         }
@@ -54,7 +55,7 @@ impl Viewer {
     }
 
     /// Draws an overlay or leaves it out, by its plugin instance; whether there is one.
-    pub(crate) fn show_layer(&mut self, name: &str, shown: bool) -> bool {
+    pub fn show_layer(&mut self, name: &str, shown: bool) -> bool {
         let mut overlays = self.overlays.iter_mut();
         let found = overlays.find(|overlay| overlay.overlay.name() == name);
         found.map(|overlay| overlay.is_shown = shown).is_some()
@@ -107,7 +108,7 @@ impl Viewer {
     ///
     /// # Errors
     /// In words, why it cannot be.
-    pub(crate) fn act_on_alarm(
+    pub fn act_on_alarm(
         &mut self,
         id: &str,
         action: AlarmAction,

@@ -66,13 +66,10 @@ impl Viewer {
         };
         let start = Instant::now();
         let in_window = window.is_some();
-        let choice = DeviceChoice {
-            device: scene.config.view.device.clone(),
-            pipeline_cache: scene.pipeline_cache.clone(),
-        };
+        let choice = choice_of(&scene);
         let open = || Renderer::open(options, choice.clone(), window.clone(), size);
-        let (recovery, renderer, handles) = Recovery::start(&scene, !is_live, open)?;
-        let models = shown_model::shown(&scene, handles);
+        let (recovery, renderer) = Recovery::start(&scene, !is_live, open)?;
+        let models = shown_model::shown(&scene);
         scene.millis.insert("upload".into(), millis_since(start));
         let theta_scale = scene.config.view.theta_scale;
         let tags = TagTable::new(scene.tags.clone(), Moment::now());
@@ -91,11 +88,7 @@ impl Viewer {
         let scale = if in_window { 1.0 } else { scene.config.view.scale };
         let points = size.map(|pixels| pixels as f32 / scale);
         let screen = Rect::from_min_size(Pos2::ZERO, points.into());
-        let appearance = Appearance {
-            is_dark: scene.config.view.theme == ThemeConfig::Dark,
-            scale: scene.config.view.scale,
-            font: scene.font.take(),
-        };
+        let appearance = appearance_of(&mut scene);
         let at_nodes = AtNodes::of(&scene);
         let tree = EquipmentTree::of(&scene.graph, &scene.equipment, &at_nodes.nodes());
         let alarms = Alarming::of(&scene, is_live, wall_clock());
@@ -106,6 +99,8 @@ impl Viewer {
             tags,
             events: EventLog::default(),
             alarms,
+            operator: String::new(),
+            has_host: false,
             chart,
             records,
             triangles_full: full_triangles(&scene),
@@ -115,7 +110,7 @@ impl Viewer {
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| is_live)),
             section: scene.config.view.section.map(surroundings::section_of),
             surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
-            moving: std::mem::take(&mut scene.moving),
+            moving: MovingParts::clone(&scene.moving),
             navigator: Navigator::new(camera, &scene.config.view, is_live),
             scene,
             renderer,
@@ -155,17 +150,35 @@ impl Viewer {
             frame_millis: VecDeque::new(),
             frames: 0,
             resolved: 0,
+            reloads: Reloads::default(),
         })
     }
 }
 
-fn start_chart(scene: &LoadedScene, settles: bool) -> Result<Option<ShownChart>, ViewError> {
+/// How panels look; the font is handed over.
+pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
+    Appearance {
+        is_dark: scene.config.view.theme == ThemeConfig::Dark,
+        scale: scene.config.view.scale,
+        font: scene.font.take().map(|font| font.to_vec()),
+    }
+}
+
+/// The device that the configuration wants.
+pub(super) fn choice_of(scene: &LoadedScene) -> DeviceChoice {
+    DeviceChoice {
+        device: scene.config.view.device.clone(),
+        pipeline_cache: scene.pipeline_cache.clone(),
+    }
+}
+
+pub(super) fn start_chart(scene: &LoadedScene, settles: bool) -> Result<Option<ShownChart>, ViewError> {
     let Some(config) = &scene.config.chart else { return Ok(None) };
     let Some(plugin) = scene.instances.get(&config.plugin) else { return Ok(None) };
     Ok(Some(ShownChart::start(config, plugin, &scene.graph, settles)?))
 }
 
-fn full_triangles(scene: &LoadedScene) -> u64 {
+pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
     let triangles = |instance: &busbar_scene::MeshInstance| {
         let stacks = &scene.models[instance.model.0 as usize].stacks;
         stacks[instance.mesh as usize].mesh().triangles.len() as u64

@@ -67,6 +67,7 @@ impl Viewer {
             }),
             hidden_labels: self.ids_of(&self.hidden_labels).collect(),
             camera: self.camera_stats(),
+            reloads: stats::reloads(&self.reloads),
             validation_messages: self.renderer.validation_messages(),
         }
     }
@@ -113,6 +114,7 @@ impl Viewer {
                 good: counts.good,
                 uncertain: counts.uncertain,
                 bad: counts.bad,
+                fault: self.reloads.fault.clone(),
             },
             selected: self.selected_text(),
             faceplate: self.faceplate.as_ref().map(|faceplate| faceplate.model(&sources)),
@@ -155,7 +157,7 @@ impl Viewer {
             let link = self.telemetry.iter().find(|t| t.name() == name);
             let overlay = self.overlays.iter().find(|o| o.overlay.name() == name);
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
-            (plugin, link.map(RunningTelemetry::link), fault)
+            (plugin, link.map(ServedTags::link), fault)
         })
     }
 

@@ -1,0 +1,47 @@
+//! Alarms that go on in a scene whose configuration changed.
+
+use super::*;
+
+impl Alarming {
+    /// Goes on with the alarms of a scene in place of those of another: how each stands, what
+    /// waits for the disk, and the audit log, unless that is to be elsewhere now.
+    pub(crate) fn succeed(
+        mut self,
+        before: &LoadedScene,
+        scene: &LoadedScene,
+        logs: bool,
+        wall_clock: SourceTime,
+    ) -> Option<Self> {
+        let (was, is) = (&before.config.alarm_handling, &scene.config.alarm_handling);
+        let same_log = before.alarm_log == scene.alarm_log
+            && (was.log_megabytes, was.log_files) == (is.log_megabytes, is.log_files);
+        let mut next = if same_log {
+            let log = self.log.take();
+            let mut next = Self::of(scene, false, wall_clock)?;
+            (next.log, next.log_remark) = (log, self.log_remark.take());
+            next
+        } else {
+            // One may be within the other: the old one ends first.
+            self.log = None;
+            Self::of(scene, logs, wall_clock)?
+        };
+        let is_same = |id: &str| {
+            let origin = |scene: &LoadedScene| Some(scene.config.alarms.get(id)?.origin.clone());
+            origin(before) == origin(scene)
+        };
+        let old = self.table.set().clone();
+        next.table = AlarmTable::new(scene.alarms.set.clone(), longest_shelf(is), Moment::now());
+        next.table.inherit(self.table, is_same);
+        let now_of = |alarm: AlarmHandle| next.table.set().find(&old.spec(alarm)?.id);
+        next.selected = self.selected.and_then(now_of);
+        let unsaved = self.unsaved.into_iter();
+        next.unsaved = unsaved
+            .filter_map(|unsaved| Some(Unsaved { alarm: now_of(unsaved.alarm)?, ..unsaved }))
+            .collect();
+        let asked = self.asked.into_iter();
+        next.asked = asked.filter_map(|(alarm, action)| Some((now_of(alarm)?, action))).collect();
+        (next.operator, next.list, next.tail) = (self.operator, self.list, self.tail);
+        (next.refusal, next.has_host) = (self.refusal, self.has_host);
+        Some(next)
+    }
+}

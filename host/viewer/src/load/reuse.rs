@@ -1,0 +1,253 @@
+//! What a changed configuration takes over from the scene that is shown: whatever is as it
+//! was goes on, and is neither loaded nor started again.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::Path;
+use std::time::Instant;
+
+use busbar_config::{Changes, Config, Section, TagConfig};
+use busbar_plugin_host::PluginError;
+use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
+use busbar_scene::{ModelIndex, ModelParts};
+
+use super::models::following_error;
+use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
+use crate::stacks::millis_since;
+use crate::{LoadError, LoadMillis};
+
+/// A changed configuration with everything it names, ready to be shown: its new plugins run.
+pub struct Reload {
+    pub(crate) scene: LoadedScene,
+    pub(crate) changes: Changes,
+    /// Plugins that go on as they are.
+    pub(crate) kept: BTreeSet<String>,
+    /// Those that are new.
+    pub(crate) telemetry: Vec<RunningTelemetry>,
+    pub(crate) overlays: BTreeMap<String, RunningOverlay>,
+    /// Whether nodes and models are what they were.
+    pub(crate) has_same_graph: bool,
+}
+
+/// Why a changed configuration is not shown.
+#[derive(Debug)]
+pub enum ReloadError {
+    /// Faults of the file, and of what it names.
+    Load(LoadError),
+    /// A plugin that cannot start.
+    Plugin(PluginError),
+}
+
+impl fmt::Display for ReloadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Load(error) => error.fmt(f),
+            Self::Plugin(error) => write!(f, "{error}\n  remedy: {}", error.remedy()),
+        }
+    }
+}
+
+impl std::error::Error for ReloadError {}
+
+impl From<LoadError> for ReloadError {
+    fn from(error: LoadError) -> Self {
+        Self::Load(error)
+    }
+}
+
+impl From<PluginError> for ReloadError {
+    fn from(error: PluginError) -> Self {
+        Self::Plugin(error)
+    }
+}
+
+impl Reload {
+    /// What is otherwise than before.
+    pub fn changes(&self) -> &Changes {
+        &self.changes
+    }
+}
+
+impl LoadedScene {
+    /// Loads a configuration in place of this one, beside whoever shows this one, and starts
+    /// the plugins that are new or get other settings, tags or bindings. None where nothing
+    /// is otherwise than it was. Whether model files, or others that the configuration names,
+    /// have another content is not looked at.
+    ///
+    /// # Errors
+    /// Every fault of the file, of the files it names, and of what it asks of plugins. This
+    /// scene goes on undisturbed.
+    pub fn reload(&self, path: &Path) -> Result<Option<Reload>, ReloadError> {
+        let start = Instant::now();
+        let config = read_config(path)?;
+        let is_elsewhere = self.folder != folder_of(path);
+        let changes = Changes::between(&self.config, &config);
+        if changes.is_empty() && !is_elsewhere {
+            return Ok(None);
+        }
+        let millis = LoadMillis::from([("config".into(), millis_since(start))]);
+        // Relative paths of another folder lead elsewhere.
+        let reuse = match is_elsewhere {
+            true => Reuse::nothing_of(self, &changes),
+            false => Reuse::of(self, &config, &changes),
+        };
+        let scene = Self::of(path, config, millis, &reuse, &|_, _, _| {})?;
+        let has_same_graph = reuse.has_same_graph();
+        let kept = reuse.0.map(|before| before.plugins).unwrap_or_default();
+        let (mut telemetry, mut overlays) = (Vec::new(), BTreeMap::new());
+        for (name, plugin) in scene.instances.iter().filter(|(name, _)| !kept.contains(*name)) {
+            if scene.config.overlays.iter().any(|overlay| overlay.plugin == *name) {
+                let bindings = scene.overlay_bindings(name);
+                overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
+            }
+            let tags = scene.telemetry_tags(name);
+            if !tags.is_empty() {
+                telemetry.push(RunningTelemetry::start(plugin, &tags)?);
+            }
+        }
+        Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))
+    }
+}
+
+/// What there is to take over, if anything.
+pub(super) struct Reuse<'a>(Option<Before<'a>>);
+
+struct Before<'a> {
+    scene: &'a LoadedScene,
+    changes: &'a Changes,
+    /// Plugins that go on.
+    plugins: BTreeSet<String>,
+    /// Models that are what they were, and the index of each there.
+    models: BTreeMap<String, usize>,
+    has_same_graph: bool,
+}
+
+impl<'a> Reuse<'a> {
+    /// All is new.
+    pub(super) fn nothing() -> Self {
+        Self(None)
+    }
+
+    /// All is new in place of this scene.
+    fn nothing_of(scene: &'a LoadedScene, changes: &'a Changes) -> Self {
+        let (plugins, models) = (BTreeSet::new(), BTreeMap::new());
+        Self(Some(Before { scene, changes, plugins, models, has_same_graph: false }))
+    }
+
+    fn of(scene: &'a LoadedScene, config: &Config, changes: &'a Changes) -> Self {
+        let names = scene.instances.keys();
+        let goes_on = |name: &&String| {
+            !changes.touch(Section::PluginRules) && goes_on(&scene.config, config, name)
+        };
+        let plugins = names.filter(goes_on).cloned().collect();
+        let following = following_error(config);
+        let numbered = scene.config.models.keys().zip(0..);
+        let models: BTreeMap<String, usize> = numbered
+            .filter(|(name, index)| {
+                let made = &scene.models[*index].made;
+                made.is_complete
+                    && made.by_error == following.contains(name)
+                    && is_same_model(&scene.config, config, name)
+            })
+            .map(|(name, index)| (name.clone(), index))
+            .collect();
+        let has_same_graph = !changes.touch(Section::Scene)
+            && models.keys().eq(config.models.keys())
+            && models.len() == scene.config.models.len();
+        Self(Some(Before { scene, changes, plugins, models, has_same_graph }))
+    }
+
+    /// The scene before.
+    pub(super) fn scene(&self) -> Option<&'a LoadedScene> {
+        self.0.as_ref().map(|before| before.scene)
+    }
+
+    /// Whether anything of a section is otherwise than before.
+    pub(super) fn touches(&self, section: Section) -> bool {
+        self.0.as_ref().is_none_or(|before| before.changes.touch(section))
+    }
+
+    /// Whether nodes and models are what they were.
+    pub(super) fn has_same_graph(&self) -> bool {
+        self.0.as_ref().is_some_and(|before| before.has_same_graph)
+    }
+
+    /// A plugin that goes on.
+    pub(super) fn plugin(&self, name: &str) -> Option<&'a Plugin> {
+        let before = self.0.as_ref().filter(|before| before.plugins.contains(name))?;
+        before.scene.instances.get(name)
+    }
+
+    /// A model that is what it was.
+    pub(super) fn model(&self, name: &str) -> Option<(&'a LoadedModel, ModelParts)> {
+        let before = self.0.as_ref()?;
+        let index = *before.models.get(name)?;
+        let parts = before.scene.graph.model_parts(ModelIndex(index as u32));
+        Some((&before.scene.models[index], parts))
+    }
+
+    /// Gives new models places on the device that nobody has: also those of models that go
+    /// stay theirs until they are gone.
+    pub(super) fn give_slots(&self, models: &mut [LoadedModel]) {
+        let before = self.scene().map_or(&[][..], |scene| &scene.models);
+        let taken: BTreeSet<u32> = before.iter().filter_map(|model| model.slot).collect();
+        let mut free = (0..).filter(|slot| !taken.contains(slot));
+        for model in models.iter_mut().filter(|model| model.slot.is_none()) {
+            model.slot = free.next();
+        }
+    }
+}
+
+/// Whether a plugin is asked for exactly what it does already.
+fn goes_on(before: &Config, after: &Config, name: &str) -> bool {
+    before.plugins.get(name) == after.plugins.get(name)
+        && plugins::serves(before, name) == plugins::serves(after, name)
+        && served(before, name).eq(served(after, name))
+        && jobs(before, name) == jobs(after, name)
+        && (!jobs(after, name)[0] || bound(before, name).eq(bound(after, name)))
+}
+
+/// The tags that a plugin reads, as far as it is told.
+fn served<'a>(
+    config: &'a Config,
+    name: &'a str,
+) -> impl Iterator<Item = (&'a String, impl PartialEq + 'a)> {
+    config.tags.iter().filter_map(move |(id, tag)| {
+        let source = tag.source().filter(|source| source.plugin == name)?;
+        Some((id, (tag.value_type, tag.freshness_millis, &source.address)))
+    })
+}
+
+/// Whether it is an overlay, has records, has the chart, or simplifies models.
+fn jobs(config: &Config, name: &str) -> [bool; 4] {
+    [
+        config.overlays.iter().any(|overlay| overlay.plugin == name),
+        config.records.iter().any(|records| records.plugin == name),
+        config.chart.as_ref().is_some_and(|chart| chart.plugin == name),
+        config.models.values().any(|model| model.optimizer.as_deref() == Some(name)),
+    ]
+}
+
+/// The bindings that an overlay gets, as far as it is told.
+fn bound<'a>(config: &'a Config, name: &str) -> impl Iterator<Item = impl PartialEq + 'a> {
+    let roles = config.plugins.get(name).map_or(&[][..], |plugin| &plugin.roles);
+    let bindings = config.bindings.iter();
+    let own = bindings.filter(|of| roles.is_empty() || roles.contains(&of.role));
+    own.map(|binding| {
+        let told = |tag: &'a TagConfig| (tag.value_type, tag.limits, &tag.name, &tag.unit);
+        (&binding.tag, &binding.node, &binding.role, config.tags.get(&binding.tag).map(told))
+    })
+}
+
+/// Whether a model comes out as it did, its theta aside.
+fn is_same_model(before: &Config, after: &Config, name: &str) -> bool {
+    let (Some(was), Some(is)) = (before.models.get(name), after.models.get(name)) else {
+        return false;
+    };
+    let optimizer = |config: &Config| {
+        let plugin = config.plugins.get(is.optimizer.as_ref()?)?;
+        Some((plugin.plugin.clone(), plugin.settings.clone(), plugin.sha256.clone()))
+    };
+    (&was.file, &was.optimizer, &was.moving_parts) == (&is.file, &is.optimizer, &is.moving_parts)
+        && optimizer(before) == optimizer(after)
+}

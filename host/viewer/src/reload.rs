@@ -1,0 +1,167 @@
+//! Hot reload: the configuration file is watched, loaded beside the frames when it changed,
+//! and shown where it has no fault. One that has leaves the scene as it is.
+
+mod watch;
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use crate::load::{LoadedScene, Reload, ReloadError};
+use crate::Viewer;
+use watch::Watch;
+pub use watch::SETTLE;
+
+/// Bytes of a fault that are kept to be shown; a file may have two hundred.
+const MAX_FAULT_BYTES: usize = 4_000;
+
+/// How reloading went so far.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reloads {
+    /// Configurations that were shown in place of the one before.
+    pub good: u64,
+    /// Those that were not, for faults.
+    pub bad: u64,
+    /// From the file's settling to the frame that shows it, of the last good one; not
+    /// counting the frame itself.
+    pub last: Option<Duration>,
+    /// The faults of the file as it is, if it has any: what is shown is the one before.
+    pub fault: Option<String>,
+}
+
+impl Reloads {
+    /// Notes how a configuration fared that is asked for.
+    pub(crate) fn note(&mut self, outcome: &Outcome, since: Instant) {
+        match outcome {
+            Outcome::Shown => {
+                self.good += 1;
+                (self.last, self.fault) = (Some(since.elapsed()), None);
+            }
+            Outcome::Same => self.fault = None,
+            Outcome::Refused(fault) => {
+                self.bad += 1;
+                self.fault = Some(shortened(fault));
+            }
+        }
+    }
+}
+
+fn shortened(fault: &str) -> String {
+    if fault.len() <= MAX_FAULT_BYTES {
+        return fault.to_owned();
+    }
+    let end = (0..=MAX_FAULT_BYTES).rev().find(|end| fault.is_char_boundary(*end)).unwrap_or(0);
+    format!("{}\u{2026}", &fault[..end])
+}
+
+/// What became of a configuration that was to be shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It is shown from the next frame on.
+    Shown,
+    /// Nothing is otherwise than it was.
+    Same,
+    /// It has faults, as these words say; the scene before stays.
+    Refused(String),
+}
+
+/// A configuration that is loaded beside the frames.
+pub(crate) struct Loading {
+    since: Instant,
+    loaded: Receiver<Loaded>,
+}
+
+type Loaded = Result<Option<Reload>, ReloadError>;
+
+impl Loading {
+    /// Begins to load a file in place of what a viewer shows; `wake` is called once it is
+    /// there.
+    ///
+    /// # Errors
+    /// Without a thread for it.
+    pub(crate) fn begin(
+        viewer: &Viewer,
+        path: &Path,
+        since: Instant,
+        wake: impl FnOnce() + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let (scene, path): (LoadedScene, PathBuf) = (viewer.shared_scene(), path.to_owned());
+        let (sender, loaded) = channel();
+        let load = move || {
+            // Nobody listens any more when the viewer has gone.
+            let _ = sender.send(scene.reload(&path));
+            drop(scene);
+            wake();
+        };
+        std::thread::Builder::new().name("reload".into()).spawn(load)?;
+        Ok(Self { since, loaded })
+    }
+
+    /// Shows it, once it is there; none before.
+    ///
+    /// # Errors
+    /// The device's.
+    pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<Outcome> {
+        let outcome = match self.loaded.try_recv() {
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => {
+                Outcome::Refused("a fault of Busbar itself; please report it".into())
+            }
+            Ok(Err(error)) => Outcome::Refused(error.to_string()),
+            Ok(Ok(None)) => Outcome::Same,
+            Ok(Ok(Some(reload))) => match viewer.take_over(reload) {
+                Ok(()) => Outcome::Shown,
+                Err(error) => Outcome::Refused(error.to_string()),
+            },
+        };
+        viewer.reloads_mut().note(&outcome, self.since);
+        Some(outcome)
+    }
+}
+
+/// Watches the configuration file of a viewer and shows what it becomes.
+pub struct Reloader {
+    path: PathBuf,
+    watch: Watch,
+    loading: Option<Loading>,
+    wake: std::sync::Arc<dyn Fn() + Send + Sync>,
+}
+
+impl Reloader {
+    /// Watches a file; `wake` is called from other threads when [`Reloader::step`] has
+    /// something to do.
+    ///
+    /// # Errors
+    /// Without a thread for it.
+    pub fn start(path: &Path, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        let wake: std::sync::Arc<dyn Fn() + Send + Sync> = std::sync::Arc::new(wake);
+        let path = std::path::absolute(path)?;
+        let watch = Watch::start(&path, std::sync::Arc::clone(&wake))?;
+        Ok(Self { path, watch, loading: None, wake })
+    }
+
+    /// Between frames: begins to load a file that has changed and settled, and shows it once
+    /// it is loaded. What became of it, when that is known.
+    pub fn step(&mut self, viewer: &mut Viewer) -> Option<Outcome> {
+        if self.loading.is_none() {
+            let since = self.watch.settled()?;
+            let wake = std::sync::Arc::clone(&self.wake);
+            match Loading::begin(viewer, &self.path, since, move || wake()) {
+                Ok(loading) => self.loading = Some(loading),
+                Err(error) => {
+                    let outcome = Outcome::Refused(error.to_string());
+                    viewer.reloads_mut().note(&outcome, since);
+                    return Some(outcome);
+                }
+            }
+        }
+        let outcome = self.loading.as_ref()?.step(viewer)?;
+        self.loading = None;
+        // It may have changed meanwhile.
+        (self.wake)();
+        if let Outcome::Refused(fault) = &outcome {
+            tracing::error!("the configuration is not loaded, the scene before stays: {fault}");
+        }
+        Some(outcome)
+    }
+}

@@ -1,0 +1,278 @@
+//! A changed configuration in place of the one that is shown.
+
+use busbar_tags::Renumbering;
+
+use super::*;
+use crate::load::Reload;
+use crate::numbers::Numbers;
+
+impl Viewer {
+    /// Shows a changed configuration from the next frame on. What is as it was goes on:
+    /// plugins, values with their ages, alarms as they stand, models on the device, camera,
+    /// selection, theta. After an error all is as it was before.
+    ///
+    /// # Errors
+    /// The device's, or a chart's or records' that cannot be read.
+    pub fn take_over(&mut self, reload: Reload) -> Result<(), ViewError> {
+        let Reload { mut scene, changes, kept, telemetry, overlays, has_same_graph } = reload;
+        let is_kept = |name: &String| kept.contains(name);
+        let chart = self.next_chart(&scene, &is_kept)?;
+        let books = self.next_books(&scene, &is_kept)?;
+        self.change_device(&scene)?;
+        self.upload_new(&scene)?;
+        if has_same_graph {
+            // Parts may have moved while it was loaded.
+            scene.graph = Arc::clone(&self.scene.graph);
+        }
+        let numbers = Numbers::between(&self.scene, &scene, has_same_graph);
+        let mut before = std::mem::replace(&mut self.scene, scene);
+        let slots: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
+        let gone = before.models.iter().filter(|model| !slots.contains(&model.slot));
+        gone.for_each(|model| self.renderer.remove_model(model.handle()));
+
+        self.chart = chart.unwrap_or_else(|| self.chart.take());
+        self.records = books.unwrap_or_else(|| std::mem::take(&mut self.records));
+        self.carry_tags(&before, &numbers.tags);
+        self.carry_alarms(&before);
+        self.carry_plugins(&numbers, &is_kept, telemetry, overlays);
+        self.carry_view(&before);
+        let same_groups = Arc::ptr_eq(&before.groups, &self.scene.groups);
+        if !has_same_graph || !same_groups || before.policies() != self.scene.policies() {
+            self.place_anew(&before, &numbers, has_same_graph);
+        }
+        self.carry_equipment(&numbers);
+        before.instances.retain(|name, _| !is_kept(name));
+        before.instances.values().for_each(Plugin::quit);
+        // Waiting for processes is not the frame's business; without a thread it has to be.
+        let end = std::thread::Builder::new().name("reload end".into());
+        drop(end.spawn(move || drop(before)));
+        tracing::info!("the configuration is loaded again: {changes}");
+        Ok(())
+    }
+
+    /// The chart, where it is another one than before.
+    fn next_chart(
+        &self,
+        scene: &LoadedScene,
+        is_kept: &dyn Fn(&String) -> bool,
+    ) -> Result<Option<Option<ShownChart>>, ViewError> {
+        let (was, is) = (&self.scene.config.chart, &scene.config.chart);
+        let goes_on = is.as_ref().is_none_or(|chart| is_kept(&chart.plugin));
+        if was == is && goes_on {
+            return Ok(None);
+        }
+        opening::start_chart(scene, self.settles).map(Some)
+    }
+
+    /// The records, where they come from elsewhere than before.
+    fn next_books(
+        &self,
+        scene: &LoadedScene,
+        is_kept: &dyn Fn(&String) -> bool,
+    ) -> Result<Option<Books>, ViewError> {
+        let names = |scene: &LoadedScene| -> Vec<String> {
+            scene.config.records.iter().map(|records| records.plugin.clone()).collect()
+        };
+        if names(&self.scene) == names(scene) && names(scene).iter().all(is_kept) {
+            return Ok(None);
+        }
+        Books::start(scene, self.settles).map(Some)
+    }
+
+    /// Uploads the models that the device has not yet. Without a device they come with the
+    /// next one.
+    fn upload_new(&mut self, scene: &LoadedScene) -> Result<(), ViewError> {
+        let there: BTreeSet<Option<u32>> = self.scene.models.iter().map(|m| m.slot).collect();
+        self.recovery.run(&mut self.renderer, &self.scene, |renderer| {
+            let is_new = |model: &crate::load::LoadedModel| !there.contains(&model.slot);
+            shown_model::upload_some(&scene.models, renderer, is_new)
+        })?;
+        Ok(())
+    }
+
+    /// Values go on of tags that are read from where they were.
+    fn carry_tags(&mut self, before: &LoadedScene, numbers: &Renumbering) {
+        let (was, is) = (&before.config.tags, &self.scene.config.tags);
+        let same_origin = |id: &String| {
+            let origin = |tag: &busbar_config::TagConfig| (tag.origin.clone(), tag.scale);
+            was.get(id).map(origin) == is.get(id).map(origin)
+        };
+        let specs = before.tags.specs();
+        let all_same = numbers.is_none() && specs.iter().all(|spec| same_origin(&spec.id));
+        if all_same && Arc::ptr_eq(&before.tags, &self.scene.tags) {
+            return;
+        }
+        let own: Vec<Option<u32>> = specs
+            .iter()
+            .zip(0..)
+            .map(|(spec, old)| numbers.number(old).filter(|_| same_origin(&spec.id)))
+            .collect();
+        let own = Renumbering::of(own.into_iter());
+        let mut tags = TagTable::new(self.scene.tags.clone(), Moment::now());
+        tags.inherit(&self.tags, &own);
+        self.tags = tags;
+        self.events.renumber(&own);
+        let history = std::mem::replace(&mut self.history, facing::history_of(&self.scene));
+        self.history.inherit(history, &own);
+    }
+
+    fn carry_alarms(&mut self, before: &LoadedScene) {
+        let is_live = !self.settles;
+        self.alarms = match self.alarms.take() {
+            Some(alarms) => alarms.succeed(before, &self.scene, is_live, wall_clock()),
+            None => Alarming::of(&self.scene, is_live, wall_clock()),
+        };
+        if let Some(alarms) = &mut self.alarms {
+            alarms.set_operator(&self.operator);
+            if self.has_host {
+                alarms.set_host();
+            }
+        }
+    }
+
+    fn carry_plugins(
+        &mut self,
+        numbers: &Numbers,
+        is_kept: &dyn Fn(&String) -> bool,
+        telemetry: Vec<busbar_plugin_process::RunningTelemetry>,
+        mut overlays: std::collections::BTreeMap<String, busbar_plugin_process::RunningOverlay>,
+    ) {
+        self.telemetry.retain(|served| is_kept(&served.name().to_owned()));
+        self.telemetry.iter_mut().for_each(|served| served.follow(&numbers.tags));
+        self.telemetry.extend(telemetry.into_iter().map(ServedTags::by));
+        let mut shown = std::mem::take(&mut self.overlays);
+        for overlay in &self.scene.config.overlays {
+            let name = &overlay.plugin;
+            let was = shown.iter().position(|shown| shown.overlay.name() == name);
+            let was = was.map(|index| shown.swap_remove(index));
+            let next = match (overlays.remove(name), was) {
+                (Some(running), was) => {
+                    let mut next = ShownOverlay::new(running);
+                    // An operator's choice outlives settings.
+                    next.is_shown = was.is_none_or(|was| was.is_shown);
+                    next
+                }
+                (None, Some(mut was)) => {
+                    was.follow(numbers, &self.scene.graph);
+                    was
+                }
+                (None, None) => continue,
+            };
+            self.overlays.push(next);
+        }
+    }
+
+    /// What of the view is configured otherwise than before; the rest stays as the operator
+    /// has it.
+    fn carry_view(&mut self, before: &LoadedScene) {
+        let (was, is) = (Arc::clone(&before.config), Arc::clone(&self.scene.config));
+        let camera = |config: &busbar_config::Config| {
+            config.view.camera.as_ref().and_then(|name| config.cameras.get(name).cloned())
+        };
+        if let Some(camera) = camera(&is).filter(|next| camera(&was).as_ref() != Some(next)) {
+            self.navigator.jump_to(Camera::from_config(&camera));
+        }
+        let (was, is) = (&was.view, &is.view);
+        self.navigator.configure(is, !self.settles);
+        if (was.theme, was.scale, &was.font) != (is.theme, is.scale, &is.font) {
+            if !self.in_window {
+                let pixels = self.screen.size() * was.scale;
+                self.screen = Rect::from_min_size(Pos2::ZERO, pixels / is.scale);
+            }
+            self.panels.set_appearance(opening::appearance_of(&mut self.scene));
+        }
+        if was.section != is.section {
+            self.section = is.section.map(surroundings::section_of);
+        }
+        if was.theta_scale != is.theta_scale {
+            self.cursors.set_scale(is.theta_scale);
+        }
+        self.cursors.set_morph_seconds(is.morph_seconds);
+        if was.target_frame_millis != is.target_frame_millis {
+            self.pace = Pace::new(is.target_frame_millis.filter(|_| !self.settles));
+        }
+        self.surroundings = Surroundings::of(is, self.scene.graph.bounds());
+    }
+
+    /// Makes the device anew where a configuration wants it otherwise. Where that cannot be,
+    /// it is made as it was.
+    fn change_device(&mut self, next: &LoadedScene) -> Result<(), ViewError> {
+        let (options, choice) = (next.renderer_options(), opening::choice_of(next));
+        if !self.renderer.set_options(options, choice) {
+            return Ok(());
+        }
+        // What was asked of the device before is gone with it.
+        self.picker = Picker::default();
+        if let Err(error) = self.recovery.renew(&mut self.renderer, &self.scene) {
+            let (options, choice) =
+                (self.scene.renderer_options(), opening::choice_of(&self.scene));
+            self.renderer.set_options(options, choice);
+            if let Err(lost) = self.recovery.renew(&mut self.renderer, &self.scene) {
+                self.recovery.lose(lost)?;
+            }
+            return Err(error.into());
+        }
+        Ok(())
+    }
+
+    /// Draws other instances than before, or at other levels of detail.
+    fn place_anew(&mut self, before: &LoadedScene, numbers: &Numbers, same_graph: bool) {
+        let scene = &self.scene;
+        let scale = scene.config.view.theta_scale;
+        let policies = scene.policies();
+        let mut cursors =
+            Cursors::new(&scene.graph, &scene.models, policies, &scene.groups, scale);
+        cursors.set_morph_seconds(scene.config.view.morph_seconds);
+        cursors.inherit(&self.cursors, same_graph, |model| {
+            let name = &scene.models.get(model)?.name;
+            before.config.models.keys().position(|known| known == name)
+        });
+        self.cursors = cursors;
+        self.models = shown_model::shown(scene);
+        self.triangles_full = opening::full_triangles(scene);
+        self.drawn = DrawnScene::default();
+        if same_graph {
+            return;
+        }
+        self.moving = MovingParts::clone(&scene.moving);
+        self.selection = self.selection.iter().filter_map(|node| numbers.node(*node)).collect();
+        self.picker = Picker::default();
+        (self.hovered, self.shown, self.rests) = (None, None, false);
+        (self.labelled, self.hidden_labels) = (Vec::new(), BTreeSet::new());
+        (self.highlights, self.outlines) = (Highlights::default(), Outlines::default());
+        (self.ground_marks, self.states) = (GroundMarks::default(), Vec::new());
+        if let Some(chart) = &mut self.chart {
+            chart.find_equipment(&scene.graph);
+        }
+    }
+
+    /// Lists and faceplate of what equipment there is now.
+    fn carry_equipment(&mut self, numbers: &Numbers) {
+        let scene = &self.scene;
+        self.at_nodes = AtNodes::of(scene);
+        let tree = EquipmentTree::of(&scene.graph, &scene.equipment, &self.at_nodes.nodes());
+        let old = std::mem::replace(&mut self.tree, tree);
+        self.tree.inherit(&old, |node| numbers.node(node));
+        self.tag_list = self.tag_list.of_scene(scene);
+        let faceplate = self.faceplate.take();
+        let selection = std::mem::take(&mut self.selection);
+        self.select(selection);
+        if let (Some(now), Some(before)) = (&mut self.faceplate, &faceplate) {
+            now.keep_trends(before, &numbers.tags);
+        }
+    }
+
+    /// What is shown, for a thread that loads another configuration in its place.
+    pub(crate) fn shared_scene(&self) -> LoadedScene {
+        self.scene.clone()
+    }
+
+    /// How the configuration was reloaded so far.
+    pub fn reloads(&self) -> &Reloads {
+        &self.reloads
+    }
+
+    pub(crate) fn reloads_mut(&mut self) -> &mut Reloads {
+        &mut self.reloads
+    }
+}

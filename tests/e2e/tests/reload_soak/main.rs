@@ -1,0 +1,187 @@
+//! Very many configurations by hot reload, good and bad ones: the view stays, with live
+//! plugins, and leaves nothing behind. `BUSBAR_RELOADS` asks for more of them,
+//! `BUSBAR_RELOAD_SEED` for others.
+
+mod mutator;
+
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use busbar_viewer::reload::{Outcome, Reloader};
+use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
+use e2e::peer::{Peer, calm_values};
+use e2e::{Scene, wait_for};
+use serde_json::json;
+
+use mutator::{Random, mutated};
+
+/// The overlay with values; where labels stand depends on where they were before.
+const LABELS: &str = "values";
+const SIZE: [u32; 2] = [320, 180];
+/// Configurations in a test; `cargo xtask soak --reload` has 10,000.
+const RELOADS: usize = 60;
+const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
+const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
+/// After so many the good one is restored, and the picture must be the first one again.
+const BETWEEN_LOOKS: usize = 20;
+/// Looks after which nothing may grow any more.
+const WARM: usize = 2;
+const MAX_WAIT: Duration = Duration::from_secs(120);
+/// Between looks a thread of the last plugin may still be ending.
+const MAX_MORE_DESCRIPTORS: usize = 16;
+const MAX_MORE_THREADS: usize = 8;
+/// What the heap keeps of its own, bytes.
+const MAX_MORE_MEMORY: u64 = 150_000_000;
+
+fn asked(variable: &str) -> Option<u64> {
+    std::env::var(variable).ok().map(|text| text.parse().expect("a number"))
+}
+
+/// What this process holds.
+#[derive(Clone, Copy, Debug)]
+struct Holdings {
+    descriptors: usize,
+    threads: usize,
+    children: usize,
+    memory: u64,
+}
+
+impl Holdings {
+    fn now() -> Self {
+        let entries = |path: &str| fs::read_dir(path).expect("it is there").count();
+        let status = fs::read_to_string("/proc/self/status").expect("it is there");
+        let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let kilobytes = resident.and_then(|text| text.split_whitespace().next()?.parse::<u64>().ok());
+        let tasks = fs::read_dir("/proc/self/task").expect("it is there").flatten();
+        let children = tasks.map(|task| {
+            let children = fs::read_to_string(task.path().join("children")).unwrap_or_default();
+            children.split_whitespace().count()
+        });
+        Self {
+            descriptors: entries("/proc/self/fd"),
+            threads: entries("/proc/self/task"),
+            children: children.sum(),
+            memory: kilobytes.expect("it says so") * 1024,
+        }
+    }
+
+    fn is_bounded_by(self, warm: Self) -> bool {
+        self.descriptors <= warm.descriptors + MAX_MORE_DESCRIPTORS
+            && self.threads <= warm.threads + MAX_MORE_THREADS
+            && self.children <= warm.children
+            && self.memory <= warm.memory + MAX_MORE_MEMORY
+    }
+}
+
+struct View {
+    viewer: Viewer,
+    reloader: Reloader,
+    started: Instant,
+}
+
+impl View {
+    fn open(path: &Path) -> Self {
+        let scene = LoadedScene::load(path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
+        let options = scene.renderer_options();
+        let viewer = Viewer::offscreen(scene, options, SIZE).expect("there is a device");
+        let reloader = Reloader::start(path, || {}).expect("a file can be watched");
+        Self { viewer, reloader, started: Instant::now() }
+    }
+
+    fn frame(&mut self) {
+        let input = self.viewer.headless_input(self.started.elapsed().as_secs_f64());
+        self.viewer.frame(input).expect("a frame is drawn");
+    }
+
+    fn outcome(&mut self) -> Outcome {
+        wait_for("the file to be read again", MAX_WAIT, || {
+            self.frame();
+            self.reloader.step(&mut self.viewer)
+        })
+    }
+
+    /// What edits made alarms of is seen, and over.
+    fn acknowledge_all(&mut self) {
+        for alarm in self.viewer.stats().alarms {
+            // One that is acknowledged needs nothing.
+            let _ = self.viewer.act_on_alarm(&alarm.id, AlarmAction::Acknowledge, "A. Operator");
+        }
+    }
+
+    /// The picture once all values are good.
+    fn good_picture(&mut self) -> Picture {
+        self.viewer.show_layer(LABELS, false);
+        wait_for("all values", MAX_WAIT, || {
+            self.frame();
+            (self.viewer.stats().quality.bad == 0).then_some(())
+        });
+        self.viewer.read_picture().expect("a frame was drawn")
+    }
+}
+
+#[test]
+fn the_scene_outlives_whatever_is_written() {
+    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let mut scene = Scene::demo(peer.port);
+    scene.config["alarms"] = json!({
+        "Oil": { "tag": "T1.TopOil", "condition": { "high": 90 }, "message": "Top oil hot" }
+    });
+    scene.config["alarm_handling"] = json!({ "log_directory": "log" });
+    scene.config["view"] =
+        json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
+    let path = scene.write();
+    let good = fs::read_to_string(&path).expect("it was written");
+    let mut view = View::open(&path);
+    let first = view.good_picture();
+    let reloads = asked(RELOADS_VARIABLE).map_or(RELOADS, |count| count as usize);
+    let mut random = Random::new(asked(SEED_VARIABLE).unwrap_or(1));
+    let (mut shown, mut refused, mut same) = (0, 0, 0);
+    let (mut warm, mut last) = (None, good.clone());
+    for number in 1..=reloads {
+        let text = mutated(&scene.config, &mut random);
+        if text == last {
+            continue;
+        }
+        scene.write_text(&text);
+        match view.outcome() {
+            Outcome::Shown => shown += 1,
+            Outcome::Refused(fault) => {
+                refused += 1;
+                assert!(!fault.is_empty());
+            }
+            Outcome::Same => same += 1,
+        }
+        last = text;
+        if number % BETWEEN_LOOKS != 0 && number != reloads {
+            continue;
+        }
+        scene.write_text(&good);
+        view.outcome();
+        last.clone_from(&good);
+        wait_for("the first picture", MAX_WAIT, || {
+            view.acknowledge_all();
+            let picture = view.good_picture();
+            (picture.rgba8 == first.rgba8).then_some(())
+        });
+        let bound = *warm.get_or_insert_with(Holdings::now);
+        if number == BETWEEN_LOOKS * WARM {
+            warm = Some(Holdings::now());
+        }
+        // What was replaced ends beside the frames.
+        wait_for(&format!("{bound:?} after {number}"), MAX_WAIT, || {
+            view.frame();
+            let now = Holdings::now();
+            (number <= BETWEEN_LOOKS * WARM || now.is_bounded_by(bound)).then_some(())
+        });
+    }
+    let seconds = view.started.elapsed().as_secs();
+    println!(
+        "{reloads} configurations in {seconds} s: {shown} shown, {refused} refused, {same} alike; \
+         at first {warm:?}, at last {:?}",
+        Holdings::now()
+    );
+    assert!(shown > 0 && refused > 0);
+    let deaths = view.viewer.stats().plugins.iter().map(|plugin| plugin.deaths).sum::<u64>();
+    assert_eq!(deaths, 0, "plugins are ended, and none dies");
+}
