@@ -4,10 +4,10 @@ plugin's tests. It is under the GPL, so it stays in a process of its own.
     iec61850_server.py [--port N] SPEC
 
 SPEC is JSON: {"tls": {"ca", "certificate", "key"}, "conf_rev": N, "stamp_seconds": S,
-"extra": N}, each of which may be left out. The IED is always the same (see `build`);
-`extra` adds as many measured values as MMXU2 can hold in `Val1` and so on. With
+"report_bytes": N, "extra": N}, each of which may be left out. The IED is always the same (see `build`);
+`extra` adds as many values of three phases to MMXU2, `Val1` and so on. With
 `stamp_seconds` the integers GGIO1.IntIn1 to IntIn3 have their own number in their bits 24
-to 30 and count up in the others.
+to 30 and count up in the others. `report_bytes`, with `tls` alone, is room for reports.
 
 Prints `READY port`, then takes commands on stdin, JSON, one a line, and answers each with
 `OK` or `ERROR why`:
@@ -61,7 +61,7 @@ def build(spec):
     lib.CDC_ASG_create("StrVal", protection, 0, False)
     more = node("MMXU2")
     for number in range(1, spec.get("extra", 0) + 1):
-        lib.CDC_MV_create(f"Val{number}", more, 0, False)
+        lib.CDC_WYE_create(f"Val{number}", more, lib.CDC_OPTION_PHASES_ABC)
 
     def data_set(name, members):
         created = lib.DataSet_create(name, zero)
@@ -107,7 +107,12 @@ class Server:
     def __init__(self, spec):
         self.model = build(spec)
         if "tls" in spec:
-            self.server = lib.IedServer_createWithTlsSupport(self.model, tls(spec["tls"]))
+            # The binding takes settings of the server in this form alone.
+            settings = lib.IedServerConfig_create()
+            report_bytes = spec.get("report_bytes", 65536)
+            lib.IedServerConfig_setReportBufferSizeForURCBs(settings, report_bytes)
+            certificates = tls(spec["tls"])
+            self.server = lib.IedServer_createWithConfig(self.model, certificates, settings)
         else:
             self.server = lib.IedServer_create(self.model)
 

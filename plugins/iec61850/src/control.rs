@@ -1,12 +1,14 @@
 //! One report control block: what it is asked until it reports (IEC 61850-7-2, 17.2;
 //! IEC 61850-8-1, 17).
 
+mod reports;
+
 use std::time::{Duration, Instant};
 
 use iec61850_rs::common::{OptFlds, TrgOps};
 use iec61850_rs::proto::data::{Typed, Value};
-use iec61850_rs::proto::mms::report::Report;
 
+pub(crate) use self::reports::Mismatch;
 use crate::block::ReportBlock;
 use crate::locate::Share;
 use crate::service::{AccessError, Answer, Name, Request};
@@ -15,8 +17,6 @@ use crate::service::{AccessError, Answer, Name, Request};
 const RETRY: Duration = Duration::from_secs(10);
 /// What is read of a block, in this order.
 const ATTRIBUTES: [&str; 7] = ["RptID", "RptEna", "DatSet", "OptFlds", "TrgOps", "IntgPd", "BufTm"];
-/// Longest entry id, bytes; it is eight by the standard.
-const MAX_ENTRY_ID: usize = 64;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
@@ -74,10 +74,16 @@ pub(crate) struct Control {
     entry_id: Option<Vec<u8>>,
     /// Whether entries of the past come, until the answer to the general interrogation.
     is_replaying: bool,
+    /// Until when the report that a general interrogation asks for has to come.
+    answer_by: Option<Instant>,
+    /// Whether it came; it may come before the request is confirmed.
+    is_answered: bool,
+    /// How long the server has for it.
+    timeout: Duration,
 }
 
 impl Control {
-    pub(crate) fn new(block: ReportBlock) -> Self {
+    pub(crate) fn new(block: ReportBlock, timeout: Duration) -> Self {
         Self {
             block,
             step: Step::Inspect,
@@ -91,6 +97,9 @@ impl Control {
             uses: Vec::new(),
             entry_id: None,
             is_replaying: false,
+            answer_by: None,
+            is_answered: false,
+            timeout,
         }
     }
 
@@ -98,7 +107,7 @@ impl Control {
     pub(crate) fn begin(&mut self) {
         (self.step, self.is_asked) = (Step::Inspect, false);
         self.uses.clear();
-        self.revision = None;
+        (self.revision, self.answer_by) = (None, None);
     }
 
     /// Whether it reports, or does not for the time being.
@@ -116,12 +125,19 @@ impl Control {
         self.data_set.as_ref().filter(|_| is_known).map(|set| (self.report_id.as_str(), set))
     }
 
-    /// When it is tried again.
-    pub(crate) fn retry_at(&self) -> Option<Instant> {
+    /// When it is tried again, or misses a report.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
         match self.step {
             Step::Failed(at) => Some(at),
-            _ => None,
+            _ => self.answer_by,
         }
+    }
+
+    /// Whether the answer to a general interrogation did not come in time; told once.
+    pub(crate) fn take_late(&mut self, now: Instant) -> bool {
+        let is_late = self.answer_by.take_if(|by| *by <= now).is_some();
+        self.is_replaying &= !is_late;
+        is_late
     }
 
     /// What to ask now, if anything.
@@ -147,6 +163,7 @@ impl Control {
         if self.step == Step::Enable {
             // Entries of the past may come before the answer does.
             self.is_replaying = self.block.is_buffered && self.triggers.general_interrogation();
+            self.is_answered = false;
         }
         self.is_asked = true;
         Some(request)
@@ -169,6 +186,7 @@ impl Control {
                 [Err(error)] => self.not_interrogated(&error.to_string()),
                 _ => {
                     self.step = Step::Running;
+                    self.answer_by = (!self.is_answered).then(|| now + self.timeout);
                     Outcome::Going
                 }
             },
@@ -184,6 +202,7 @@ impl Control {
     /// It is left alone for a while.
     pub(crate) fn fail(&mut self, now: Instant) {
         self.step = Step::Failed(now + RETRY);
+        self.answer_by = None;
         self.uses.clear();
     }
 
@@ -306,65 +325,4 @@ impl Control {
         (self.step, self.is_replaying) = (Step::Running, false);
         Outcome::NotInterrogated(format!("it refuses a general interrogation: {why}"))
     }
-
-    /// Whether a report is one of its own.
-    pub(crate) fn has_sent(&self, report: &Report) -> bool {
-        let alike = |a: &str, b: &str| a.replace('.', "$") == b.replace('.', "$");
-        let may_report = self.is_running() || self.step == Step::Enable;
-        may_report
-            && alike(&self.report_id, &report.rpt_id)
-            && self
-                .data_set
-                .as_ref()
-                .zip(report.data_set.as_ref())
-                .is_none_or(|(ours, theirs)| alike(&ours.to_string(), theirs))
-    }
-
-    /// Whether the values of a report are where they should be.
-    ///
-    /// # Errors
-    /// The data set is not the one that was mapped; in words.
-    pub(crate) fn check(&mut self, report: &Report) -> Result<(), Mismatch> {
-        if report.data_set_len() != self.uses.len() {
-            return Err(Mismatch::Members { told: self.uses.len(), sent: report.data_set_len() });
-        }
-        let revision = report.conf_rev.or(self.revision);
-        if self.revision.is_some() && revision != self.revision {
-            return Err(Mismatch::Revision);
-        }
-        self.revision = revision;
-        Ok(())
-    }
-
-    /// Takes notice of a report: whether it is of the past, and whether entries before it
-    /// were lost.
-    pub(crate) fn note(&mut self, report: &Report) -> Noted {
-        if let Some(id) = report.entry_id.as_ref().filter(|id| id.len() <= MAX_ENTRY_ID) {
-            self.entry_id = Some(id.clone());
-        }
-        let is_answer = report
-            .entries
-            .iter()
-            .any(|entry| entry.reason.is_none_or(|reason| reason.general_interrogation()));
-        self.is_replaying &= !is_answer;
-        Noted { is_replayed: self.is_replaying, is_lossy: report.buf_ovfl == Some(true) }
-    }
-}
-
-/// What is to be known of a report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Noted {
-    pub(crate) is_replayed: bool,
-    pub(crate) is_lossy: bool,
-}
-
-/// Why the values of a report cannot be told apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mismatch {
-    Members {
-        told: usize,
-        sent: usize,
-    },
-    /// `ConfRev` changed while it reported.
-    Revision,
 }

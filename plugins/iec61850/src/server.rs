@@ -1,17 +1,19 @@
 //! The server behind its connections: what to ask it, and what comes of its answers.
 
+mod reporting;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::{Host, LogLevel, Reason, SampleSink};
 use iec61850_rs::proto::data::Value;
-use iec61850_rs::proto::mms::report::Report;
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 
+use crate::block::ReportBlock;
 use crate::board::{Board, Origin};
-use crate::control::{Control, Mismatch, Outcome, Use};
-use crate::convert::{entry_time_of, reason_of};
+use crate::control::Control;
+use crate::convert::reason_of;
 use crate::locate::{Place, Share, locate};
 use crate::points::Points;
 use crate::service::{AccessError, Answer, Name, Request};
@@ -70,7 +72,7 @@ impl Server {
             objects,
             places,
             variables: Vec::new(),
-            controls: config.reports.iter().cloned().map(Control::new).collect(),
+            controls: controls_of(config),
             queue: VecDeque::new(),
             types_left: 0,
             reads_open: 0,
@@ -111,6 +113,7 @@ impl Server {
         max_message: usize,
     ) -> Option<(Job, Request)> {
         if self.types_left == 0 {
+            self.make_up_for_late(now);
             for (index, control) in self.controls.iter_mut().enumerate() {
                 if let Some(request) = control.next_request(now) {
                     return Some((Job::Control(index), request));
@@ -134,7 +137,7 @@ impl Server {
 
     /// When [`Server::next_request`] has something that it has not now.
     pub(crate) fn deadline(&self) -> Option<Instant> {
-        let retries = self.controls.iter().filter_map(Control::retry_at);
+        let retries = self.controls.iter().filter_map(Control::deadline);
         let poll = self.next_poll.filter(|_| self.reads_open == 0);
         if self.types_left > 0 { None } else { retries.chain(poll).min() }
     }
@@ -153,53 +156,6 @@ impl Server {
             Job::Control(index) => self.take_step(index, answer, now),
             Job::Test => {}
         }
-    }
-
-    /// Takes a report.
-    ///
-    /// # Errors
-    /// In words: the server is another than it was, so all of it has to be asked anew.
-    pub(crate) fn take_report(&mut self, report: &Report, now: Instant) -> Result<(), String> {
-        let Some(control) = self.controls.iter_mut().find(|control| control.has_sent(report))
-        else {
-            return Ok(());
-        };
-        let name = control.block.reference();
-        match control.check(report) {
-            Ok(()) => {}
-            Err(Mismatch::Revision) => {
-                return Err(format!("the data set of {name} has changed (ConfRev)"));
-            }
-            Err(Mismatch::Members { told, sent }) => {
-                control.fail(now);
-                self.board.log(
-                    LogLevel::Warning,
-                    &format!(
-                        "{name} reports {sent} members, and its data set has {told}: its values \
-                         are polled"
-                    ),
-                );
-                return Ok(());
-            }
-        }
-        let noted = control.note(report);
-        if noted.is_lossy {
-            let text = format!("{name}: its buffer ran over, so changes before this are missing");
-            self.board.log(LogLevel::Warning, &text);
-        }
-        for entry in &report.entries {
-            for Use { point, share } in control.uses.get(entry.index).into_iter().flatten() {
-                self.board.take(*point, share, &entry.value);
-            }
-        }
-        let is_change = report.entries.iter().any(|entry| {
-            entry.reason.is_none_or(|reason| {
-                reason.data_change() || reason.quality_change() || reason.data_update()
-            })
-        });
-        let entry_time = report.time_of_entry.and_then(entry_time_of);
-        self.board.commit(Origin { is_change, is_replayed: noted.is_replayed, entry_time });
-        Ok(())
     }
 
     /// Tells of a report that cannot be read, once a connection.
@@ -268,24 +224,6 @@ impl Server {
         self.queue.extend(variables.chunks(self.max_read).map(|part| Job::Read(part.into())));
     }
 
-    /// By point: whether reports bring its value, and its quality if it has one.
-    fn reported(&self) -> Vec<bool> {
-        let mut reported = vec![false; self.places.len()];
-        for control in self.controls.iter().filter(|control| control.is_running()) {
-            let mut found: BTreeMap<usize, [bool; 2]> = BTreeMap::new();
-            for Use { point, share } in control.uses.iter().flatten() {
-                let [value, quality] = found.entry(*point).or_default();
-                *value |= share.value.is_some();
-                *quality |= share.quality.is_some();
-            }
-            for (point, [value, quality]) in found {
-                let has_quality = self.places[point].as_ref().is_some_and(Place::has_quality);
-                reported[point] |= value && (quality || !has_quality);
-            }
-        }
-        reported
-    }
-
     fn take_values(&mut self, variables: &[usize], answer: Answer) {
         match answer {
             Answer::Values(values) => {
@@ -323,65 +261,11 @@ impl Server {
             }
         }
     }
+}
 
-    fn take_step(&mut self, index: usize, answer: Answer, now: Instant) {
-        let outcome = self.controls[index].heed(answer, now);
-        let name = self.controls[index].block.reference();
-        let is_taken = self.controls[index].identity().is_some_and(|identity| {
-            self.controls[..index].iter().any(|other| other.identity() == Some(identity))
-        });
-        if is_taken {
-            self.controls[index].fail(now);
-            let text = format!(
-                "{name} has the RptID and data set of another block: give it a RptID of its own; \
-                 its values are polled"
-            );
-            return self.board.log(LogLevel::Warning, &text);
-        }
-        match outcome {
-            Outcome::Going | Outcome::Enabled => {}
-            Outcome::Members(members) => {
-                let uses = members.iter().map(|member| self.uses_of(member.as_ref())).collect();
-                self.controls[index].uses = uses;
-            }
-            Outcome::NotInterrogated(what) => {
-                self.board.log(LogLevel::Info, &format!("{name}: {what}; its values are read"));
-                self.read_all_of(index);
-            }
-            Outcome::Failed(what) => {
-                let text = format!("{name}: {what}; its values are polled, and it is tried again");
-                self.board.log(LogLevel::Warning, &text);
-            }
-            Outcome::Lacking(what) => self.board.log(LogLevel::Info, &format!("{name}: {what}")),
-        }
-    }
-
-    fn read_all_of(&mut self, index: usize) {
-        let points: Vec<_> =
-            self.controls[index].uses.iter().flatten().map(|used| used.point).collect();
-        let is_of_it =
-            |&index: &usize| self.variables[index].points.iter().any(|(p, _)| points.contains(p));
-        let variables: Vec<_> = (0..self.variables.len()).filter(is_of_it).collect();
-        self.queue_reads(&variables);
-    }
-
-    /// What a member of a data set is to the points.
-    fn uses_of(&self, member: Option<&Name>) -> Vec<Use> {
-        let Some(member) = member else { return Vec::new() };
-        let parts: Vec<_> = member.item.split('$').collect();
-        // A whole logical node has no type here: its values are polled.
-        let Some((object, below)) = parts.split_at_checked(3) else { return Vec::new() };
-        let object = Name { domain: member.domain.clone(), item: object.join("$") };
-        let found = self.objects.binary_search_by(|(name, _)| name.cmp(&object));
-        let Ok(found) = found else { return Vec::new() };
-        let points = self.objects[found].1.clone();
-        points
-            .filter_map(|point| {
-                let share = self.places[point].as_ref()?.share(below)?;
-                Some(Use { point, share })
-            })
-            .collect()
-    }
+fn controls_of(config: &Config) -> Vec<Control> {
+    let control = |block: &ReportBlock| Control::new(block.clone(), config.timeout);
+    config.reports.iter().map(control).collect()
 }
 
 /// What a variable's name has beyond its data object's.

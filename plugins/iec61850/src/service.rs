@@ -215,6 +215,7 @@ fn member(variable: &VariableSpecification<'_>) -> Option<Name> {
 fn in_words(error: ServiceError) -> String {
     let ServiceError { class, code, .. } = error;
     match (class, code) {
+        (3, _) => "it lacks resources; perhaps the answer is longer than its messages".into(),
         (7, 1) => "object-access-unsupported".into(),
         (7, 2) | (2, 1) => "object-non-existent".into(),
         (7, 3) => "object-access-denied".into(),

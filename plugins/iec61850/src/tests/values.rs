@@ -155,12 +155,12 @@ fn what_does_not_fit_is_bad_and_the_rest_is_read() {
 #[test]
 fn many_variables_are_read_in_pieces() {
     let Some(mut peer) = Peer::start(&json!({"extra": 300})) else { return };
-    let tags = (1..=300).map(|n| tag(n, ValueKind::F64, &format!("MMXU2.Val{n}"), "MX"));
+    let tags = (1..=300).map(|n| tag(n, ValueKind::F64, &format!("MMXU2.Val{n}.phsA"), "MX"));
     let running = start(peer.port, json!({}), tags.collect());
     for number in [1, 150, 300] {
-        let object = format!("LD0/MMXU2.Val{number}");
+        let object = format!("LD0/MMXU2.Val{number}.phsA");
         let value = f64::from(number);
-        peer.command(&json!({"object": object, "values": {"mag.f": value}}));
+        peer.command(&json!({"object": object, "values": {"cVal.mag.f": value}}));
         running.wait_for(number, Value::F64(value));
     }
 }
