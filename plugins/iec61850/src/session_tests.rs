@@ -34,7 +34,7 @@ fn exchange(
 ) {
     server.on_bytes(iec61850_rs::Instant::ZERO, &session.take_output());
     while let Some(bytes) = server.poll_transmit() {
-        session.receive(&bytes.to_vec(), now, &mut heed).unwrap();
+        session.receive(bytes, now, &mut heed).unwrap();
     }
 }
 
