@@ -152,6 +152,13 @@ fn shipped_plugins_pass() {
             { "kind": "bool", "address": { "ioa": 2 } },
         ],
     });
+    let ied = json!({
+        "settings": { "host": "127.0.0.1", "port": port },
+        "tags": [
+            { "kind": "f64", "address": { "reference": "LD0/MMXU1.TotW", "fc": "MX" } },
+            { "kind": "double_point", "address": { "reference": "LD0/XCBR1.Pos", "fc": "ST" } },
+        ],
+    });
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let recording = folder.path().join("recording.csv");
     std::fs::write(&recording, "time,oil,closed\n0,55.5,1\n1,56,0\n").expect("it can be written");
@@ -194,6 +201,7 @@ fn shipped_plugins_pass() {
         // A line is read, not simulated.
         ("modbus_adapter", line, 2),
         ("iec104", station, 0),
+        ("iec61850", ied, 0),
         ("replay", replay, 0),
         ("sql_adapter", database, 0),
         ("sql_adapter", file, 0),

@@ -1,0 +1,117 @@
+use std::time::{Duration, UNIX_EPOCH};
+
+use busbar_plugin_sdk::ValueKind;
+use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
+use iec61850_rs::{Quality as Bits, TimeQuality, UtcTime};
+use serde_json::json;
+
+use super::*;
+
+const SHARE: fn() -> Share =
+    || Share { value: Some(vec![0]), quality: Some(vec![1]), time: Some(vec![2]) };
+const CHANGE: Origin = Origin { is_change: true, is_replayed: false, entry_time: None };
+
+fn board(recorder: &Recorder) -> Board {
+    let address = json!({"reference": "L/M.T", "fc": "MX"});
+    let points = Points::parse(&[tag_spec(1, "t", ValueKind::F64, address)]).unwrap();
+    let mut board = Board::new(points, recorder.sink(), host(), "server".into());
+    board.note_type(0, true);
+    board
+}
+
+fn data(value: f32, seconds: u32, quality: TimeQuality) -> data::Value {
+    data::Value::Structure(vec![
+        data::Value::Float32(value),
+        data::Value::quality(Bits::GOOD),
+        data::Value::UtcTime(UtcTime::from_unix(seconds, 0, quality)),
+    ])
+}
+
+/// The quality and the source time in seconds of what is published.
+fn publish(
+    board: &mut Board,
+    recorder: &Recorder,
+    seconds: u32,
+    origin: Origin,
+) -> (Quality, Option<u64>) {
+    publish_with(board, recorder, seconds, origin, TimeQuality::SYNCHRONIZED)
+}
+
+fn publish_with(
+    board: &mut Board,
+    recorder: &Recorder,
+    seconds: u32,
+    origin: Origin,
+    clock: TimeQuality,
+) -> (Quality, Option<u64>) {
+    board.take(0, &SHARE(), &data(1.0, seconds, clock));
+    board.commit(origin);
+    board.flush();
+    let sample = recorder.latest(1).unwrap();
+    let seconds = |time: SystemTime| time.duration_since(UNIX_EPOCH).unwrap().as_secs();
+    (sample.quality, sample.source_time.map(seconds))
+}
+
+#[test]
+fn a_time_is_handed_on_where_it_is_news() {
+    let recorder = Recorder::new();
+    let mut board = board(&recorder);
+    let good = Quality::Good;
+    let reading = Origin::default();
+    // As it is now, however long it has been so.
+    assert_eq!(publish(&mut board, &recorder, 100, reading), (good, None));
+    assert_eq!(publish(&mut board, &recorder, 100, reading), (good, None));
+    assert_eq!(publish(&mut board, &recorder, 105, reading), (good, Some(105)));
+    assert_eq!(publish(&mut board, &recorder, 105, reading), (good, None));
+    // A clock that was set back holds nothing up.
+    assert_eq!(publish(&mut board, &recorder, 50, reading), (good, None));
+    assert_eq!(publish(&mut board, &recorder, 106, CHANGE), (good, Some(106)));
+}
+
+#[test]
+fn what_is_of_the_past_says_so() {
+    let recorder = Recorder::new();
+    let mut board = board(&recorder);
+    let entry_time = Some(UNIX_EPOCH + Duration::from_secs(70));
+    let past = Origin { is_change: true, is_replayed: true, entry_time };
+    assert_eq!(publish(&mut board, &recorder, 60, past), (Quality::Good, Some(60)));
+    assert_eq!(publish(&mut board, &recorder, 60, past), (Quality::Good, Some(60)));
+    let lost = TimeQuality { clock_failure: true, ..TimeQuality::SYNCHRONIZED };
+    let doubtful = (Quality::Uncertain(Reason::Unknown), None);
+    assert_eq!(publish_with(&mut board, &recorder, 61, past, lost), doubtful);
+    let present = Origin { is_replayed: false, ..past };
+    assert_eq!(publish_with(&mut board, &recorder, 61, present, lost), (Quality::Good, None));
+}
+
+#[test]
+fn a_value_without_its_quality_is_not_good() {
+    let recorder = Recorder::new();
+    let mut board = board(&recorder);
+    let alone = Share { value: Some(vec![]), quality: None, time: None };
+    board.take(0, &alone, &data::Value::Float32(2.0));
+    board.commit(CHANGE);
+    board.flush();
+    let sample = recorder.latest(1).unwrap();
+    assert_eq!(sample.quality, Quality::Uncertain(Reason::Unknown));
+    // And one that is no quality makes it bad.
+    board.take(0, &SHARE(), &data::Value::Structure(vec![data::Value::Float32(2.0); 3]));
+    board.commit(CHANGE);
+    board.flush();
+    assert_eq!(recorder.latest(1).unwrap().quality, Quality::Bad(Reason::Configuration));
+}
+
+#[test]
+fn what_was_known_is_forgotten_with_the_connection() {
+    let recorder = Recorder::new();
+    let mut board = board(&recorder);
+    publish(&mut board, &recorder, 100, CHANGE);
+    board.reset(Reason::Communication);
+    assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
+    let quality = Share { value: None, quality: Some(vec![1]), time: None };
+    recorder.clear();
+    // Good, and nobody knows what.
+    board.take(0, &quality, &data(1.0, 100, TimeQuality::SYNCHRONIZED));
+    board.commit(CHANGE);
+    board.flush();
+    assert_eq!(recorder.latest(1), None);
+}

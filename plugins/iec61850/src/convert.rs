@@ -1,0 +1,102 @@
+//! Data on the wire -> values, qualities and times of tags.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_sdk as sdk;
+use busbar_plugin_sdk::{DoublePoint, Reason, ValueKind};
+use iec61850_rs::common::{EntryTime, Source};
+use iec61850_rs::proto::data::{Typed, Value};
+use iec61850_rs::{Quality, UtcTime, Validity};
+
+use crate::points::Point;
+use crate::service::AccessError;
+
+/// The value of a tag; nothing where the data does not fit the tag.
+pub(crate) fn value_of(point: &Point, data: &Value) -> Option<sdk::Value> {
+    match point.kind {
+        ValueKind::Bool => data.as_bool().map(sdk::Value::Bool),
+        ValueKind::DoublePoint => {
+            let position = data.as_dbpos()?;
+            Some(sdk::Value::DoublePoint(DoublePoint::from_bits(position.to_code().into())))
+        }
+        ValueKind::I64 => integer(data).map(sdk::Value::I64),
+        ValueKind::F64 => {
+            let number = data.as_f64().or_else(|| integer(data).map(|value| value as f64))?;
+            Some(sdk::Value::F64(number * point.scale + point.offset))
+        }
+    }
+}
+
+fn integer(data: &Value) -> Option<i64> {
+    data.as_i64().or_else(|| data.as_u64().and_then(|value| value.try_into().ok()))
+}
+
+/// What data is called in messages.
+pub(crate) fn name_of(data: &Value) -> &'static str {
+    match data {
+        Value::Array(_) => "an array",
+        Value::Structure(_) => "a structure",
+        Value::Boolean(_) => "a boolean",
+        Value::BitString { unused: 6, bytes } if bytes.len() == 1 => "a double point",
+        Value::BitString { .. } => "a bit string",
+        Value::Integer(_) | Value::Unsigned(_) => "an integer",
+        Value::Float32(_) | Value::Float64(_) => "a floating-point number",
+        Value::OctetString(_) => "an octet string",
+        Value::VisibleString(_) | Value::MmsString(_) => "a text",
+        Value::UtcTime(_) | Value::BinaryTime(_) => "a time",
+        Value::Other { .. } => "of another type",
+    }
+}
+
+/// Quality by the bits of IEC 61850-7-3, 6.2, the worst first. The README has it as a
+/// table.
+pub(crate) fn quality_of(quality: Quality) -> sdk::Quality {
+    use sdk::Quality::{Bad, Good, Uncertain};
+    let is_out_of_range = quality.overflow || quality.out_of_range;
+    match quality.validity {
+        _ if quality.failure => Bad(Reason::Sensor),
+        _ if quality.old_data => Bad(Reason::Communication),
+        Validity::Invalid if is_out_of_range => Bad(Reason::OutOfRange),
+        Validity::Invalid => Bad(Reason::Sensor),
+        Validity::Reserved => Bad(Reason::Unknown),
+        // What is put in for a test must not be taken for the process.
+        _ if quality.test => Bad(Reason::Unknown),
+        _ if is_out_of_range => Uncertain(Reason::OutOfRange),
+        Validity::Questionable => Uncertain(Reason::Unknown),
+        Validity::Good => {
+            let is_doubtful = quality.bad_reference
+                || quality.oscillatory
+                || quality.inconsistent
+                || quality.inaccurate
+                || quality.source == Source::Substituted
+                || quality.operator_blocked;
+            if is_doubtful { Uncertain(Reason::Unknown) } else { Good }
+        }
+    }
+}
+
+/// What is wrong with a tag whose variable the server does not hand out.
+pub(crate) fn reason_of(error: AccessError) -> Reason {
+    match error {
+        AccessError::HARDWARE_FAULT => Reason::Sensor,
+        AccessError::TEMPORARILY_UNAVAILABLE => Reason::Communication,
+        _ => Reason::Configuration,
+    }
+}
+
+/// A time that can be relied on (IEC 61850-7-2, 6.1.2.9): neither one that was never set,
+/// nor one of a clock that failed or is not synchronised.
+pub(crate) fn time_of(time: UtcTime) -> Option<SystemTime> {
+    let is_sound = !time.quality.clock_failure && !time.quality.clock_not_synchronized;
+    (is_sound && time.seconds != 0).then(|| UNIX_EPOCH + Duration::from_nanos(time.to_unix_nanos()))
+}
+
+/// The time of a report's entry, if it was set.
+pub(crate) fn entry_time_of(time: EntryTime) -> Option<SystemTime> {
+    (time != EntryTime::default())
+        .then(|| UNIX_EPOCH + Duration::from_millis(time.to_unix_millis()))
+}
+
+#[cfg(test)]
+#[path = "convert_tests.rs"]
+mod tests;

@@ -1,0 +1,275 @@
+//! The server behind its connections: what to ask it, and what comes of its answers.
+
+mod reporting;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use busbar_plugin_sdk::{Host, LogLevel, Reason, SampleSink};
+use iec61850_rs::proto::data::Value;
+use iec61850_rs::proto::mms::typespec::TypeSpec;
+
+use crate::block::ReportBlock;
+use crate::board::{Board, Origin};
+use crate::control::Control;
+use crate::convert::reason_of;
+use crate::locate::{Place, Share, locate};
+use crate::points::Points;
+use crate::service::{AccessError, Answer, Name, Request};
+use crate::settings::Config;
+
+/// Variables of one read request, where messages are large enough.
+const MAX_READ: usize = 60;
+/// Bytes of an answer that one variable may take.
+const VARIABLE_BYTES: usize = 400;
+
+/// What a request is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Job {
+    /// The type of a data object.
+    Type(usize),
+    /// The values of variables.
+    Read(Vec<usize>),
+    /// The next step of a control block.
+    Control(usize),
+    /// To hear something.
+    Test,
+}
+
+/// Something that is read at once, with all points in it.
+#[derive(Debug)]
+struct Variable {
+    name: Name,
+    points: Vec<(usize, Share)>,
+}
+
+pub(crate) struct Server {
+    board: Board,
+    objects: Vec<(Name, Range<usize>)>,
+    /// By point, where it is known.
+    places: Vec<Option<Place>>,
+    variables: Vec<Variable>,
+    controls: Vec<Control>,
+    queue: VecDeque<Job>,
+    /// Data objects whose type is not known yet.
+    types_left: usize,
+    /// Variables whose values are asked for.
+    reads_open: usize,
+    poll: Duration,
+    next_poll: Option<Instant>,
+    max_read: usize,
+    is_unreadable_told: bool,
+}
+
+impl Server {
+    pub(crate) fn new(config: &Config, points: Points, sink: SampleSink, host: Host) -> Self {
+        let objects = points.objects();
+        let places = vec![None; points.all().len()];
+        let server = config.endpoints[0].to_string();
+        Self {
+            board: Board::new(points, sink, host, server),
+            objects,
+            places,
+            variables: Vec::new(),
+            controls: controls_of(config),
+            queue: VecDeque::new(),
+            types_left: 0,
+            reads_open: 0,
+            poll: config.poll,
+            next_poll: None,
+            max_read: MAX_READ,
+            is_unreadable_told: false,
+        }
+    }
+
+    /// There is an association: nothing is known of the server.
+    pub(crate) fn begin(&mut self) {
+        self.board.reset(Reason::NotConnected);
+        self.places.fill(None);
+        self.variables.clear();
+        self.controls.iter_mut().for_each(Control::begin);
+        self.queue = (0..self.objects.len()).map(Job::Type).collect();
+        self.types_left = self.objects.len();
+        (self.reads_open, self.next_poll, self.max_read) = (0, None, MAX_READ);
+    }
+
+    /// There is none any more, or none yet.
+    pub(crate) fn end(&mut self, reason: Reason) {
+        self.board.reset(reason);
+        self.queue.clear();
+        self.next_poll = None;
+    }
+
+    /// Publishes what came.
+    pub(crate) fn flush(&mut self) {
+        self.board.flush();
+    }
+
+    /// What to ask now, with messages of at most so many bytes.
+    pub(crate) fn next_request(
+        &mut self,
+        now: Instant,
+        max_message: usize,
+    ) -> Option<(Job, Request)> {
+        if self.types_left == 0 {
+            self.make_up_for_late(now);
+            for (index, control) in self.controls.iter_mut().enumerate() {
+                if let Some(request) = control.next_request(now) {
+                    return Some((Job::Control(index), request));
+                }
+            }
+            self.max_read = self.max_read.min(max_message / VARIABLE_BYTES).max(1);
+            self.queue_poll(now);
+        }
+        let job = self.queue.pop_front()?;
+        let request = match &job {
+            Job::Type(object) => Request::Type(self.objects[*object].0.clone()),
+            Job::Read(variables) => {
+                let name = |index: &usize| self.variables[*index].name.clone();
+                Request::Read(variables.iter().map(name).collect())
+            }
+            // Neither waits in the queue.
+            Job::Control(_) | Job::Test => return None,
+        };
+        Some((job, request))
+    }
+
+    /// When [`Server::next_request`] has something that it has not now.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        let retries = self.controls.iter().filter_map(Control::deadline);
+        let poll = self.next_poll.filter(|_| self.reads_open == 0);
+        if self.types_left > 0 { None } else { retries.chain(poll).min() }
+    }
+
+    /// Takes an answer.
+    pub(crate) fn heed(&mut self, job: Job, answer: Answer, now: Instant) {
+        match job {
+            Job::Type(object) => {
+                self.take_type(object, answer);
+                self.types_left = self.types_left.saturating_sub(1);
+                if self.types_left == 0 {
+                    self.gather_variables();
+                }
+            }
+            Job::Read(variables) => self.take_values(&variables, answer),
+            Job::Control(index) => self.take_step(index, answer, now),
+            Job::Test => {}
+        }
+    }
+
+    /// Tells of a report that cannot be read, once a connection.
+    pub(crate) fn note_unreadable(&mut self, why: &str) {
+        if !std::mem::replace(&mut self.is_unreadable_told, true) {
+            self.board.log(LogLevel::Warning, &format!("a report cannot be read: {why}"));
+        }
+    }
+
+    fn take_type(&mut self, object: usize, answer: Answer) {
+        let (name, points) = self.objects[object].clone();
+        let spec: Result<TypeSpec, String> = match answer {
+            Answer::Type(spec) => Ok(spec),
+            Answer::Refused(why) => Err(format!("the server has no {name}: {why}")),
+            // Sessions hand on answers of the service that was asked for alone.
+            _ => return,
+        };
+        for index in points {
+            let path = &self.board.points().all()[index].path;
+            match spec.as_ref().map_err(Clone::clone).and_then(|spec| locate(spec, path)) {
+                Ok(place) => {
+                    self.board.note_type(index, place.has_quality());
+                    self.places[index] = Some(place);
+                }
+                Err(what) => {
+                    self.board.fail(index, Reason::Configuration);
+                    self.board.tell(index, &what);
+                }
+            }
+        }
+    }
+
+    fn gather_variables(&mut self) {
+        let mut variables: BTreeMap<Name, Vec<(usize, Share)>> = BTreeMap::new();
+        for (index, (place, point)) in self.places.iter().zip(self.board.points().all()).enumerate()
+        {
+            let Some(place) = place else { continue };
+            let name = place.variable(&point.object);
+            let below: Vec<_> = parts_below(&point.object, &name);
+            let share = place.share(&below);
+            variables.entry(name).or_default().extend(share.map(|share| (index, share)));
+        }
+        let variable = |(name, points)| Variable { name, points };
+        self.variables = variables.into_iter().map(variable).collect();
+    }
+
+    /// Asks for what no report brings, in the period of polls.
+    fn queue_poll(&mut self, now: Instant) {
+        let is_settled = self.controls.iter().all(Control::is_settled);
+        let is_due = self.next_poll.is_none_or(|at| at <= now);
+        if !is_settled || !is_due || self.reads_open > 0 {
+            return;
+        }
+        let reported = self.reported();
+        let is_polled = |&index: &usize| {
+            self.variables[index].points.iter().any(|(point, _)| !reported[*point])
+        };
+        let polled: Vec<_> = (0..self.variables.len()).filter(is_polled).collect();
+        self.queue_reads(&polled);
+        let next = self.next_poll.map_or(now, |at| at) + self.poll;
+        self.next_poll = Some(if next > now { next } else { now + self.poll });
+    }
+
+    fn queue_reads(&mut self, variables: &[usize]) {
+        self.reads_open += variables.len();
+        self.queue.extend(variables.chunks(self.max_read).map(|part| Job::Read(part.into())));
+    }
+
+    fn take_values(&mut self, variables: &[usize], answer: Answer) {
+        match answer {
+            Answer::Values(values) => {
+                for (index, value) in variables.iter().zip(&values) {
+                    self.take_value(*index, value);
+                }
+            }
+            Answer::Refused(why) if variables.len() == 1 => {
+                for (point, _) in &self.variables[variables[0]].points {
+                    self.board.fail(*point, Reason::Configuration);
+                    self.board.tell(*point, &format!("it cannot be read: {why}"));
+                }
+            }
+            // Perhaps the answer would be too long.
+            Answer::Refused(_) => {
+                self.max_read = variables.len().div_ceil(2);
+                self.queue
+                    .extend(variables.chunks(self.max_read).map(|part| Job::Read(part.into())));
+                return;
+            }
+            _ => {}
+        }
+        self.reads_open = self.reads_open.saturating_sub(variables.len());
+        self.board.commit(Origin::default());
+    }
+
+    fn take_value(&mut self, index: usize, value: &Result<Value, AccessError>) {
+        for (point, share) in &self.variables[index].points {
+            match value {
+                Ok(value) => self.board.take(*point, share, value),
+                Err(error) => {
+                    self.board.fail(*point, reason_of(*error));
+                    self.board.tell(*point, &format!("the server does not tell it: {error}"));
+                }
+            }
+        }
+    }
+}
+
+fn controls_of(config: &Config) -> Vec<Control> {
+    let control = |block: &ReportBlock| Control::new(block.clone(), config.timeout);
+    config.reports.iter().map(control).collect()
+}
+
+/// What a variable's name has beyond its data object's.
+fn parts_below<'n>(object: &Name, variable: &'n Name) -> Vec<&'n str> {
+    let below = variable.item.strip_prefix(object.item.as_str()).unwrap_or_default();
+    below.split('$').filter(|part| !part.is_empty()).collect()
+}

@@ -1,0 +1,155 @@
+//! A server of libiec61850 in a scene: what it has is in the statistics, and what it no
+//! longer vouches for is bad. The configuration is the one of the plugin's page.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use e2e::{
+    Process, Scene, Stats, available, built, built_folder, busbar, finish, wait_for, workspace_path,
+};
+use rustix::process::Signal;
+use serde_json::{Value, json};
+
+/// Long enough for a loaded machine.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+const READING: Duration = Duration::from_millis(1500);
+
+struct Server {
+    process: Process,
+    port: u16,
+    answers: usize,
+}
+
+impl Server {
+    fn start() -> Option<Self> {
+        let python = std::env::var_os("BUSBAR_PYTHON")
+            .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
+        if !available(has_library(&python), "no pyiec61850: run `cargo xtask test`") {
+            return None;
+        }
+        let mut command = Command::new(python);
+        command.arg(workspace_path("tests/peers/iec61850_server.py")).arg("{}");
+        let process = Process::start(&mut command);
+        let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
+        Some(Self { process, port, answers: 0 })
+    }
+
+    fn command(&mut self, command: &Value) {
+        self.process.write_line(&command.to_string());
+        self.answers += 1;
+        let mut left = self.answers;
+        self.process.wait_for_line(|line| {
+            assert!(!line.starts_with("ERROR"), "{line}");
+            left -= usize::from(line == "OK");
+            (left == 0).then_some(())
+        });
+    }
+}
+
+fn has_library(python: &Path) -> bool {
+    let mut command = Command::new(python);
+    command.args(["-c", "import pyiec61850.pyiec61850"]).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// The example of the plugin's page in a scene, at the port of a server.
+fn scene(port: u16) -> Scene {
+    let page = std::fs::read_to_string(workspace_path("plugins/iec61850/README.md"));
+    let page = page.expect("the plugin has a page");
+    let example = page.split("```json").nth(1).and_then(|rest| rest.split("```").next());
+    let example: Value = serde_json::from_str(example.expect("it has an example")).expect("JSON");
+    let mut scene = Scene::without_tags();
+    let library =
+        built(built_folder().join(scene.library("iec61850").file_name().expect("a name")));
+    std::fs::copy(library, scene.library("iec61850")).expect("it can be copied");
+    scene.config["plugins"]["ied"] = example["plugins"]["ied"].clone();
+    scene.config["tags"] = example["tags"].clone();
+    let settings = &mut scene.config["plugins"]["ied"]["settings"];
+    settings["port"] = json!(port);
+    settings["timeout_millis"] = json!(600);
+    scene
+}
+
+fn rendering(scene: &Scene, seconds: f64) -> Command {
+    let mut command = busbar();
+    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
+    command.arg("--out").arg(scene.path("picture.png"));
+    command.arg("--stats").arg(scene.path("stats.json"));
+    command.args(["--seconds", &seconds.to_string()]);
+    command
+}
+
+fn stats(scene: &Scene) -> Stats {
+    Stats::read(&scene.path("stats.json"))
+}
+
+fn set_values(server: &mut Server) {
+    for (object, values, quality) in [
+        ("LD0/XCBR1.Pos", json!({"stVal": {"dbpos": 2}}), 0),
+        ("LD0/MMXU1.TotW", json!({"mag.f": 63_500_000.0}), 0b11 | 8),
+        ("LD0/XCBR1.OpCnt", json!({"actVal": {"int64": 1234}}), 0),
+    ] {
+        server.command(&json!({"object": object, "values": values, "quality": quality}));
+    }
+}
+
+#[test]
+fn values_are_those_of_the_server() {
+    let Some(mut server) = Server::start() else { return };
+    set_values(&mut server);
+    for isolation in ["process", "none"] {
+        let mut scene = scene(server.port);
+        scene.config["isolation"] = json!(isolation);
+        scene.config["tags"]["Lost"] = json!({
+            "type": "f64",
+            "source": {"plugin": "ied", "address": {"reference": "IED1LD0/MMXU7.TotW", "fc": "MX"}}
+        });
+        let output = finish(&mut rendering(&scene, 2.0)).expect_code(0);
+        let said = output.stdout + &output.stderr;
+        assert!(said.contains("the server has no IED1LD0/MMXU7$MX$TotW"), "{said}");
+        let stats = stats(&scene);
+        for (id, value, quality, reason) in [
+            ("Q1.Position", json!("closed"), "good", None),
+            ("Q1.P", json!(63.5), "uncertain", Some("out of range")),
+            ("Q1.Operations", json!(1234), "good", None),
+            ("Lost", Value::Null, "bad", Some("configuration")),
+        ] {
+            let tag = stats.tag(id);
+            assert_eq!((&tag.value, tag.quality.as_str()), (&value, quality), "{id}");
+            assert_eq!(tag.reason.as_deref(), reason, "{id}");
+        }
+    }
+}
+
+#[test]
+fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
+    for signal in [Signal::KILL, Signal::STOP] {
+        let Some(mut server) = Server::start() else { return };
+        set_values(&mut server);
+        let scene = scene(server.port);
+        let running = Process::start(&mut rendering(&scene, 5.0));
+        wait_for("a connection", PATIENCE, || has_client(server.port).then_some(()));
+        // For values to come, on a loaded machine too.
+        std::thread::sleep(READING);
+        server.process.signal(signal);
+        running.finish().expect_code(0);
+        for (id, tag) in stats(&scene).tags() {
+            let found = (tag.quality.as_str(), tag.reason.as_deref());
+            assert_eq!(found, ("bad", Some("communication")), "{id} after {signal:?}");
+        }
+        assert_eq!(stats(&scene).tag("Q1.P").value, json!(63.5), "the last value stays");
+    }
+}
+
+/// Whether somebody is connected to a local port, by the kernel's list.
+fn has_client(port: u16) -> bool {
+    let list = std::fs::read_to_string("/proc/net/tcp").unwrap_or_default();
+    let remote = format!(":{port:04X}");
+    // Local and remote address are the second and third field, the state the fourth.
+    list.lines().any(|line| {
+        let fields: Vec<_> = line.split_whitespace().collect();
+        matches!(fields[..], [_, _, peer, "01", ..] if peer.ends_with(&remote))
+    })
+}
