@@ -12,6 +12,7 @@ mod identity;
 mod link;
 mod node;
 mod points;
+pub mod probe;
 mod security;
 mod session;
 mod settings;

@@ -69,6 +69,14 @@ impl Link {
         }
     }
 
+    /// Serves one session; why it ended.
+    pub(crate) async fn serve_once(&self) -> String {
+        let Some(server) = self.config.servers.first() else { return String::new() };
+        let Err(fault) = self.serve_guarded(server).await;
+        self.board.borrow_mut().lose(Reason::Communication);
+        fault.to_string()
+    }
+
     /// A panic of the library at what a server sent ends the session alone.
     async fn serve_guarded(&self, server: &Url) -> Result<Infallible, Fault> {
         let tasks = LocalSet::new();

@@ -34,7 +34,7 @@ pub(crate) struct Subscription {
     pub(crate) id: u32,
     /// Items of the board that it has.
     pub(crate) items: Range<usize>,
-    /// Silence that is borne.
+    /// Silence that is borne: that of the server beyond a sign of life.
     limit: Duration,
     heard: Instant,
     /// Number of the notification that comes next; none before the first.
@@ -162,10 +162,9 @@ fn request_of(item: &Item, handle: usize, node: &NodeId) -> MonitoredItemCreateR
 }
 
 impl Subscription {
-    /// Whether it has been silent for longer than is borne, and for how long that is.
-    pub(crate) fn overdue(&self, now: Instant) -> Option<Duration> {
-        let silent = now.saturating_duration_since(self.heard);
-        (silent > self.limit).then_some(self.limit)
+    /// Whether it has been silent for longer than is borne.
+    pub(crate) fn is_overdue(&self, now: Instant) -> bool {
+        now.saturating_duration_since(self.heard) > self.limit
     }
 
     /// The longest that a sign of life may take.

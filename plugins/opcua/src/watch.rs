@@ -200,8 +200,8 @@ impl Watch {
     }
 
     fn check_silence(&self) -> Result<(), Fault> {
-        let overdue = self.subscriptions.iter().find_map(|one| one.overdue(now()));
-        overdue.map_or(Ok(()), |limit| Err(Fault::Silent(limit)))
+        let is_overdue = self.subscriptions.iter().any(|one| one.is_overdue(now()));
+        if is_overdue { Err(Fault::Silent(self.config.silence)) } else { Ok(()) }
     }
 
     fn heed(&mut self, answer: Result<Box<PublishResponse>, Fault>) -> Result<(), Fault> {
@@ -213,7 +213,7 @@ impl Watch {
                 self.wanted = self.waiting.max(1);
                 return Ok(());
             }
-            Err(Fault::NoAnswer(limit)) => return Err(Fault::Silent(limit)),
+            Err(Fault::NoAnswer(_)) => return Err(Fault::Silent(self.config.silence)),
             Err(fault) => return Err(fault),
         };
         let found = self.subscriptions.iter_mut().find(|one| one.id == answer.subscription_id);

@@ -236,6 +236,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "gas_analysis",
             "iec104",
             "modbus_adapter",
+            "opcua",
             "replay",
             "sql_adapter",
         ],
