@@ -1,1 +1,99 @@
-//! OPC UA telemetry and alarms.
+//! OPC UA telemetry: reads the values of one server by subscriptions.
+//!
+//! The JSON of settings and tag addresses is described in the crate's README.md. One
+//! thread serves a server. It reads, and calls no method and writes no value.
+
+mod board;
+mod client;
+mod convert;
+mod fault;
+mod guard;
+mod identity;
+mod link;
+mod node;
+mod points;
+pub mod probe;
+mod security;
+mod session;
+mod settings;
+mod subscription;
+#[cfg(test)]
+mod tests;
+mod url;
+mod watch;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use busbar_link::{IoLoop, TcpDial};
+use busbar_plugin_sdk::{
+    Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+};
+use tokio::time::sleep;
+
+use crate::board::Board;
+use crate::link::{CLOSE_LIMIT, Link, World};
+use crate::points::Points;
+use crate::settings::Config;
+pub use crate::settings::Settings;
+
+/// The plugin.
+pub struct OpcUa {
+    config: Config,
+    host: Host,
+    /// Serves the server; dropped to end that.
+    worker: Option<Worker>,
+}
+
+impl Plugin for OpcUa {
+    const ID: &'static str = "opcua";
+    const NAME: &'static str = "OPC UA";
+    const VERSION: &'static str = env!("CARGO_PKG_VERSION");
+    const DESCRIPTION: &'static str = "Reads an OPC UA server by subscriptions.";
+    type Settings = Settings;
+
+    fn create(settings: Settings, host: Host) -> Result<Self, Error> {
+        Ok(Self { config: settings.parse()?, host, worker: None })
+    }
+}
+
+impl Telemetry for OpcUa {
+    fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
+        Points::parse(tags, &self.config).map(|_| ())
+    }
+
+    fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
+        self.stop();
+        let points = Points::parse(&tags, &self.config)?;
+        if points.all.is_empty() {
+            return Ok(());
+        }
+        let io_loop = IoLoop::new(self.config.servers.len())
+            .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
+        let name = format!("opcua:{}", self.config.servers[0].endpoint.port);
+        let (config, host) = (self.config.clone(), self.host.clone());
+        let world = World { dial: Arc::new(TcpDial { tls: None }), wall_clock: SystemTime::now };
+        self.worker = Some(Worker::start(&self.host, &name, move |running| {
+            let (stop, stopped) = tokio::sync::watch::channel(false);
+            let board = Board::new(points, config.confirm_unchanged, sink.clone(), host.clone());
+            let board = Rc::new(RefCell::new(board));
+            let link = Link { config, board, sink, host, world, stop: stopped };
+            let ended = async {
+                running.stopped().await;
+                // The link says goodbye, which ends its work first.
+                stop.send_replace(true);
+                sleep(CLOSE_LIMIT).await;
+            };
+            io_loop.run_until(ended, link.run());
+        })?);
+        Ok(())
+    }
+
+    fn stop(&mut self) {
+        self.worker = None;
+    }
+}
+
+export_plugin!(OpcUa: telemetry);

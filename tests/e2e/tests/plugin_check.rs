@@ -196,12 +196,21 @@ fn shipped_plugins_pass() {
         },
         "tags": [{ "kind": "f64", "address": { "query": "row", "column": "oil" } }],
     });
+    let server = json!({
+        "settings": { "url": "opc.tcp://127.0.0.1:1" },
+        "tags": [
+            { "kind": "f64", "address": { "node": "ns=2;s=P" } },
+            { "kind": "double_point", "address": { "node": "i=7", "states": { "OPEN": "off" } } },
+        ],
+    });
     for (plugin, sample, most_skipped) in [
         ("modbus_adapter", modbus, 0),
         // A line is read, not simulated.
         ("modbus_adapter", line, 2),
         ("iec104", station, 0),
         ("iec61850", ied, 0),
+        // It reads, and simulates no server.
+        ("opcua", server, 2),
         ("replay", replay, 0),
         ("sql_adapter", database, 0),
         ("sql_adapter", file, 0),

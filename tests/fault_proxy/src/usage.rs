@@ -1,6 +1,10 @@
 //! What this process holds, so that a test sees what is left behind.
 
 use std::fs;
+use std::sync::Once;
+
+/// An event loop leaves descriptors for signals behind, once a process.
+static EVENT_LOOP: Once = Once::new();
 
 /// Descriptors and threads of this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +21,9 @@ impl Usage {
     /// # Panics
     /// Where there is no `/proc`.
     pub fn now() -> Self {
+        EVENT_LOOP.call_once(|| {
+            drop(tokio::runtime::Builder::new_current_thread().enable_all().build());
+        });
         let count = |path| fs::read_dir(path).expect("Linux has it").count();
         Self { descriptors: count("/proc/self/fd"), threads: count("/proc/self/task") }
     }

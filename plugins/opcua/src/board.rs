@@ -1,0 +1,172 @@
+//! The tags of a server: their last values, and what is told of them.
+
+use std::time::{Duration, Instant, SystemTime};
+
+use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink, Value};
+use opcua::types::{DataValue, StatusCode};
+
+use crate::convert::{quality_of, time_of, value_of};
+use crate::fault::in_words;
+use crate::points::Points;
+
+/// Tags that are named in the log for one kind of fault, a connection.
+const MAX_NAMED: usize = 10;
+/// A value is confirmed as soon as this share of its freshness is over.
+const CONFIRMED_AFTER: u32 = 4;
+/// A value whose source time is older than this share of its freshness when it comes is
+/// confirmed at once.
+const OLD_AFTER: u32 = 2;
+
+/// Samples of values, and values that go on.
+pub(crate) struct Board {
+    points: Points,
+    last: Vec<Last>,
+    batch: Vec<Sample>,
+    /// Faults named since the connection was made.
+    named: usize,
+    confirm: bool,
+    sink: SampleSink,
+    host: Host,
+}
+
+/// What was told of a tag.
+#[derive(Clone, Copy, Default)]
+struct Last {
+    /// A value that may be confirmed, with its quality.
+    value: Option<(Value, Quality)>,
+    told: Option<Instant>,
+}
+
+impl Board {
+    pub(crate) fn new(points: Points, confirm: bool, sink: SampleSink, host: Host) -> Self {
+        let last = vec![Last::default(); points.all.len()];
+        Self { points, last, batch: Vec::new(), named: 0, confirm, sink, host }
+    }
+
+    pub(crate) fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// No tag has a value, for this reason.
+    pub(crate) fn lose(&mut self, reason: Reason) {
+        self.last.fill(Last::default());
+        self.batch.clear();
+        self.named = 0;
+        self.sink.publish_bad(self.points.tags(), reason);
+    }
+
+    /// Takes what a server reports of an item.
+    pub(crate) fn take(&mut self, item: usize, value: &DataValue, now: Instant, wall: SystemTime) {
+        let points = self.points.items.get(item).map(|item| item.points.len()).unwrap_or_default();
+        for place in 0..points {
+            let index = self.points.items[item].points[place];
+            self.take_for(index, value, now, wall);
+        }
+    }
+
+    fn take_for(&mut self, index: usize, data: &DataValue, now: Instant, wall: SystemTime) {
+        let point = &self.points.all[index];
+        let quality = quality_of(data.status.unwrap_or(StatusCode::Good));
+        let source_time = data.source_timestamp.as_ref().and_then(time_of);
+        let variant = data.value.as_ref().filter(|value| !value.is_empty());
+        let mut sample = Sample { tag: point.tag, value: None, quality, source_time };
+        match variant.map(|variant| value_of(point, variant)) {
+            Some(Ok(value)) => sample.value = Some(value),
+            // Nobody knows what it would be.
+            None if !matches!(quality, Quality::Bad(_)) => {
+                sample.quality = Quality::Bad(Reason::Unknown);
+            }
+            None => {}
+            Some(Err(what)) => {
+                if !matches!(quality, Quality::Bad(_)) {
+                    sample.quality = Quality::Bad(Reason::Configuration);
+                }
+                let text = format!("tag '{}': {what}", point.id);
+                self.name(LogLevel::Warning, &text);
+            }
+        }
+        self.batch.push(sample);
+        let is_kept = !matches!(sample.quality, Quality::Bad(_));
+        let kept = sample.value.filter(|_| is_kept).map(|value| (value, sample.quality));
+        self.last[index] = Last { value: kept, told: Some(now) };
+        let age = source_time.and_then(|time| wall.duration_since(time).ok());
+        let limit = self.points.all[index].freshness / OLD_AFTER;
+        if self.confirm && age.is_some_and(|age| age > limit) {
+            self.confirm_one(index, now);
+        }
+    }
+
+    /// The subscription of these items lives, and reported no change of them.
+    pub(crate) fn confirm(&mut self, items: std::ops::Range<usize>, now: Instant) {
+        if !self.confirm {
+            return;
+        }
+        for item in items {
+            for place in 0..self.points.items[item].points.len() {
+                let index = self.points.items[item].points[place];
+                let due = self.points.all[index].freshness / CONFIRMED_AFTER;
+                let told = self.last[index].told;
+                if told.is_some_and(|told| now.saturating_duration_since(told) >= due) {
+                    self.confirm_one(index, now);
+                }
+            }
+        }
+    }
+
+    /// Its source time is that of its last change, and orders nothing any more: what is
+    /// known is that the value is so now.
+    fn confirm_one(&mut self, index: usize, now: Instant) {
+        let last = &mut self.last[index];
+        let Some((value, quality)) = last.value else { return };
+        last.told = Some(now);
+        let tag = self.points.all[index].tag;
+        self.batch.push(Sample { tag, value: Some(value), quality, source_time: None });
+    }
+
+    /// The server does not serve an item.
+    pub(crate) fn refuse(&mut self, item: usize, status: StatusCode) {
+        let Some(refused) = self.points.items.get(item) else { return };
+        let quality = match quality_of(status) {
+            Quality::Bad(reason) => reason,
+            _ => Reason::Configuration,
+        };
+        let points = refused.points.clone();
+        let node = refused.node.to_string();
+        for index in points {
+            self.last[index] = Last::default();
+            self.batch.push(Sample::bad(self.points.all[index].tag, quality));
+            let text =
+                format!("tag '{}': node {node}: {}", self.points.all[index].id, in_words(status));
+            self.name(LogLevel::Warning, &text);
+        }
+    }
+
+    /// Says what is wrong with a tag, as long as there are not too many.
+    fn name(&mut self, level: LogLevel, text: &str) {
+        self.named += 1;
+        match self.named.cmp(&(MAX_NAMED + 1)) {
+            std::cmp::Ordering::Less => self.host.log(level, text),
+            std::cmp::Ordering::Equal => {
+                self.host.log(level, "further tags are not named until the next connection");
+            }
+            std::cmp::Ordering::Greater => {}
+        }
+    }
+
+    /// Hands on what came.
+    pub(crate) fn flush(&mut self) {
+        if !self.batch.is_empty() {
+            self.sink.publish(&self.batch);
+            self.batch.clear();
+        }
+    }
+
+    /// The shortest freshness of a tag.
+    pub(crate) fn min_freshness(&self) -> Option<Duration> {
+        self.points.all.iter().map(|point| point.freshness).min()
+    }
+}
+
+#[cfg(test)]
+#[path = "board_tests.rs"]
+mod tests;

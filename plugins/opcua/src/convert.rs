@@ -1,0 +1,236 @@
+//! Values, status codes and times of OPC UA -> values, qualities and times of tags.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+use opcua::types::{DateTime, StatusCode, Variant, status_code::StatusCodeLimit};
+
+use crate::points::{Point, State};
+
+/// The longest text that is looked at as a value, bytes.
+const MAX_TEXT_BYTES: usize = 256;
+/// What makes a status code: severity and sub-code (OPC 10000-4, 7.38.1).
+const CODE_BITS: u32 = 0xFFFF_0000;
+/// From here on the integers of a float are no longer those of an i64.
+const I64_END: f64 = 9_223_372_036_854_775_808.0;
+/// 1601-01-01 before 1970-01-01, in ticks of 100 ns (OPC 10000-6, 5.2.2.5).
+const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
+const NANOS_PER_TICK: u64 = 100;
+
+/// The value of a tag.
+///
+/// # Errors
+/// What does not fit, in words.
+pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String> {
+    let variant = match (variant, point.index) {
+        (Variant::Array(array), Some(index)) => array.values.get(index).ok_or_else(|| {
+            format!("the array has {} elements: correct `index`", array.values.len())
+        })?,
+        (Variant::Array(array), None) => {
+            let count = array.values.len();
+            return Err(format!("it is an array of {count}: name an element by `index`, from 0"));
+        }
+        (_, Some(_)) => return Err("it is no array: remove `index`".into()),
+        (scalar, None) => scalar,
+    };
+    if let Some(bit) = point.bit {
+        return bits(variant)
+            .map(|bits| Value::Bool(bits >> bit & 1 == 1))
+            .ok_or_else(|| format!("{} has no bits: remove `bit`", name_of(variant)));
+    }
+    if !point.states.is_empty() {
+        return state_of(point, variant);
+    }
+    if let Some(text) = text_of(variant) {
+        return short(text)
+            .and_then(|text| point.kind.parse(text))
+            .ok_or_else(|| "a text that is no such value: give the tag's address `states`".into());
+    }
+    let value = match point.kind {
+        ValueKind::F64 => number(variant).map(|raw| Value::F64(raw * point.scale + point.offset)),
+        ValueKind::I64 => integer(variant).map(Value::I64),
+        ValueKind::Bool => match (variant, integer(variant)) {
+            (Variant::Boolean(value), _) => Some(Value::Bool(*value)),
+            (_, Some(value @ 0..=1)) => Some(Value::Bool(value == 1)),
+            _ => None,
+        },
+        // Dbpos (IEC 61850-7-3) has the same codes.
+        ValueKind::DoublePoint => match integer(variant) {
+            Some(bits @ 0..=3) => {
+                Some(Value::DoublePoint(DoublePoint::from_bits(bits.unsigned_abs())))
+            }
+            _ => None,
+        },
+    };
+    value.ok_or_else(|| {
+        let kind = match point.kind {
+            ValueKind::F64 => "f64",
+            ValueKind::I64 => "i64",
+            ValueKind::Bool => "bool",
+            ValueKind::DoublePoint => "double_point",
+        };
+        format!("{} is no {kind}: correct the tag's type or its node", name_of(variant))
+    })
+}
+
+/// A state by the names of the tag's address.
+fn state_of(point: &Point, variant: &Variant) -> Result<Value, String> {
+    let written = match (variant, text_of(variant)) {
+        (_, Some(text)) => short(text).map(str::to_owned),
+        (Variant::Boolean(value), _) => Some(value.to_string()),
+        _ => integer(variant).map(|value| value.to_string()),
+    };
+    let state = written.and_then(|written| point.states.get(&written));
+    match state {
+        Some(State::Bool(value)) => Ok(Value::Bool(*value)),
+        Some(State::DoublePoint(value)) => Ok(Value::DoublePoint(*value)),
+        None => Err(format!("{} is none of the tag's `states`: add it there", name_of(variant))),
+    }
+}
+
+/// Quality by status code (OPC 10000-4, 7.38; OPC 10000-8, 6.3). The table is in README.md.
+pub(crate) fn quality_of(status: StatusCode) -> Quality {
+    let code = StatusCode::from(status.bits() & CODE_BITS);
+    if status.is_good() {
+        return match (code, status.limit()) {
+            // As where IEC 60870-5-104 says that a value is substituted.
+            (StatusCode::GoodLocalOverride, _) => Quality::Uncertain(Reason::Unknown),
+            (_, StatusCodeLimit::Low | StatusCodeLimit::High) => {
+                Quality::Uncertain(Reason::OutOfRange)
+            }
+            _ => Quality::Good,
+        };
+    }
+    if status.is_uncertain() {
+        return match code {
+            // What used to update the value does so no longer: it is no measurement of now.
+            StatusCode::UncertainNoCommunicationLastUsableValue
+            | StatusCode::UncertainLastUsableValue => Quality::Bad(Reason::Communication),
+            StatusCode::UncertainSensorNotAccurate | StatusCode::UncertainSensorCalibration => {
+                Quality::Uncertain(Reason::Sensor)
+            }
+            StatusCode::UncertainEngineeringUnitsExceeded => Quality::Uncertain(Reason::OutOfRange),
+            _ => Quality::Uncertain(Reason::Unknown),
+        };
+    }
+    Quality::Bad(match code {
+        StatusCode::BadSensorFailure | StatusCode::BadDeviceFailure => Reason::Sensor,
+        StatusCode::BadNotConnected | StatusCode::BadWaitingForInitialData => Reason::NotConnected,
+        StatusCode::BadNoCommunication
+        | StatusCode::BadCommunicationError
+        | StatusCode::BadTimeout
+        | StatusCode::BadServerNotConnected
+        | StatusCode::BadConnectionClosed
+        | StatusCode::BadShutdown
+        | StatusCode::BadServerHalted => Reason::Communication,
+        StatusCode::BadOutOfRange => Reason::OutOfRange,
+        StatusCode::BadConfigurationError
+        | StatusCode::BadNodeIdUnknown
+        | StatusCode::BadNodeIdInvalid
+        | StatusCode::BadAttributeIdInvalid
+        | StatusCode::BadIndexRangeInvalid
+        | StatusCode::BadIndexRangeNoData
+        | StatusCode::BadDataEncodingInvalid
+        | StatusCode::BadDataEncodingUnsupported
+        | StatusCode::BadMonitoredItemFilterInvalid
+        | StatusCode::BadMonitoredItemFilterUnsupported
+        | StatusCode::BadFilterNotAllowed
+        | StatusCode::BadDeadbandFilterInvalid
+        | StatusCode::BadTooManyMonitoredItems
+        | StatusCode::BadNotReadable
+        | StatusCode::BadUserAccessDenied
+        | StatusCode::BadTypeMismatch => Reason::Configuration,
+        _ => Reason::Unknown,
+    })
+}
+
+/// An instant; none where there is no time, or none that can be counted from 1970.
+pub(crate) fn time_of(time: &DateTime) -> Option<SystemTime> {
+    let ticks = time.checked_ticks();
+    // The last tick means a time without end.
+    let since = u64::try_from(ticks.checked_sub(TICKS_TO_1970)?).ok()?;
+    if ticks == 0 || ticks == i64::MAX {
+        return None;
+    }
+    UNIX_EPOCH.checked_add(Duration::from_nanos(since.checked_mul(NANOS_PER_TICK)?))
+}
+
+fn text_of(variant: &Variant) -> Option<&str> {
+    match variant {
+        Variant::String(text) => Some(text.as_ref()),
+        Variant::LocalizedText(text) => Some(text.text.as_ref()),
+        _ => None,
+    }
+}
+
+fn short(text: &str) -> Option<&str> {
+    (text.len() <= MAX_TEXT_BYTES).then(|| text.trim())
+}
+
+fn number(variant: &Variant) -> Option<f64> {
+    Some(match variant {
+        Variant::Float(value) => f64::from(*value),
+        Variant::Double(value) => *value,
+        Variant::UInt64(value) => *value as f64,
+        Variant::DateTime(time) => time_of(time)?.duration_since(UNIX_EPOCH).ok()?.as_secs_f64(),
+        other => integer(other)? as f64,
+    })
+}
+
+fn integer(variant: &Variant) -> Option<i64> {
+    Some(match variant {
+        Variant::SByte(value) => (*value).into(),
+        Variant::Byte(value) => (*value).into(),
+        Variant::Int16(value) => (*value).into(),
+        Variant::UInt16(value) => (*value).into(),
+        Variant::Int32(value) => (*value).into(),
+        Variant::UInt32(value) => (*value).into(),
+        Variant::Int64(value) => *value,
+        Variant::UInt64(value) => i64::try_from(*value).ok()?,
+        Variant::StatusCode(status) => status.bits().into(),
+        Variant::Float(value) => whole(f64::from(*value))?,
+        Variant::Double(value) => whole(*value)?,
+        Variant::DateTime(time) => {
+            let since = time_of(time)?.duration_since(UNIX_EPOCH).ok()?;
+            i64::try_from(since.as_millis()).ok()?
+        }
+        _ => return None,
+    })
+}
+
+fn whole(value: f64) -> Option<i64> {
+    let fits = value.fract() == 0.0 && (-I64_END..I64_END).contains(&value);
+    fits.then_some(value as i64)
+}
+
+fn bits(variant: &Variant) -> Option<u64> {
+    Some(match variant {
+        Variant::SByte(value) => u64::from(value.cast_unsigned()),
+        Variant::Int16(value) => u64::from(value.cast_unsigned()),
+        Variant::Int32(value) => u64::from(value.cast_unsigned()),
+        Variant::Int64(value) => value.cast_unsigned(),
+        Variant::UInt64(value) => *value,
+        Variant::Byte(value) => (*value).into(),
+        Variant::UInt16(value) => (*value).into(),
+        Variant::UInt32(value) => (*value).into(),
+        _ => return None,
+    })
+}
+
+fn name_of(variant: &Variant) -> &'static str {
+    match variant {
+        Variant::Empty => "no value",
+        Variant::Boolean(_) => "a Boolean",
+        Variant::Float(_) | Variant::Double(_) => "a floating-point number",
+        Variant::String(_) | Variant::LocalizedText(_) => "a text",
+        Variant::DateTime(_) => "a time",
+        Variant::ExtensionObject(_) => "a structure",
+        Variant::Array(_) => "an array",
+        other if bits(other).is_some() => "an integer",
+        _ => "a value of this type",
+    }
+}
+
+#[cfg(test)]
+#[path = "convert_tests.rs"]
+mod tests;

@@ -1,0 +1,75 @@
+//! Why there is no connection to a server, in words for operators.
+
+use std::time::Duration;
+
+use busbar_link::ConnectFault;
+use opcua::types::{Error as LibraryError, StatusCode};
+use thiserror::Error;
+
+/// Longest text of a server that is repeated, characters.
+const MAX_WORDS: usize = 200;
+
+/// Why a connection was not made, or ended.
+#[derive(Debug, Error)]
+pub(crate) enum Fault {
+    #[error("{0}")]
+    Connect(#[from] ConnectFault),
+    #[error("the server did not answer within {} ms; does it speak OPC UA on this port?", .0.as_millis())]
+    NoAnswer(Duration),
+    #[error("the server was silent for {} ms", .0.as_millis())]
+    Silent(Duration),
+    #[error("{0}")]
+    Lost(String),
+    #[error("{what}: {}", in_words(*.status))]
+    Refused { what: &'static str, status: StatusCode },
+    #[error(
+        "the server offers no {wanted}; it offers {offered}: correct the setting security, or the \
+         server"
+    )]
+    NoEndpoint { wanted: String, offered: String },
+    #[error("security: {0}")]
+    Security(String),
+    #[error("user: {0}")]
+    User(String),
+    #[error("{0}: {1}")]
+    Library(&'static str, String),
+    #[error("the server broke the rules: {0}")]
+    Server(&'static str),
+    #[error("what the server sent made the OPC UA library panic")]
+    Panic,
+    #[error("stopped")]
+    Stopped,
+}
+
+impl Fault {
+    /// What the library says of a service.
+    pub(crate) fn of(what: &'static str, error: &LibraryError, limit: Duration) -> Self {
+        match error.status() {
+            StatusCode::BadTimeout => Self::NoAnswer(limit),
+            status @ (StatusCode::BadIdentityTokenRejected
+            | StatusCode::BadIdentityTokenInvalid
+            | StatusCode::BadUserAccessDenied) => Self::User(in_words(status)),
+            status @ (StatusCode::BadSecurityChecksFailed
+            | StatusCode::BadCertificateUntrusted
+            | StatusCode::BadCertificateInvalid
+            | StatusCode::BadCertificateUriInvalid
+            | StatusCode::BadCertificateTimeInvalid
+            | StatusCode::BadCertificateUseNotAllowed) => Self::Security(format!(
+                "{what}: {}; does the server trust our certificate?",
+                in_words(status)
+            )),
+            _ => Self::Library(what, error.to_string().chars().take(MAX_WORDS).collect()),
+        }
+    }
+}
+
+/// A status code by its name, with the standard's sentence.
+pub(crate) fn in_words(status: StatusCode) -> String {
+    let code = status.sub_code();
+    if StatusCode::from_category(code).is_good() && !status.is_good() {
+        return format!("status 0x{:08X}", status.bits());
+    }
+    let name = code.to_string();
+    let sentence = code.description();
+    if sentence.is_empty() { name } else { format!("{name} ({})", sentence.trim_end_matches('.')) }
+}

@@ -1,0 +1,242 @@
+//! Tag addresses: JSON as typed -> [`Points`], by the monitored item that serves them.
+
+use std::collections::{BTreeMap, HashMap};
+use std::time::Duration;
+
+use busbar_plugin_sdk::{DoublePoint, Error, TagSpec, ValueKind};
+use serde::Deserialize;
+use serde_json::Value as Json;
+
+use crate::node::NodeAddress;
+use crate::settings::{Config, MAX_SAMPLING_MILLIS};
+
+/// Tags of one server.
+const MAX_TAGS: usize = 100_000;
+/// Names of states in one address.
+const MAX_STATES: usize = 64;
+/// Values of one item that a server may keep between two publishing intervals.
+const MAX_QUEUE: u32 = 1000;
+/// The last bit of an integer.
+const MAX_BIT: u8 = 63;
+
+/// A tag that can be served.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Point {
+    /// Handle of the tag.
+    pub(crate) tag: u32,
+    /// Id of the tag, for messages.
+    pub(crate) id: String,
+    pub(crate) kind: ValueKind,
+    pub(crate) freshness: Duration,
+    /// Element of an array that is the tag.
+    pub(crate) index: Option<usize>,
+    /// Bit of an integer that is the tag.
+    pub(crate) bit: Option<u8>,
+    pub(crate) scale: f64,
+    pub(crate) offset: f64,
+    /// What texts, numbers and truth values mean; empty where a value speaks for itself.
+    pub(crate) states: BTreeMap<String, State>,
+}
+
+/// A state of a bool or double-point tag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum State {
+    Bool(bool),
+    DoublePoint(DoublePoint),
+}
+
+/// What a server is asked to watch, once for all tags that rest on it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Item {
+    pub(crate) node: NodeAddress,
+    pub(crate) sampling: Duration,
+    pub(crate) deadband: Deadband,
+    pub(crate) queue: u32,
+    /// Points that it serves.
+    pub(crate) points: Vec<usize>,
+}
+
+/// Which changes are not reported (OPC 10000-4, 7.22.2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Deadband {
+    None,
+    /// In units of the value.
+    Absolute(f64),
+    /// Of the range EURange, percent.
+    Percent(f64),
+}
+
+/// The tags of a server.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Points {
+    pub(crate) all: Vec<Point>,
+    pub(crate) items: Vec<Item>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawAddress {
+    node: String,
+    index: Option<u32>,
+    bit: Option<u8>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    #[serde(default)]
+    states: BTreeMap<String, Json>,
+    sampling_millis: Option<u64>,
+    deadband: Option<f64>,
+    deadband_percent: Option<f64>,
+    queue: Option<u32>,
+}
+
+/// What makes two tags rest on the same item.
+#[derive(PartialEq, Eq, Hash)]
+struct ItemKey(NodeAddress, Duration, [u64; 2], u32);
+
+impl Points {
+    /// Parses the addresses of all tags.
+    ///
+    /// # Errors
+    /// [`Error::settings`] with every tag at fault, each with its remedy.
+    pub(crate) fn parse(tags: &[TagSpec], config: &Config) -> Result<Self, Error> {
+        if tags.len() > MAX_TAGS {
+            return Err(Error::settings(format!(
+                "{} tags of one server; at most {MAX_TAGS} are allowed: use several instances",
+                tags.len()
+            )));
+        }
+        let (mut points, mut faults) = (Self::default(), Vec::new());
+        let mut by_key: HashMap<ItemKey, usize> = HashMap::new();
+        for tag in tags {
+            match parse_one(tag, config) {
+                Ok((point, item)) => points.add(point, item, &mut by_key),
+                Err(fault) => faults.push(fault),
+            }
+        }
+        if faults.is_empty() {
+            return Ok(points);
+        }
+        Err(Error::settings(format!(
+            "{} of {} tags cannot be served: {}",
+            faults.len(),
+            tags.len(),
+            faults.join("; ")
+        )))
+    }
+
+    /// The handles of all tags.
+    pub(crate) fn tags(&self) -> impl Iterator<Item = u32> {
+        self.all.iter().map(|point| point.tag)
+    }
+
+    fn add(&mut self, point: Point, item: Item, by_key: &mut HashMap<ItemKey, usize>) {
+        let index = self.all.len();
+        self.all.push(point);
+        let deadband = match item.deadband {
+            Deadband::None => [0, 0],
+            Deadband::Absolute(value) => [1, value.to_bits()],
+            Deadband::Percent(value) => [2, value.to_bits()],
+        };
+        let key = ItemKey(item.node.clone(), item.sampling, deadband, item.queue);
+        let place = *by_key.entry(key).or_insert_with(|| {
+            self.items.push(item);
+            self.items.len() - 1
+        });
+        self.items[place].points.push(index);
+    }
+}
+
+fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Item), String> {
+    let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
+    let fault = |what: String| format!("tag '{}': {what}", tag.id);
+    check_numbers(tag.kind, &raw).map_err(fault)?;
+    let item = Item {
+        node: NodeAddress::parse(&raw.node).map_err(fault)?,
+        sampling: raw.sampling_millis.map_or(config.sampling, Duration::from_millis),
+        deadband: match (raw.deadband, raw.deadband_percent) {
+            (Some(value), _) => Deadband::Absolute(value),
+            (None, Some(percent)) => Deadband::Percent(percent),
+            (None, None) => Deadband::None,
+        },
+        queue: raw.queue.unwrap_or(1),
+        points: Vec::new(),
+    };
+    let point = Point {
+        tag: tag.tag,
+        id: tag.id.clone(),
+        kind: tag.kind,
+        freshness: tag.freshness,
+        index: raw.index.map(|index| index as usize),
+        bit: raw.bit,
+        scale: raw.scale.unwrap_or(1.0),
+        offset: raw.offset.unwrap_or(0.0),
+        states: parse_states(tag.kind, raw.states).map_err(fault)?,
+    };
+    Ok((point, item))
+}
+
+fn check_numbers(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {
+    if (raw.scale.is_some() || raw.offset.is_some()) && kind != ValueKind::F64 {
+        return Err("scale and offset are for f64 tags: remove them".into());
+    }
+    let numbers = [("scale", raw.scale), ("offset", raw.offset)];
+    let numbers = numbers.into_iter().filter_map(|(name, value)| Some((name, value?)));
+    for (name, value) in numbers {
+        if !value.is_finite() || name == "scale" && value == 0.0 {
+            return Err(format!("{name}: {value} is no number to calculate with"));
+        }
+    }
+    if raw.bit.is_some() && (kind != ValueKind::Bool || !raw.states.is_empty()) {
+        return Err("bit is for bool tags without states: remove it".into());
+    }
+    if raw.bit.is_some_and(|bit| bit > MAX_BIT) {
+        return Err(format!("bit: 0 to {MAX_BIT}, 0 the lowest"));
+    }
+    if raw.deadband.is_some() && raw.deadband_percent.is_some() {
+        return Err("give deadband or deadband_percent, not both".into());
+    }
+    if raw.deadband.is_some_and(|band| !(band.is_finite() && band > 0.0)) {
+        return Err("deadband: give a number above 0, in units of the node".into());
+    }
+    if raw.deadband_percent.is_some_and(|band| !(band > 0.0 && band <= 100.0)) {
+        return Err("deadband_percent: above 0, at most 100".into());
+    }
+    if raw.sampling_millis.is_some_and(|sampling| sampling > MAX_SAMPLING_MILLIS) {
+        return Err(format!("sampling_millis: at most {MAX_SAMPLING_MILLIS}"));
+    }
+    if raw.queue.is_some_and(|queue| !(1..=MAX_QUEUE).contains(&queue)) {
+        return Err(format!("queue: 1 to {MAX_QUEUE}"));
+    }
+    Ok(())
+}
+
+fn parse_states(
+    kind: ValueKind,
+    raw: BTreeMap<String, Json>,
+) -> Result<BTreeMap<String, State>, String> {
+    if raw.len() > MAX_STATES {
+        return Err(format!("{} states; at most {MAX_STATES} are allowed", raw.len()));
+    }
+    let parse = |json: &Json| match (kind, json) {
+        (ValueKind::Bool, Json::Bool(value)) => Ok(State::Bool(*value)),
+        (ValueKind::Bool, _) => Err("states of a bool tag are true and false"),
+        (ValueKind::DoublePoint, json) => {
+            Ok(State::DoublePoint(match json.as_str().unwrap_or_default() {
+                "off" => DoublePoint::Off,
+                "on" => DoublePoint::On,
+                "intermediate" => DoublePoint::Intermediate,
+                "bad_state" => DoublePoint::BadState,
+                _ => return Err("states are \"off\", \"on\", \"intermediate\" and \"bad_state\""),
+            }))
+        }
+        _ => Err("states are for bool and double_point tags: remove them"),
+    };
+    raw.into_iter()
+        .map(|(name, json)| Ok((name.trim().to_owned(), parse(&json)?)))
+        .collect::<Result<_, &str>>()
+        .map_err(str::to_owned)
+}
+
+#[cfg(test)]
+#[path = "points_tests.rs"]
+mod tests;

@@ -1,0 +1,267 @@
+//! From a URL to a session that is activated (OPC 10000-4, 5.5 to 5.7).
+
+use std::time::Duration;
+
+use opcua::core::ResponseMessage;
+use opcua::crypto::{SecurityPolicy, create_signature_data, random, verify_signature_data};
+use opcua::types::{
+    ActivateSessionRequest, ApplicationDescription, ApplicationType, AttributeId,
+    CloseSessionRequest, CreateSessionRequest, CreateSessionResponse, DataValue,
+    EndpointDescription, GetEndpointsRequest, LocalizedText, MessageSecurityMode, NodeId,
+    ReadRequest, ReadValueId, SignatureData, TimestampsToReturn, UAString, UserTokenPolicy,
+    Variant,
+};
+
+use crate::client::{Client, Driver, Opening, answer};
+use crate::fault::Fault;
+use crate::identity;
+use crate::link::World;
+use crate::security::{Own, Protection, check_server, leaf, name_of};
+use crate::settings::Config;
+use crate::url::Url;
+
+/// Bytes of our nonce (OPC 10000-4, 5.7.2: at least 32).
+const NONCE_BYTES: usize = 32;
+/// Namespaces of a server.
+const MAX_NAMESPACES: usize = 10_000;
+/// Endpoints that are named in a message.
+const MAX_NAMED: usize = 12;
+/// Server_NamespaceArray (OPC 10000-6, Annex A).
+const NAMESPACE_ARRAY: u32 = 2255;
+/// Server_ServerStatus_State.
+const SERVER_STATE: u32 = 2259;
+/// Server_ServerCapabilities_OperationLimits_MaxMonitoredItemsPerCall.
+const MAX_ITEMS_PER_CALL: u32 = 11_714;
+
+/// Connects, checks who the server is, and activates a session.
+pub(crate) async fn open(
+    world: &World,
+    config: &Config,
+    server: &Url,
+) -> Result<(Client, Driver), Fault> {
+    let protection = Protection::of(config.security.as_ref());
+    let own = load_own(config, protection)?;
+    let endpoint = discover(world, config, server, protection).await?;
+    if let Some(files) = &config.security {
+        let certificate = leaf(&endpoint.server_certificate).map_err(Fault::Security)?;
+        let application = endpoint.server.application_uri.as_ref();
+        check_server(files, protection, &certificate, application).map_err(Fault::Security)?;
+    }
+    let opening = opening(world, config, server, endpoint.clone(), own.as_ref());
+    let (client, mut driver) = opening.open().await?;
+    driver.during(activate(&client, config, server, &endpoint, own.as_ref())).await?;
+    Ok((client, driver))
+}
+
+fn load_own(config: &Config, protection: Protection) -> Result<Option<Own>, Fault> {
+    let Some(files) = &config.security else { return Ok(None) };
+    let own = Own::load(&files.certificate, &files.key).map_err(Fault::Security)?;
+    own.check(protection.policy, &config.application_uri).map_err(Fault::Security)?;
+    Ok(Some(own))
+}
+
+fn opening<'a>(
+    world: &'a World,
+    config: &Config,
+    server: &'a Url,
+    endpoint: EndpointDescription,
+    own: Option<&'a Own>,
+) -> Opening<'a> {
+    let (connect, service) = (config.connect_timeout, config.silence);
+    Opening { dial: &*world.dial, server, endpoint, own, connect, service }
+}
+
+/// The endpoint that the settings ask for, as the server describes it.
+async fn discover(
+    world: &World,
+    config: &Config,
+    server: &Url,
+    protection: Protection,
+) -> Result<EndpointDescription, Fault> {
+    let plain = EndpointDescription::from((
+        server.text.as_str(),
+        SecurityPolicy::None.to_uri(),
+        MessageSecurityMode::None,
+        UserTokenPolicy::anonymous(),
+    ));
+    let (client, mut driver) = opening(world, config, server, plain, None).open().await?;
+    let request = GetEndpointsRequest {
+        request_header: client.header(client.limit()),
+        endpoint_url: server.text.as_str().into(),
+        locale_ids: None,
+        profile_uris: None,
+    };
+    let ask = async { answer!(client, "asking for endpoints", GetEndpoints, request) };
+    let endpoints = driver.during(ask).await?.endpoints.unwrap_or_default();
+    let fits = |endpoint: &&EndpointDescription| is_protected(endpoint, protection);
+    let Some(found) = endpoints.iter().find(fits) else {
+        return Err(no_endpoint(protection, &endpoints));
+    };
+    let mut found = found.clone();
+    // The library takes one certificate, where a server may send a chain.
+    if let Ok(certificate) = leaf(&found.server_certificate) {
+        found.server_certificate = certificate.as_byte_string();
+    }
+    Ok(found)
+}
+
+fn is_protected(endpoint: &EndpointDescription, protection: Protection) -> bool {
+    endpoint.security_mode == protection.mode
+        && SecurityPolicy::from_uri(endpoint.security_policy_uri.as_ref()) == protection.policy
+        && (endpoint.transport_profile_uri.is_empty()
+            || endpoint.transport_profile_uri.as_ref().ends_with("uatcp-uasc-uabinary"))
+}
+
+fn no_endpoint(wanted: Protection, endpoints: &[EndpointDescription]) -> Fault {
+    let name = |endpoint: &EndpointDescription| {
+        name_of(endpoint.security_policy_uri.as_ref(), endpoint.security_mode)
+    };
+    let mut offered: Vec<_> = endpoints.iter().map(name).collect();
+    offered.dedup();
+    offered.truncate(MAX_NAMED);
+    let offered = if offered.is_empty() { "nothing".into() } else { offered.join(", ") };
+    Fault::NoEndpoint { wanted: wanted.in_words(), offered }
+}
+
+async fn activate(
+    client: &Client,
+    config: &Config,
+    server: &Url,
+    endpoint: &EndpointDescription,
+    own: Option<&Own>,
+) -> Result<(), Fault> {
+    let nonce = random::byte_string(NONCE_BYTES);
+    let request = CreateSessionRequest {
+        request_header: client.header(client.limit()),
+        client_description: ApplicationDescription {
+            application_uri: config.application_uri.as_str().into(),
+            product_uri: "urn:busbar".into(),
+            application_name: LocalizedText::new("en", "Busbar"),
+            application_type: ApplicationType::Client,
+            ..ApplicationDescription::default()
+        },
+        server_uri: UAString::null(),
+        endpoint_url: server.text.as_str().into(),
+        session_name: "Busbar".into(),
+        client_nonce: nonce.clone(),
+        client_certificate: own.map(|own| own.certificate.as_byte_string()).unwrap_or_default(),
+        requested_session_timeout: config.session_timeout.as_secs_f64() * 1000.0,
+        max_response_message_size: 0,
+    };
+    let created = answer!(client, "creating a session", CreateSession, request)?;
+    let protection = Protection::of(config.security.as_ref());
+    check_created(&created, endpoint, own, protection, nonce.as_ref())?;
+    client.set_session(&created.authentication_token);
+    let client_signature = match own {
+        None => SignatureData::null(),
+        Some(own) => create_signature_data(
+            &own.key,
+            protection.policy,
+            &endpoint.server_certificate,
+            &created.server_nonce,
+        )
+        .map_err(|error| Fault::Security(error.to_string()))?,
+    };
+    let (user_identity_token, user_token_signature) =
+        identity::token(&config.user, endpoint, protection, &created.server_nonce)?;
+    let request = ActivateSessionRequest {
+        request_header: client.header(client.limit()),
+        client_signature,
+        client_software_certificates: None,
+        locale_ids: None,
+        user_identity_token,
+        user_token_signature,
+    };
+    answer!(client, "activating the session", ActivateSession, request).map(|_| ())
+}
+
+/// Whether who answered has the key of the certificate, and offers what was discovered
+/// without any security (OPC 10000-4, 5.7.2).
+fn check_created(
+    created: &CreateSessionResponse,
+    endpoint: &EndpointDescription,
+    own: Option<&Own>,
+    protection: Protection,
+    nonce: &[u8],
+) -> Result<(), Fault> {
+    let Some(own) = own else { return Ok(()) };
+    let fault = |what: &str| Err(Fault::Security(what.to_owned()));
+    let certificate = leaf(&created.server_certificate).map_err(Fault::Security)?;
+    if certificate.as_byte_string() != endpoint.server_certificate {
+        return fault("the server's certificate is another than the one that it showed before");
+    }
+    let (policy, signature) = (protection.policy, &created.server_signature);
+    if verify_signature_data(signature, policy, &certificate, &own.certificate, nonce).is_err() {
+        return fault("the server does not have the key of its certificate");
+    }
+    let mut offered = created.server_endpoints.iter().flatten();
+    let is_same = |found: &EndpointDescription| {
+        is_protected(found, protection)
+            && found.user_identity_tokens == endpoint.user_identity_tokens
+    };
+    if !offered.any(is_same) {
+        return fault(
+            "the server offers other users' tokens than were discovered: somebody in between changed them",
+        );
+    }
+    Ok(())
+}
+
+/// What the server says of itself.
+pub(crate) struct Server {
+    pub(crate) namespaces: Vec<String>,
+    /// Monitored items that one request may have, where the server says so.
+    pub(crate) items_per_call: Option<usize>,
+}
+
+/// Asks for namespaces and limits.
+pub(crate) async fn describe(client: &Client) -> Result<Server, Fault> {
+    let nodes = [NAMESPACE_ARRAY, MAX_ITEMS_PER_CALL];
+    let mut values = read(client, &nodes, client.limit()).await?.into_iter();
+    let namespaces = match values.next().and_then(|value| value.value) {
+        Some(Variant::Array(array)) => {
+            let texts = array.values.iter().take(MAX_NAMESPACES);
+            texts.map(|text| text.to_string()).collect()
+        }
+        _ => return Err(Fault::Server("it does not tell its namespaces")),
+    };
+    let limit = match values.next().and_then(|value| value.value) {
+        Some(Variant::UInt32(limit)) if limit > 0 => Some(limit as usize),
+        _ => None,
+    };
+    Ok(Server { namespaces, items_per_call: limit })
+}
+
+/// The state of the server (OPC 10000-5, 12.6), as a sign of life.
+pub(crate) async fn server_state(client: &Client, limit: Duration) -> Result<Option<i32>, Fault> {
+    let values = read(client, &[SERVER_STATE], limit).await?;
+    Ok(values.into_iter().next().and_then(|value| match value.value {
+        Some(Variant::Int32(state)) => Some(state),
+        _ => None,
+    }))
+}
+
+/// Values of nodes of the standard's namespace.
+async fn read(client: &Client, ids: &[u32], limit: Duration) -> Result<Vec<DataValue>, Fault> {
+    let node = |id: &u32| ReadValueId {
+        node_id: NodeId::new(0, *id),
+        attribute_id: AttributeId::Value as u32,
+        ..ReadValueId::default()
+    };
+    let request = ReadRequest {
+        request_header: client.header(limit),
+        max_age: 0.0,
+        timestamps_to_return: TimestampsToReturn::Neither,
+        nodes_to_read: Some(ids.iter().map(node).collect()),
+    };
+    let answer = answer!(client, "reading", Read, request, limit)?;
+    Ok(answer.results.unwrap_or_default())
+}
+
+/// Says goodbye: servers have room for few sessions.
+pub(crate) async fn close(client: &Client, limit: Duration) {
+    let request =
+        CloseSessionRequest { request_header: client.header(limit), delete_subscriptions: true };
+    // Whatever the answer: the connection goes in any case.
+    let _: Result<ResponseMessage, Fault> = client.call("closing", request, limit).await;
+}

@@ -1,0 +1,321 @@
+//! Settings as typed, and the valid configuration made from them.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use busbar_link::{Faults, Reconnect, ReconnectSettings};
+use busbar_plugin_sdk::{Error, Secret};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::url::Url;
+
+/// Servers of a redundant set.
+const MAX_SERVERS: usize = 8;
+/// Monitored items of one subscription.
+const MAX_ITEMS: u32 = 10_000;
+/// Shortest and longest publishing interval, milliseconds.
+const PUBLISHING_MILLIS: std::ops::RangeInclusive<u64> = 50..=60_000;
+/// Longest sampling interval: an hour.
+pub(crate) const MAX_SAMPLING_MILLIS: u64 = 3_600_000;
+/// Shortest and longest of the other times, milliseconds.
+const TIMEOUT_MILLIS: std::ops::RangeInclusive<u64> = 500..=600_000;
+/// Shortest and longest session timeout: ten seconds, an hour.
+const SESSION_MILLIS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000;
+/// The longest name or URI, bytes.
+const MAX_TEXT_BYTES: usize = 256;
+
+/// An OPC UA server, or a redundant set of them with the same nodes.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Where the server listens: `opc.tcp://host:port/path`, port 4840 where none is named.
+    #[schemars(length(min = 11, max = 1024))]
+    url: String,
+    /// Further servers of a redundant set, with the same nodes: tried in turn when one
+    /// cannot be reached.
+    #[serde(default)]
+    #[schemars(length(max = 7))]
+    redundancy: Vec<String>,
+    /// Signs, or signs and encrypts, all messages. Without it there is no security.
+    #[serde(default)]
+    security: Option<SecuritySettings>,
+    /// Who reads. Without it the user is anonymous.
+    #[serde(default)]
+    user: Option<UserSettings>,
+    /// How often the server sends what changed, milliseconds.
+    #[serde(default = "default_publishing")]
+    #[schemars(range(min = 50, max = 60_000))]
+    publishing_millis: u64,
+    /// How often the server looks at a value, milliseconds: the publishing interval where
+    /// it is not given, 0 is as often as the server can.
+    #[serde(default)]
+    #[schemars(range(max = 3_600_000))]
+    sampling_millis: Option<u64>,
+    /// Silence of the server after which the connection is given up and all tags are bad,
+    /// milliseconds. The server is asked for a sign of life three times within it.
+    #[serde(default = "default_silence")]
+    #[schemars(range(min = 500, max = 600_000))]
+    silence_millis: u64,
+    /// Deadline of connecting, milliseconds.
+    #[serde(default = "default_connect")]
+    #[schemars(range(min = 500, max = 600_000))]
+    connect_timeout_millis: u64,
+    /// How long the server keeps a session that it hears nothing of, milliseconds.
+    #[serde(default = "default_session")]
+    #[schemars(range(min = 10_000, max = 3_600_000))]
+    session_timeout_millis: u64,
+    /// Monitored items of one subscription; further ones get subscriptions of their own.
+    #[serde(default = "default_items")]
+    #[schemars(range(min = 1, max = 10_000))]
+    items_per_subscription: u32,
+    /// Whether a value that the server reports no change of counts as confirmed with each
+    /// sign of life of its subscription. Otherwise it goes stale by the tag's limit.
+    #[serde(default = "default_true")]
+    confirm_unchanged: bool,
+    /// Our application URI, as our certificate has it.
+    #[serde(default = "default_application")]
+    #[schemars(length(min = 1, max = 256))]
+    application_uri: String,
+    /// Delay between tries to connect.
+    #[serde(default)]
+    reconnect: ReconnectSettings,
+}
+
+/// Security policies (OPC 10000-7, 6.6) that are not deprecated.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+pub(crate) enum Policy {
+    /// RSA-OAEP, SHA-256, AES-256.
+    Basic256Sha256,
+    /// RSA-OAEP, SHA-256, AES-128.
+    #[serde(rename = "Aes128_Sha256_RsaOaep")]
+    Aes128Sha256RsaOaep,
+    /// RSA-OAEP with SHA-256, RSA-PSS, AES-256.
+    #[serde(rename = "Aes256_Sha256_RsaPss")]
+    Aes256Sha256RsaPss,
+}
+
+/// What is done to messages.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+pub(crate) enum Mode {
+    /// They can be read by others, but not changed.
+    Sign,
+    /// They can neither be read nor changed.
+    #[default]
+    SignAndEncrypt,
+}
+
+/// Files are in DER or PEM form, by absolute paths. A key is a PEM file that only its
+/// owner should be able to read; its contents are never shown.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SecuritySettings {
+    /// The security policy.
+    policy: Policy,
+    /// Whether messages are encrypted too.
+    #[serde(default)]
+    mode: Mode,
+    /// Our certificate.
+    certificate: PathBuf,
+    /// The key of our certificate.
+    key: PathBuf,
+    /// Certificates of the servers that are trusted: one file, or a folder of them.
+    trusted: PathBuf,
+    /// A folder to which the certificate of a server that is not trusted is written, for
+    /// somebody to check it and to move it to those that are.
+    rejected: Option<PathBuf>,
+}
+
+/// A user: a name with a password, or a certificate with its key.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct UserSettings {
+    /// The user's name.
+    #[schemars(length(min = 1, max = 256))]
+    name: Option<String>,
+    /// The user's password.
+    password: Option<Secret>,
+    /// Whether the password may be sent where nothing encrypts it.
+    #[serde(default)]
+    allow_plain_password: bool,
+    /// The user's certificate.
+    certificate: Option<PathBuf>,
+    /// The key of the user's certificate.
+    key: Option<PathBuf>,
+}
+
+fn default_publishing() -> u64 {
+    500
+}
+
+fn default_silence() -> u64 {
+    10_000
+}
+
+fn default_connect() -> u64 {
+    10_000
+}
+
+fn default_session() -> u64 {
+    60_000
+}
+
+fn default_items() -> u32 {
+    1000
+}
+
+fn default_true() -> bool {
+    true
+}
+
+fn default_application() -> String {
+    "urn:busbar:viewer".into()
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub(crate) struct Config {
+    /// At least one; the first is tried first.
+    pub(crate) servers: Vec<Url>,
+    pub(crate) security: Option<SecurityFiles>,
+    pub(crate) user: User,
+    pub(crate) publishing: Duration,
+    pub(crate) sampling: Duration,
+    pub(crate) silence: Duration,
+    pub(crate) connect_timeout: Duration,
+    pub(crate) session_timeout: Duration,
+    pub(crate) items_per_subscription: usize,
+    pub(crate) confirm_unchanged: bool,
+    pub(crate) application_uri: String,
+    pub(crate) reconnect: Reconnect,
+}
+
+/// Where certificates are; all paths are absolute.
+#[derive(Clone, Debug)]
+pub(crate) struct SecurityFiles {
+    pub(crate) policy: Policy,
+    pub(crate) mode: Mode,
+    pub(crate) certificate: PathBuf,
+    pub(crate) key: PathBuf,
+    pub(crate) trusted: PathBuf,
+    pub(crate) rejected: Option<PathBuf>,
+}
+
+/// Who reads.
+#[derive(Clone, Debug)]
+pub(crate) enum User {
+    Anonymous,
+    Password { name: String, password: Secret, allow_plain: bool },
+    Certificate { certificate: PathBuf, key: PathBuf },
+}
+
+impl Settings {
+    /// Checks all of it.
+    ///
+    /// # Errors
+    /// [`Error::settings`] with each fault and what is allowed.
+    pub(crate) fn parse(self) -> Result<Config, Error> {
+        let mut faults = Faults::default();
+        let publishing =
+            faults.millis("publishing_millis", self.publishing_millis, PUBLISHING_MILLIS);
+        let sampling = self.sampling_millis.map_or(publishing, |sampling| {
+            faults.millis("sampling_millis", sampling, 0..=MAX_SAMPLING_MILLIS)
+        });
+        let items =
+            faults.check("items_per_subscription", self.items_per_subscription, 1..=MAX_ITEMS);
+        check_text("application_uri", &self.application_uri, &mut faults);
+        let config = Config {
+            servers: servers(&self.url, &self.redundancy, &mut faults),
+            security: self.security.map(|security| security.parse(&mut faults)),
+            user: self.user.map_or(User::Anonymous, |user| user.parse(&mut faults)),
+            publishing,
+            sampling,
+            silence: faults.millis("silence_millis", self.silence_millis, TIMEOUT_MILLIS),
+            connect_timeout: faults.millis(
+                "connect_timeout_millis",
+                self.connect_timeout_millis,
+                TIMEOUT_MILLIS,
+            ),
+            session_timeout: faults.millis(
+                "session_timeout_millis",
+                self.session_timeout_millis,
+                SESSION_MILLIS,
+            ),
+            items_per_subscription: items as usize,
+            confirm_unchanged: self.confirm_unchanged,
+            application_uri: self.application_uri,
+            reconnect: self.reconnect.parse(&mut faults),
+        };
+        let result = faults.into_result();
+        result.map(|()| config).map_err(|faults| Error::settings(format!("settings: {faults}")))
+    }
+}
+
+fn servers(first: &str, others: &[String], faults: &mut Faults) -> Vec<Url> {
+    if others.len() >= MAX_SERVERS {
+        let count = others.len() + 1;
+        faults.add(format!("redundancy: {count} servers; at most {MAX_SERVERS} are allowed"));
+    }
+    let mut servers: Vec<Url> = Vec::new();
+    let others = others.iter().enumerate();
+    let named = others.map(|(index, text)| (format!("redundancy[{index}]"), text.as_str()));
+    for (place, text) in std::iter::once(("url".to_owned(), first)).chain(named).take(MAX_SERVERS) {
+        match Url::parse(text) {
+            Ok(url) if servers.contains(&url) => {
+                faults.add(format!("{place}: '{text}' is named twice"));
+            }
+            Ok(url) => servers.push(url),
+            Err(what) => faults.add(format!("{place}: {what}")),
+        }
+    }
+    servers
+}
+
+impl SecuritySettings {
+    fn parse(self, faults: &mut Faults) -> SecurityFiles {
+        let Self { policy, mode, certificate, key, trusted, rejected } = self;
+        for path in [&certificate, &key, &trusted].into_iter().chain(&rejected) {
+            check_path("security", path, faults);
+        }
+        SecurityFiles { policy, mode, certificate, key, trusted, rejected }
+    }
+}
+
+impl UserSettings {
+    fn parse(self, faults: &mut Faults) -> User {
+        match (self.name, self.password, self.certificate, self.key) {
+            (Some(name), Some(password), None, None) => {
+                check_text("user.name", &name, faults);
+                User::Password { name, password, allow_plain: self.allow_plain_password }
+            }
+            (None, None, Some(certificate), Some(key)) => {
+                check_path("user", &certificate, faults);
+                check_path("user", &key, faults);
+                User::Certificate { certificate, key }
+            }
+            _ => {
+                faults.add(
+                    "user: give name and password, or certificate and key; leave user out to be \
+                     anonymous",
+                );
+                User::Anonymous
+            }
+        }
+    }
+}
+
+fn check_text(name: &str, text: &str, faults: &mut Faults) {
+    if text.is_empty() || text.len() > MAX_TEXT_BYTES {
+        faults.add(format!("{name}: give 1 to {MAX_TEXT_BYTES} bytes"));
+    }
+}
+
+fn check_path(place: &str, path: &std::path::Path, faults: &mut Faults) {
+    if !path.is_absolute() {
+        faults.add(format!("{place}: '{}' is no absolute path", path.display()));
+    }
+}
+
+#[cfg(test)]
+#[path = "settings_tests.rs"]
+mod tests;

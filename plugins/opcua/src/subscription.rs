@@ -1,0 +1,212 @@
+//! Subscriptions and their monitored items (OPC 10000-4, 5.13 and 5.14).
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use opcua::types::{
+    AttributeId, CreateMonitoredItemsRequest, CreateSubscriptionRequest, DataChangeFilter,
+    DataChangeTrigger, DeadbandType, ExtensionObject, MonitoredItemCreateRequest, MonitoringMode,
+    MonitoringParameters, NodeId, NotificationMessage, ReadValueId, StatusCode, TimestampsToReturn,
+};
+
+use crate::board::Board;
+use crate::client::{Client, answer};
+use crate::fault::Fault;
+use crate::points::{Deadband, Item};
+use crate::session::Server;
+use crate::settings::Config;
+
+/// Items of one request, where the server does not say.
+const ITEMS_PER_CALL: usize = 500;
+/// A subscription gives a sign of life this many times within the shortest freshness of
+/// its tags, and within the silence that is borne.
+const SIGNS_OF_LIFE: u32 = 4;
+/// The server keeps a subscription at least this many signs of life long (OPC 10000-4,
+/// 5.14.2: three).
+const MIN_LIFETIMES: u32 = 3;
+/// Notifications that came before one that is to precede them.
+const MAX_HELD: usize = 128;
+
+/// One subscription.
+pub(crate) struct Subscription {
+    pub(crate) id: u32,
+    /// Items of the board that it has.
+    pub(crate) items: Range<usize>,
+    /// Silence that is borne: that of the server beyond a sign of life.
+    limit: Duration,
+    heard: Instant,
+    /// Number of the notification that comes next; none before the first.
+    next: Option<u32>,
+    /// Notifications that wait for those before them.
+    held: BTreeMap<u32, NotificationMessage>,
+}
+
+/// Creates a subscription without items.
+pub(crate) async fn create(
+    client: &Client,
+    config: &Config,
+    freshness: Option<Duration>,
+    items: Range<usize>,
+    now: Instant,
+) -> Result<Subscription, Fault> {
+    let patience = freshness.map_or(config.silence, |freshness| freshness.min(config.silence));
+    let signs = patience / SIGNS_OF_LIFE;
+    let keep_alive = count(signs, config.publishing);
+    let lifetime = count(config.session_timeout, config.publishing);
+    let request = CreateSubscriptionRequest {
+        request_header: client.header(client.limit()),
+        requested_publishing_interval: config.publishing.as_secs_f64() * 1000.0,
+        requested_lifetime_count: lifetime.max(keep_alive.saturating_mul(MIN_LIFETIMES)),
+        requested_max_keep_alive_count: keep_alive,
+        max_notifications_per_publish: 0,
+        publishing_enabled: true,
+        priority: 0,
+    };
+    let answer = answer!(client, "creating a subscription", CreateSubscription, request)?;
+    let interval = Duration::try_from_secs_f64(answer.revised_publishing_interval / 1000.0)
+        .map_err(|_| Fault::Server("a publishing interval that is no time"))?;
+    let sign = interval.saturating_mul(answer.revised_max_keep_alive_count.max(1));
+    Ok(Subscription {
+        id: answer.subscription_id,
+        items,
+        limit: sign.saturating_add(config.silence),
+        heard: now,
+        next: None,
+        held: BTreeMap::new(),
+    })
+}
+
+/// How many intervals there are in a time, one at least.
+fn count(time: Duration, interval: Duration) -> u32 {
+    let count = time.as_millis() / interval.as_millis().max(1);
+    u32::try_from(count).unwrap_or(u32::MAX).max(1)
+}
+
+/// Adds items to a subscription; those that the server refuses are told, and returned.
+pub(crate) async fn add_items(
+    client: &Client,
+    server: &Server,
+    board: &RefCell<Board>,
+    id: u32,
+    items: &[usize],
+) -> Result<Vec<usize>, Fault> {
+    let mut refused = Vec::new();
+    let mut known = Vec::with_capacity(items.len());
+    for &item in items {
+        let node = board.borrow().points().items[item].node.resolve(&server.namespaces);
+        match node {
+            Some(node) => known.push((item, node)),
+            None => {
+                board.borrow_mut().refuse(item, StatusCode::BadNodeIdUnknown);
+                refused.push(item);
+            }
+        }
+    }
+    let per_call = server.items_per_call.unwrap_or(ITEMS_PER_CALL).min(ITEMS_PER_CALL);
+    for some in known.chunks(per_call) {
+        let requests = some
+            .iter()
+            .map(|(item, node)| request_of(&board.borrow().points().items[*item], *item, node))
+            .collect();
+        let request = CreateMonitoredItemsRequest {
+            request_header: client.header(client.limit()),
+            subscription_id: id,
+            timestamps_to_return: TimestampsToReturn::Source,
+            items_to_create: Some(requests),
+        };
+        let answer = answer!(client, "adding monitored items", CreateMonitoredItems, request)?;
+        let results = answer.results.unwrap_or_default();
+        if results.len() != some.len() {
+            return Err(Fault::Server("another number of results than of monitored items"));
+        }
+        for ((item, _), result) in some.iter().zip(results) {
+            if result.status_code.is_bad() {
+                board.borrow_mut().refuse(*item, result.status_code);
+                refused.push(*item);
+            }
+        }
+    }
+    board.borrow_mut().flush();
+    Ok(refused)
+}
+
+fn request_of(item: &Item, handle: usize, node: &NodeId) -> MonitoredItemCreateRequest {
+    let filter = |deadband_type: DeadbandType, value| {
+        ExtensionObject::from_message(DataChangeFilter {
+            trigger: DataChangeTrigger::StatusValue,
+            deadband_type: deadband_type as u32,
+            deadband_value: value,
+        })
+    };
+    MonitoredItemCreateRequest {
+        item_to_monitor: ReadValueId {
+            node_id: node.clone(),
+            attribute_id: AttributeId::Value as u32,
+            ..ReadValueId::default()
+        },
+        monitoring_mode: MonitoringMode::Reporting,
+        requested_parameters: MonitoringParameters {
+            client_handle: u32::try_from(handle).unwrap_or(u32::MAX),
+            sampling_interval: item.sampling.as_secs_f64() * 1000.0,
+            filter: match item.deadband {
+                Deadband::None => ExtensionObject::null(),
+                Deadband::Absolute(value) => filter(DeadbandType::Absolute, value),
+                Deadband::Percent(value) => filter(DeadbandType::Percent, value),
+            },
+            queue_size: item.queue,
+            discard_oldest: true,
+        },
+    }
+}
+
+impl Subscription {
+    /// Whether it has been silent for longer than is borne.
+    pub(crate) fn is_overdue(&self, now: Instant) -> bool {
+        now.saturating_duration_since(self.heard) > self.limit
+    }
+
+    /// The longest that a sign of life may take.
+    pub(crate) fn limit(&self) -> Duration {
+        self.limit
+    }
+
+    /// Takes a notification; those whose turn it is come back, in their order.
+    ///
+    /// # Errors
+    /// When one is lost.
+    pub(crate) fn take(
+        &mut self,
+        message: NotificationMessage,
+        now: Instant,
+    ) -> Result<Vec<NotificationMessage>, Fault> {
+        self.heard = now;
+        let lost = || Fault::Server("a notification was lost");
+        if message.notification_data.as_ref().is_none_or(Vec::is_empty) {
+            // A sign of life has the number of what comes next.
+            let next = *self.next.get_or_insert(message.sequence_number);
+            let is_ahead = message.sequence_number.wrapping_sub(next) as i32 > 0;
+            return if is_ahead && self.held.is_empty() { Err(lost()) } else { Ok(Vec::new()) };
+        }
+        let next = *self.next.get_or_insert(message.sequence_number);
+        if (message.sequence_number.wrapping_sub(next) as i32) < 0 {
+            return Ok(Vec::new());
+        }
+        self.held.insert(message.sequence_number, message);
+        if self.held.len() > MAX_HELD {
+            return Err(lost());
+        }
+        let mut ready = Vec::new();
+        while let Some(message) = self.next.and_then(|next| self.held.remove(&next)) {
+            // Numbers begin anew at 1 (OPC 10000-4, 7.8).
+            self.next = Some(message.sequence_number.checked_add(1).unwrap_or(1));
+            ready.push(message);
+        }
+        Ok(ready)
+    }
+}
+
+#[cfg(test)]
+#[path = "subscription_tests.rs"]
+mod tests;

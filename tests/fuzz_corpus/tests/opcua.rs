@@ -1,0 +1,71 @@
+//! Whatever a server sends, from its first byte on: a session or a named fault, no panic
+//! that leaves the plugin, values of the tags' own kinds alone, nothing good afterwards.
+
+use busbar_plugin_sdk::testing::{Recorder, tag_spec};
+use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use opcua::probe::converse;
+use serde_json::json;
+
+/// Tags of the server that the kept inputs were recorded of, of kinds in turn.
+const NODES: [(&str, ValueKind); 5] = [
+    ("A", ValueKind::F64),
+    ("B", ValueKind::I64),
+    ("C", ValueKind::Bool),
+    ("D", ValueKind::DoublePoint),
+    ("E", ValueKind::F64),
+];
+
+/// The first two bytes say how many of the others come while endpoints are asked for.
+pub fn fuzz_one(bytes: &[u8]) -> bool {
+    let Some((length, rest)) = bytes.split_first_chunk() else { return false };
+    let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
+    let (first, second) = rest.split_at(length);
+    let settings = json!({
+        "url": "opc.tcp://127.0.0.1:1/test", "publishing_millis": 50,
+        "connect_timeout_millis": 500, "silence_millis": 500,
+    });
+    let settings = serde_json::from_value(settings).expect("these settings are good");
+    let tags: Vec<_> = (0..)
+        .zip(NODES)
+        .map(|(tag, (name, kind))| {
+            let mut address = json!({ "node": format!("nsu=urn:busbar:test;s={name}") });
+            if name == "E" {
+                address["index"] = json!(1);
+            }
+            tag_spec(tag, name, kind, address)
+        })
+        .collect();
+    let recorder = Recorder::new();
+    let said = converse(settings, &tags, &recorder.sink(), [first, second])
+        .expect("settings and addresses are good");
+    assert!(!said.is_empty() && said.len() < 4096, "{said}");
+    let samples = recorder.recording().samples;
+    let mut has_value = false;
+    for sample in &samples {
+        let (_, kind) = NODES[sample.tag as usize];
+        match sample.value {
+            None => assert!(!sample.quality.is_good(), "{sample:?}"),
+            Some(value) => {
+                has_value = true;
+                let found = match value {
+                    Value::F64(_) => ValueKind::F64,
+                    Value::I64(_) => ValueKind::I64,
+                    Value::Bool(_) => ValueKind::Bool,
+                    Value::DoublePoint(_) => ValueKind::DoublePoint,
+                };
+                assert_eq!(found, kind, "{sample:?}");
+            }
+        }
+    }
+    for tag in 0..NODES.len() as u32 {
+        let last = samples.iter().rev().find(|sample| sample.tag == tag);
+        let quality = last.map(|sample| sample.quality);
+        assert_eq!(quality, Some(Quality::Bad(Reason::Communication)), "tag {tag}: {said}");
+    }
+    has_value
+}
+
+#[test]
+fn kept_inputs_and_mutations_of_them() {
+    fuzz_corpus::check("opcua", fuzz_one);
+}
