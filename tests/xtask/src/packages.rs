@@ -39,6 +39,7 @@ const TESTS: &[Package] = &[
     package("xdotool", "mouse and keys in window tests"),
     package("x11-utils", "window properties in window tests"),
     package("imagemagick", "screenshots"),
+    package("mosquitto", "an MQTT broker that tests talk to"),
     package("mbpoll", "a Modbus client that tests talk to"),
     package("gcc", "compiles the C header, and plugins in C"),
     package("make", "builds plugins in C"),
