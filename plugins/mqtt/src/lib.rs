@@ -83,9 +83,7 @@ impl Telemetry for Mqtt {
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
             // Tags must not stay good when a fault of ours ends the thread.
             let _ended = MarkAtPanic { handles, sink };
-            io_loop.run_until(running.stopped(), async {
-                match link.run().await {}
-            });
+            io_loop.run_until(running.stopped(), async { match link.run().await {} });
         })?);
         Ok(())
     }

@@ -154,11 +154,7 @@ impl Link {
         self.subscriber.deadline().map_or(of_session, |deadline| deadline.min(of_session))
     }
 
-    async fn write(
-        &self,
-        stream: &mut Box<dyn ByteStream>,
-        bytes: &[u8],
-    ) -> Result<(), LinkFault> {
+    async fn write(&self, stream: &mut Box<dyn ByteStream>, bytes: &[u8]) -> Result<(), LinkFault> {
         if bytes.is_empty() {
             return Ok(());
         }

@@ -111,8 +111,7 @@ fn place_of(raw: RawAddress) -> Result<Place, String> {
     match (topic, group, edge_node, metric) {
         (Some(topic), None, None, None) if device.is_none() => {
             check_topic(&topic)?;
-            for (name, pointer) in [("pointer", &pointer), ("time", &time), ("quality", &quality)]
-            {
+            for (name, pointer) in [("pointer", &pointer), ("time", &time), ("quality", &quality)] {
                 check_pointer(pointer.as_deref()).map_err(|fault| format!("{name}: {fault}"))?;
             }
             if pointer.is_none() && (time.is_some() || quality.is_some()) {

@@ -25,8 +25,8 @@ impl ClientProbe {
     pub fn new(settings: Settings, tags: &[TagSpec], sink: SampleSink) -> Result<Self, Error> {
         let (config, now) = (settings.parse()?, Instant::now());
         let places = points::parse(tags)?;
-        let mut subscriber = Subscriber::new(places, &config, sink, host(), now)
-            .map_err(Error::settings)?;
+        let mut subscriber =
+            Subscriber::new(places, &config, sink, host(), now).map_err(Error::settings)?;
         subscriber.note(Event::Connected, now);
         Ok(Self { config, subscriber, now })
     }

@@ -239,10 +239,9 @@ impl Settings {
         let mut faults = Faults::default();
         let default_port = if self.tls.is_some() { TLS_PORT } else { PLAIN_PORT };
         let brokers = brokers(&self.host, self.port, &self.cluster, default_port, &mut faults);
-        for (name, list) in [
-            ("subscriptions", self.subscriptions.len()),
-            ("availability", self.availability.len()),
-        ] {
+        for (name, list) in
+            [("subscriptions", self.subscriptions.len()), ("availability", self.availability.len())]
+        {
             if list > MAX_FILTERS {
                 faults.add(format!("{name}: {list} of them; at most {MAX_FILTERS} are allowed"));
             }
@@ -349,8 +348,11 @@ fn qualities(words: &BTreeMap<String, QualityWord>) -> BTreeMap<String, Quality>
         QualityWord::Uncertain => Quality::Uncertain(Reason::Unknown),
         QualityWord::Bad => Quality::Bad(Reason::Unknown),
     };
-    let plain =
-        [("good", QualityWord::Good), ("uncertain", QualityWord::Uncertain), ("bad", QualityWord::Bad)];
+    let plain = [
+        ("good", QualityWord::Good),
+        ("uncertain", QualityWord::Uncertain),
+        ("bad", QualityWord::Bad),
+    ];
     let plain = plain.into_iter().map(|(text, word)| (text.to_owned(), quality(word)));
     plain.chain(words.iter().map(|(text, word)| (text.to_lowercase(), quality(*word)))).collect()
 }

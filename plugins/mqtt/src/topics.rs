@@ -70,9 +70,8 @@ impl Topics {
             match by_name.get_mut(topic.as_str()) {
                 Some(known) => known.points.end = index + 1,
                 None => {
-                    let guard = guards
-                        .iter()
-                        .position(|guard| covers(&guard.availability.covers, &topic));
+                    let guard =
+                        guards.iter().position(|guard| covers(&guard.availability.covers, &topic));
                     by_name.insert(topic.into(), Topic { points: index..index + 1, guard });
                 }
             }
@@ -201,17 +200,15 @@ impl Document<'_> {
     }
 
     /// What a payload says of the value's quality; what nobody can read is no good sign.
-    fn quality(
-        &mut self,
-        pointers: &Pointers,
-        qualities: &BTreeMap<String, Quality>,
-    ) -> Quality {
+    fn quality(&mut self, pointers: &Pointers, qualities: &BTreeMap<String, Quality>) -> Quality {
         let Some(pointer) = pointers.quality.as_deref() else { return Quality::Good };
         let unknown = Quality::Uncertain(Reason::Configuration);
         let words = |text: &str| qualities.get(&text.trim().to_lowercase()).copied();
         match self.at(pointer) {
             Some(Json::String(text)) => words(text).unwrap_or(unknown),
-            Some(Json::Bool(flag)) => words(if *flag { "true" } else { "false" }).unwrap_or(unknown),
+            Some(Json::Bool(flag)) => {
+                words(if *flag { "true" } else { "false" }).unwrap_or(unknown)
+            }
             Some(Json::Number(number)) => words(&number.to_string())
                 .or_else(|| number.as_i64().map(quality_of_code))
                 .unwrap_or(unknown),

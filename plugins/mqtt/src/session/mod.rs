@@ -9,8 +9,8 @@ use busbar_plugin_sdk::SecretText;
 use bytes::{Buf, Bytes, BytesMut};
 use thiserror::Error;
 
-use self::packet::{Codec, Incoming, PacketFault, QosLevel, Reply};
 pub(crate) use self::packet::Version;
+use self::packet::{Codec, Incoming, PacketFault, QosLevel, Reply};
 
 /// Filters of one SUBSCRIBE packet.
 const MAX_FILTERS_A_PACKET: usize = 100;
@@ -98,9 +98,16 @@ impl From<PacketFault> for SessionFault {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// CONNECT was sent.
-    Connecting { deadline: Instant },
+    Connecting {
+        deadline: Instant,
+    },
     /// The filters before `next` were sent, all but the last packet of them answered.
-    Subscribing { first: usize, next: usize, id: u16, deadline: Instant },
+    Subscribing {
+        first: usize,
+        next: usize,
+        id: u16,
+        deadline: Instant,
+    },
     Subscribed,
 }
 
@@ -114,6 +121,8 @@ pub(crate) struct Session {
     state: State,
     /// What came and was not read yet: part of a packet at most.
     input: BytesMut,
+    /// Bytes of `input` that had come before.
+    known: usize,
     output: BytesMut,
     /// Bytes of a message that is too long, still to come.
     to_skip: usize,
@@ -141,6 +150,7 @@ impl Session {
             filters,
             state: State::Connecting { deadline: now + parameters.answer_timeout },
             input: BytesMut::new(),
+            known: 0,
             output,
             to_skip: 0,
             heard: now,
@@ -212,15 +222,26 @@ impl Session {
         now: Instant,
         mut note: impl FnMut(Event<'_>),
     ) -> Result<(), SessionFault> {
-        if !self.input.is_empty() {
+        // Half a packet that waits for its rest is no sign of life.
+        if self.input.len() > self.known {
             self.heard = now;
         }
+        let outcome = self.read_packets(now, &mut note);
+        self.known = self.input.len();
+        outcome
+    }
+
+    fn read_packets(
+        &mut self,
+        now: Instant,
+        note: &mut impl FnMut(Event<'_>),
+    ) -> Result<(), SessionFault> {
         loop {
             let skipped = self.to_skip.min(self.input.len());
             self.input.advance(skipped);
             self.to_skip -= skipped;
             match self.codec.read(&mut self.input) {
-                Ok(Some(packet)) => self.heed(packet, now, &mut note)?,
+                Ok(Some(packet)) => self.heed(packet, now, note)?,
                 Ok(None) => return Ok(()),
                 Err(PacketFault::TooLong(bytes)) if !self.is_connecting() => {
                     if !self.skip_message()? {

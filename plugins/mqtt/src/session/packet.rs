@@ -241,9 +241,7 @@ impl Packet {
     pub(crate) fn write(&self, output: &mut BytesMut) -> Result<(), PacketFault> {
         let length = output.len();
         let written = match self {
-            Self::V4(packet) => {
-                packet.write(output, usize::MAX).map_err(|error| error.to_string())
-            }
+            Self::V4(packet) => packet.write(output, usize::MAX).map_err(|error| error.to_string()),
             Self::V5(packet) => packet.write(output, None).map_err(|error| error.to_string()),
         };
         written.map(|_| ()).map_err(|fault| {

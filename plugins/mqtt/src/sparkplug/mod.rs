@@ -210,7 +210,3 @@ fn rebirth_request(now: SystemTime) -> Vec<u8> {
         Outgoing { timestamp: Some(millis(now)), metrics: vec![metric], ..Outgoing::default() };
     payload.encode_to_vec()
 }
-
-#[cfg(test)]
-#[path = "fleet_tests.rs"]
-mod tests;

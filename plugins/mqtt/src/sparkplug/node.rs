@@ -265,7 +265,10 @@ impl Node {
         })?;
         desk.ignored.too_long += too_long as u64;
         if too_many {
-            self.tell(desk, &format!("it has more than {MAX_ALIASES} aliases; the rest is left out"));
+            self.tell(
+                desk,
+                &format!("it has more than {MAX_ALIASES} aliases; the rest is left out"),
+            );
         }
         Ok(is_unknown)
     }
@@ -372,7 +375,3 @@ enum Found {
 fn sequence(payload: Payload<'_>) -> Option<u8> {
     payload.head.sequence.and_then(|sequence| u8::try_from(sequence).ok())
 }
-
-#[cfg(test)]
-#[path = "node_tests.rs"]
-mod tests;

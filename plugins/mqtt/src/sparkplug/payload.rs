@@ -69,10 +69,7 @@ impl<'a> Payload<'a> {
     }
 
     /// Hands on each metric in its order; those that are too long are counted.
-    pub(crate) fn each_metric(
-        self,
-        mut take: impl FnMut(&Metric),
-    ) -> Result<usize, PayloadFault> {
+    pub(crate) fn each_metric(self, mut take: impl FnMut(&Metric)) -> Result<usize, PayloadFault> {
         let mut too_long = 0;
         let mut fields = Fields(self.bytes);
         while let Some((number, field)) = fields.next()? {

@@ -28,7 +28,8 @@ impl Broker {
     /// Starts a broker with these lines in its configuration, after its listener.
     pub(super) fn start_with(lines: &str) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
-        let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port();
+        let port =
+            TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port();
         let text = format!(
             "listener {port} 127.0.0.1\nuser root\npersistence false\nlog_type error\n{lines}"
         );

@@ -68,22 +68,27 @@ fn the_next_broker_of_a_cluster_takes_over() {
 
 #[test]
 fn whoever_is_no_broker_is_told_so() {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let listen = || TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let listener = listen();
     let port = listener.local_addr().unwrap().port();
     let silent = start_only(port, &json!({"timeout_millis": 200}), one_tag());
     silent.wait_for_link(LinkState::Down, "does it speak MQTT on this port?");
     drop(silent);
+    // Another, where no connection waits any more.
+    let listener = listen();
+    let port = listener.local_addr().unwrap().port();
     let talker = std::thread::spawn(move || {
         use std::io::Write;
         let (mut stream, _) = listener.accept().unwrap();
-        let _ = stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n");
+        let _ = stream.write_all("HTTP/1.1 400 Bad Request\r\n".repeat(10).as_bytes());
         std::thread::sleep(Duration::from_millis(500));
     });
     let told = start_only(port, &json!({"timeout_millis": 2000}), one_tag());
     told.wait_for_link(LinkState::Down, "is the port right, and is it encrypted?");
     talker.join().unwrap();
     drop(told);
-    let refused = start_only(port, &json!({}), one_tag());
+    let closed = listen().local_addr().unwrap().port();
+    let refused = start_only(closed, &json!({}), one_tag());
     refused.wait_for_link(LinkState::Down, "connection refused");
 }
 

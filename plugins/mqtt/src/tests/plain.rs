@@ -15,7 +15,8 @@ fn texts_and_json_become_values_of_all_kinds() {
         let spec = json!({ "version": version });
         let Some(mut peer) = Peer::publisher(broker.port, &spec) else { return };
         let version = if version == 3 { "3.1.1" } else { "5" };
-        let json_address = |pointer: &str| json!({"topic": "s/j", "pointer": pointer, "time": "/ts"});
+        let json_address =
+            |pointer: &str| json!({"topic": "s/j", "pointer": pointer, "time": "/ts"});
         let words = json!({"open": 1, "closed": 2});
         let tags = vec![
             tag(1, ValueKind::F64, json!({"topic": "s/f", "scale": 0.5, "offset": 1.0})),

@@ -87,7 +87,8 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
     let running = connect(&proxy);
     let deadline = Instant::now() + MAX_TEST;
     while proxy.connections() < CONNECTIONS {
-        assert!(Instant::now() < deadline, "{} connections", proxy.connections());
+        let links = || running.recorder.recording().links;
+        assert!(Instant::now() < deadline, "{} connections, {:?}", proxy.connections(), links());
         std::thread::sleep(Duration::from_millis(300));
         // Some connections have no fault that ends them.
         let last = proxy.connections().saturating_sub(1);
@@ -104,6 +105,8 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
 #[test]
 fn a_thousand_reconnects_leave_nothing_behind() {
     let Some((broker, _peer)) = stamped() else { return };
+    // What the event loops of a process share stays with it.
+    drop(busbar_link::IoLoop::new(1).unwrap());
     let before = Usage::now();
     let faults = vec![Fault::Reset, Fault::Close];
     let proxy = proxy(&broker, &Script { seed: 3, faults, max_bytes: 60 });

@@ -25,14 +25,15 @@ fn only_the_right_certificates_open_a_connection() {
     );
     let Some(broker) = Broker::start_with(&lines) else { return };
     let (good, bad) = (ours.sign("client", "viewer"), theirs.sign("client", "viewer"));
-    let connect = |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, name: &str, version: &str| {
-        let mut tls = json!({"ca": ca.certificate(), "server_name": name});
-        if let Some((certificate, key)) = client {
-            tls["certificate"] = json!(certificate);
-            tls["key"] = json!(key);
-        }
-        start_only(broker.port, &json!({"tls": tls, "version": version}), one_tag())
-    };
+    let connect =
+        |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, name: &str, version: &str| {
+            let mut tls = json!({"ca": ca.certificate(), "server_name": name});
+            if let Some((certificate, key)) = client {
+                tls["certificate"] = json!(certificate);
+                tls["key"] = json!(key);
+            }
+            start_only(broker.port, &json!({"tls": tls, "version": version}), one_tag())
+        };
     let spec = json!({"tls": {
         "ca": ours.certificate(), "certificate": good.0, "key": good.1
     }});
