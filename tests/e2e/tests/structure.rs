@@ -180,6 +180,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("fuzz_corpus", &[]),
+    ("sites", &["busbar_plugin_host", "busbar_plugin_process", "busbar_tags", "document"]),
     ("simulated_year", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     (
         "traffic",
@@ -236,6 +237,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "gas_analysis",
             "iec104",
             "modbus_adapter",
+            "mqtt",
             "replay",
             "sql_adapter",
         ],
@@ -244,6 +246,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     ("busbar_point_import", &["demo_model", "substation"]),
     ("iec104", &["fault_proxy", "simulated_year"]),
     ("modbus_adapter", &["fault_proxy", "simulated_year"]),
+    ("mqtt", &["fault_proxy"]),
     ("corpus", &["busbar_gltf_import"]),
     ("quadric_collapse", &["busbar_geometry"]),
     ("substation", &["busbar_config", "busbar_gltf_import"]),
