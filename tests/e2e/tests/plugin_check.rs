@@ -189,6 +189,16 @@ fn shipped_plugins_pass() {
             { "kind": "bool", "address": { "query": "rows", "key": "fan" } },
         ],
     });
+    let topics = json!({
+        "settings": { "host": "127.0.0.1", "port": 1 },
+        "tags": [
+            { "kind": "f64", "address": { "topic": "site7/p", "pointer": "/value" } },
+            {
+                "kind": "bool",
+                "address": { "group": "north", "edge_node": "station7", "metric": "fan" },
+            },
+        ],
+    });
     let file = json!({
         "settings": {
             "sqlite": { "path": "/no/such/values.db" },
@@ -211,6 +221,7 @@ fn shipped_plugins_pass() {
         ("iec61850", ied, 0),
         // It reads, and simulates no server.
         ("opcua", server, 2),
+        ("mqtt", topics, 0),
         ("replay", replay, 0),
         ("sql_adapter", database, 0),
         ("sql_adapter", file, 0),

@@ -181,6 +181,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("fuzz_corpus", &[]),
+    ("sites", &["busbar_plugin_host", "busbar_plugin_process", "busbar_tags", "document"]),
     ("simulated_year", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     (
         "traffic",
@@ -238,6 +239,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "iec104",
             "iec61850",
             "modbus_adapter",
+            "mqtt",
             "opcua",
             "replay",
             "sql_adapter",
@@ -249,6 +251,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     ("iec104", &["fault_proxy", "simulated_year"]),
     ("iec61850", &["fault_proxy"]),
     ("modbus_adapter", &["fault_proxy", "simulated_year"]),
+    ("mqtt", &["fault_proxy"]),
     ("opcua", &["fault_proxy"]),
     ("corpus", &["busbar_gltf_import"]),
     ("quadric_collapse", &["busbar_geometry"]),

@@ -19,6 +19,7 @@ mod process;
 mod python;
 mod scan;
 mod simulator;
+mod sites;
 mod soak;
 mod stage;
 mod station;
@@ -60,6 +61,8 @@ enum Command {
     Faults(faults::Arguments),
     /// Measure the way of values, from a plugin to the picture.
     Traffic(traffic::Arguments),
+    /// Measure one viewer on a broker that carries a hundred stations.
+    Sites(sites::Arguments),
     /// Run the benches and comparisons.
     Bench(bench::Arguments),
     /// Measure frames beside other viewers.
@@ -91,6 +94,7 @@ fn run(command: Command) -> Result<()> {
         Command::Test(arguments) => test::run(&workspace, &arguments),
         Command::Soak(arguments) => soak::run(&workspace, &arguments),
         Command::Traffic(arguments) => traffic::run(&workspace, &arguments),
+        Command::Sites(arguments) => sites::run(&workspace, &arguments),
         Command::Faults(arguments) => faults::run(&workspace, &arguments),
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),

@@ -1,0 +1,97 @@
+//! What a payload holds -> values and qualities of tags.
+
+use std::collections::BTreeMap;
+
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+
+/// A value as a payload has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Raw<'a> {
+    Float(f64),
+    /// Wide enough for signed and unsigned integers of 64 bits.
+    Int(i128),
+    Bool(bool),
+    Text(&'a str),
+}
+
+/// What becomes of a tag's values.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Mapping {
+    pub(crate) kind: ValueKind,
+    pub(crate) scale: f64,
+    pub(crate) offset: f64,
+    /// Values by their text, such as `"closed"` or `"true"`, before all else.
+    pub(crate) values: BTreeMap<String, Value>,
+}
+
+impl Mapping {
+    /// The value of the tag; nothing where it does not fit.
+    pub(crate) fn value_of(&self, raw: Raw<'_>) -> Option<Value> {
+        if !self.values.is_empty()
+            && let Some(value) = self.by_text(raw)
+        {
+            return Some(value);
+        }
+        match (self.kind, raw) {
+            (ValueKind::F64, Raw::Float(value)) => Some(self.scaled(value)),
+            (ValueKind::F64, Raw::Int(value)) => Some(self.scaled(value as f64)),
+            (ValueKind::I64, Raw::Int(value)) => i64::try_from(value).ok().map(Value::I64),
+            (ValueKind::I64, Raw::Float(value)) => whole(value).map(Value::I64),
+            (ValueKind::Bool, Raw::Bool(value)) => Some(Value::Bool(value)),
+            (ValueKind::Bool, Raw::Int(bit @ 0..=1)) => Some(Value::Bool(bit == 1)),
+            (ValueKind::DoublePoint, Raw::Int(bits @ 0..=3)) => {
+                Some(Value::DoublePoint(DoublePoint::from_bits(bits as u64)))
+            }
+            (kind, Raw::Text(text)) => match kind.parse(text)? {
+                Value::F64(value) => Some(self.scaled(value)),
+                value => Some(value),
+            },
+            _ => None,
+        }
+    }
+
+    fn by_text(&self, raw: Raw<'_>) -> Option<Value> {
+        match raw {
+            Raw::Text(text) => self.values.get(text.trim()).copied(),
+            Raw::Bool(value) => self.values.get(if value { "true" } else { "false" }).copied(),
+            Raw::Int(value) => self.values.get(&value.to_string()).copied(),
+            Raw::Float(_) => None,
+        }
+    }
+
+    fn scaled(&self, value: f64) -> Value {
+        Value::F64(value * self.scale + self.offset)
+    }
+}
+
+/// A number without a fraction, where an i64 can hold it.
+fn whole(value: f64) -> Option<i64> {
+    // Both limits are exact as f64; the upper one is the first that does not fit.
+    const LIMIT: f64 = 9_223_372_036_854_775_808.0;
+    (value.fract() == 0.0 && (-LIMIT..LIMIT).contains(&value)).then_some(value as i64)
+}
+
+/// Quality by a number: 0, 192 and 500 as Sparkplug 3.0, 6.4.15 has them; in between by the
+/// two highest of the eight bits of OPC DA, from which these come.
+pub(crate) fn quality_of_code(code: i64) -> Quality {
+    match code {
+        192..=255 => Quality::Good,
+        64..=191 => Quality::Uncertain(Reason::Unknown),
+        500 => Quality::Bad(Reason::Communication),
+        _ => Quality::Bad(Reason::Unknown),
+    }
+}
+
+/// What a payload holds, in messages.
+pub(crate) fn name_of(raw: Raw<'_>) -> &'static str {
+    match raw {
+        Raw::Float(_) => "a number with a fraction",
+        Raw::Int(_) => "an integer",
+        Raw::Bool(_) => "a boolean",
+        Raw::Text(_) => "a text",
+    }
+}
+
+#[cfg(test)]
+#[path = "convert_tests.rs"]
+mod tests;

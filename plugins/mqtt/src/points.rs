@@ -1,0 +1,171 @@
+//! Tag addresses: JSON as typed -> points and where their values are.
+
+use std::collections::BTreeMap;
+
+use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind};
+use serde::Deserialize;
+
+use crate::convert::Mapping;
+use crate::settings::{MAX_TEXT, check_name, check_pointer, check_topic};
+
+/// Tags of one cluster of brokers.
+const MAX_TAGS: usize = 1_000_000;
+/// Tags at fault that one error names.
+const MAX_FAULTS_TOLD: usize = 20;
+/// Words of one tag's `values`.
+const MAX_VALUES: usize = 100;
+
+/// A tag that can be served.
+#[derive(Clone, Debug)]
+pub(crate) struct Point {
+    /// Handle of the tag.
+    pub(crate) tag: u32,
+    /// Id of the tag, for messages.
+    pub(crate) id: Box<str>,
+    pub(crate) mapping: Mapping,
+}
+
+/// Where the value of a point is.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Place {
+    Topic { topic: String, pointers: Pointers },
+    Metric(MetricPlace),
+}
+
+/// A metric of Sparkplug B; without a device it is the edge node's own.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct MetricPlace {
+    pub(crate) group: String,
+    pub(crate) edge_node: String,
+    pub(crate) device: Option<String>,
+    pub(crate) metric: String,
+}
+
+/// Where value, time and quality are in a JSON payload (RFC 6901). Without one for the
+/// value, the payload is the value's text.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Pointers {
+    pub(crate) value: Option<String>,
+    pub(crate) time: Option<String>,
+    pub(crate) quality: Option<String>,
+}
+
+/// Parses the addresses of all tags; points come in order of their places.
+///
+/// # Errors
+/// [`Error::settings`] with the tags at fault, each with its remedy.
+pub(crate) fn parse(tags: &[TagSpec]) -> Result<Vec<(Place, Point)>, Error> {
+    if tags.len() > MAX_TAGS {
+        return Err(Error::settings(format!(
+            "{} tags; at most {MAX_TAGS} are allowed: use several instances",
+            tags.len()
+        )));
+    }
+    let (mut points, mut faults) = (Vec::with_capacity(tags.len()), Vec::new());
+    for tag in tags {
+        match parse_one(tag) {
+            Ok(point) => points.push(point),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    if !faults.is_empty() {
+        let told = faults.len().min(MAX_FAULTS_TOLD);
+        return Err(Error::settings(format!(
+            "{} of {} tags cannot be served: {}",
+            faults.len(),
+            tags.len(),
+            faults[..told].join("; ")
+        )));
+    }
+    points.sort_by(|(place, _), (other, _)| place.cmp(other));
+    Ok(points)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawAddress {
+    topic: Option<String>,
+    pointer: Option<String>,
+    time: Option<String>,
+    quality: Option<String>,
+    group: Option<String>,
+    edge_node: Option<String>,
+    device: Option<String>,
+    metric: Option<String>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    #[serde(default)]
+    values: BTreeMap<String, serde_json::Value>,
+}
+
+fn parse_one(tag: &TagSpec) -> Result<(Place, Point), String> {
+    let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
+    let fault = |what: String| format!("tag '{}': {what}", tag.id);
+    let mapping = mapping_of(tag.kind, &raw).map_err(fault)?;
+    let point = Point { tag: tag.tag, id: tag.id.as_str().into(), mapping };
+    Ok((place_of(raw).map_err(fault)?, point))
+}
+
+fn place_of(raw: RawAddress) -> Result<Place, String> {
+    let RawAddress { topic, pointer, time, quality, group, edge_node, device, metric, .. } = raw;
+    match (topic, group, edge_node, metric) {
+        (Some(topic), None, None, None) if device.is_none() => {
+            check_topic(&topic)?;
+            for (name, pointer) in [("pointer", &pointer), ("time", &time), ("quality", &quality)] {
+                check_pointer(pointer.as_deref()).map_err(|fault| format!("{name}: {fault}"))?;
+            }
+            if pointer.is_none() && (time.is_some() || quality.is_some()) {
+                return Err("time and quality are parts of a JSON payload: say by pointer where \
+                            the value is in it"
+                    .into());
+            }
+            Ok(Place::Topic { topic, pointers: Pointers { value: pointer, time, quality } })
+        }
+        (None, Some(group), Some(edge_node), Some(metric)) => {
+            if pointer.is_some() || time.is_some() || quality.is_some() {
+                return Err("a metric has its own time and quality: remove pointer, time and \
+                            quality"
+                    .into());
+            }
+            check_name("group", &group)?;
+            check_name("edge_node", &edge_node)?;
+            device.as_deref().map_or(Ok(()), |device| check_name("device", device))?;
+            if metric.is_empty() || metric.len() > MAX_TEXT {
+                return Err(format!("metric: give 1 to {MAX_TEXT} bytes"));
+            }
+            Ok(Place::Metric(MetricPlace { group, edge_node, device, metric }))
+        }
+        _ => Err("name either a topic, or group, edge_node and metric (and device)".into()),
+    }
+}
+
+fn mapping_of(kind: ValueKind, raw: &RawAddress) -> Result<Mapping, String> {
+    if kind != ValueKind::F64 && (raw.scale.is_some() || raw.offset.is_some()) {
+        return Err("scale and offset are for f64 tags: remove them, or make the tag f64".into());
+    }
+    let (scale, offset) = (raw.scale.unwrap_or(1.0), raw.offset.unwrap_or(0.0));
+    if !scale.is_finite() || scale == 0.0 || !offset.is_finite() {
+        return Err("scale must be finite and not 0, offset finite".into());
+    }
+    if raw.values.len() > MAX_VALUES {
+        return Err(format!("values: at most {MAX_VALUES} are allowed"));
+    }
+    let parse = |(text, value): (&String, &serde_json::Value)| -> Result<(String, Value), String> {
+        let parsed = match value {
+            serde_json::Value::Number(_) | serde_json::Value::Bool(_) => {
+                kind.parse(&value.to_string())
+            }
+            _ => None,
+        };
+        let parsed = parsed.ok_or_else(|| {
+            format!("values: '{text}' stands for {value}, which the tag's type does not have")
+        })?;
+        Ok((text.trim().to_owned(), parsed))
+    };
+    let values = raw.values.iter().map(parse).collect::<Result<_, _>>()?;
+    Ok(Mapping { kind, scale, offset, values })
+}
+
+#[cfg(test)]
+#[path = "points_tests.rs"]
+mod tests;

@@ -1,0 +1,381 @@
+//! A connection as a client that reads: bytes in, messages and bytes out. It knows no
+//! socket, and time only as it is told.
+
+pub(crate) mod packet;
+
+use std::time::{Duration, Instant};
+
+use busbar_plugin_sdk::SecretText;
+use bytes::{Buf, Bytes, BytesMut};
+use thiserror::Error;
+
+pub(crate) use self::packet::Version;
+use self::packet::{Codec, Incoming, PacketFault, QosLevel, Reply};
+
+/// Filters of one SUBSCRIBE packet.
+const MAX_FILTERS_A_PACKET: usize = 100;
+/// First byte of PUBLISH packets, its high half (MQTT 3.1.1, 2.2.1).
+const PUBLISH: u8 = 3;
+
+/// What a client is connected as.
+#[derive(Clone, Debug)]
+pub(crate) struct Parameters {
+    pub(crate) version: Version,
+    pub(crate) client_id: String,
+    pub(crate) login: Option<Login>,
+    /// What the broker says when we are gone.
+    pub(crate) will: Option<Announcement>,
+    /// A broker that said nothing for so long is lost.
+    pub(crate) keep_alive: Duration,
+    /// Deadline of the broker's answer to the connection, and to a subscription.
+    pub(crate) answer_timeout: Duration,
+    pub(crate) qos: QosLevel,
+    /// Bytes of a payload; messages that are longer are left out.
+    pub(crate) max_payload: usize,
+}
+
+/// Name and password.
+#[derive(Clone, Debug)]
+pub(crate) struct Login {
+    pub(crate) username: SecretText,
+    pub(crate) password: Option<SecretText>,
+}
+
+/// A retained message.
+#[derive(Clone, Debug)]
+pub(crate) struct Announcement {
+    pub(crate) topic: String,
+    pub(crate) payload: String,
+}
+
+/// What happened.
+#[derive(Debug)]
+pub(crate) enum Event<'a> {
+    /// The broker took us.
+    Connected,
+    /// A filter will bring nothing: its index, and why.
+    Refused(usize, &'static str),
+    /// All filters were answered.
+    Subscribed,
+    Message {
+        topic: &'a [u8],
+        payload: &'a [u8],
+        /// Whether the broker had kept it from before we subscribed.
+        is_retained: bool,
+    },
+    /// A message of so many bytes was left out.
+    TooLong(usize),
+}
+
+/// Why a connection cannot go on.
+#[derive(Debug, Error, PartialEq, Eq)]
+pub(crate) enum SessionFault {
+    #[error("{0}")]
+    Refused(String),
+    #[error("the broker ended the connection: {0}")]
+    Ended(String),
+    #[error("the broker said nothing for {} ms (keep_alive_seconds)", .0.as_millis())]
+    Silent(Duration),
+    #[error("the broker did not answer within {} ms; does it speak MQTT on this port?",
+        .0.as_millis())]
+    NoAnswer(Duration),
+    #[error("the broker did not answer a subscription within {} ms", .0.as_millis())]
+    NoSubscription(Duration),
+    #[error("what came is no MQTT: {0}; is the port right, and is it encrypted?")]
+    Malformed(String),
+    #[error("the broker said something before it took the connection")]
+    OutOfOrder,
+    #[error("a packet cannot be written: {0}")]
+    CannotWrite(String),
+}
+
+impl From<PacketFault> for SessionFault {
+    fn from(fault: PacketFault) -> Self {
+        Self::Malformed(fault.to_string())
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// CONNECT was sent.
+    Connecting {
+        deadline: Instant,
+    },
+    /// The filters before `next` were sent, all but the last packet of them answered.
+    Subscribing {
+        first: usize,
+        next: usize,
+        id: u16,
+        deadline: Instant,
+    },
+    Subscribed,
+}
+
+/// One connection.
+pub(crate) struct Session {
+    codec: Codec,
+    keep_alive: Duration,
+    answer_timeout: Duration,
+    qos: QosLevel,
+    filters: Vec<String>,
+    state: State,
+    /// What came and was not read yet: part of a packet at most.
+    input: BytesMut,
+    /// Bytes of `input` that had come before.
+    known: usize,
+    output: BytesMut,
+    /// Bytes of a message that is too long, still to come.
+    to_skip: usize,
+    heard: Instant,
+    /// When the last ping was sent.
+    pinged: Instant,
+}
+
+impl Session {
+    /// Begins a connection that subscribes to `filters`.
+    pub(crate) fn new(
+        parameters: &Parameters,
+        filters: Vec<String>,
+        now: Instant,
+    ) -> Result<Self, SessionFault> {
+        let codec = Codec { version: parameters.version, max_payload: parameters.max_payload };
+        let mut output = BytesMut::new();
+        let connect = codec.connect(parameters);
+        connect.and_then(|packet| packet.write(&mut output)).map_err(cannot_write)?;
+        Ok(Self {
+            codec,
+            keep_alive: parameters.keep_alive,
+            answer_timeout: parameters.answer_timeout,
+            qos: parameters.qos,
+            filters,
+            state: State::Connecting { deadline: now + parameters.answer_timeout },
+            input: BytesMut::new(),
+            known: 0,
+            output,
+            to_skip: 0,
+            heard: now,
+            pinged: now,
+        })
+    }
+
+    /// Where bytes of the broker are to be put, before [`Session::advance`].
+    pub(crate) fn input(&mut self) -> &mut BytesMut {
+        &mut self.input
+    }
+
+    /// Bytes to send.
+    pub(crate) fn take_output(&mut self) -> Bytes {
+        self.output.split().freeze()
+    }
+
+    pub(crate) fn is_subscribed(&self) -> bool {
+        self.state == State::Subscribed
+    }
+
+    /// When [`Session::tick`] has something to do.
+    pub(crate) fn deadline(&self) -> Instant {
+        let of_state = match self.state {
+            State::Connecting { deadline } | State::Subscribing { deadline, .. } => deadline,
+            State::Subscribed => self.heard + self.keep_alive,
+        };
+        of_state.min(self.pinged + self.ping_interval()).min(self.heard + self.keep_alive)
+    }
+
+    /// Does what is due.
+    pub(crate) fn tick(&mut self, now: Instant) -> Result<(), SessionFault> {
+        match self.state {
+            State::Connecting { deadline } if now >= deadline => {
+                return Err(SessionFault::NoAnswer(self.answer_timeout));
+            }
+            State::Subscribing { deadline, .. } if now >= deadline => {
+                return Err(SessionFault::NoSubscription(self.answer_timeout));
+            }
+            _ => {}
+        }
+        if self.is_connecting() {
+            return Ok(());
+        }
+        if now >= self.heard + self.keep_alive {
+            return Err(SessionFault::Silent(self.keep_alive));
+        }
+        if now >= self.pinged + self.ping_interval() {
+            self.codec.ping().write(&mut self.output).map_err(cannot_write)?;
+            self.pinged = now;
+        }
+        Ok(())
+    }
+
+    /// Sends a message.
+    pub(crate) fn publish(
+        &mut self,
+        topic: &str,
+        payload: Vec<u8>,
+        retain: bool,
+    ) -> Result<(), SessionFault> {
+        let packet = self.codec.publish(topic, payload, retain);
+        packet.write(&mut self.output).map_err(cannot_write)
+    }
+
+    /// Reads the packets that have come whole.
+    pub(crate) fn advance(
+        &mut self,
+        now: Instant,
+        mut note: impl FnMut(Event<'_>),
+    ) -> Result<(), SessionFault> {
+        // Half a packet that waits for its rest is no sign of life.
+        if self.input.len() > self.known {
+            self.heard = now;
+        }
+        let outcome = self.read_packets(now, &mut note);
+        self.known = self.input.len();
+        outcome
+    }
+
+    fn read_packets(
+        &mut self,
+        now: Instant,
+        note: &mut impl FnMut(Event<'_>),
+    ) -> Result<(), SessionFault> {
+        loop {
+            let skipped = self.to_skip.min(self.input.len());
+            self.input.advance(skipped);
+            self.to_skip -= skipped;
+            match self.codec.read(&mut self.input) {
+                Ok(Some(packet)) => self.heed(packet, now, note)?,
+                Ok(None) => return Ok(()),
+                Err(PacketFault::TooLong(bytes)) if !self.is_connecting() => {
+                    if !self.skip_message()? {
+                        return Ok(());
+                    }
+                    note(Event::TooLong(bytes));
+                }
+                Err(fault) => return Err(fault.into()),
+            }
+        }
+    }
+
+    fn heed(
+        &mut self,
+        packet: Incoming,
+        now: Instant,
+        note: &mut impl FnMut(Event<'_>),
+    ) -> Result<(), SessionFault> {
+        let is_connecting = self.is_connecting();
+        match packet {
+            Incoming::Accepted { keep_alive } if is_connecting => {
+                if let Some(seconds) = keep_alive {
+                    let demanded = Duration::from_secs(seconds.max(1).into());
+                    self.keep_alive = self.keep_alive.min(demanded);
+                }
+                self.heard = now;
+                self.pinged = now;
+                note(Event::Connected);
+                self.subscribe(0, 1, now, note)
+            }
+            Incoming::Refused(why) => Err(SessionFault::Refused(why)),
+            Incoming::Ended(why) => Err(SessionFault::Ended(why)),
+            _ if is_connecting => Err(SessionFault::OutOfOrder),
+            Incoming::Message { topic, payload, is_retained, reply } => {
+                note(Event::Message { topic: &topic, payload: &payload, is_retained });
+                self.send_reply(reply)
+            }
+            Incoming::Subscribed { id: answered, outcomes } => match self.state {
+                State::Subscribing { first, next, id, .. } if id == answered => {
+                    for (index, outcome) in (first..next).zip(outcomes) {
+                        if let Some(why) = outcome {
+                            note(Event::Refused(index, why));
+                        }
+                    }
+                    self.subscribe(next, id.wrapping_add(1).max(1), now, note)
+                }
+                _ => Ok(()),
+            },
+            Incoming::Released(id) => {
+                self.codec.complete(id).write(&mut self.output).map_err(cannot_write)
+            }
+            Incoming::Accepted { .. } | Incoming::Pong | Incoming::Other => Ok(()),
+        }
+    }
+
+    /// Subscribes to the filters from `first` on, as many as go into a packet.
+    fn subscribe(
+        &mut self,
+        first: usize,
+        id: u16,
+        now: Instant,
+        note: &mut impl FnMut(Event<'_>),
+    ) -> Result<(), SessionFault> {
+        let next = self.filters.len().min(first + MAX_FILTERS_A_PACKET);
+        let Some(filters @ [_, ..]) = self.filters.get(first..next) else {
+            self.state = State::Subscribed;
+            note(Event::Subscribed);
+            return Ok(());
+        };
+        let packet = self.codec.subscribe(id, filters, self.qos);
+        packet.write(&mut self.output).map_err(cannot_write)?;
+        let deadline = now + self.answer_timeout;
+        self.state = State::Subscribing { first, next, id, deadline };
+        Ok(())
+    }
+
+    fn send_reply(&mut self, reply: Reply) -> Result<(), SessionFault> {
+        match self.codec.reply(reply) {
+            Some(packet) => packet.write(&mut self.output).map_err(cannot_write),
+            None => Ok(()),
+        }
+    }
+
+    /// Leaves out the message that begins here, once enough of it has come to confirm it;
+    /// one that is not confirmed would be sent for ever. False while more has to come.
+    fn skip_message(&mut self) -> Result<bool, SessionFault> {
+        let Some((packet, reply)) = head_of_message(&self.input)? else { return Ok(false) };
+        self.to_skip = packet;
+        self.send_reply(reply)?;
+        Ok(true)
+    }
+
+    fn is_connecting(&self) -> bool {
+        matches!(self.state, State::Connecting { .. })
+    }
+
+    fn ping_interval(&self) -> Duration {
+        self.keep_alive / 2
+    }
+}
+
+fn cannot_write(fault: PacketFault) -> SessionFault {
+    SessionFault::CannotWrite(fault.to_string())
+}
+
+/// Length of the PUBLISH packet that begins here, and what it is answered with; nothing
+/// while too little of it has come (MQTT 3.1.1, 3.3).
+fn head_of_message(input: &[u8]) -> Result<Option<(usize, Reply)>, SessionFault> {
+    let malformed = |what: &str| SessionFault::Malformed(what.into());
+    let [first, rest @ ..] = input else { return Ok(None) };
+    if first >> 4 != PUBLISH {
+        return Err(malformed("a packet that is too long, and no message"));
+    }
+    let (mut length, mut digits) = (0_usize, 0);
+    for byte in rest.iter().take(4) {
+        length |= usize::from(byte & 0x7F) << (7 * digits);
+        digits += 1;
+        if byte & 0x80 == 0 {
+            break;
+        }
+    }
+    let Some(body) = rest.get(digits..) else { return Ok(None) };
+    let packet = 1 + digits + length;
+    let qos = first >> 1 & 0b11;
+    if qos == 0 {
+        return Ok(Some((packet, Reply::None)));
+    }
+    let [high, low, body @ ..] = body else { return Ok(None) };
+    let topic = usize::from(u16::from_be_bytes([*high, *low]));
+    let Some([high, low]) = body.get(topic..topic + 2) else { return Ok(None) };
+    let id = u16::from_be_bytes([*high, *low]);
+    Ok(Some((packet, if qos == 1 { Reply::Acknowledged(id) } else { Reply::Received(id) })))
+}
+
+#[cfg(test)]
+#[path = "session_tests.rs"]
+mod tests;

@@ -1,0 +1,403 @@
+//! Settings as typed, and the valid configuration made from them.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use busbar_link::{Endpoint, Faults, Reconnect, ReconnectSettings, TlsFiles, TlsSettings};
+use busbar_plugin_sdk::{Error, Quality, Reason, Secret};
+use rumqttc_v4::mqttbytes::{has_wildcards, valid_filter};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::session::Version;
+
+/// Ports of MQTT, plain and encrypted.
+const PLAIN_PORT: u16 = 1883;
+const TLS_PORT: u16 = 8883;
+/// Brokers of a cluster.
+const MAX_BROKERS: usize = 8;
+/// Filters and availability topics in the settings.
+const MAX_FILTERS: usize = 1000;
+/// Words of quality.
+const MAX_QUALITIES: usize = 100;
+/// Longest topic, filter, name or id (MQTT 3.1.1, 1.5.3), bytes.
+pub(crate) const MAX_TEXT: usize = 65_535;
+const MIN_KEEP_ALIVE_SECONDS: u16 = 2;
+const MAX_KEEP_ALIVE_SECONDS: u16 = 600;
+const MIN_TIMEOUT_MILLIS: u64 = 100;
+const MAX_TIMEOUT_MILLIS: u64 = 60_000;
+const MIN_PAYLOAD_BYTES: usize = 1024;
+const MAX_PAYLOAD_BYTES: usize = 16 * 1024 * 1024;
+
+/// A broker, or a cluster of brokers that carry the same.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Host name or address of the broker.
+    #[schemars(length(min = 1, max = 253))]
+    host: String,
+    /// TCP port; without it 1883, encrypted 8883.
+    #[serde(default)]
+    #[schemars(range(min = 1))]
+    port: Option<u16>,
+    /// Further brokers of the cluster. One is connected; when it is lost, the next.
+    #[serde(default)]
+    #[schemars(length(max = 7))]
+    cluster: Vec<RawEndpoint>,
+    /// Version of MQTT.
+    #[serde(default)]
+    version: Version,
+    /// Identifies this client to the broker, which ends an older connection of the same
+    /// id. Without it one is made at each start.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 65535))]
+    client_id: Option<String>,
+    /// Name and password, by reference.
+    #[serde(default)]
+    login: Option<RawLogin>,
+    /// A broker that says nothing for so long is lost, seconds; it is asked after half of
+    /// that.
+    #[serde(default = "default_keep_alive")]
+    #[schemars(range(min = 2, max = 600))]
+    keep_alive_seconds: u16,
+    /// Deadline of connecting, and of the broker's answers to it and to subscriptions,
+    /// milliseconds.
+    #[serde(default = "default_timeout")]
+    #[schemars(range(min = 100, max = 60_000))]
+    timeout_millis: u64,
+    /// Quality of service that is asked for; a message comes with at most its publisher's.
+    #[serde(default = "default_qos")]
+    #[schemars(range(max = 2))]
+    qos: u8,
+    /// Longest payload, bytes. Longer messages are left out.
+    #[serde(default = "default_payload")]
+    #[schemars(range(min = 1024, max = 16_777_216))]
+    max_payload_bytes: usize,
+    /// Topic filters that bring the topics of many tags. Without them each topic is
+    /// subscribed to on its own.
+    #[serde(default)]
+    #[schemars(length(max = 1000))]
+    subscriptions: Vec<String>,
+    /// Topics that tell whether the source of others is there.
+    #[serde(default)]
+    #[schemars(length(max = 1000))]
+    availability: Vec<RawAvailability>,
+    /// What becomes of retained messages without a time of their own, whose age nobody
+    /// knows.
+    #[serde(default)]
+    retained: Retained,
+    /// Qualities by the words of payloads, whatever their case, beside `good`, `uncertain`
+    /// and `bad`.
+    #[serde(default)]
+    #[schemars(length(max = 100))]
+    qualities: BTreeMap<String, QualityWord>,
+    /// What the plugin may say to edge nodes.
+    #[serde(default)]
+    sparkplug: RawSparkplug,
+    /// Delay between tries to connect.
+    #[serde(default)]
+    reconnect: ReconnectSettings,
+    /// Encrypts the connection.
+    #[serde(default)]
+    tls: Option<TlsSettings>,
+}
+
+/// One broker of a cluster.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RawEndpoint {
+    /// Host name or address.
+    #[schemars(length(min = 1, max = 253))]
+    host: String,
+    /// TCP port; without it 1883, encrypted 8883.
+    #[serde(default)]
+    #[schemars(range(min = 1))]
+    port: Option<u16>,
+}
+
+/// Name and password of this client.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RawLogin {
+    /// The name.
+    username: Secret,
+    /// The password.
+    #[serde(default)]
+    #[schemars(with = "Secret")]
+    password: Option<Secret>,
+}
+
+/// A topic, often a last will, that tells whether the source of others is there.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RawAvailability {
+    /// The topic.
+    topic: String,
+    /// Filter of the topics of that source.
+    covers: String,
+    /// JSON pointer of the state in the payload; without it the payload is the state.
+    #[serde(default)]
+    pointer: Option<String>,
+    /// States in which the source is there; in any other it is not.
+    #[serde(default = "default_online")]
+    #[schemars(length(min = 1, max = 10))]
+    online: Vec<String>,
+}
+
+/// What the plugin may say to edge nodes. Without it, it says nothing.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct RawSparkplug {
+    /// Whether edge nodes are asked to tell all of their metrics anew: a command, `Node
+    /// Control/Rebirth`.
+    request_rebirth: bool,
+    /// Id of a primary host application as which the plugin announces itself, retained, so
+    /// that edge nodes that wait for this host send.
+    #[schemars(length(min = 1, max = 200))]
+    primary_host: Option<String>,
+}
+
+/// What becomes of retained messages without a time of their own.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Retained {
+    /// Their values are uncertain until the next message.
+    #[default]
+    Uncertain,
+    /// They count as new.
+    Good,
+    /// They are left out.
+    Ignore,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum QualityWord {
+    Good,
+    Uncertain,
+    Bad,
+}
+
+fn default_keep_alive() -> u16 {
+    10
+}
+
+fn default_timeout() -> u64 {
+    10_000
+}
+
+fn default_qos() -> u8 {
+    1
+}
+
+fn default_payload() -> usize {
+    1024 * 1024
+}
+
+fn default_online() -> Vec<String> {
+    ["online", "true", "1"].map(str::to_owned).into()
+}
+
+/// Settings that have been checked.
+#[derive(Clone, Debug)]
+pub(crate) struct Config {
+    /// At least one; the first is tried first.
+    pub(crate) brokers: Vec<Endpoint>,
+    pub(crate) version: Version,
+    pub(crate) client_id: Option<String>,
+    pub(crate) login: Option<(Secret, Option<Secret>)>,
+    pub(crate) keep_alive: Duration,
+    pub(crate) timeout: Duration,
+    pub(crate) qos: u8,
+    pub(crate) max_payload: usize,
+    pub(crate) subscriptions: Vec<String>,
+    pub(crate) availability: Vec<Availability>,
+    pub(crate) retained: Retained,
+    /// By words in lower case.
+    pub(crate) qualities: BTreeMap<String, Quality>,
+    pub(crate) requests_rebirth: bool,
+    pub(crate) primary_host: Option<String>,
+    pub(crate) reconnect: Reconnect,
+    pub(crate) tls: Option<TlsFiles>,
+}
+
+/// A topic that tells whether the source of others is there.
+#[derive(Clone, Debug)]
+pub(crate) struct Availability {
+    pub(crate) topic: String,
+    pub(crate) covers: String,
+    pub(crate) pointer: Option<String>,
+    pub(crate) online: Vec<String>,
+}
+
+impl Settings {
+    /// Checks all of it.
+    ///
+    /// # Errors
+    /// [`Error::settings`] with each fault and what is allowed.
+    pub(crate) fn parse(self) -> Result<Config, Error> {
+        let mut faults = Faults::default();
+        let default_port = if self.tls.is_some() { TLS_PORT } else { PLAIN_PORT };
+        let brokers = brokers(&self.host, self.port, &self.cluster, default_port, &mut faults);
+        for (name, list) in
+            [("subscriptions", self.subscriptions.len()), ("availability", self.availability.len())]
+        {
+            if list > MAX_FILTERS {
+                faults.add(format!("{name}: {list} of them; at most {MAX_FILTERS} are allowed"));
+            }
+        }
+        for (index, filter) in self.subscriptions.iter().enumerate() {
+            check_filter(&format!("subscriptions[{index}]"), filter, &mut faults);
+        }
+        if self.client_id.as_ref().is_some_and(|id| id.is_empty() || id.len() > MAX_TEXT) {
+            faults.add(format!("client_id: give 1 to {MAX_TEXT} bytes, or leave it out"));
+        }
+        if self.qualities.len() > MAX_QUALITIES {
+            faults.add(format!("qualities: at most {MAX_QUALITIES} are allowed"));
+        }
+        if let Some(host) = &self.sparkplug.primary_host {
+            check_name("sparkplug.primary_host", host).unwrap_or_else(|fault| faults.add(fault));
+        }
+        let keep_alive = faults.check(
+            "keep_alive_seconds",
+            self.keep_alive_seconds,
+            MIN_KEEP_ALIVE_SECONDS..=MAX_KEEP_ALIVE_SECONDS,
+        );
+        let config = Config {
+            brokers,
+            version: self.version,
+            client_id: self.client_id,
+            login: self.login.map(|login| (login.username, login.password)),
+            keep_alive: Duration::from_secs(keep_alive.into()),
+            timeout: faults.millis(
+                "timeout_millis",
+                self.timeout_millis,
+                MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS,
+            ),
+            qos: faults.check("qos", self.qos, 0..=2),
+            max_payload: faults.check(
+                "max_payload_bytes",
+                self.max_payload_bytes,
+                MIN_PAYLOAD_BYTES..=MAX_PAYLOAD_BYTES,
+            ),
+            subscriptions: self.subscriptions,
+            availability: availability(self.availability, &mut faults),
+            retained: self.retained,
+            qualities: qualities(&self.qualities),
+            requests_rebirth: self.sparkplug.request_rebirth,
+            primary_host: self.sparkplug.primary_host,
+            reconnect: self.reconnect.parse(&mut faults),
+            tls: self.tls.map(|tls| tls.parse(&mut faults)),
+        };
+        let result = faults.into_result();
+        result.map(|()| config).map_err(|faults| Error::settings(format!("settings: {faults}")))
+    }
+}
+
+fn brokers(
+    host: &str,
+    port: Option<u16>,
+    others: &[RawEndpoint],
+    default_port: u16,
+    faults: &mut Faults,
+) -> Vec<Endpoint> {
+    let mut brokers = vec![Endpoint::parse("", host, port.unwrap_or(default_port), faults)];
+    for (index, RawEndpoint { host, port }) in others.iter().enumerate() {
+        let place = format!("cluster[{index}].");
+        brokers.push(Endpoint::parse(&place, host, port.unwrap_or(default_port), faults));
+    }
+    if brokers.len() > MAX_BROKERS {
+        let count = brokers.len();
+        faults.add(format!("cluster: {count} brokers; at most {MAX_BROKERS} are allowed"));
+    }
+    for (index, broker) in brokers.iter().enumerate() {
+        if brokers[..index].contains(broker) {
+            faults.add(format!("cluster: {broker} is named twice"));
+        }
+    }
+    brokers
+}
+
+fn availability(list: Vec<RawAvailability>, faults: &mut Faults) -> Vec<Availability> {
+    for (index, entry) in list.iter().enumerate() {
+        let place = format!("availability[{index}]");
+        check_topic(&entry.topic)
+            .unwrap_or_else(|fault| faults.add(format!("{place}.topic: {fault}")));
+        check_filter(&format!("{place}.covers"), &entry.covers, faults);
+        check_pointer(entry.pointer.as_deref())
+            .unwrap_or_else(|fault| faults.add(format!("{place}.pointer: {fault}")));
+        if entry.online.is_empty() {
+            faults.add(format!("{place}.online: name a state in which the source is there"));
+        }
+        if list[..index].iter().any(|other| other.topic == entry.topic) {
+            faults.add(format!("{place}.topic: '{}' is named twice", entry.topic));
+        }
+    }
+    let parse = |RawAvailability { topic, covers, pointer, online }| Availability {
+        topic,
+        covers,
+        pointer,
+        online,
+    };
+    list.into_iter().map(parse).collect()
+}
+
+fn qualities(words: &BTreeMap<String, QualityWord>) -> BTreeMap<String, Quality> {
+    let quality = |word| match word {
+        QualityWord::Good => Quality::Good,
+        QualityWord::Uncertain => Quality::Uncertain(Reason::Unknown),
+        QualityWord::Bad => Quality::Bad(Reason::Unknown),
+    };
+    let plain = [
+        ("good", QualityWord::Good),
+        ("uncertain", QualityWord::Uncertain),
+        ("bad", QualityWord::Bad),
+    ];
+    let plain = plain.into_iter().map(|(text, word)| (text.to_owned(), quality(word)));
+    plain.chain(words.iter().map(|(text, word)| (text.to_lowercase(), quality(*word)))).collect()
+}
+
+fn check_filter(place: &str, filter: &str, faults: &mut Faults) {
+    if filter.len() > MAX_TEXT || !valid_filter(filter) || filter.contains('\0') {
+        faults.add(format!(
+            "{place}: '{filter}' is no topic filter: + stands for one level, # for the rest"
+        ));
+    }
+}
+
+/// Whether a text is a topic that messages can have (MQTT 3.1.1, 4.7).
+pub(crate) fn check_topic(topic: &str) -> Result<(), String> {
+    if topic.is_empty() || topic.len() > MAX_TEXT || topic.contains('\0') {
+        return Err(format!("a topic has 1 to {MAX_TEXT} bytes, none of them 0"));
+    }
+    if has_wildcards(topic) {
+        return Err(format!(
+            "'{topic}' has a wildcard: name one topic, and put the filter into the setting \
+             subscriptions"
+        ));
+    }
+    Ok(())
+}
+
+/// Whether a text is a JSON pointer (RFC 6901).
+pub(crate) fn check_pointer(pointer: Option<&str>) -> Result<(), String> {
+    match pointer {
+        Some(text) if !text.is_empty() && !text.starts_with('/') => {
+            Err(format!("'{text}' is no JSON pointer: it begins with /, as in /value"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether a text is a level of a topic, as ids of Sparkplug are (Sparkplug 3.0, 5.7).
+pub(crate) fn check_name(place: &str, name: &str) -> Result<(), String> {
+    const MAX_NAME: usize = 200;
+    if name.is_empty() || name.len() > MAX_NAME || name.contains(['/', '+', '#', '\0']) {
+        return Err(format!("{place}: give 1 to {MAX_NAME} bytes without /, + and #"));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "settings_tests.rs"]
+mod tests;

@@ -1,0 +1,64 @@
+use serde_json::json;
+
+use super::*;
+
+fn parse(json: serde_json::Value) -> Result<Config, Error> {
+    serde_json::from_value::<Settings>(json).expect("well-formed").parse()
+}
+
+#[test]
+fn the_plain_settings_say_nothing_to_anybody() {
+    let config = parse(json!({"host": "::1"})).unwrap();
+    assert_eq!(config.brokers[0].to_string(), "[::1]:1883");
+    assert_eq!((config.version, config.qos), (Version::V4, 1));
+    assert_eq!(config.keep_alive, Duration::from_secs(10));
+    assert!(!config.requests_rebirth && config.primary_host.is_none());
+    assert_eq!(config.retained, Retained::Uncertain);
+    let encrypted = json!({"host": "a", "tls": {"ca": "/ca.pem"}, "cluster": [{"host": "b"}]});
+    let ports: Vec<_> = parse(encrypted).unwrap().brokers.iter().map(|b| b.port).collect();
+    assert_eq!(ports, [8883, 8883]);
+}
+
+#[test]
+fn every_fault_is_named() {
+    let error = parse(json!({
+        "host": " ", "port": 0, "keep_alive_seconds": 1, "timeout_millis": 1, "qos": 3,
+        "max_payload_bytes": 1, "subscriptions": ["a/#/b", "a+"], "client_id": "",
+        "cluster": [{"host": "b"}, {"host": "b", "port": 8883}],
+        "availability": [
+            {"topic": "a/+", "covers": "", "pointer": "x", "online": []},
+            {"topic": "b", "covers": "b/#"}, {"topic": "b", "covers": "c/#"}
+        ],
+        "sparkplug": {"primary_host": "a/b"},
+        "tls": {"ca": "ca.pem"}
+    }))
+    .unwrap_err();
+    for part in [
+        "host: give a name",
+        "port: 0 is not within",
+        "keep_alive_seconds: 1 is not within 2 to 600",
+        "timeout_millis: 1 is not within 100 to 60000",
+        "qos: 3 is not within 0 to 2",
+        "max_payload_bytes: 1 is not within 1024 to 16777216",
+        "subscriptions[0]: 'a/#/b' is no topic filter",
+        "subscriptions[1]: 'a+'",
+        "client_id: give 1",
+        "cluster: b:8883 is named twice",
+        "availability[0].topic: 'a/+' has a wildcard",
+        "availability[0].covers: ''",
+        "availability[0].pointer: 'x' is no JSON pointer",
+        "availability[0].online: name a state",
+        "availability[2].topic: 'b' is named twice",
+        "sparkplug.primary_host: give 1 to 200 bytes",
+        "tls: 'ca.pem' is no absolute path",
+    ] {
+        assert!(error.message().contains(part), "{part}: {}", error.message());
+    }
+}
+
+#[test]
+fn a_password_is_never_written_into_settings() {
+    let settings = json!({"host": "a", "login": {"username": {"env": "U"}, "password": "pa55"}});
+    let fault = serde_json::from_value::<Settings>(settings).unwrap_err().to_string();
+    assert!(!fault.contains("pa55") && fault.contains("\"env\""), "{fault}");
+}

@@ -1,0 +1,167 @@
+//! All that tags need of a broker, whatever connection it comes over: filters out,
+//! messages in.
+
+use std::time::{Instant, SystemTime};
+
+use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, SampleSink};
+
+use crate::desk::Desk;
+use crate::points::{Place, Point};
+use crate::session::Event;
+use crate::settings::Config;
+use crate::sparkplug::Fleet;
+use crate::topics::Topics;
+
+/// Filters of one connection.
+const MAX_FILTERS: usize = 20_000;
+
+/// The reader of a cluster's messages.
+pub(crate) struct Subscriber {
+    topics: Topics,
+    fleet: Fleet,
+    /// Those of the topics, then those of the fleet.
+    filters: Vec<String>,
+    topic_filters: usize,
+    desk: Desk,
+    sink: SampleSink,
+    /// The broker that is connected.
+    broker: String,
+    refused: usize,
+}
+
+impl Subscriber {
+    /// # Errors
+    /// When more would have to be subscribed to than is allowed, in words.
+    pub(crate) fn new(
+        places: Vec<(Place, Point)>,
+        config: &Config,
+        sink: SampleSink,
+        host: Host,
+        now: Instant,
+    ) -> Result<Self, String> {
+        let (mut topics, mut metrics, mut points) = (Vec::new(), Vec::new(), Vec::new());
+        for (place, point) in places {
+            points.push(point);
+            match place {
+                Place::Topic { topic, pointers } => topics.push((topic, pointers)),
+                Place::Metric(metric) => metrics.push(metric),
+            }
+        }
+        let first = topics.len();
+        let topics = Topics::new(topics, config);
+        let fleet = Fleet::new(metrics, first, config.requests_rebirth, now);
+        let mut filters = topics.filters(&config.subscriptions);
+        let topic_filters = filters.len();
+        filters.extend(fleet.filters());
+        if filters.len() > MAX_FILTERS {
+            return Err(format!(
+                "{} topics would have to be subscribed to; at most {MAX_FILTERS} are allowed: set \
+                 subscriptions to filters that bring many, such as site7/#",
+                filters.len()
+            ));
+        }
+        let broker = config.brokers.first().map(ToString::to_string).unwrap_or_default();
+        let desk = Desk::new(points, sink.clone(), host, broker.clone());
+        Ok(Self { topics, fleet, filters, topic_filters, desk, sink, broker, refused: 0 })
+    }
+
+    pub(crate) fn filters(&self) -> &[String] {
+        &self.filters
+    }
+
+    /// Before the first connection.
+    pub(crate) fn open(&mut self, config: &Config) {
+        self.desk.mark_all(Reason::NotConnected);
+        self.desk.flush();
+        let brokers: Vec<_> = config.brokers.iter().map(ToString::to_string).collect();
+        self.sink
+            .report_link(LinkState::Connecting, &format!("{}: connecting", brokers.join(", ")));
+    }
+
+    /// Takes what happened in a connection.
+    pub(crate) fn note(&mut self, event: Event<'_>, now: Instant) {
+        match event {
+            Event::Connected => {
+                self.desk.mark_all(Reason::NotConnected);
+                self.topics.begin();
+                self.fleet.begin(now);
+            }
+            Event::Message { topic, payload, is_retained } => {
+                // The codec lets no other topics pass.
+                let Ok(topic) = std::str::from_utf8(topic) else { return };
+                if !self.fleet.heed(topic, payload, is_retained, now, &mut self.desk) {
+                    self.topics.heed(topic, payload, is_retained, &mut self.desk);
+                }
+            }
+            Event::Refused(index, why) => self.note_refused(index, why),
+            Event::Subscribed => {
+                self.fleet.note_subscribed(now);
+                let broker = &self.broker;
+                let text = match self.refused {
+                    0 => format!("{broker}: connected"),
+                    refused => format!(
+                        "{broker}: connected; it refuses {refused} of {} topic filters: see the log",
+                        self.filters.len()
+                    ),
+                };
+                self.sink.report_link(LinkState::Up, &text);
+            }
+            Event::TooLong(bytes) => {
+                self.desk.ignored.too_long += 1;
+                let text = format!(
+                    "a message of {bytes} bytes was left out: raise max_payload_bytes, or send \
+                     less"
+                );
+                self.desk.tell(LogLevel::Warning, &text);
+            }
+        }
+    }
+
+    /// The next message to send: topic and payload.
+    pub(crate) fn next_request(
+        &mut self,
+        now: Instant,
+        wall_clock: fn() -> SystemTime,
+    ) -> Option<(String, Vec<u8>)> {
+        self.fleet.next_request(now, wall_clock)
+    }
+
+    /// When [`Subscriber::next_request`] has something to do.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.fleet.deadline()
+    }
+
+    /// Publishes what came.
+    pub(crate) fn flush(&mut self) {
+        self.desk.flush();
+    }
+
+    /// A connection to this broker is tried.
+    pub(crate) fn begin(&mut self, broker: &str) {
+        broker.clone_into(&mut self.broker);
+        self.refused = 0;
+        self.desk.begin(broker.to_owned());
+    }
+
+    /// The connection was lost, or could not be made.
+    pub(crate) fn end(&mut self, text: &str, is_last: bool) {
+        self.desk.mark_all(Reason::Communication);
+        self.desk.flush();
+        self.desk.log_ignored();
+        let state = if is_last { LinkState::Down } else { LinkState::Connecting };
+        self.sink.report_link(state, &format!("{}: {text}", self.broker));
+    }
+
+    fn note_refused(&mut self, index: usize, why: &str) {
+        self.refused += 1;
+        let Some(filter) = self.filters.get(index) else { return };
+        self.desk.tell(LogLevel::Error, &format!("topic filter '{filter}' is refused: {why}"));
+        if index < self.topic_filters {
+            for points in self.topics.under(filter) {
+                self.desk.mark(points, Reason::Configuration);
+            }
+        } else {
+            self.fleet.refuse(index - self.topic_filters, &mut self.desk);
+        }
+    }
+}

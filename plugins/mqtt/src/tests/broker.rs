@@ -1,0 +1,174 @@
+//! Mosquitto, and clients beside it, in processes of their own.
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+/// Path from this crate to the workspace's root.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A broker.
+pub(super) struct Broker {
+    child: Option<Child>,
+    folder: TempDir,
+    pub(super) port: u16,
+}
+
+impl Broker {
+    /// Starts a broker that lets everybody in; `None`, said aloud, where there is none.
+    pub(super) fn start() -> Option<Self> {
+        Self::start_with("allow_anonymous true\n")
+    }
+
+    /// Starts a broker with these lines in its configuration, after its listener.
+    pub(super) fn start_with(lines: &str) -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let port =
+            TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port();
+        let text = format!(
+            "listener {port} 127.0.0.1\nuser root\npersistence false\nlog_type error\n{lines}"
+        );
+        std::fs::write(folder.path().join("mosquitto.conf"), text).unwrap();
+        let mut broker = Self { child: None, folder, port };
+        broker.resume()?;
+        Some(broker)
+    }
+
+    /// Starts it again after [`Broker::kill`], on its port.
+    pub(super) fn resume(&mut self) -> Option<()> {
+        let path = program()?;
+        let configuration = self.folder.path().join("mosquitto.conf");
+        let child = Command::new(path).arg("-c").arg(configuration).spawn().unwrap();
+        self.child = Some(child);
+        let deadline = Instant::now() + PATIENCE;
+        while TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).is_err() {
+            assert!(Instant::now() < deadline, "mosquitto does not listen at {}", self.port);
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        Some(())
+    }
+
+    pub(super) fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    /// Stops it, as if its machine hung, or lets it go on.
+    pub(super) fn signal(&self, name: &str) {
+        let id = self.child.as_ref().unwrap().id().to_string();
+        assert!(Command::new("kill").args(["-s", name, &id]).status().unwrap().success());
+    }
+}
+
+impl Drop for Broker {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// Where Mosquitto is.
+fn program() -> Option<PathBuf> {
+    let found = ["/usr/sbin/mosquitto", "/usr/local/sbin/mosquitto"].map(PathBuf::from);
+    let found = found.into_iter().find(|path| path.is_file());
+    if found.is_none() {
+        skip("there is no mosquitto: install the package mosquitto");
+    }
+    found
+}
+
+/// A client in Python that obeys.
+pub(super) struct Peer {
+    child: Child,
+    stdin: ChildStdin,
+    stdout: BufReader<ChildStdout>,
+}
+
+impl Peer {
+    /// A publisher by paho-mqtt.
+    pub(super) fn publisher(port: u16, spec: &serde_json::Value) -> Option<Self> {
+        Self::start("mqtt_publisher.py", "import paho.mqtt.client", port, &[&spec.to_string()])
+    }
+
+    /// An edge node by pysparkplug.
+    pub(super) fn node(port: u16, group: &str, edge_node: &str) -> Option<Self> {
+        Self::start("sparkplug_node.py", "import pysparkplug", port, &[group, edge_node])
+    }
+
+    fn start(script: &str, import: &str, port: u16, arguments: &[&str]) -> Option<Self> {
+        let python = python(import)?;
+        let mut child = Command::new(python)
+            .arg(Path::new(ROOT).join("tests/peers").join(script))
+            .args(["--port", &port.to_string()])
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stdin = child.stdin.take().unwrap();
+        let stdout = BufReader::new(child.stdout.take().unwrap());
+        let mut peer = Self { child, stdin, stdout };
+        assert_eq!(peer.line(), "READY", "{script} did not start");
+        Some(peer)
+    }
+
+    /// Gives a command and waits until it is carried out.
+    #[track_caller]
+    pub(super) fn command(&mut self, command: &serde_json::Value) {
+        writeln!(self.stdin, "{command}").unwrap();
+        assert_eq!(self.line(), "OK", "{command}");
+    }
+
+    /// Publishes a text.
+    #[track_caller]
+    pub(super) fn publish(&mut self, topic: &str, payload: &str) {
+        self.command(&serde_json::json!({"publish": {"topic": topic, "payload": payload}}));
+    }
+
+    /// Publishes a text that the broker keeps.
+    #[track_caller]
+    pub(super) fn retain(&mut self, topic: &str, payload: &str) {
+        let message = serde_json::json!({"topic": topic, "payload": payload, "retain": true});
+        self.command(&serde_json::json!({ "publish": message }));
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).unwrap();
+        line.trim().to_owned()
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn python(import: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("BUSBAR_PYTHON")
+        .map_or_else(|| Path::new(ROOT).join("target/venv/bin/python"), PathBuf::from);
+    let works = Command::new(&path).args(["-c", import]).stderr(Stdio::null()).status();
+    if works.is_ok_and(|status| status.success()) {
+        return Some(path);
+    }
+    skip(&format!(
+        "'{import}' fails by {}: install tests/peers/requirements.txt and set BUSBAR_PYTHON",
+        path.display()
+    ));
+    None
+}
+
+/// Where peers are required, having none is a failure.
+fn skip(remedy: &str) {
+    let required = |name| std::env::var_os(name).is_some();
+    assert!(!required("CI") && !required("BUSBAR_REQUIRE_PEERS"), "{remedy}");
+    eprintln!("SKIPPED: {remedy}");
+}

@@ -1,0 +1,135 @@
+//! Mosquitto in a scene: the example of the plugin's page runs, and what the broker no
+//! longer brings is bad.
+
+#[allow(dead_code, clippy::unwrap_used)]
+#[path = "../../../plugins/mqtt/src/tests/broker.rs"]
+mod broker;
+
+use std::process::Command;
+use std::time::Duration;
+use std::{fs, thread};
+
+use broker::{Broker, Peer};
+use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, workspace_path};
+use serde_json::{Value, json};
+
+/// For messages that have passed the broker to be read, loaded machines included.
+const READING: Duration = Duration::from_millis(700);
+
+/// The scene of the example, with the broker's port.
+fn scene(port: u16) -> Scene {
+    let mut scene = Scene::without_tags();
+    let library = scene.library("mqtt");
+    let name = library.file_name().expect("a name");
+    fs::copy(built(built_folder().join(name)), &library).expect("it can be copied");
+    let page = fs::read_to_string(workspace_path("plugins/mqtt/README.md")).expect("it is there");
+    let (_, example) = page.split_once("## Example\n").expect("it has an example");
+    let lines = example.lines().skip_while(|line| line.is_empty());
+    let block: String = lines.take_while(|line| line.starts_with("    ")).collect();
+    let example: Value = serde_json::from_str(&format!("{{{block}}}")).expect("it is JSON");
+    scene.config["plugins"]["sites"] = example["plugins"]["sites"].clone();
+    scene.config["plugins"]["sites"]["settings"]["port"] = json!(port);
+    scene.config["plugins"]["sites"]["settings"]["keep_alive_seconds"] = json!(2);
+    for (id, tag) in example["tags"].as_object().expect("it has tags") {
+        scene.config["tags"][id] = tag.clone();
+    }
+    scene
+}
+
+fn rendering(scene: &Scene, seconds: f64) -> Command {
+    let mut command = busbar();
+    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
+    command.arg("--out").arg(scene.path("picture.png"));
+    command.arg("--stats").arg(scene.path("stats.json"));
+    command.args(["--seconds", &seconds.to_string()]);
+    command
+}
+
+fn stats(scene: &Scene) -> Stats {
+    Stats::read(&scene.path("stats.json"))
+}
+
+/// What the example reads: by a publisher that keeps it, and by an edge node, which speaks
+/// again once the viewer has connected.
+struct Sites {
+    broker: Broker,
+    publisher: Peer,
+    node: Peer,
+}
+
+impl Sites {
+    fn start() -> Option<Self> {
+        let broker = Broker::start()?;
+        let publisher = Peer::publisher(broker.port, &json!({}))?;
+        let node = Peer::node(broker.port, "north", "station8")?;
+        Some(Self { broker, publisher, node })
+    }
+
+    fn speak(&mut self) {
+        self.publisher.retain("site7/status", "online");
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        let millis = now.expect("it is later").as_millis() as u64;
+        self.publisher.publish("site7/bay3/p", &json!({"value": 21.5, "ts": millis}).to_string());
+        self.publisher.publish("site7/bay3/qb1", "closed");
+        self.node.command(&json!({"birth": []}));
+        let metric = json!({"name": "current", "alias": 3, "type": "FLOAT", "value": 400.5});
+        self.node.command(&json!({"birth": [metric], "device": "bay1"}));
+    }
+}
+
+/// Runs the scene, and has the sites speak for as long as it connects.
+fn run(scene: &Scene, sites: &mut Sites, seconds: f64) -> Process {
+    let running = Process::start(&mut rendering(scene, seconds));
+    for _ in 0..8 {
+        thread::sleep(Duration::from_millis(250));
+        sites.speak();
+    }
+    running
+}
+
+#[test]
+fn the_example_of_the_page_shows_what_the_sites_publish() {
+    let Some(mut sites) = Sites::start() else { return };
+    for isolation in ["process", "none"] {
+        let mut scene = scene(sites.broker.port);
+        scene.config["isolation"] = json!(isolation);
+        run(&scene, &mut sites, 4.0).finish().expect_code(0);
+        let stats = stats(&scene);
+        for (id, value) in [
+            ("S7.Bay3.P", json!(21.5)),
+            ("S7.Bay3.QB1", json!("closed")),
+            ("S8.Bay1.Current", json!(400.5)),
+        ] {
+            let tag = stats.tag(id);
+            assert_eq!((&tag.value, tag.quality.as_str()), (&value, "good"), "{id}");
+        }
+    }
+}
+
+#[test]
+fn a_broker_that_is_killed_or_hangs_leaves_nothing_good() {
+    for signal in ["KILL", "STOP"] {
+        let Some(mut sites) = Sites::start() else { return };
+        let scene = scene(sites.broker.port);
+        let running = run(&scene, &mut sites, 6.0);
+        thread::sleep(READING);
+        sites.broker.signal(signal);
+        running.finish().expect_code(0);
+        let stats = stats(&scene);
+        for (id, tag) in stats.tags() {
+            let found = (tag.quality.as_str(), tag.reason.as_deref());
+            assert_eq!(found, ("bad", Some("communication")), "{id} after {signal}");
+        }
+        assert_eq!(stats.tag("S7.Bay3.P").value, json!(21.5), "the last value stays");
+        sites.broker.signal("CONT");
+    }
+}
+
+#[test]
+fn faults_of_the_configuration_are_told_with_their_remedy() {
+    let mut scene = scene(1883);
+    scene.config["tags"]["S7.Bay3.P"]["source"]["address"] = json!({"topic": "site7/+/p"});
+    let output = finish(busbar().arg("check").arg(scene.write())).expect_code(1);
+    let said = output.stdout + &output.stderr;
+    assert!(said.contains("put the filter into the setting subscriptions"), "{said}");
+}

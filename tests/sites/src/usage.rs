@@ -1,0 +1,63 @@
+//! What a process has taken, by `/proc`.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+/// The kernel's clock ticks a second, as it shows them to programs (proc(5)).
+const TICKS_PER_SECOND: f64 = 100.0;
+
+/// What a process took in a while.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Usage {
+    /// Share of one core.
+    pub(crate) cores: f64,
+    /// Most memory that it ever had resident, MiB.
+    pub(crate) peak_mib: f64,
+}
+
+/// Seconds on processors so far.
+pub(crate) fn cpu_seconds(process: u32) -> Result<f64> {
+    let fields = stat(process)?;
+    let ticks = |index: usize| fields.get(index).and_then(|field| field.parse::<f64>().ok());
+    // utime and stime are fields 14 and 15; these begin with the third.
+    let (user, system) = ticks(11).zip(ticks(12)).context("stat lacks its times")?;
+    Ok((user + system) / TICKS_PER_SECOND)
+}
+
+/// Since `before` seconds of CPU, over so many seconds.
+pub(crate) fn usage(process: u32, before: f64, seconds: f64) -> Result<Usage> {
+    let cores = (cpu_seconds(process)? - before) / seconds;
+    let status = fs::read_to_string(format!("/proc/{process}/status"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+    Ok(Usage { cores, peak_mib: kib.context("status lacks VmHWM")? / 1024.0 })
+}
+
+/// The child of this process that runs a plugin.
+pub(crate) fn plugin_process() -> Result<u32> {
+    let own = std::process::id().to_string();
+    for entry in fs::read_dir("/proc")? {
+        let path = entry?.path();
+        let Some(id) = id_of(&path) else { continue };
+        let is_child = stat(id).is_ok_and(|fields| fields.get(1) == Some(&own));
+        let line = fs::read_to_string(path.join("cmdline")).unwrap_or_default();
+        if is_child && line.contains("plugin-host") {
+            return Ok(id);
+        }
+    }
+    anyhow::bail!("the plugin has no process")
+}
+
+fn id_of(path: &Path) -> Option<u32> {
+    path.file_name()?.to_str()?.parse().ok()
+}
+
+/// Fields of `stat` from the third on: the second may hold spaces.
+fn stat(process: u32) -> Result<Vec<String>> {
+    let text = fs::read_to_string(format!("/proc/{process}/stat"))?;
+    let (_, rest) = text.rsplit_once(')').context("stat has no name")?;
+    Ok(rest.split_whitespace().map(str::to_owned).collect())
+}

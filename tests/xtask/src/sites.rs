@@ -1,0 +1,37 @@
+//! `sites`: one viewer's plugin on a broker that carries a hundred stations, measured.
+
+use std::process::Command;
+
+use anyhow::Result;
+
+use crate::packages::{self, Purpose};
+use crate::process;
+use crate::stage;
+use crate::workspace::{Profile, Workspace};
+
+const PACKAGE: &str = "sites";
+const PLUGIN: &str = "mqtt";
+/// The program whose processes plugins run in.
+const HOST: &str = "busbar";
+/// Where the figures go.
+const FIGURES: &str = "target/sites.json";
+
+/// Options of `sites`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Only messages of this form: sparkplug, json or text.
+    #[arg(long)]
+    only: Option<String>,
+}
+
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    stage::build_packages(workspace, Profile::Release, [PLUGIN, PACKAGE, HOST])?;
+    let mut command = Command::new(workspace.program(Profile::Release, PACKAGE));
+    command.arg("--library").arg(workspace.library(Profile::Release, PLUGIN));
+    command.arg("--out").arg(workspace.path(FIGURES));
+    if let Some(only) = &arguments.only {
+        command.args(["--only", only]);
+    }
+    process::run(&mut command)
+}
