@@ -11,7 +11,7 @@ use std::time::Duration;
 use busbar_chart::{Action, Board, Brush, Explanation, Selected, Shape, Size, nearest};
 use busbar_config::ChartConfig;
 use busbar_plugin_host::{Pattern, PluginError, wall_clock};
-use busbar_plugin_process::{Plugin, RunningChart};
+use busbar_plugin_process::Plugin;
 use busbar_renderer::{
     FaceInWorld, MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, StrokeInWorld,
 };
@@ -36,8 +36,8 @@ const EXPLAIN_PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) struct ShownChart {
     reader: Reader,
     board: Board,
-    /// Of the records shown.
-    data_revision: u64,
+    /// [`Read::number`](reader::Read::number) of the records shown.
+    last_read: u64,
     world_from_chart: Affine3A,
     follows: bool,
     settles: bool,
@@ -74,14 +74,14 @@ impl ShownChart {
         graph: &SceneGraph,
         settles: bool,
     ) -> Result<Self, PluginError> {
-        let reader = Reader::start(RunningChart::of(plugin)?)?;
+        let reader = Reader::start(plugin)?;
         let [width, height, depth] = config.size.map(|metres| metres as f32);
         let turn = Quat::from_rotation_y((config.yaw_degrees as f32).to_radians());
         let position = Vec3::from(config.position.map(|metres| metres as f32));
         let mut shown = Self {
             reader,
             board: Board::new(Size { width, height, depth }),
-            data_revision: 0,
+            last_read: 0,
             world_from_chart: Affine3A::from_rotation_translation(turn, position),
             follows: config.follows,
             settles,
@@ -105,7 +105,7 @@ impl ShownChart {
     /// Takes over what was read.
     fn take(&mut self, graph: &SceneGraph) {
         let Some(read) = self.reader.take() else { return };
-        self.data_revision = read.revision;
+        self.last_read = read.number;
         self.board.set_data(read.description, read.records);
         self.find_equipment(graph);
         let absent = self.nodes.iter().filter(|node| node.is_none()).count();
@@ -158,7 +158,7 @@ impl ShownChart {
         let question = Question {
             equipment: self.board.description().equipment[equipment].clone(),
             unix_nanos: self.board.records().all()[record].unix_nanos,
-            revision: self.data_revision,
+            read: self.last_read,
         };
         let patience = if self.settles { EXPLAIN_PATIENCE } else { Duration::ZERO };
         match self.reader.explain(&question, patience) {
@@ -266,7 +266,7 @@ impl ShownChart {
     /// # Errors
     /// The device's.
     pub(crate) fn count(&mut self, renderer: &mut Renderer) -> Result<(), RenderError> {
-        let counted = (&self.board, self.data_revision);
+        let counted = (&self.board, self.last_read);
         self.density.advance(renderer, counted, self.world_from_chart, self.settles)
     }
 

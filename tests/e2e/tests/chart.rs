@@ -10,6 +10,7 @@ use busbar_viewer::{ChartStats, LoadedScene, RendererOptions, Stats, Viewer};
 use dga::{Concentration, Gas, Sample, Zone, triangle_1};
 use e2e::Scene;
 use fleet::{Fault, Row, TRANSFORMERS, equipment, histories, monitored, one_by_one, place};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 use time::{Date, Month};
 
@@ -129,6 +130,36 @@ fn two_gases(row: &Row) -> [f32; 2] {
         let ppm = row.ppm[gas].expect("it was measured");
         format!("{ppm:.1}").parse().expect("a number")
     })
+}
+
+#[test]
+fn what_changed_while_the_plugin_was_dead_shows_once_it_is_back() {
+    let rows = histories(3, day());
+    let scene = scene(&rows, false);
+    let mut view = View::open(&scene.write());
+    let mut until = |what: &str, is_so: &dyn Fn(&Stats) -> bool| {
+        let begun = Instant::now();
+        loop {
+            view.frame();
+            let stats = view.stats();
+            if is_so(&stats) {
+                return stats;
+            }
+            assert!(begun.elapsed() < MAX_READING, "no {what}: {:?}", stats.chart);
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    let has = |stats: &Stats, count: usize| {
+        stats.chart.as_ref().is_some_and(|chart| chart.records == count)
+    };
+    let stats = until("records", &|stats| has(stats, rows.len()));
+    let pid = stats.plugins.iter().find(|plugin| plugin.name == "gases").and_then(|one| one.pid);
+    // What it counts begins anew with it, and may come to the same number.
+    let fewer = &rows[..rows.len() - 1];
+    kill_process(Pid::from_raw(pid.expect("a process") as i32).expect("one"), Signal::KILL)
+        .expect("it runs");
+    std::fs::write(scene.path("samples.csv"), fleet::csv(fewer)).expect("it can be written");
+    until("other records", &|stats| has(stats, fewer.len()));
 }
 
 #[test]

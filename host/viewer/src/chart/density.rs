@@ -32,7 +32,7 @@ impl Density {
     pub(super) fn advance(
         &mut self,
         renderer: &mut Renderer,
-        (board, data_revision): (&Board, u64),
+        (board, last_read): (&Board, u64),
         world_from_chart: Affine3A,
         settles: bool,
     ) -> Result<(), RenderError> {
@@ -42,7 +42,7 @@ impl Density {
         };
         self.ask(&wanted);
         let Some(request) = &self.request else { return Ok(()) };
-        match count(renderer, request, board, (data_revision, self.arrangement), settles) {
+        match count(renderer, request, board, (last_read, self.arrangement), settles) {
             Ok(progress) => (self.progress, self.fault) = (progress, None),
             Err(error) if error.cure() == Cure::None => {
                 self.progress = DensityProgress::default();

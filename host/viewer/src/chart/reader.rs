@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use busbar_chart::{Description, Explanation, MAX_RECORDS, Records};
 use busbar_plugin_host::{MAX_PAGE_RECORDS, PluginError};
-use busbar_plugin_process::RunningChart;
+use busbar_plugin_process::{Plugin, RunningChart};
 
 /// How often it is asked whether there are other records.
 const POLL_PERIOD: Duration = Duration::from_secs(1);
@@ -19,13 +19,14 @@ pub(super) struct Question {
     pub(super) equipment: String,
     /// Nanoseconds since 1970-01-01 UTC.
     pub(super) unix_nanos: i64,
-    /// Of the records that it is asked about.
-    pub(super) revision: u64,
+    /// Of the records that it is asked about: [`Read::number`].
+    pub(super) read: u64,
 }
 
 /// What was read and nobody has taken yet.
 pub(super) struct Read {
-    pub(super) revision: u64,
+    /// How many times they were read: what a plugin counts begins anew when it does.
+    pub(super) number: u64,
     pub(super) description: Arc<Description>,
     pub(super) records: Records,
 }
@@ -60,13 +61,15 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    pub(super) fn start(chart: RunningChart) -> Result<Self, PluginError> {
+    pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
+        let chart = RunningChart::of(plugin)?;
         let shared = Arc::new(Shared::default());
-        let theirs = shared.clone();
-        let work = move || run(&chart, &theirs);
+        let (theirs, plugin) = (shared.clone(), plugin.clone());
+        let id = plugin.info().id.clone();
+        let work = move || run(&plugin, &chart, &theirs);
         let thread = std::thread::Builder::new().name("chart".into()).spawn(work);
         let thread = thread.map_err(|error| PluginError::Failed {
-            id: String::new(),
+            id,
             settings_at_fault: false,
             message: format!("no thread can be started to read its chart: {error}"),
         })?;
@@ -134,8 +137,8 @@ impl Drop for Reader {
     }
 }
 
-fn run(chart: &RunningChart, shared: &Shared) {
-    let mut known = None;
+fn run(plugin: &Plugin, chart: &RunningChart, shared: &Shared) {
+    let (mut known, mut deaths, mut reads) = (None, 0, 0);
     let mut next_poll = Instant::now();
     loop {
         let wanted = {
@@ -154,22 +157,29 @@ fn run(chart: &RunningChart, shared: &Shared) {
             let answer = answer.map_err(|error| error.to_string());
             shared.state().explained = Some((question, answer));
         } else {
+            // What another process counts may be the same by chance.
+            let died = plugin.status().deaths;
+            known = known.filter(|_| died == deaths);
+            deaths = died;
             let read = poll(chart, known);
             next_poll = Instant::now() + POLL_PERIOD;
             let mut state = shared.state();
             state.polls += 1;
             match read {
-                Ok(Some(read)) => {
-                    known = Some(read.revision);
+                Ok(Some((revision, description, records))) => {
+                    (known, reads) = (Some(revision), reads + 1);
                     state.fault = None;
-                    state.read = Some(read);
+                    state.read = Some(Read { number: reads, description, records });
                 }
                 Ok(None) => state.fault = None,
                 Err(fault) => {
                     if state.fault.as_ref() != Some(&fault) {
-                        tracing::error!("the chart cannot be read: {fault}");
+                        tracing::error!(
+                            plugin = plugin.name(),
+                            "the chart cannot be read: {fault}"
+                        );
                     }
-                    state.fault = Some(fault);
+                    (known, state.fault) = (None, Some(fault));
                 }
             }
         }
@@ -177,8 +187,11 @@ fn run(chart: &RunningChart, shared: &Shared) {
     }
 }
 
+/// All records with their revision and what describes them.
+type Everything = (u64, Arc<Description>, Records);
+
 /// Everything, if it is of another revision than is known.
-fn poll(chart: &RunningChart, known: Option<u64>) -> Result<Option<Read>, String> {
+fn poll(chart: &RunningChart, known: Option<u64>) -> Result<Option<Everything>, String> {
     let words = |error: PluginError| error.to_string();
     if Some(chart.read(0, 0, 0).map_err(words)?.revision) == known {
         return Ok(None);
@@ -192,7 +205,7 @@ fn poll(chart: &RunningChart, known: Option<u64>) -> Result<Option<Read>, String
 }
 
 /// `None` where records changed meanwhile.
-fn read_all(chart: &RunningChart) -> Result<Option<Read>, String> {
+fn read_all(chart: &RunningChart) -> Result<Option<Everything>, String> {
     let words = |error: PluginError| error.to_string();
     let revision = chart.read(0, 0, 0).map_err(words)?.revision;
     let description = chart.describe().map_err(words)?;
@@ -208,8 +221,7 @@ fn read_all(chart: &RunningChart) -> Result<Option<Read>, String> {
         records.append(&page.records, &page.values, states).map_err(|fault| fault.to_string())?;
         let is_all = records.len() as u64 >= page.total || records.len() >= MAX_RECORDS;
         if is_all || page.records.is_empty() {
-            let description = Arc::new(description);
-            return Ok(Some(Read { revision, description, records }));
+            return Ok(Some((revision, Arc::new(description), records)));
         }
     }
 }
