@@ -19,7 +19,7 @@ use crate::steering::{Seat, Steering};
 /// Size of the picture until a page says its own, pixels.
 const FIRST_SIZE: [u32; 2] = [1280, 720];
 /// After so long without a sign of life the viewer's picture is dead.
-const SILENT: Duration = Duration::from_millis(500);
+const SILENT: Duration = Duration::from_millis(1000);
 /// After so long it is started again: large pictures of a software rasteriser take long.
 const HUNG: Duration = Duration::from_secs(5);
 /// The longest delay before a viewer that keeps ending is started again.

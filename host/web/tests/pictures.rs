@@ -14,7 +14,7 @@ const SIZE: [u32; 2] = [480, 300];
 /// Bytes a second that a page costs where nothing changes: four beats.
 const MAX_REST: usize = 200;
 /// From a viewer's end until pages hear of it, on a machine that does much else.
-const MAX_UNNOTICED: Duration = Duration::from_millis(1000);
+const MAX_UNNOTICED: Duration = Duration::from_millis(1600);
 
 /// Of 255 in the mean: the camera comes back to where it was, but for rounding.
 const MAX_DIFFERENCE: f64 = 1.0;

@@ -107,7 +107,7 @@ impl Browser {
             }
             assert!(start.elapsed() < PATIENCE, "it never rests");
             before = picture;
-            self.ask("wait", json!(1500));
+            self.ask("wait", json!(2500));
         }
     }
 

@@ -251,7 +251,7 @@ impl Page {
         let start = Instant::now();
         loop {
             let before = self.pictures;
-            self.listen_for(Duration::from_millis(1500)).await;
+            self.listen_for(Duration::from_millis(2500)).await;
             if self.pictures == before && before > 0 && self.condition() == "live" {
                 return;
             }
