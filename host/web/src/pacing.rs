@@ -22,7 +22,7 @@ const MAX_QUALITY: u8 = 85;
 const SLOW: Duration = Duration::from_millis(300);
 const QUICK: Duration = Duration::from_millis(120);
 /// Tiles made sharp by one message: at first, at least, at most.
-const SHARPENED: usize = 24;
+const SHARPENED: usize = 8;
 const MIN_SHARPENED: usize = 2;
 const MAX_SHARPENED: usize = 96;
 

@@ -296,7 +296,7 @@ fn nothing_old_passes_for_live() {
     let kill = || kill_process(viewer, Signal::KILL).expect("it is there");
     let lost = marked(&mut browser, "viewer killed", "Viewer lost", &kill);
     assert!(
-        lost["why"].as_str().is_some_and(|why| why.is_empty() || why.contains("signal 9")),
+        lost["why"].as_str().is_some_and(|why| why.is_empty() || why.contains("ended")),
         "{lost}"
     );
     browser.shot("web_lost");
