@@ -39,6 +39,11 @@ pub(crate) enum Command {
     /// Make a scene from a model and a point list
     Import(ImportOptions),
     /// Show a configuration as a web page, for the iframe of an HMI
+    ///
+    /// All pages share one view. The first that comes steers it, others look and can take over.
+    /// Whoever looks must have the token: from --token-file, from the variable BUSBAR_TOKEN, or
+    /// else made at random and printed with the address. Nothing is encrypted: for other
+    /// machines, put a proxy with TLS before it.
     Serve(ServeOptions),
     /// Print the JSON Schema of configurations
     Schema,
@@ -227,12 +232,6 @@ pub(crate) struct SimulateOptions {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Faults(pub(crate) Vec<FaultKind>);
 
-/// Show a configuration as a web page, for the iframe of an HMI
-///
-/// All pages share one view. The first that comes steers it, others look and can take over.
-/// Whoever looks must have the token: from --token-file, from the variable BUSBAR_TOKEN, or
-/// else made at random and printed with the address. Nothing is encrypted: for other machines,
-/// put a proxy with TLS before it.
 #[derive(Debug, Args)]
 pub(crate) struct ServeOptions {
     /// Configuration file

@@ -1,6 +1,7 @@
 //! `busbar serve`: the view as a web page.
 
 use std::ffi::OsString;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -60,6 +61,7 @@ fn token(file: Option<&Path>) -> anyhow::Result<(Token, bool)> {
                     file.display()
                 )
             })?;
+            warn_of_readers(file);
             let place = || format!("'{}'", file.display());
             Some(Token::parse(&text).with_context(place)?)
         }
@@ -71,6 +73,15 @@ fn token(file: Option<&Path>) -> anyhow::Result<(Token, bool)> {
         Some(token) => (token, false),
         None => (Token::random()?, true),
     })
+}
+
+/// Says so where others of this machine can read the token.
+fn warn_of_readers(file: &Path) {
+    const OTHERS: u32 = 0o044;
+    let is_read = std::fs::metadata(file).is_ok_and(|file| file.permissions().mode() & OTHERS != 0);
+    if is_read {
+        tracing::warn!("others can read '{}'; take that from them: chmod 600", file.display());
+    }
 }
 
 /// This program, which is the viewer too.

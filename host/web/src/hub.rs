@@ -3,6 +3,7 @@
 //! A thread follows the viewer; pages read what it put down and are woken when that changes.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,7 @@ use crate::steering::{Seat, Steering};
 /// Size of the picture until a page says its own, pixels.
 const FIRST_SIZE: [u32; 2] = [1280, 720];
 /// After so long without a sign of life the viewer's picture is dead.
-const SILENT: Duration = Duration::from_millis(500);
+const SILENT: Duration = Duration::from_millis(1000);
 /// After so long it is started again: large pictures of a software rasteriser take long.
 const HUNG: Duration = Duration::from_secs(5);
 /// The longest delay before a viewer that keeps ending is started again.
@@ -39,6 +40,8 @@ pub(crate) struct Hub {
     /// Raised with whatever a page may have to send.
     changes: watch::Sender<u64>,
     told: broadcast::Sender<ToPage>,
+    /// Whether the viewer took no more when it was last asked something.
+    is_full: AtomicBool,
     /// Why there never was a scene, once that is known.
     failure: watch::Sender<Option<String>>,
 }
@@ -87,6 +90,7 @@ impl Hub {
             steering: Mutex::default(),
             changes: watch::channel(0).0,
             told: broadcast::channel(MAX_TOLD).0,
+            is_full: AtomicBool::new(false),
             failure: watch::channel(None).0,
         });
         // Nobody looks yet.
@@ -131,9 +135,9 @@ impl Hub {
         (condition, shown.true_at.elapsed())
     }
 
-    /// What a page that comes must know of what happened before.
-    pub(crate) fn greeting(&self) -> ToPage {
-        ToPage::Alarms(lock(&self.shown).count_alarms())
+    /// How many alarms stand how.
+    pub(crate) fn alarms(&self) -> AlarmCounts {
+        AlarmCounts::of(lock(&self.shown).alarms.values().copied())
     }
 
     /// A page comes.
@@ -171,10 +175,12 @@ impl Hub {
 
     fn ask(&self, commands: Vec<Command>) {
         for command in commands {
-            if self.view.command(command).is_err() {
-                // Hands go on; what counts is told by the picture.
+            // Hands go on; what counts is told by the picture.
+            let is_full = self.view.command(command).is_err();
+            if is_full && !self.is_full.load(Ordering::Relaxed) {
                 tracing::warn!("the viewer does not keep up with what pages ask");
             }
+            self.is_full.store(is_full, Ordering::Relaxed);
         }
     }
 
@@ -216,17 +222,13 @@ impl Hub {
             }
             Event::Picked(id) => ToPage::Picked(id),
             Event::Alarm(standing) => {
-                let mut shown = lock(&self.shown);
-                let before = shown.count_alarms();
+                let alarms = &mut lock(&self.shown).alarms;
                 match standing.state {
-                    0 => drop(shown.alarms.remove(&standing.alarm)),
-                    state => drop(shown.alarms.insert(standing.alarm, state)),
+                    0 => drop(alarms.remove(&standing.alarm)),
+                    state => drop(alarms.insert(standing.alarm, state)),
                 }
-                let after = shown.count_alarms();
-                if after == before {
-                    return;
-                }
-                ToPage::Alarms(after)
+                // Counts are told with beats: a storm of alarms is no storm of messages.
+                return;
             }
             Event::Lost(how) => {
                 tracing::warn!("the viewer is lost: {how}");
@@ -237,7 +239,6 @@ impl Hub {
                 if is_another {
                     // It tells them all again.
                     lock(&self.shown).alarms.clear();
-                    let _ = self.told.send(ToPage::Alarms(AlarmCounts::default()));
                 }
                 return;
             }
@@ -252,12 +253,6 @@ impl Hub {
         };
         // Nobody may be there.
         let _ = self.told.send(told);
-    }
-}
-
-impl Shown {
-    fn count_alarms(&self) -> AlarmCounts {
-        AlarmCounts::of(self.alarms.values().copied())
     }
 }
 

@@ -12,6 +12,7 @@ mod message;
 mod options;
 mod pacing;
 mod picture;
+pub mod probe;
 mod routes;
 mod server;
 mod session;

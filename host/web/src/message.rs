@@ -4,7 +4,7 @@ use busbar_protocol::message::{Command, Modifiers, Pointing, Typing};
 use serde::{Deserialize, Serialize};
 
 /// The longest message of a page, bytes.
-pub(crate) const MAX_MESSAGE_BYTES: usize = 8 << 10;
+pub const MAX_MESSAGE_BYTES: usize = 8 << 10;
 /// Steps that the wheel turns at once, at most.
 const MAX_STEPS: f32 = 100.0;
 /// The least and the most pixels of a picture's side, and the most in all: what a page asks

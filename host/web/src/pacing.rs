@@ -9,8 +9,9 @@ use crate::picture::Picture;
 const MIN_GAP: Duration = Duration::from_millis(40);
 /// A picture that is older than this at a page is not live there.
 pub(crate) const MAX_BEHIND: Duration = Duration::from_millis(1000);
-/// So long after the last picture with loss, what has any is sent again without.
-const REST: Duration = Duration::from_millis(400);
+/// A tile that was sent with loss and rests for so long is sent again without: longer than
+/// values stay that change every second.
+const REST: Duration = Duration::from_millis(1200);
 /// Changes of so few tiles are sent without loss at once: text stays sharp.
 const MAX_SHARP_TILES: usize = 12;
 /// JPEG's quality: at first, at least, at most.
@@ -21,7 +22,7 @@ const MAX_QUALITY: u8 = 85;
 const SLOW: Duration = Duration::from_millis(300);
 const QUICK: Duration = Duration::from_millis(120);
 /// Tiles made sharp by one message: at first, at least, at most.
-const SHARPENED: usize = 24;
+const SHARPENED: usize = 8;
 const MIN_SHARPENED: usize = 2;
 const MAX_SHARPENED: usize = 96;
 
@@ -29,17 +30,22 @@ const MAX_SHARPENED: usize = 96;
 #[derive(Debug)]
 pub(crate) struct Pacing {
     size: [u32; 2],
-    /// By tile: the number of the picture that it was sent of, 0 for none, and whether that
-    /// was without loss.
-    sent: Vec<(u64, bool)>,
+    sent: Vec<Sent>,
     in_flight: Option<Flight>,
     last_sent: Option<Instant>,
-    /// When something was last sent with loss.
-    last_lossy: Option<Instant>,
     /// Since when there is something that was not sent.
     unsent_since: Option<Instant>,
     quality: u8,
     sharpened: usize,
+}
+
+/// What was sent of a tile.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sent {
+    /// Number of the picture, 0 for none.
+    number: u64,
+    /// When, if that was with loss.
+    lossy: Option<Instant>,
 }
 
 /// What was sent and not shown yet.
@@ -65,7 +71,6 @@ impl Pacing {
             sent: Vec::new(),
             in_flight: None,
             last_sent: None,
-            last_lossy: None,
             unsent_since: None,
             quality: QUALITY,
             sharpened: SHARPENED,
@@ -92,22 +97,19 @@ impl Pacing {
         }
         if self.size != picture.size {
             self.size = picture.size;
-            self.sent = vec![(0, false); picture.changed().len()];
+            self.sent = vec![Sent::default(); picture.changed().len()];
         }
-        let pairs = || picture.changed().iter().zip(&self.sent).enumerate();
-        let unsent: Vec<_> =
-            pairs().filter(|(_, (changed, (sent, _)))| *changed > sent).map(|(i, _)| i).collect();
+        let is_unsent = |tile: &usize| picture.changed()[*tile] > self.sent[*tile].number;
+        let unsent: Vec<_> = (0..self.sent.len()).filter(is_unsent).collect();
         if !unsent.is_empty() {
             let is_sharp = unsent.len() <= MAX_SHARP_TILES;
             let format = if is_sharp { Format::Png } else { Format::Jpeg(self.quality) };
             return Some(Next { tiles: unsent, format });
         }
         self.unsent_since = None;
-        if self.last_lossy.is_some_and(|lossy| now.saturating_duration_since(lossy) < REST) {
-            return None;
-        }
-        let lossy = pairs().filter(|(_, (_, (_, is_sharp)))| !is_sharp).map(|(i, _)| i);
-        let tiles: Vec<_> = lossy.take(self.sharpened).collect();
+        let rests = |sent: &Sent| sent.lossy.is_some_and(|lossy| now >= lossy + REST);
+        let resting = self.sent.iter().enumerate().filter(|(_, sent)| rests(sent));
+        let tiles: Vec<_> = resting.map(|(tile, _)| tile).take(self.sharpened).collect();
         (!tiles.is_empty()).then_some(Next { tiles, format: Format::Png })
     }
 
@@ -119,16 +121,13 @@ impl Pacing {
         format: Format,
         now: Instant,
     ) {
-        let is_sharp = format == Format::Png;
+        let lossy = (format != Format::Png).then_some(now);
         for &tile in tiles {
-            self.sent[tile] = (picture.number, is_sharp);
+            self.sent[tile] = Sent { number: picture.number, lossy };
         }
         let since = self.unsent_since.take();
         self.in_flight = Some(Flight { number: picture.number as u32, sent: now, since });
         self.last_sent = Some(now);
-        if !is_sharp {
-            self.last_lossy = Some(now);
-        }
     }
 
     /// It is encoded, and on its way from here on.
@@ -156,14 +155,15 @@ impl Pacing {
 
     /// When there may be something to send though nothing happens.
     pub(crate) fn due(&self) -> Option<Instant> {
-        let has_all = self.in_flight.is_some() || self.sent.iter().all(|(_, is_sharp)| *is_sharp);
-        let gap = self.last_sent.map(|sent| sent + MIN_GAP);
-        match self.unsent_since {
-            _ if self.in_flight.is_some() => None,
-            Some(_) => gap,
-            None if has_all => None,
-            None => gap.max(self.last_lossy.map(|lossy| lossy + REST)),
+        if self.in_flight.is_some() {
+            return None;
         }
+        let gap = self.last_sent.map(|sent| sent + MIN_GAP);
+        if self.unsent_since.is_some() {
+            return gap;
+        }
+        let rested = self.sent.iter().filter_map(|sent| sent.lossy).min()? + REST;
+        Some(gap.map_or(rested, |gap| gap.max(rested)))
     }
 }
 
@@ -220,11 +220,11 @@ mod tests {
         pacing.note_change(start);
         let told = run(&mut pacing, &picture, start, 300, 1);
         assert_eq!(told[0].1, Next { tiles: (0..100).collect(), format: Format::Jpeg(QUALITY) });
-        assert!(told[1].0 >= 40, "it rests first");
+        assert!(told[1].0 >= 120, "it rests first");
         let sharp: Vec<_> = told[1..].iter().flat_map(|(_, next)| next.tiles.clone()).collect();
         assert_eq!(sharp, (0..100).collect::<Vec<_>>(), "each tile once");
         assert!(told[1..].iter().all(|(_, next)| next.format == Format::Png));
-        assert_eq!(pacing.due(), None);
+        assert_eq!(pacing.due(), None, "nothing is left to do");
         assert_eq!(pacing.behind(start + Duration::from_secs(9)), Duration::ZERO);
     }
 

@@ -12,7 +12,7 @@ use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
 
 use crate::encode;
 use crate::hub::Hub;
-use crate::message::{Condition, FromPage, ToPage};
+use crate::message::{AlarmCounts, Condition, FromPage, ToPage};
 use crate::pacing::{MAX_BEHIND, Pacing};
 use crate::steering::Seat;
 
@@ -23,8 +23,8 @@ const PING_PERIOD: Duration = Duration::from_secs(5);
 const MAX_SILENCE: Duration = Duration::from_secs(15);
 /// How long a message may take to leave.
 const MAX_SEND: Duration = Duration::from_secs(10);
-/// Messages that wait to leave: a picture, beats and events. With more, beats are left out,
-/// and a page whose events do not fit is ended.
+/// Messages that wait to leave: a picture, beats and events. With half of them, beats are left
+/// out and events stay where they are; a page whose answers do not fit is ended.
 const MAX_WAITING: usize = 64;
 /// Messages of a page that are taken at once, and in a second.
 const MAX_BURST: f64 = 500.0;
@@ -48,6 +48,8 @@ struct Session {
     known: u64,
     encoding: Option<JoinHandle<Option<Vec<u8>>>>,
     told: (Condition, bool),
+    /// As they were told.
+    alarms: Option<AlarmCounts>,
     /// Views that it said, and whether anybody sees it.
     views: u32,
     is_visible: bool,
@@ -83,7 +85,8 @@ pub(crate) async fn run(socket: WebSocket, hub: Arc<Hub>, mut stopping: watch::R
             },
             encoded = encoded(&mut session.encoding) => session.send_picture(encoded),
             _ = changes.changed() => session.note_change(),
-            event = told.recv() => match event {
+            // What a page has no room for waits with the hub, where the oldest goes first.
+            event = told.recv(), if session.has_room() => match event {
                 Ok(event) => session.tell(&event),
                 Err(broadcast::error::RecvError::Lagged(_)) => Ok(()),
                 Err(broadcast::error::RecvError::Closed) => break None,
@@ -131,6 +134,7 @@ impl Session {
             pacing: Pacing::new(),
             encoding: None,
             told: (Condition::Starting, false),
+            alarms: None,
             views: 0,
             is_visible: true,
             allowance: MAX_BURST,
@@ -140,10 +144,8 @@ impl Session {
         };
         let steers = session.hub.does_steer(seat);
         session.told.1 = steers;
-        for message in [ToPage::Steers(steers), session.hub.greeting()] {
-            // There is room for these.
-            let _ = session.tell(&message);
-        }
+        // There is room for that.
+        let _ = session.tell(&ToPage::Steers(steers));
         let _ = session.note_change();
         session
     }
@@ -164,10 +166,19 @@ impl Session {
         }
         self.told.0 = condition;
         let age = u64::try_from(age.as_millis()).unwrap_or(u64::MAX);
-        if self.out.capacity() > MAX_WAITING / 2 {
+        if self.has_room() {
             self.tell(&ToPage::Beat(condition, age, self.views))?;
+            let alarms = self.hub.alarms();
+            if self.alarms.replace(alarms) != Some(alarms) {
+                self.tell(&ToPage::Alarms(alarms))?;
+            }
         }
         Ok(())
+    }
+
+    /// Whether there is room for what can wait; pictures always find some.
+    fn has_room(&self) -> bool {
+        self.out.capacity() > MAX_WAITING / 2
     }
 
     fn ping(&self) -> Result<(), End> {

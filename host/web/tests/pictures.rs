@@ -11,10 +11,18 @@ use e2e::Scene;
 use serde_json::json;
 
 const SIZE: [u32; 2] = [480, 300];
-/// Bytes a second that a page costs where nothing changes: four beats.
-const MAX_REST: usize = 200;
+/// Bytes a second that a page costs where nothing changes: four beats, and words where a busy
+/// machine makes the viewer late.
+const MAX_REST: usize = 400;
+/// A line of 1 Mbit/s, and a page that is large for it.
+const SLOW_LINE: usize = 125_000;
+const LARGE: [u32; 2] = [1000, 640];
+/// Pictures that a test of a slow line waits for.
+const ENOUGH: usize = 8;
+/// A page takes a server for silent after a second; a busy machine adds its turns.
+const MAX_GAP: Duration = Duration::from_millis(1300);
 /// From a viewer's end until pages hear of it, on a machine that does much else.
-const MAX_UNNOTICED: Duration = Duration::from_millis(1000);
+const MAX_UNNOTICED: Duration = Duration::from_millis(1600);
 
 /// Of 255 in the mean: the camera comes back to where it was, but for rounding.
 const MAX_DIFFERENCE: f64 = 1.0;
@@ -149,4 +157,34 @@ async fn a_viewer_that_dies_is_told_of_and_comes_back() {
         let difference = mean_difference(&page.pixels, &before);
         assert!(difference < MAX_DIFFERENCE, "it differs by {difference} of 255 in the mean");
     }
+}
+
+#[tokio::test]
+#[allow(clippy::print_stderr)]
+async fn a_slow_line_gets_worse_pictures_and_hears_beats_all_the_while() {
+    let scene = scene();
+    let server = start(&showing(&scene));
+    let mut page = Page::open_slowly(&server, SLOW_LINE).await;
+    page.view(LARGE, true).await;
+    page.until("picture of its size", |page| page.size == LARGE).await;
+    page.until_calm().await;
+    (page.longest_gap, page.kinds) = (Duration::ZERO, Vec::new());
+    let (before, started) = (page.pictures, Instant::now());
+    let mut by = 200.0;
+    while page.pictures < before + ENOUGH {
+        assert!(started.elapsed() < PATIENCE, "it does not move");
+        page.drag([300.0, 300.0], [by, 10.0]).await;
+        by = -by;
+    }
+    let (pictures, took) = (page.pictures - before, started.elapsed().as_secs_f64());
+    page.until_calm().await;
+    eprintln!(
+        "{pictures} pictures in {took:.1} s over {SLOW_LINE} bytes a second, silent for at most {} ms",
+        page.longest_gap.as_millis()
+    );
+    assert!(page.longest_gap < MAX_GAP, "silent for {:?}", page.longest_gap);
+    // However it came here, it is what a page on a good line has.
+    let mut other = Page::open(&server).await;
+    other.until_calm().await;
+    assert!(other.pixels == page.pixels, "two pages show different pictures");
 }

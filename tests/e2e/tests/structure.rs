@@ -234,6 +234,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_protocol",
             "busbar_stack_cache",
             "busbar_tags",
+            "busbar_web",
             "csv_records",
             "gas_analysis",
             "iec104",

@@ -14,8 +14,9 @@ use serde_json::{Value, json};
 const PATIENCE: Duration = Duration::from_secs(60);
 const TOKEN: &str = "a_token_of_the_tests_0123456789";
 const TRANSFORMER: &str = "=S12D1T1-TA1";
-/// Bytes a second that a page costs where nothing changes: four beats.
-const MAX_REST: u64 = 200;
+/// Bytes a second that a page costs where nothing changes: four beats, and words where a busy
+/// machine makes the viewer late.
+const MAX_REST: u64 = 400;
 /// From a fault until the picture is marked: a second without a beat, and a turn of a machine
 /// that does much else.
 const MAX_UNMARKED: Duration = Duration::from_millis(1600);
@@ -107,7 +108,7 @@ impl Browser {
             }
             assert!(start.elapsed() < PATIENCE, "it never rests");
             before = picture;
-            self.ask("wait", json!(1500));
+            self.ask("wait", json!(2500));
         }
     }
 
@@ -295,7 +296,7 @@ fn nothing_old_passes_for_live() {
     let kill = || kill_process(viewer, Signal::KILL).expect("it is there");
     let lost = marked(&mut browser, "viewer killed", "Viewer lost", &kill);
     assert!(
-        lost["why"].as_str().is_some_and(|why| why.is_empty() || why.contains("signal 9")),
+        lost["why"].as_str().is_some_and(|why| why.is_empty() || why.contains("ended")),
         "{lost}"
     );
     browser.shot("web_lost");
@@ -348,7 +349,7 @@ fn faults_of_a_start_are_told_with_a_remedy() {
         (&["--listen", "0.0.0.0:0"], None, &["--insecure-remote", "TLS"]),
         (&["--listen", "here"], None, &["--listen"]),
         (&["--token-file", "/no/such/file"], None, &["/no/such/file", "remedy"]),
-        (&["--token-file", file], None, &["5 characters", "at least 16"]),
+        (&["--token-file", file], None, &["5 characters", "at least 16", "chmod 600"]),
         (&[], Some("with space in it, and long"), &["BUSBAR_TOKEN", "letters"]),
         (&["--allow-origin", "hmi.example"], None, &["https://hmi.example"]),
         (&["--clients", "99"], None, &["1 to 16"]),

@@ -4,7 +4,8 @@
 
 use busbar_protocol::framing::{Decoder, LENGTH_BYTES, decode, encode};
 use busbar_protocol::message::{
-    Command, FromViewer, MAX_MESSAGE_BYTES, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, ToViewer,
+    Command, FromViewer, MAX_MESSAGE_BYTES, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES,
+    ToViewer, Typing,
 };
 use busbar_protocol::pictures::bytes_of;
 
@@ -54,6 +55,9 @@ fn is_within_limits(message: &ToViewer) {
             assert!(pose.eye.iter().chain(&pose.target).all(|number| number.is_finite()));
         }
         ToViewer::Do(Command::SetTheta(Some(theta))) => assert!((0.0..=1.0).contains(theta)),
+        ToViewer::Do(Command::Type(Typing::Key { key: typed, .. } | Typing::Text(typed))) => {
+            assert!(typed.len() <= MAX_TYPED_BYTES);
+        }
         ToViewer::Do(_) => {}
     }
 }

@@ -3,13 +3,15 @@
 
 use std::collections::HashMap;
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 use busbar_web::{Options, Server, Token};
 use e2e::{Scene, built, built_folder};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpListener;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Request;
 use tokio_tungstenite::tungstenite::{Error, Message};
@@ -116,11 +118,17 @@ pub(crate) struct Page {
     pub(crate) heard: Vec<Value>,
     /// Code and reason, once it is closed.
     pub(crate) closed: Option<(u16, String)>,
+    last: Instant,
+    /// The longest time without a message.
+    pub(crate) longest_gap: Duration,
 }
 
 /// A request for the socket, as a page of the server itself makes it.
 pub(crate) fn request(server: &Server) -> Request {
-    let address = server.address();
+    request_at(server.address())
+}
+
+fn request_at(address: SocketAddr) -> Request {
     let mut request =
         format!("ws://{address}/socket").into_client_request().expect("it is an address");
     let headers = request.headers_mut();
@@ -132,7 +140,11 @@ pub(crate) fn request(server: &Server) -> Request {
 
 /// Opens a socket; the status where it is refused.
 pub(crate) async fn open(server: &Server, request: Request) -> Result<Page, u16> {
-    let stream = tokio::net::TcpStream::connect(server.address()).await.expect("it listens");
+    open_at(server.address(), request).await
+}
+
+async fn open_at(address: SocketAddr, request: Request) -> Result<Page, u16> {
+    let stream = tokio::net::TcpStream::connect(address).await.expect("it listens");
     match client_async(request, stream).await {
         Ok((socket, _)) => Ok(Page {
             socket,
@@ -145,6 +157,8 @@ pub(crate) async fn open(server: &Server, request: Request) -> Result<Page, u16>
             answers: true,
             heard: Vec::new(),
             closed: None,
+            last: Instant::now(),
+            longest_gap: Duration::ZERO,
         }),
         Err(Error::Http(response)) => Err(response.status().as_u16()),
         Err(error) => panic!("{error}"),
@@ -154,6 +168,29 @@ pub(crate) async fn open(server: &Server, request: Request) -> Result<Page, u16>
 impl Page {
     pub(crate) async fn open(server: &Server) -> Self {
         open(server, request(server)).await.expect("it may")
+    }
+
+    /// A page at the end of a line that carries so many bytes a second, whatever its
+    /// buffers take.
+    pub(crate) async fn open_slowly(server: &Server, rate: usize) -> Self {
+        let (to, line) = (server.address(), TcpListener::bind("127.0.0.1:0").await);
+        let line = line.expect("a free port");
+        let address = line.local_addr().expect("it has one");
+        tokio::spawn(async move {
+            let (page, _) = line.accept().await.expect("the page comes");
+            let server = tokio::net::TcpStream::connect(to).await.expect("it listens");
+            let ((mut from_page, mut to_page), (mut from_server, mut to_server)) =
+                (page.into_split(), server.into_split());
+            tokio::spawn(async move { tokio::io::copy(&mut from_page, &mut to_server).await });
+            let mut piece = vec![0; rate / 50];
+            while let Ok(count @ 1..) = from_server.read(&mut piece).await {
+                tokio::time::sleep(Duration::from_secs_f64(count as f64 / rate as f64)).await;
+                if to_page.write_all(&piece[..count]).await.is_err() {
+                    return;
+                }
+            }
+        });
+        open_at(address, request_at(address)).await.expect("it may")
     }
 
     pub(crate) async fn say(&mut self, message: Value) {
@@ -197,6 +234,8 @@ impl Page {
         let end = tokio::time::Instant::now() + time;
         while self.closed.is_none() {
             let Ok(next) = tokio::time::timeout_at(end, self.socket.next()).await else { return };
+            self.longest_gap = self.longest_gap.max(self.last.elapsed());
+            self.last = Instant::now();
             match next {
                 Some(Ok(Message::Text(text))) => {
                     self.bytes += text.len();
@@ -251,7 +290,7 @@ impl Page {
         let start = Instant::now();
         loop {
             let before = self.pictures;
-            self.listen_for(Duration::from_millis(1500)).await;
+            self.listen_for(Duration::from_millis(2500)).await;
             if self.pictures == before && before > 0 && self.condition() == "live" {
                 return;
             }
