@@ -6,7 +6,9 @@
 
 mod convert;
 mod desk;
+mod document;
 mod link;
+mod names;
 mod points;
 pub mod probe;
 mod session;

@@ -7,7 +7,7 @@ use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind};
 use serde::Deserialize;
 
 use crate::convert::Mapping;
-use crate::settings::{MAX_TEXT, check_name, check_pointer, check_topic};
+use crate::names::{MAX_TEXT, check_name, check_pointer, check_topic};
 
 /// Tags of one cluster of brokers.
 const MAX_TAGS: usize = 1_000_000;

@@ -175,3 +175,7 @@ impl Subscriber {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "subscriber_tests.rs"]
+mod tests;
