@@ -6,7 +6,9 @@
 
 mod convert;
 mod desk;
+mod document;
 mod link;
+mod names;
 mod points;
 pub mod probe;
 mod session;
@@ -18,7 +20,7 @@ mod tests;
 mod topics;
 
 use std::sync::Arc;
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 
 use busbar_link::{IoLoop, TcpDial, TlsClient};
 use busbar_plugin_sdk::{
@@ -29,7 +31,7 @@ use busbar_plugin_sdk::{
 use crate::link::{Link, World};
 use crate::settings::Config;
 pub use crate::settings::Settings;
-use crate::subscriber::Subscriber;
+use crate::subscriber::{Plan, Subscriber};
 
 /// The plugin.
 pub struct Mqtt {
@@ -53,23 +55,22 @@ impl Plugin for Mqtt {
 
 impl Telemetry for Mqtt {
     fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
-        points::parse(tags).map(|_| ())
+        Plan::new(points::parse(tags.iter())?, &self.config).map(|_| ())
     }
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         self.stop();
-        let places = points::parse(&tags)?;
-        if places.is_empty() {
+        if tags.is_empty() {
             return Ok(());
         }
         let tls = self.load_tls()?;
+        let handles: Vec<u32> = tags.iter().map(|tag| tag.tag).collect();
+        let plan = Plan::new(points::parse(tags.into_iter())?, &self.config)?;
         if tls.is_none() && self.config.login.is_some() {
             let text = "name and password are sent unencrypted: set tls";
             self.host.log(LogLevel::Warning, text);
         }
-        let host = self.host.clone();
-        let subscriber = Subscriber::new(places, &self.config, sink.clone(), host, Instant::now())
-            .map_err(Error::settings)?;
+        let subscriber = Subscriber::new(plan, &self.config, sink.clone(), self.host.clone());
         let io_loop = IoLoop::new(1)
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
         let link = Link {
@@ -79,7 +80,6 @@ impl Telemetry for Mqtt {
             world: World { dial: Arc::new(TcpDial { tls }), wall_clock: SystemTime::now },
         };
         let name = format!("mqtt:{}", self.config.brokers[0].port);
-        let handles: Vec<u32> = tags.iter().map(|tag| tag.tag).collect();
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
             // Tags must not stay good when a fault of ours ends the thread.
             let _ended = MarkAtPanic { handles, sink };

@@ -1,12 +1,13 @@
 //! Tag addresses: JSON as typed -> points and where their values are.
 
+use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
 use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind};
 use serde::Deserialize;
 
 use crate::convert::Mapping;
-use crate::settings::{MAX_TEXT, check_name, check_pointer, check_topic};
+use crate::names::{MAX_TEXT, check_name, check_pointer, check_topic};
 
 /// Tags of one cluster of brokers.
 const MAX_TAGS: usize = 1_000_000;
@@ -50,31 +51,34 @@ pub(crate) struct Pointers {
     pub(crate) quality: Option<String>,
 }
 
-/// Parses the addresses of all tags; points come in order of their places.
+/// Parses the addresses of all tags, each of which may go once it is parsed; points come in
+/// order of their places.
 ///
 /// # Errors
 /// [`Error::settings`] with the tags at fault, each with its remedy.
-pub(crate) fn parse(tags: &[TagSpec]) -> Result<Vec<(Place, Point)>, Error> {
-    if tags.len() > MAX_TAGS {
+pub(crate) fn parse<T: Borrow<TagSpec>>(
+    tags: impl ExactSizeIterator<Item = T>,
+) -> Result<Vec<(Place, Point)>, Error> {
+    let count = tags.len();
+    if count > MAX_TAGS {
         return Err(Error::settings(format!(
-            "{} tags; at most {MAX_TAGS} are allowed: use several instances",
-            tags.len()
+            "{count} tags; at most {MAX_TAGS} are allowed: use several instances"
         )));
     }
-    let (mut points, mut faults) = (Vec::with_capacity(tags.len()), Vec::new());
+    let (mut points, mut told, mut faults) = (Vec::with_capacity(count), Vec::new(), 0);
     for tag in tags {
-        match parse_one(tag) {
+        match parse_one(tag.borrow()) {
             Ok(point) => points.push(point),
-            Err(fault) => faults.push(fault),
+            Err(fault) => {
+                faults += 1;
+                told.extend((faults <= MAX_FAULTS_TOLD).then_some(fault));
+            }
         }
     }
-    if !faults.is_empty() {
-        let told = faults.len().min(MAX_FAULTS_TOLD);
+    if faults > 0 {
         return Err(Error::settings(format!(
-            "{} of {} tags cannot be served: {}",
-            faults.len(),
-            tags.len(),
-            faults[..told].join("; ")
+            "{faults} of {count} tags cannot be served: {}",
+            told.join("; ")
         )));
     }
     points.sort_by(|(place, _), (other, _)| place.cmp(other));

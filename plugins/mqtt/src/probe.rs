@@ -8,7 +8,7 @@ use busbar_plugin_sdk::{Error, SampleSink, TagSpec};
 use crate::points;
 use crate::session::{Event, Parameters, Session, Version};
 use crate::settings::{Config, Settings};
-use crate::subscriber::Subscriber;
+use crate::subscriber::{Plan, Subscriber};
 
 /// A client, and the clock in the caller's hands.
 pub struct ClientProbe {
@@ -24,9 +24,8 @@ impl ClientProbe {
     /// What the plugin would say of settings and addresses.
     pub fn new(settings: Settings, tags: &[TagSpec], sink: SampleSink) -> Result<Self, Error> {
         let (config, now) = (settings.parse()?, Instant::now());
-        let places = points::parse(tags)?;
-        let mut subscriber =
-            Subscriber::new(places, &config, sink, host(), now).map_err(Error::settings)?;
+        let plan = Plan::new(points::parse(tags.iter())?, &config)?;
+        let mut subscriber = Subscriber::new(plan, &config, sink, host());
         subscriber.note(Event::Connected, now);
         Ok(Self { config, subscriber, now })
     }

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use busbar_link::{Endpoint, Faults, Reconnect, ReconnectSettings, TlsFiles, TlsSettings};
 use busbar_plugin_sdk::{Error, Quality, Reason, Secret};
-use rumqttc_v4::mqttbytes::{has_wildcards, valid_filter};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::names::{MAX_TEXT, check_filter, check_name, check_pointer, check_topic};
 use crate::session::Version;
 
 /// Ports of MQTT, plain and encrypted.
@@ -20,8 +20,6 @@ const MAX_BROKERS: usize = 8;
 const MAX_FILTERS: usize = 1000;
 /// Words of quality.
 const MAX_QUALITIES: usize = 100;
-/// Longest topic, filter, name or id (MQTT 3.1.1, 1.5.3), bytes.
-pub(crate) const MAX_TEXT: usize = 65_535;
 const MIN_KEEP_ALIVE_SECONDS: u16 = 2;
 const MAX_KEEP_ALIVE_SECONDS: u16 = 600;
 const MIN_TIMEOUT_MILLIS: u64 = 100;
@@ -247,7 +245,8 @@ impl Settings {
             }
         }
         for (index, filter) in self.subscriptions.iter().enumerate() {
-            check_filter(&format!("subscriptions[{index}]"), filter, &mut faults);
+            check_filter(filter)
+                .unwrap_or_else(|fault| faults.add(format!("subscriptions[{index}]: {fault}")));
         }
         if self.client_id.as_ref().is_some_and(|id| id.is_empty() || id.len() > MAX_TEXT) {
             faults.add(format!("client_id: give 1 to {MAX_TEXT} bytes, or leave it out"));
@@ -323,7 +322,8 @@ fn availability(list: Vec<RawAvailability>, faults: &mut Faults) -> Vec<Availabi
         let place = format!("availability[{index}]");
         check_topic(&entry.topic)
             .unwrap_or_else(|fault| faults.add(format!("{place}.topic: {fault}")));
-        check_filter(&format!("{place}.covers"), &entry.covers, faults);
+        check_filter(&entry.covers)
+            .unwrap_or_else(|fault| faults.add(format!("{place}.covers: {fault}")));
         check_pointer(entry.pointer.as_deref())
             .unwrap_or_else(|fault| faults.add(format!("{place}.pointer: {fault}")));
         if entry.online.is_empty() {
@@ -355,47 +355,6 @@ fn qualities(words: &BTreeMap<String, QualityWord>) -> BTreeMap<String, Quality>
     ];
     let plain = plain.into_iter().map(|(text, word)| (text.to_owned(), quality(word)));
     plain.chain(words.iter().map(|(text, word)| (text.to_lowercase(), quality(*word)))).collect()
-}
-
-fn check_filter(place: &str, filter: &str, faults: &mut Faults) {
-    if filter.len() > MAX_TEXT || !valid_filter(filter) || filter.contains('\0') {
-        faults.add(format!(
-            "{place}: '{filter}' is no topic filter: + stands for one level, # for the rest"
-        ));
-    }
-}
-
-/// Whether a text is a topic that messages can have (MQTT 3.1.1, 4.7).
-pub(crate) fn check_topic(topic: &str) -> Result<(), String> {
-    if topic.is_empty() || topic.len() > MAX_TEXT || topic.contains('\0') {
-        return Err(format!("a topic has 1 to {MAX_TEXT} bytes, none of them 0"));
-    }
-    if has_wildcards(topic) {
-        return Err(format!(
-            "'{topic}' has a wildcard: name one topic, and put the filter into the setting \
-             subscriptions"
-        ));
-    }
-    Ok(())
-}
-
-/// Whether a text is a JSON pointer (RFC 6901).
-pub(crate) fn check_pointer(pointer: Option<&str>) -> Result<(), String> {
-    match pointer {
-        Some(text) if !text.is_empty() && !text.starts_with('/') => {
-            Err(format!("'{text}' is no JSON pointer: it begins with /, as in /value"))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Whether a text is a level of a topic, as ids of Sparkplug are (Sparkplug 3.0, 5.7).
-pub(crate) fn check_name(place: &str, name: &str) -> Result<(), String> {
-    const MAX_NAME: usize = 200;
-    if name.is_empty() || name.len() > MAX_NAME || name.contains(['/', '+', '#', '\0']) {
-        return Err(format!("{place}: give 1 to {MAX_NAME} bytes without /, + and #"));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

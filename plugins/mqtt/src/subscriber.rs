@@ -3,7 +3,7 @@
 
 use std::time::{Instant, SystemTime};
 
-use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, SampleSink};
+use busbar_plugin_sdk::{Error, Host, LinkState, LogLevel, Reason, SampleSink};
 
 use crate::desk::Desk;
 use crate::points::{Place, Point};
@@ -15,30 +15,20 @@ use crate::topics::Topics;
 /// Filters of one connection.
 const MAX_FILTERS: usize = 20_000;
 
-/// The reader of a cluster's messages.
-pub(crate) struct Subscriber {
+/// What a broker is to bring, and where it goes.
+pub(crate) struct Plan {
     topics: Topics,
     fleet: Fleet,
+    points: Vec<Point>,
     /// Those of the topics, then those of the fleet.
     filters: Vec<String>,
     topic_filters: usize,
-    desk: Desk,
-    sink: SampleSink,
-    /// The broker that is connected.
-    broker: String,
-    refused: usize,
 }
 
-impl Subscriber {
+impl Plan {
     /// # Errors
-    /// When more would have to be subscribed to than is allowed, in words.
-    pub(crate) fn new(
-        places: Vec<(Place, Point)>,
-        config: &Config,
-        sink: SampleSink,
-        host: Host,
-        now: Instant,
-    ) -> Result<Self, String> {
+    /// When more would have to be subscribed to than is allowed.
+    pub(crate) fn new(places: Vec<(Place, Point)>, config: &Config) -> Result<Self, Error> {
         let (mut topics, mut metrics, mut points) = (Vec::new(), Vec::new(), Vec::new());
         for (place, point) in places {
             points.push(point);
@@ -49,20 +39,40 @@ impl Subscriber {
         }
         let first = topics.len();
         let topics = Topics::new(topics, config);
-        let fleet = Fleet::new(metrics, first, config.requests_rebirth, now);
+        let fleet = Fleet::new(metrics, first, config.requests_rebirth);
         let mut filters = topics.filters(&config.subscriptions);
         let topic_filters = filters.len();
         filters.extend(fleet.filters());
         if filters.len() > MAX_FILTERS {
-            return Err(format!(
+            return Err(Error::settings(format!(
                 "{} topics would have to be subscribed to; at most {MAX_FILTERS} are allowed: set \
                  subscriptions to filters that bring many, such as site7/#",
                 filters.len()
-            ));
+            )));
         }
+        Ok(Self { topics, fleet, points, filters, topic_filters })
+    }
+}
+
+/// The reader of a cluster's messages.
+pub(crate) struct Subscriber {
+    topics: Topics,
+    fleet: Fleet,
+    filters: Vec<String>,
+    topic_filters: usize,
+    desk: Desk,
+    sink: SampleSink,
+    /// The broker that is connected.
+    broker: String,
+    refused: usize,
+}
+
+impl Subscriber {
+    pub(crate) fn new(plan: Plan, config: &Config, sink: SampleSink, host: Host) -> Self {
+        let Plan { topics, fleet, points, filters, topic_filters } = plan;
         let broker = config.brokers.first().map(ToString::to_string).unwrap_or_default();
         let desk = Desk::new(points, sink.clone(), host, broker.clone());
-        Ok(Self { topics, fleet, filters, topic_filters, desk, sink, broker, refused: 0 })
+        Self { topics, fleet, filters, topic_filters, desk, sink, broker, refused: 0 }
     }
 
     pub(crate) fn filters(&self) -> &[String] {
@@ -84,7 +94,7 @@ impl Subscriber {
             Event::Connected => {
                 self.desk.mark_all(Reason::NotConnected);
                 self.topics.begin();
-                self.fleet.begin(now);
+                self.fleet.begin();
             }
             Event::Message { topic, payload, is_retained } => {
                 // The codec lets no other topics pass.
@@ -165,3 +175,7 @@ impl Subscriber {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "subscriber_tests.rs"]
+mod tests;

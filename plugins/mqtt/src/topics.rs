@@ -2,14 +2,12 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{LogLevel, Quality, Reason};
 use rumqttc_v4::mqttbytes::{has_wildcards, matches};
-use serde_json::Value as Json;
 
-use crate::convert::{Raw, quality_of_code};
 use crate::desk::Desk;
+use crate::document::{Content, Document, state_of};
 use crate::points::Pointers;
 use crate::settings::{Availability, Config, Retained};
 
@@ -35,23 +33,6 @@ struct Guard {
     availability: Availability,
     is_gone: bool,
     points: Vec<Range<usize>>,
-}
-
-/// A payload, read as JSON when it first needs to be.
-struct Document<'a> {
-    bytes: &'a [u8],
-    /// Once it was read; nothing in it where it is no JSON.
-    json: Option<Option<Json>>,
-}
-
-/// What a message says of one point.
-enum Content<'a> {
-    Value(Raw<'a>),
-    Null,
-    /// What it is instead of a value.
-    Misfit(&'static str),
-    /// The payload has nothing for the point.
-    Missing,
 }
 
 impl Topics {
@@ -127,7 +108,7 @@ impl Topics {
             return;
         };
         let is_gone = guard.and_then(|guard| self.guards.get(guard)).is_some_and(|g| g.is_gone);
-        let mut document = Document { bytes: payload, json: None };
+        let mut document = Document::new(payload);
         for index in points {
             let Some(pointers) = self.pointers.get(index) else { continue };
             let time = document.time(pointers);
@@ -158,7 +139,7 @@ impl Topics {
                 }
             }
         }
-        if document.json == Some(None) {
+        if document.is_broken() {
             desk.ignored.malformed += 1;
         }
     }
@@ -183,89 +164,6 @@ impl Topics {
             desk.tell(LogLevel::Info, &format!("'{topic}': the source of '{covers}' {what}"));
         }
         true
-    }
-}
-
-impl Document<'_> {
-    fn json(&mut self) -> Option<&Json> {
-        self.json.get_or_insert_with(|| serde_json::from_slice(self.bytes).ok()).as_ref()
-    }
-
-    fn at(&mut self, pointer: &str) -> Option<&Json> {
-        self.json()?.pointer(pointer)
-    }
-
-    fn time(&mut self, pointers: &Pointers) -> Option<SystemTime> {
-        time_of(self.at(pointers.time.as_deref()?)?)
-    }
-
-    /// What a payload says of the value's quality; what nobody can read is no good sign.
-    fn quality(&mut self, pointers: &Pointers, qualities: &BTreeMap<String, Quality>) -> Quality {
-        let Some(pointer) = pointers.quality.as_deref() else { return Quality::Good };
-        let unknown = Quality::Uncertain(Reason::Configuration);
-        let words = |text: &str| qualities.get(&text.trim().to_lowercase()).copied();
-        match self.at(pointer) {
-            Some(Json::String(text)) => words(text).unwrap_or(unknown),
-            Some(Json::Bool(flag)) => {
-                words(if *flag { "true" } else { "false" }).unwrap_or(unknown)
-            }
-            Some(Json::Number(number)) => words(&number.to_string())
-                .or_else(|| number.as_i64().map(quality_of_code))
-                .unwrap_or(unknown),
-            _ => unknown,
-        }
-    }
-
-    fn content(&mut self, pointers: &Pointers) -> Content<'_> {
-        if self.bytes.is_empty() {
-            return Content::Null;
-        }
-        let Some(pointer) = pointers.value.as_deref() else {
-            return std::str::from_utf8(self.bytes)
-                .map_or(Content::Misfit("no text"), |text| Content::Value(Raw::Text(text)));
-        };
-        let Some(json) = self.json() else { return Content::Misfit("no JSON") };
-        match json.pointer(pointer) {
-            None => Content::Missing,
-            Some(Json::Null) => Content::Null,
-            Some(Json::Bool(flag)) => Content::Value(Raw::Bool(*flag)),
-            Some(Json::String(text)) => Content::Value(Raw::Text(text)),
-            Some(Json::Number(number)) => Content::Value(
-                number
-                    .as_i64()
-                    .map(i128::from)
-                    .or_else(|| number.as_u64().map(i128::from))
-                    .map_or_else(|| Raw::Float(number.as_f64().unwrap_or(f64::NAN)), Raw::Int),
-            ),
-            Some(Json::Array(_)) => Content::Misfit("an array"),
-            Some(Json::Object(_)) => Content::Misfit("an object"),
-        }
-    }
-}
-
-/// The state that a payload tells, as text.
-fn state_of(payload: &[u8], pointer: Option<&str>) -> Option<String> {
-    let Some(pointer) = pointer else {
-        return std::str::from_utf8(payload).ok().map(|text| text.trim().to_owned());
-    };
-    match serde_json::from_slice::<Json>(payload).ok()?.pointer(pointer)? {
-        Json::String(text) => Some(text.clone()),
-        other => Some(other.to_string()),
-    }
-}
-
-/// A time as text by RFC 3339, or in milliseconds since 1970.
-fn time_of(json: &Json) -> Option<SystemTime> {
-    match json {
-        Json::String(text) => text.trim().parse::<jiff::Timestamp>().ok().map(SystemTime::from),
-        Json::Number(number) => {
-            let since = match number.as_u64() {
-                Some(millis) => Duration::from_millis(millis),
-                None => Duration::try_from_secs_f64(number.as_f64()? / 1000.0).ok()?,
-            };
-            UNIX_EPOCH.checked_add(since)
-        }
-        _ => None,
     }
 }
 

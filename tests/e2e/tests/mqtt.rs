@@ -16,20 +16,27 @@ use serde_json::{Value, json};
 /// For messages that have passed the broker to be read, loaded machines included.
 const READING: Duration = Duration::from_millis(700);
 
-/// The scene of the example, with the broker's port.
+/// The scene of the page's example, with the broker's port.
 fn scene(port: u16) -> Scene {
+    let mut scene = scene_of("Example");
+    let settings = &mut scene.config["plugins"]["sites"]["settings"];
+    settings["port"] = json!(port);
+    settings["keep_alive_seconds"] = json!(2);
+    scene
+}
+
+/// The scene of the example below this heading of the page.
+fn scene_of(heading: &str) -> Scene {
     let mut scene = Scene::without_tags();
     let library = scene.library("mqtt");
     let name = library.file_name().expect("a name");
     fs::copy(built(built_folder().join(name)), &library).expect("it can be copied");
     let page = fs::read_to_string(workspace_path("plugins/mqtt/README.md")).expect("it is there");
-    let (_, example) = page.split_once("## Example\n").expect("it has an example");
-    let lines = example.lines().skip_while(|line| line.is_empty());
+    let (_, below) = page.split_once(&format!("## {heading}\n")).expect("it has the heading");
+    let lines = below.lines().skip_while(|line| !line.starts_with("    "));
     let block: String = lines.take_while(|line| line.starts_with("    ")).collect();
     let example: Value = serde_json::from_str(&format!("{{{block}}}")).expect("it is JSON");
     scene.config["plugins"]["sites"] = example["plugins"]["sites"].clone();
-    scene.config["plugins"]["sites"]["settings"]["port"] = json!(port);
-    scene.config["plugins"]["sites"]["settings"]["keep_alive_seconds"] = json!(2);
     for (id, tag) in example["tags"].as_object().expect("it has tags") {
         scene.config["tags"][id] = tag.clone();
     }
@@ -123,6 +130,11 @@ fn a_broker_that_is_killed_or_hangs_leaves_nothing_good() {
         assert_eq!(stats.tag("S7.Bay3.P").value, json!(21.5), "the last value stays");
         sites.broker.signal("CONT");
     }
+}
+
+#[test]
+fn the_example_of_many_sites_is_valid() {
+    finish(busbar().arg("check").arg(scene_of("Many sites").write())).expect_code(0);
 }
 
 #[test]

@@ -189,7 +189,8 @@ fn tell(figures: &Figures) {
         ("broker", figures.broker),
         ("bare", figures.bare),
     ] {
-        println!("          {name:6} {:5.2} cores, {:6.0} MiB", used.cores, used.peak_mib);
+        let Usage { cores, mib, peak_mib } = used;
+        println!("          {name:6} {cores:5.2} cores, {mib:5.0} MiB, at most {peak_mib:5.0}");
     }
     println!("          bare client: {:.0} messages a second", figures.bare_messages);
 }

@@ -52,7 +52,7 @@ impl SampleSink for Updates<'_> {
         self.table.apply(sample, |_| {});
         if let (Some(Value::I64(published)), true) = (sample.value, sample.quality.is_good()) {
             self.taken.values += 1;
-            if self.taken.values % SAMPLED == 0 {
+            if self.taken.values.is_multiple_of(SAMPLED) {
                 self.taken.published.push(published);
             }
         }

@@ -14,7 +14,8 @@ const TICKS_PER_SECOND: f64 = 100.0;
 pub(crate) struct Usage {
     /// Share of one core.
     pub(crate) cores: f64,
-    /// Most memory that it ever had resident, MiB.
+    /// Memory that it has resident, and the most that it ever had, MiB.
+    pub(crate) mib: f64,
     pub(crate) peak_mib: f64,
 }
 
@@ -31,9 +32,13 @@ pub(crate) fn cpu_seconds(process: u32) -> Result<f64> {
 pub(crate) fn usage(process: u32, before: f64, seconds: f64) -> Result<Usage> {
     let cores = (cpu_seconds(process)? - before) / seconds;
     let status = fs::read_to_string(format!("/proc/{process}/status"))?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
-    Ok(Usage { cores, peak_mib: kib.context("status lacks VmHWM")? / 1024.0 })
+    let mib = |name: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(name));
+        let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        Some(kib? / 1024.0)
+    };
+    let (now, peak) = mib("VmRSS:").zip(mib("VmHWM:")).context("status lacks its sizes")?;
+    Ok(Usage { cores, mib: now, peak_mib: peak })
 }
 
 /// The child of this process that runs a plugin.

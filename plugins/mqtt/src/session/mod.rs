@@ -1,6 +1,7 @@
 //! A connection as a client that reads: bytes in, messages and bytes out. It knows no
 //! socket, and time only as it is told.
 
+mod head;
 pub(crate) mod packet;
 
 use std::time::{Duration, Instant};
@@ -9,13 +10,12 @@ use busbar_plugin_sdk::SecretText;
 use bytes::{Buf, Bytes, BytesMut};
 use thiserror::Error;
 
+use self::head::head_of_message;
 pub(crate) use self::packet::Version;
 use self::packet::{Codec, Incoming, PacketFault, QosLevel, Reply};
 
 /// Filters of one SUBSCRIBE packet.
 const MAX_FILTERS_A_PACKET: usize = 100;
-/// First byte of PUBLISH packets, its high half (MQTT 3.1.1, 2.2.1).
-const PUBLISH: u8 = 3;
 
 /// What a client is connected as.
 #[derive(Clone, Debug)]
@@ -345,35 +345,6 @@ impl Session {
 
 fn cannot_write(fault: PacketFault) -> SessionFault {
     SessionFault::CannotWrite(fault.to_string())
-}
-
-/// Length of the PUBLISH packet that begins here, and what it is answered with; nothing
-/// while too little of it has come (MQTT 3.1.1, 3.3).
-fn head_of_message(input: &[u8]) -> Result<Option<(usize, Reply)>, SessionFault> {
-    let malformed = |what: &str| SessionFault::Malformed(what.into());
-    let [first, rest @ ..] = input else { return Ok(None) };
-    if first >> 4 != PUBLISH {
-        return Err(malformed("a packet that is too long, and no message"));
-    }
-    let (mut length, mut digits) = (0_usize, 0);
-    for byte in rest.iter().take(4) {
-        length |= usize::from(byte & 0x7F) << (7 * digits);
-        digits += 1;
-        if byte & 0x80 == 0 {
-            break;
-        }
-    }
-    let Some(body) = rest.get(digits..) else { return Ok(None) };
-    let packet = 1 + digits + length;
-    let qos = first >> 1 & 0b11;
-    if qos == 0 {
-        return Ok(Some((packet, Reply::None)));
-    }
-    let [high, low, body @ ..] = body else { return Ok(None) };
-    let topic = usize::from(u16::from_be_bytes([*high, *low]));
-    let Some([high, low]) = body.get(topic..topic + 2) else { return Ok(None) };
-    let id = u16::from_be_bytes([*high, *low]);
-    Ok(Some((packet, if qos == 1 { Reply::Acknowledged(id) } else { Reply::Received(id) })))
 }
 
 #[cfg(test)]

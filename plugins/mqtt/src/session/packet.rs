@@ -160,7 +160,7 @@ impl Codec {
                 };
                 let properties = Some(properties);
                 let connect = v5::Connect { keep_alive, client_id, clean_start: true, properties };
-                Packet::V5(v5::Packet::Connect(connect, last_will, auth))
+                of_5(v5::Packet::Connect(connect, last_will, auth))
             }
         })
     }
@@ -176,7 +176,7 @@ impl Codec {
                 let filter = |path: &String| v5::SubscribeFilter::new(path.clone(), qos5(qos));
                 let filters = filters.iter().map(filter).collect();
                 let subscribe = v5::Subscribe { pkid: id, filters, properties: None };
-                Packet::V5(v5::Packet::Subscribe(subscribe))
+                of_5(v5::Packet::Subscribe(subscribe))
             }
         }
     }
@@ -190,7 +190,7 @@ impl Codec {
             }
             Version::V5 => {
                 let message = v5::Publish::new(topic, any5::QoS::AtMostOnce, payload, None);
-                Packet::V5(v5::Packet::Publish(v5::Publish { retain, ..message }))
+                of_5(v5::Packet::Publish(v5::Publish { retain, ..message }))
             }
         }
     }
@@ -198,7 +198,7 @@ impl Codec {
     pub(crate) fn ping(self) -> Packet {
         match self.version {
             Version::V4 => Packet::V4(v4::Packet::PingReq),
-            Version::V5 => Packet::V5(v5::Packet::PingReq),
+            Version::V5 => of_5(v5::Packet::PingReq),
         }
     }
 
@@ -212,10 +212,10 @@ impl Codec {
                 Packet::V4(v4::Packet::PubRec(v4::PubRec { pkid: id }))
             }
             (Version::V5, Reply::Acknowledged(id)) => {
-                Packet::V5(v5::Packet::PubAck(v5::PubAck::new(id, None)))
+                of_5(v5::Packet::PubAck(v5::PubAck::new(id, None)))
             }
             (Version::V5, Reply::Received(id)) => {
-                Packet::V5(v5::Packet::PubRec(v5::PubRec::new(id, None)))
+                of_5(v5::Packet::PubRec(v5::PubRec::new(id, None)))
             }
         })
     }
@@ -224,7 +224,7 @@ impl Codec {
     pub(crate) fn complete(self, id: u16) -> Packet {
         match self.version {
             Version::V4 => Packet::V4(v4::Packet::PubComp(v4::PubComp { pkid: id })),
-            Version::V5 => Packet::V5(v5::Packet::PubComp(v5::PubComp::new(id, None))),
+            Version::V5 => of_5(v5::Packet::PubComp(v5::PubComp::new(id, None))),
         }
     }
 }
@@ -233,7 +233,7 @@ impl Codec {
 #[derive(Debug)]
 pub(crate) enum Packet {
     V4(v4::Packet),
-    V5(v5::Packet),
+    V5(Box<v5::Packet>),
 }
 
 impl Packet {
@@ -249,6 +249,10 @@ impl Packet {
             PacketFault::Malformed(fault)
         })
     }
+}
+
+fn of_5(packet: v5::Packet) -> Packet {
+    Packet::V5(Box::new(packet))
 }
 
 fn narrow(bytes: usize) -> u32 {

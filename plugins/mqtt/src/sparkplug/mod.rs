@@ -37,7 +37,7 @@ struct Requests {
     waiting: VecDeque<usize>,
     /// By node, in this connection.
     asked: Vec<Option<Instant>>,
-    next_at: Instant,
+    last: Option<Instant>,
 }
 
 impl Fleet {
@@ -46,7 +46,6 @@ impl Fleet {
         places: impl IntoIterator<Item = MetricPlace>,
         first: usize,
         requests_rebirth: bool,
-        now: Instant,
     ) -> Self {
         let mut fleet = Self { nodes: Vec::new(), by_group: HashMap::new(), requests: None };
         for (index, place) in places.into_iter().enumerate() {
@@ -56,7 +55,7 @@ impl Fleet {
         fleet.requests = requests_rebirth.then(|| Requests {
             waiting: VecDeque::new(),
             asked: vec![None; fleet.nodes.len()],
-            next_at: now,
+            last: None,
         });
         fleet
     }
@@ -77,14 +76,13 @@ impl Fleet {
     }
 
     /// A connection begins.
-    pub(crate) fn begin(&mut self, now: Instant) {
+    pub(crate) fn begin(&mut self) {
         for node in &mut self.nodes {
             node.begin();
         }
         if let Some(requests) = &mut self.requests {
             requests.waiting.clear();
             requests.asked.fill(None);
-            requests.next_at = now;
         }
     }
 
@@ -147,11 +145,11 @@ impl Fleet {
         wall_clock: fn() -> SystemTime,
     ) -> Option<(String, Vec<u8>)> {
         let requests = self.requests.as_mut()?;
-        if now < requests.next_at {
+        if requests.next_at().is_some_and(|next_at| now < next_at) {
             return None;
         }
         let node = requests.waiting.pop_front()?;
-        requests.next_at = now + REQUEST_SPACING;
+        requests.last = Some(now);
         if let Some(asked) = requests.asked.get_mut(node) {
             *asked = Some(now);
         }
@@ -161,8 +159,8 @@ impl Fleet {
 
     /// When [`Fleet::next_request`] has something to do.
     pub(crate) fn deadline(&self) -> Option<Instant> {
-        let requests = self.requests.as_ref()?;
-        (!requests.waiting.is_empty()).then_some(requests.next_at)
+        let requests = self.requests.as_ref().filter(|requests| !requests.waiting.is_empty())?;
+        requests.next_at()
     }
 
     fn want_birth(&mut self, node: usize, now: Instant) {
@@ -180,6 +178,13 @@ impl Fleet {
             self.nodes.push(Node::new(group.to_owned(), id.to_owned()));
             self.nodes.len() - 1
         })
+    }
+}
+
+impl Requests {
+    /// Before then nobody is asked.
+    fn next_at(&self) -> Option<Instant> {
+        self.last.map(|last| last + REQUEST_SPACING)
     }
 }
 
@@ -210,3 +215,6 @@ fn rebirth_request(now: SystemTime) -> Vec<u8> {
         Outgoing { timestamp: Some(millis(now)), metrics: vec![metric], ..Outgoing::default() };
     payload.encode_to_vec()
 }
+
+#[cfg(test)]
+mod life_tests;

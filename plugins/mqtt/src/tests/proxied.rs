@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
+use busbar_link::testing::Authority;
 use fault_proxy::{Fault, FaultProxy, Script, Usage};
 
 use super::*;
 
-/// All that may happen to a connection. `Garbage` is not among them: bytes put into a stream
-/// make messages that nothing tells from the broker's; TLS does.
+/// All that may happen to a connection without encryption. `Garbage` and `Swap` are not among
+/// them: bytes put into a stream make messages that nothing tells from the broker's; TLS does.
 const FAULTS: [Fault; 7] = [
     Fault::None,
     Fault::Split,
@@ -22,6 +23,8 @@ const AT_ONCE: Reconnect =
 const TAGS: [u32; 3] = [1, 2, 3];
 /// Connections of a test of all faults.
 const CONNECTIONS: u64 = 30;
+/// Connections after which nothing may be left.
+const RECONNECTS: u64 = 300;
 /// Descriptors and threads that a plugin, a proxy and their connections may hold at
 /// once, beside those that were there before.
 const MAX_DESCRIPTORS: usize = 24;
@@ -33,20 +36,26 @@ fn topic(tag: u32) -> String {
 }
 
 /// A broker whose topics get their index in bits 24 and up, and a number that counts up.
-fn stamped() -> Option<(Broker, Peer)> {
-    let broker = Broker::start()?;
-    let mut peer = Peer::publisher(broker.port, &json!({}))?;
+fn stamped(lines: &str, publisher: &Json) -> Option<(Broker, Peer)> {
+    let broker = Broker::start_with(lines)?;
+    let mut peer = Peer::publisher(broker.port, publisher)?;
     let topics = TAGS.map(topic);
     peer.command(&json!({"stamp": {"qos": 1}, "topics": topics, "seconds": 0.005}));
     Some((broker, peer))
 }
 
 fn connect(proxy: &FaultProxy) -> Running {
+    connect_with(proxy, &json!({}))
+}
+
+/// `settings` are added to quick ones.
+fn connect_with(proxy: &FaultProxy, settings: &Json) -> Running {
     let tags = TAGS.map(|tag_id| tag(tag_id, ValueKind::I64, json!({"topic": topic(tag_id)})));
-    let settings: Settings = serde_json::from_value(json!({
+    let mut all = json!({
         "host": "127.0.0.1", "port": proxy.port(), "keep_alive_seconds": 2, "timeout_millis": 500
-    }))
-    .unwrap();
+    });
+    all.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
+    let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Mqtt::create(settings, host()).unwrap();
     plugin.config.reconnect = AT_ONCE;
     plugin.config.keep_alive = Duration::from_millis(800);
@@ -81,10 +90,30 @@ fn check_values(recording: &Recording) -> [usize; TAGS.len()] {
 
 #[test]
 fn no_value_is_wrong_whatever_happens_to_connections() {
-    let Some((broker, _peer)) = stamped() else { return };
-    let script = Script { seed: 4, faults: FAULTS.to_vec(), max_bytes: 3000 };
-    let proxy = proxy(&broker, &script);
-    let running = connect(&proxy);
+    let Some((broker, _peer)) = stamped("allow_anonymous true\n", &json!({})) else { return };
+    check_faults(&broker, &FAULTS, &json!({}));
+}
+
+#[test]
+fn over_tls_no_value_is_wrong_even_if_bytes_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let ours = Authority::new(folder.path(), "ours");
+    let (certificate, key) = ours.sign("broker", "127.0.0.1");
+    let lines = format!(
+        "allow_anonymous true\ncertfile {}\nkeyfile {}\n",
+        certificate.display(),
+        key.display()
+    );
+    let tls = json!({"tls": {"ca": ours.certificate()}});
+    let Some((broker, _peer)) = stamped(&lines, &tls) else { return };
+    let faults = [&FAULTS[..], &[Fault::Garbage, Fault::Swap]].concat();
+    check_faults(&broker, &faults, &tls);
+}
+
+fn check_faults(broker: &Broker, faults: &[Fault], settings: &Json) {
+    let script = Script { seed: 4, faults: faults.to_vec(), max_bytes: 3000 };
+    let proxy = proxy(broker, &script);
+    let running = connect_with(&proxy, settings);
     let deadline = Instant::now() + MAX_TEST;
     while proxy.connections() < CONNECTIONS {
         let links = || running.recorder.recording().links;
@@ -103,8 +132,8 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
 }
 
 #[test]
-fn a_thousand_reconnects_leave_nothing_behind() {
-    let Some((broker, _peer)) = stamped() else { return };
+fn reconnects_leave_nothing_behind() {
+    let Some((broker, _peer)) = stamped("allow_anonymous true\n", &json!({})) else { return };
     // What the event loops of a process share stays with it.
     drop(busbar_link::IoLoop::new(1).unwrap());
     let before = Usage::now();
@@ -113,7 +142,7 @@ fn a_thousand_reconnects_leave_nothing_behind() {
     let running = connect(&proxy);
     let deadline = Instant::now() + MAX_TEST;
     let mut most = before;
-    while proxy.connections() < 1000 {
+    while proxy.connections() < RECONNECTS {
         assert!(Instant::now() < deadline, "{} connections", proxy.connections());
         std::thread::sleep(Duration::from_millis(5));
         most = most.max(Usage::now());
