@@ -143,6 +143,34 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
     }
 }
 
+/// An SCL file to a point list, that to a scene, and the scene to values.
+#[test]
+fn a_scene_is_made_of_an_scl_file() {
+    let Some(mut server) = Server::start() else { return };
+    set_values(&mut server);
+    let scene = scene(server.port);
+    let mut command = busbar();
+    command.arg("scl").arg(workspace_path("tests/peers/iec61850_ied.cid"));
+    command.arg("--plugin-directory").arg(scene.path("plugins"));
+    let said = finish(command.arg("--out").arg(scene.path("points.csv")).args(["--", "IED1"]));
+    let said = said.expect_code(0);
+    assert!(said.stderr.contains("IED1LD0/LLN0.BR.brcbA01: data set dsWhole"), "{}", said.stderr);
+    let plugin = format!("ied=iec61850,host=127.0.0.1,port={}", server.port);
+    let mut command = busbar();
+    command.arg("import").arg(e2e::model("transformer.glb")).arg(scene.path("points.csv"));
+    command.arg("--out").arg(scene.path("imported.json")).args(["--plugin", &plugin]);
+    finish(&mut command).expect_code(0);
+    let mut command = busbar();
+    command.arg("render").arg(scene.path("imported.json")).args(["--size", "320x180"]);
+    command.args(["--seconds", "3"]).arg("--out").arg(scene.path("picture.png"));
+    finish(command.arg("--stats").arg(scene.path("stats.json"))).expect_code(0);
+    let stats = stats(&scene);
+    for (id, value) in [("XCBR1.Pos", json!("closed")), ("MMXU1.PhV.phsA", json!(0.0))] {
+        let tag = stats.tag(&format!("IED1LD0/{id}"));
+        assert_eq!((&tag.value, tag.quality.as_str()), (&value, "good"), "{id}");
+    }
+}
+
 /// Whether somebody is connected to a local port, by the kernel's list.
 fn has_client(port: u16) -> bool {
     let list = std::fs::read_to_string("/proc/net/tcp").unwrap_or_default();
