@@ -92,6 +92,7 @@ impl Server {
         self.queue = (0..self.objects.len()).map(Job::Type).collect();
         self.types_left = self.objects.len();
         (self.reads_open, self.next_poll, self.max_read) = (0, None, MAX_READ);
+        self.is_unreadable_told = false;
     }
 
     /// There is none any more, or none yet.
