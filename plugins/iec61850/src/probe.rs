@@ -146,6 +146,7 @@ fn writes_of(pdu: &[u8]) -> Vec<String> {
             .collect(),
         ConfirmedRequest::Read { .. }
         | ConfirmedRequest::Identify
+        | ConfirmedRequest::GetNameList { .. }
         | ConfirmedRequest::GetVariableAccessAttributes(_)
         | ConfirmedRequest::GetNamedVariableListAttributes(_) => Vec::new(),
         other => vec![format!("{other:?}")],

@@ -1,6 +1,8 @@
 //! `busbar scl`: the data of an IED in an SCL file (IEC 61850-6) as a point list for
 //! `busbar import`, and its report control blocks in words.
 
+mod extent;
+
 use std::collections::BTreeSet;
 use std::io::{self, Read, Write};
 
@@ -88,6 +90,7 @@ fn model_of(text: &str, name: Option<&str>) -> Result<(IedModel, Vec<String>), S
         iec61850_rs::Error::Scl(what) => format!("it is no SCL file: {what}"),
         other => other.to_string(),
     };
+    extent::check(text, name)?;
     let file = Scl::parse(text).map_err(in_words)?;
     let mut names = file.ied_names();
     if let Some(name) = name.filter(|name| !names.iter().any(|other| other == name)) {
@@ -220,10 +223,14 @@ fn tell_blocks(model: &IedModel, streams: &Streams<'_>) {
         for block in &node.report_controls {
             let constraint = if block.buffered { "BR" } else { "RP" };
             let start = format!("{}/{}.{constraint}.", device.name, node.name);
-            let names: Vec<_> =
-                block.instance_names().iter().map(|name| format!("{start}{name}")).collect();
+            // Instances are not counted out: a file may claim any number of them.
+            let name = if block.indexed { format!("{}01", block.name) } else { block.name.clone() };
             let set = block.dat_set.as_deref().unwrap_or("none");
-            let text = format!("report control block {}: data set {set}", names.join(", "));
+            let others = match block.max_instances {
+                0 | 1 => String::new(),
+                count => format!(", the first of {count}"),
+            };
+            let text = format!("report control block {start}{name}{others}: data set {set}");
             streams.diagnose(LogLevel::Info, None, &text);
         }
     }

@@ -59,13 +59,45 @@ fn faults_are_named() {
     }
 }
 
-/// A type that has itself is an engineering fault, and none that a list never ends of.
+/// A file that claims four thousand million instances takes no memory for them.
 #[test]
-fn types_within_themselves_end() {
-    let looped =
-        FILE.replace("<SDO name=\"phsC\" type=\"CMV_1\"/>", "<SDO name=\"phsC\" type=\"WYE_1\"/>");
-    let run = run(&looped, &["all"]);
-    assert!(output(&run).lines().count() < 1000, "{}", output(&run).len());
+fn instances_are_not_counted_out() {
+    let many = FILE.replace("max=\"1\"", "max=\"4294967295\"");
+    let run = run(&many, &[]);
+    assert_eq!(run.exit_code, Some(0));
+    let block = "IED1LD0/LLN0.BR.brcbA01, the first of 4294967295: data set dsWhole";
+    assert!(says(&run, block), "{:?}", run.diagnostics);
+}
+
+/// Short files that would become more than memory holds.
+#[test]
+fn types_that_multiply_are_refused() {
+    let phases = "<SDO name=\"phsC\" type=\"CMV_1\"/>";
+    let within = FILE.replace(phases, "<SDO name=\"phsC\" type=\"WYE_1\"/>");
+    assert!(says(&run(&within, &[]), "DOType 'WYE_1' is within itself"));
+    let types: String = (0..20)
+        .map(|n| {
+            let below: String =
+                (0..10).map(|i| format!("<SDO name=\"s{i}\" type=\"T{}\"/>", n + 1)).collect();
+            format!("<DOType id=\"T{n}\" cdc=\"WYE\">{below}</DOType>")
+        })
+        .collect();
+    let many = FILE
+        .replace(phases, "<SDO name=\"phsC\" type=\"T0\"/>")
+        .replace("<DataTypeTemplates>", &format!("<DataTypeTemplates>{types}"));
+    assert!(says(&run(&many, &[]), "at most 2000000 are read"));
+    let deep: String = (0..100)
+        .map(|n| {
+            format!(
+                "<DAType id=\"D{n}\"><BDA name=\"f\" bType=\"Struct\" type=\"D{}\"/></DAType>",
+                n + 1
+            )
+        })
+        .collect();
+    let deep = FILE
+        .replace("type=\"AnalogueValue\"", "type=\"D0\"")
+        .replace("<DataTypeTemplates>", &format!("<DataTypeTemplates>{deep}"));
+    assert!(says(&run(&deep, &[]), "types are more than 24 levels deep"));
 }
 
 #[test]
