@@ -183,7 +183,7 @@ fn value_kind(
 ) -> Option<&'static str> {
     let is_right = |attribute: &&DataAttribute| constraint.is_none_or(|fc| attribute.fc == fc);
     let named = |name: &&str| attributes.iter().filter(is_right).find(|found| found.name == **name);
-    let value = VALUES.iter().find_map(|name| named(&name))?;
+    let value = VALUES.iter().find_map(named)?;
     match value.btype {
         _ if value.count.is_some() || levels == 0 => None,
         BType::Boolean => Some("bool"),
