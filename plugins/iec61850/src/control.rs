@@ -26,8 +26,8 @@ enum Step {
     Enable,
     Interrogate,
     Running,
-    /// It is tried again then.
-    Failed(Instant),
+    /// It is tried again then; without a time, not on this connection.
+    Failed(Option<Instant>),
 }
 
 /// What a member of the data set is to a point.
@@ -44,8 +44,6 @@ pub(crate) enum Outcome {
     Going,
     /// The members of its data set, to be mapped.
     Members(Vec<Option<Name>>),
-    /// It reports from now on.
-    Enabled,
     /// It reports, but tells no values now: they have to be read.
     NotInterrogated(String),
     /// It does not report; in words, why.
@@ -80,6 +78,8 @@ pub(crate) struct Control {
     is_answered: bool,
     /// How long the server has for it.
     timeout: Duration,
+    /// What was told last, also of former connections.
+    told: Option<String>,
 }
 
 impl Control {
@@ -100,6 +100,7 @@ impl Control {
             answer_by: None,
             is_answered: false,
             timeout,
+            told: None,
         }
     }
 
@@ -128,7 +129,7 @@ impl Control {
     /// When it is tried again, or misses a report.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         match self.step {
-            Step::Failed(at) => Some(at),
+            Step::Failed(at) => at,
             _ => self.answer_by,
         }
     }
@@ -142,7 +143,7 @@ impl Control {
 
     /// What to ask now, if anything.
     pub(crate) fn next_request(&mut self, now: Instant) -> Option<Request> {
-        if matches!(self.step, Step::Failed(at) if at <= now) {
+        if matches!(self.step, Step::Failed(Some(at)) if at <= now) {
             self.begin();
         }
         if self.is_asked {
@@ -201,9 +202,20 @@ impl Control {
 
     /// It is left alone for a while.
     pub(crate) fn fail(&mut self, now: Instant) {
-        self.step = Step::Failed(now + RETRY);
+        self.give_up(Some(now + RETRY));
+    }
+
+    /// It is left alone, with what it may still report, until then or for good.
+    pub(crate) fn give_up(&mut self, until: Option<Instant>) {
+        self.step = Step::Failed(until);
         self.answer_by = None;
         self.uses.clear();
+    }
+
+    /// Whether something is to be told of it, and was not told just before: it is tried
+    /// again and again.
+    pub(crate) fn is_news(&mut self, text: &str) -> bool {
+        self.told.replace(text.to_owned()).as_deref() != Some(text)
     }
 
     fn inspect(&mut self, values: &[Result<Value, AccessError>]) -> Outcome {
@@ -315,8 +327,8 @@ impl Control {
                 "it cannot be enabled: {error}; does another client have it?"
             )),
             _ => {
-                self.step = Step::Interrogate;
-                Outcome::Enabled
+                (self.step, self.told) = (Step::Interrogate, None);
+                Outcome::Going
             }
         }
     }
@@ -326,3 +338,7 @@ impl Control {
         Outcome::NotInterrogated(format!("it refuses a general interrogation: {why}"))
     }
 }
+
+#[cfg(test)]
+#[path = "control_tests.rs"]
+mod tests;

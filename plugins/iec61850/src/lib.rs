@@ -13,6 +13,7 @@ mod link;
 mod locate;
 mod points;
 pub mod probe;
+mod scl;
 mod server;
 mod service;
 mod session;
@@ -24,9 +25,11 @@ use std::sync::Arc;
 
 use busbar_link::{IoLoop, TcpDial, TlsClient};
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    Command, CommandExit, CommandInfo, Error, Host, LogLevel, Plugin, SampleSink, Streams, TagSpec,
+    Telemetry, Worker, export_plugin,
 };
 
+use crate::block::ReportBlock;
 use crate::link::Link;
 use crate::points::Points;
 use crate::server::Server;
@@ -35,7 +38,8 @@ pub use crate::settings::Settings;
 
 /// The plugin.
 pub struct Iec61850 {
-    config: Config,
+    /// Or what is wrong with it, where there is no server and only its command is wanted.
+    config: Result<Config, Error>,
     host: Host,
     /// Serves the connection; dropped to end that.
     worker: Option<Worker>,
@@ -49,24 +53,32 @@ impl Plugin for Iec61850 {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, worker: None })
+        let has_server = settings.has_server();
+        let config = settings.parse();
+        match config {
+            Err(fault) if has_server => Err(fault),
+            config => Ok(Self { config, host, worker: None }),
+        }
     }
 }
 
 impl Telemetry for Iec61850 {
     fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
+        self.config.as_ref().map_err(Clone::clone)?;
         Points::parse(tags).map(|_| ())
     }
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         self.stop();
+        let config = self.config.clone()?;
         let points = Points::parse(&tags)?;
-        let tls = self.load_tls()?;
+        let tls = load_tls(&config)?;
         if points.all().is_empty() {
             return Ok(());
         }
-        self.warn_of_freshness(&tags);
-        let config = self.config.clone();
+        for text in freshness_warnings(&config, &tags) {
+            self.host.log(LogLevel::Info, &format!("{}: {text}", config.endpoints[0]));
+        }
         let io_loop = IoLoop::new(1)
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
         let name = format!("iec61850:{}", config.endpoints[0].port);
@@ -85,36 +97,47 @@ impl Telemetry for Iec61850 {
     }
 }
 
-impl Iec61850 {
-    fn load_tls(&self) -> Result<Option<TlsClient>, Error> {
-        let Config { tls, endpoints, .. } = &self.config;
-        let load = |files| TlsClient::load(files, endpoints);
-        tls.as_ref().map(load).transpose().map_err(|fault| Error::settings(fault.to_string()))
-    }
+impl Command for Iec61850 {
+    const COMMANDS: &'static [CommandInfo] = &[CommandInfo {
+        name: "scl",
+        help: "list what an IED of an SCL file has (IEC 61850-6), as points for `busbar import`",
+    }];
 
-    /// What a block reports on change alone goes stale while nothing changes.
-    fn warn_of_freshness(&self, tags: &[TagSpec]) {
-        let shortest = tags.iter().map(|tag| tag.freshness).min();
-        for block in &self.config.reports {
-            let is_late = |period| shortest.is_some_and(|shortest| shortest < period);
-            let remedy = "set integrity_millis below the freshness_millis of its tags";
-            let text = match block.integrity {
-                None => format!(
-                    "{}: without integrity_millis the block says how often it repeats what did \
-                     not change; else its tags go stale: {remedy}",
-                    block.reference()
-                ),
-                Some(period) if is_late(period) => format!(
-                    "{}: it repeats what did not change every {} ms, which is longer than some \
-                     tags stay fresh: {remedy}",
-                    block.reference(),
-                    period.as_millis()
-                ),
-                Some(_) => continue,
-            };
-            self.host.log(LogLevel::Info, &format!("{}: {text}", self.config.endpoints[0]));
-        }
+    fn run(
+        &self,
+        _name: &str,
+        arguments: &[&str],
+        streams: &Streams<'_>,
+    ) -> Result<CommandExit, Error> {
+        scl::run(arguments, streams)
     }
 }
 
-export_plugin!(Iec61850: telemetry);
+fn load_tls(config: &Config) -> Result<Option<TlsClient>, Error> {
+    let load = |files| TlsClient::load(files, &config.endpoints);
+    config.tls.as_ref().map(load).transpose().map_err(|fault| Error::settings(fault.to_string()))
+}
+
+/// What a block reports on change alone goes stale while nothing changes.
+fn freshness_warnings(config: &Config, tags: &[TagSpec]) -> Vec<String> {
+    let shortest = tags.iter().map(|tag| tag.freshness).min();
+    let remedy = "set integrity_millis below the freshness_millis of its tags";
+    let warning = |block: &ReportBlock| match block.integrity {
+        None => Some(format!(
+            "{}: without integrity_millis the block says how often it repeats what did not \
+             change; else its tags go stale: {remedy}",
+            block.reference()
+        )),
+        Some(period) => shortest.filter(|shortest| *shortest < period).map(|_| {
+            format!(
+                "{}: it repeats what did not change every {} ms, which is longer than some tags \
+                 stay fresh: {remedy}",
+                block.reference(),
+                period.as_millis()
+            )
+        }),
+    };
+    config.reports.iter().filter_map(warning).collect()
+}
+
+export_plugin!(Iec61850: telemetry, command);

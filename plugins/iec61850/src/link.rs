@@ -152,7 +152,7 @@ impl Link {
                 sink.report_link(LinkState::Up, &format!("{endpoint}: connected"));
             }
             Event::Answer(job, answer) => server.heed(job, answer, now),
-            Event::Report(report) => change = server.take_report(&report, now).err(),
+            Event::Report(report) => change = server.take_report(&report).err(),
             Event::Unreadable(why) => server.note_unreadable(&why),
         });
         server.flush();

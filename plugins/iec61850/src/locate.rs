@@ -8,7 +8,7 @@ use crate::service::Name;
 
 /// What stands for the value of a structure that is not gone into further: the first of
 /// these that it has. Process values of the common data classes, then their parts.
-const VALUES: [&str; 17] = [
+pub(crate) const VALUES: [&str; 17] = [
     "stVal", "mag", "cVal", "mxVal", "general", "valWTr", "posVal", "actVal", "instMag",
     "instCVal", "frVal", "setVal", "setMag", "subVal", "ctlVal", "f", "i",
 ];

@@ -56,7 +56,7 @@ impl ClientProbe {
         let outcome = session.receive(bytes, *now, |event| match event {
             Event::Up => server.begin(),
             Event::Answer(job, answer) => server.heed(job, answer, *now),
-            Event::Report(report) => change = server.take_report(&report, *now),
+            Event::Report(report) => change = server.take_report(&report),
             Event::Unreadable(why) => server.note_unreadable(&why),
         });
         server.flush();
@@ -146,6 +146,7 @@ fn writes_of(pdu: &[u8]) -> Vec<String> {
             .collect(),
         ConfirmedRequest::Read { .. }
         | ConfirmedRequest::Identify
+        | ConfirmedRequest::GetNameList { .. }
         | ConfirmedRequest::GetVariableAccessAttributes(_)
         | ConfirmedRequest::GetNamedVariableListAttributes(_) => Vec::new(),
         other => vec![format!("{other:?}")],

@@ -1,5 +1,6 @@
 //! The server behind its connections: what to ask it, and what comes of its answers.
 
+mod browse;
 mod reporting;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -10,6 +11,7 @@ use busbar_plugin_sdk::{Host, LogLevel, Reason, SampleSink};
 use iec61850_rs::proto::data::Value;
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 
+use self::browse::Search;
 use crate::block::ReportBlock;
 use crate::board::{Board, Origin};
 use crate::control::Control;
@@ -33,6 +35,8 @@ pub(crate) enum Job {
     Read(Vec<usize>),
     /// The next step of a control block.
     Control(usize),
+    /// What there is where something is not.
+    Browse,
     /// To hear something.
     Test,
 }
@@ -60,6 +64,8 @@ pub(crate) struct Server {
     next_poll: Option<Instant>,
     max_read: usize,
     is_unreadable_told: bool,
+    /// One, of the first name that the server did not have.
+    search: Option<Search>,
 }
 
 impl Server {
@@ -80,6 +86,7 @@ impl Server {
             next_poll: None,
             max_read: MAX_READ,
             is_unreadable_told: false,
+            search: None,
         }
     }
 
@@ -92,6 +99,7 @@ impl Server {
         self.queue = (0..self.objects.len()).map(Job::Type).collect();
         self.types_left = self.objects.len();
         (self.reads_open, self.next_poll, self.max_read) = (0, None, MAX_READ);
+        self.is_unreadable_told = false;
     }
 
     /// There is none any more, or none yet.
@@ -129,6 +137,7 @@ impl Server {
                 let name = |index: &usize| self.variables[*index].name.clone();
                 Request::Read(variables.iter().map(name).collect())
             }
+            Job::Browse => self.browse_request()?,
             // Neither waits in the queue.
             Job::Control(_) | Job::Test => return None,
         };
@@ -154,6 +163,7 @@ impl Server {
             }
             Job::Read(variables) => self.take_values(&variables, answer),
             Job::Control(index) => self.take_step(index, answer, now),
+            Job::Browse => self.take_names(answer),
             Job::Test => {}
         }
     }
@@ -169,7 +179,10 @@ impl Server {
         let (name, points) = self.objects[object].clone();
         let spec: Result<TypeSpec, String> = match answer {
             Answer::Type(spec) => Ok(spec),
-            Answer::Refused(why) => Err(format!("the server has no {name}: {why}")),
+            Answer::Refused(why) => {
+                self.search(&name);
+                Err(format!("the server has no {name}: {why}"))
+            }
             // Sessions hand on answers of the service that was asked for alone.
             _ => return,
         };

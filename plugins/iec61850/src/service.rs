@@ -9,8 +9,8 @@ use iec61850_rs::common::data_access_reason;
 use iec61850_rs::proto::data::{DataView, Value};
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 use iec61850_rs::proto::mms::{
-    AccessResult, ConfirmedRequest, ConfirmedResponse, Mms, ObjectName, ServiceError,
-    VariableAccess, VariableSpecification, WriteResult,
+    AccessResult, ConfirmedRequest, ConfirmedResponse, Mms, ObjectName, ObjectScope, ServiceError,
+    VariableAccess, VariableSpecification, WriteResult, object_class,
 };
 use iec61850_rs::{Error, Limits};
 
@@ -63,6 +63,9 @@ pub(crate) enum Request {
     Members(Name),
     /// Attributes of a report control block.
     Write(Vec<(Name, Value)>),
+    /// The logical devices, or what a logical device has, after a name that came before
+    /// (`GetNameList`).
+    Names { device: Option<String>, after: Option<String> },
     /// Nothing but an answer.
     Identify,
 }
@@ -77,6 +80,10 @@ pub(crate) enum Answer {
     Members(Vec<Option<Name>>),
     /// As many as were written.
     Written(Vec<Result<(), AccessError>>),
+    Names {
+        names: Vec<String>,
+        more_follow: bool,
+    },
     Identified,
     /// In words, why there is no answer.
     Refused(String),
@@ -109,6 +116,7 @@ impl Request {
             Self::Read(_) => "a read request",
             Self::Members(_) => "the question what a data set is made of",
             Self::Write(_) => "the setting of a report control block",
+            Self::Names { .. } => "the question for names",
             Self::Identify => "a test of the connection",
         }
     }
@@ -141,6 +149,16 @@ impl Request {
                     .collect::<Result<_, _>>()?;
                 let access = list_of(writes.iter().map(|(name, _)| name));
                 send(ConfirmedRequest::Write { access, values })
+            }
+            Self::Names { device, after } => {
+                let (object_class, scope) = match device {
+                    Some(device) => {
+                        (object_class::NAMED_VARIABLE, ObjectScope::DomainSpecific(device))
+                    }
+                    None => (object_class::DOMAIN, ObjectScope::VmdSpecific),
+                };
+                let continue_after = after.as_deref();
+                send(ConfirmedRequest::GetNameList { object_class, scope, continue_after })
             }
             Self::Identify => send(ConfirmedRequest::Identify),
         }
@@ -181,6 +199,13 @@ impl Request {
                     WriteResult::Failure(code) => Err(AccessError(*code)),
                 };
                 Ok(Answer::Written(results.iter().map(written).collect()))
+            }
+            (
+                Self::Names { .. },
+                ConfirmedResponse::GetNameList { identifiers, more_follows: more_follow },
+            ) => {
+                let names = identifiers.into_iter().map(str::to_owned).collect();
+                Ok(Answer::Names { names, more_follow })
             }
             (Self::Identify, _) => Ok(Answer::Identified),
             _ => Err(Error::InvalidValue("it answers another service")),

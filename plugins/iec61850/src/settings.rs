@@ -26,9 +26,10 @@ const TLS_PORT: u16 = 3782;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Host name or address of the server.
+    /// Host name or address of the server; nothing but the command `scl` goes without.
+    #[serde(default)]
     #[schemars(length(min = 1, max = 253))]
-    host: String,
+    host: Option<String>,
     /// TCP port: 102, with TLS 3782.
     #[serde(default)]
     #[schemars(range(min = 1))]
@@ -118,6 +119,11 @@ pub(crate) struct Config {
 }
 
 impl Settings {
+    /// Whether they name a server.
+    pub(crate) fn has_server(&self) -> bool {
+        self.host.is_some()
+    }
+
     /// Checks all of it.
     ///
     /// # Errors
@@ -127,7 +133,7 @@ impl Settings {
         let default_port = if self.tls.is_some() { TLS_PORT } else { PORT };
         let timeouts = MIN_TIMEOUT_MILLIS..=MAX_TIMEOUT_MILLIS;
         let periods = MIN_PERIOD_MILLIS..=MAX_PERIOD_MILLIS;
-        let first = RawEndpoint { host: self.host, port: self.port };
+        let first = RawEndpoint { host: self.host.unwrap_or_default(), port: self.port };
         let config = Config {
             endpoints: endpoints(&first, &self.redundancy, default_port, &mut faults),
             poll: faults.millis("poll_millis", self.poll_millis, periods.clone()),

@@ -109,6 +109,8 @@ fn values_are_those_of_the_server() {
         let output = finish(&mut rendering(&scene, 2.0)).expect_code(0);
         let said = output.stdout + &output.stderr;
         assert!(said.contains("the server has no IED1LD0/MMXU7$MX$TotW"), "{said}");
+        let nodes = "the logical nodes of IED1LD0 are ATCC1, GGIO1, LLN0, MMXU1";
+        assert!(said.contains(nodes), "{said}");
         let stats = stats(&scene);
         for (id, value, quality, reason) in [
             ("Q1.Position", json!("closed"), "good", None),
@@ -140,6 +142,53 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
             assert_eq!(found, ("bad", Some("communication")), "{id} after {signal:?}");
         }
         assert_eq!(stats(&scene).tag("Q1.P").value, json!(63.5), "the last value stays");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_reference_is_told_with_what_there_is() {
+    let Some(server) = Server::start() else { return };
+    for (reference, constraint, words) in [
+        ("LD0/MMXU1.TotW", "MX", "its logical devices are IED1LD0"),
+        ("IED1LD0/MMXU1.Tot", "MX", "IED1LD0/MMXU1 has under MX: PhV, TotVAr, TotW"),
+        ("IED1LD0/XCBR1.Pos", "MX", "IED1LD0/XCBR1 has nothing under MX"),
+        ("IED1LD0/MMXU1.TotW.mag.i", "MX", "there is no i in mag, but f"),
+    ] {
+        let mut scene = scene(server.port);
+        let address = json!({"reference": reference, "fc": constraint});
+        scene.config["tags"] =
+            json!({"A": {"type": "f64", "source": {"plugin": "ied", "address": address}}});
+        let output = finish(&mut rendering(&scene, 1.5)).expect_code(0);
+        let said = output.stdout + &output.stderr;
+        assert!(said.contains(words), "{reference}: {said}");
+    }
+}
+
+/// An SCL file to a point list, that to a scene, and the scene to values.
+#[test]
+fn a_scene_is_made_of_an_scl_file() {
+    let Some(mut server) = Server::start() else { return };
+    set_values(&mut server);
+    let scene = scene(server.port);
+    let mut command = busbar();
+    command.arg("scl").arg(workspace_path("tests/peers/iec61850_ied.cid"));
+    command.arg("--plugin-directory").arg(scene.path("plugins"));
+    let said = finish(command.arg("--out").arg(scene.path("points.csv")).args(["--", "IED1"]));
+    let said = said.expect_code(0);
+    assert!(said.stderr.contains("IED1LD0/LLN0.BR.brcbA01: data set dsWhole"), "{}", said.stderr);
+    let plugin = format!("ied=iec61850,host=127.0.0.1,port={}", server.port);
+    let mut command = busbar();
+    command.arg("import").arg(e2e::model("transformer.glb")).arg(scene.path("points.csv"));
+    command.arg("--out").arg(scene.path("imported.json")).args(["--plugin", &plugin]);
+    finish(&mut command).expect_code(0);
+    let mut command = busbar();
+    command.arg("render").arg(scene.path("imported.json")).args(["--size", "320x180"]);
+    command.args(["--seconds", "3"]).arg("--out").arg(scene.path("picture.png"));
+    finish(command.arg("--stats").arg(scene.path("stats.json"))).expect_code(0);
+    let stats = stats(&scene);
+    for (id, value) in [("XCBR1.Pos", json!("closed")), ("MMXU1.PhV.phsA", json!(0.0))] {
+        let tag = stats.tag(&format!("IED1LD0/{id}"));
+        assert_eq!((&tag.value, tag.quality.as_str()), (&value, "good"), "{id}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Report control blocks of a server: which points they bring, and what their reports have.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 use busbar_plugin_sdk::LogLevel;
@@ -18,34 +18,24 @@ impl Server {
     ///
     /// # Errors
     /// In words: the server is another than it was, so all of it has to be asked anew.
-    pub(crate) fn take_report(&mut self, report: &Report, now: Instant) -> Result<(), String> {
-        let Some(control) = self.controls.iter_mut().find(|control| control.has_sent(report))
-        else {
-            return Ok(());
-        };
-        let name = control.block.reference();
+    pub(crate) fn take_report(&mut self, report: &Report) -> Result<(), String> {
+        let found = self.controls.iter().position(|control| control.has_sent(report));
+        let Some(index) = found else { return Ok(()) };
+        let control = &mut self.controls[index];
         match control.check(report) {
             Ok(()) => {}
             Err(Mismatch::Revision) => {
+                let name = control.block.reference();
                 return Err(format!("the data set of {name} has changed (ConfRev)"));
             }
             Err(Mismatch::Members { told, sent }) => {
-                control.fail(now);
-                self.board.log(
-                    LogLevel::Warning,
-                    &format!(
-                        "{name} reports {sent} members, and its data set has {told}: its values \
-                         are polled"
-                    ),
-                );
+                control.give_up(None);
+                let what = format!("it reports {sent} members, and its data set has {told}");
+                self.warn_of(index, &format!("{what}; its values are polled"));
                 return Ok(());
             }
         }
         let noted = control.note(report);
-        if noted.is_lossy {
-            let text = format!("{name}: its buffer ran over, so changes before this are missing");
-            self.board.log(LogLevel::Warning, &text);
-        }
         for entry in &report.entries {
             for Use { point, share } in control.uses.get(entry.index).into_iter().flatten() {
                 self.board.take(*point, share, &entry.value);
@@ -58,57 +48,70 @@ impl Server {
         });
         let entry_time = report.time_of_entry.and_then(entry_time_of);
         self.board.commit(Origin { is_change, is_replayed: noted.is_replayed, entry_time });
+        if noted.is_lossy {
+            self.warn_of(index, "its buffer ran over, so changes are missing");
+        }
         Ok(())
     }
 
     pub(super) fn take_step(&mut self, index: usize, answer: Answer, now: Instant) {
         let outcome = self.controls[index].heed(answer, now);
-        let name = self.controls[index].block.reference();
         let is_taken = self.controls[index].identity().is_some_and(|identity| {
             self.controls[..index].iter().any(|other| other.identity() == Some(identity))
         });
         if is_taken {
-            self.controls[index].fail(now);
-            let text = format!(
-                "{name} has the RptID and data set of another block: give it a RptID of its own; \
-                 its values are polled"
-            );
-            return self.board.log(LogLevel::Warning, &text);
+            self.controls[index].give_up(None);
+            let what = "it has the RptID and data set of another block: give it a RptID of its own";
+            return self.warn_of(index, &format!("{what}; its values are polled"));
         }
         match outcome {
-            Outcome::Going | Outcome::Enabled => {}
+            Outcome::Going => {}
             Outcome::Members(members) => {
                 let uses = members.iter().map(|member| self.uses_of(member.as_ref())).collect();
                 self.controls[index].uses = uses;
             }
             Outcome::NotInterrogated(what) => {
-                self.board.log(LogLevel::Info, &format!("{name}: {what}; its values are read"));
+                self.tell_of(index, LogLevel::Info, &format!("{what}; its values are read"));
                 self.read_all_of(index);
             }
             Outcome::Failed(what) => {
-                let text = format!("{name}: {what}; its values are polled, and it is tried again");
-                self.board.log(LogLevel::Warning, &text);
+                self.warn_of(
+                    index,
+                    &format!("{what}; its values are polled, and it is tried again"),
+                );
             }
-            Outcome::Lacking(what) => self.board.log(LogLevel::Info, &format!("{name}: {what}")),
+            Outcome::Lacking(what) => self.tell_of(index, LogLevel::Info, &what),
         }
     }
 
     pub(super) fn make_up_for_late(&mut self, now: Instant) {
         for index in 0..self.controls.len() {
             if self.controls[index].take_late(now) {
-                let name = self.controls[index].block.reference();
-                let text = format!("{name}: no report answers the general interrogation");
-                self.board.log(LogLevel::Info, &format!("{text}; its values are read"));
+                let what = "no report answers the general interrogation; its values are read";
+                self.tell_of(index, LogLevel::Info, what);
                 self.read_all_of(index);
             }
         }
     }
 
+    fn warn_of(&mut self, index: usize, what: &str) {
+        self.tell_of(index, LogLevel::Warning, what);
+    }
+
+    /// Tells of a block what was not told of it just before.
+    fn tell_of(&mut self, index: usize, level: LogLevel, what: &str) {
+        let control = &mut self.controls[index];
+        if control.is_news(what) {
+            self.board.log(level, &format!("{}: {what}", control.block.reference()));
+        }
+    }
+
     fn read_all_of(&mut self, index: usize) {
-        let points: Vec<_> =
-            self.controls[index].uses.iter().flatten().map(|used| used.point).collect();
-        let is_of_it =
-            |&index: &usize| self.variables[index].points.iter().any(|(p, _)| points.contains(p));
+        let uses = self.controls[index].uses.iter().flatten();
+        let points: BTreeSet<_> = uses.map(|used| used.point).collect();
+        let is_of_it = |&index: &usize| {
+            self.variables[index].points.iter().any(|(point, _)| points.contains(point))
+        };
         let variables: Vec<_> = (0..self.variables.len()).filter(is_of_it).collect();
         self.queue_reads(&variables);
     }

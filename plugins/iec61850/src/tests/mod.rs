@@ -56,7 +56,7 @@ fn start_with(
     all_fields.extend(fields.clone());
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Iec61850::create(settings, host()).unwrap();
-    plugin.config.reconnect = delays;
+    plugin.config.as_mut().unwrap().reconnect = delays;
     let recorder = Recorder::new();
     plugin.start(tags, recorder.sink()).unwrap();
     Running { _plugin: plugin, recorder }

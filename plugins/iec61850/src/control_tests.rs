@@ -1,0 +1,180 @@
+use busbar_link::Faults;
+use iec61850_rs::common::ReasonCode;
+use iec61850_rs::proto::mms::report::{Report, ReportEntry};
+use serde_json::json;
+
+use super::*;
+use crate::block::report_blocks;
+
+const TIMEOUT: Duration = Duration::from_secs(5);
+const DENIED: AccessError = AccessError(3);
+
+fn control(settings: serde_json::Value) -> Control {
+    let mut faults = Faults::default();
+    let raw = serde_json::from_value(settings).unwrap();
+    let blocks = report_blocks(&[raw], &mut faults);
+    faults.into_result().unwrap();
+    Control::new(blocks[0].clone(), TIMEOUT)
+}
+
+fn buffered() -> Control {
+    control(json!({"rcb": "L/LLN0.BR.b01", "integrity_millis": 2000}))
+}
+
+/// What a block has, in the order of [`ATTRIBUTES`].
+fn attributes(is_enabled: bool) -> Answer {
+    let text = |text: &str| Value::VisibleString(text.into());
+    let values = [
+        text("Events"),
+        Value::Boolean(is_enabled),
+        text("L/LLN0$ds"),
+        OptFlds::NONE.to_value(),
+        TrgOps::EVENTS.to_value(),
+        Value::Unsigned(0),
+        Value::Unsigned(100),
+    ];
+    Answer::Values(values.map(Ok).into())
+}
+
+/// What a request writes, by the names of the attributes.
+fn written(request: Option<Request>) -> Vec<(String, Value)> {
+    let Some(Request::Write(writes)) = request else { panic!("{request:?} writes nothing") };
+    let last = |name: &Name| name.item.rsplit('$').next().unwrap().to_owned();
+    writes.into_iter().map(|(name, value)| (last(&name), value)).collect()
+}
+
+/// Leads a block to where it is configured.
+fn mapped(control: &mut Control, now: Instant) {
+    assert!(matches!(control.next_request(now), Some(Request::Read(names)) if names.len() == 7));
+    assert_eq!(control.next_request(now), None, "an answer is waited for");
+    assert_eq!(control.heed(attributes(false), now), Outcome::Going);
+    let set = Name { domain: "L".into(), item: "LLN0$ds".into() };
+    assert_eq!(control.next_request(now), Some(Request::Members(set)));
+    let outcome = control.heed(Answer::Members(vec![None, None]), now);
+    assert_eq!(outcome, Outcome::Members(vec![None, None]));
+    control.uses = vec![Vec::new(); 2];
+}
+
+/// And to where it reports.
+fn enabled(control: &mut Control, now: Instant) {
+    mapped(control, now);
+    let count = written(control.next_request(now)).len();
+    assert_eq!(control.heed(Answer::Written(vec![Ok(()); count]), now), Outcome::Going);
+    assert_eq!(written(control.next_request(now)), [("RptEna".into(), Value::Boolean(true))]);
+    assert_eq!(control.heed(Answer::Written(vec![Ok(())]), now), Outcome::Going);
+    assert!(control.is_running());
+    assert_eq!(written(control.next_request(now)), [("GI".into(), Value::Boolean(true))]);
+    assert_eq!(control.heed(Answer::Written(vec![Ok(())]), now), Outcome::Going);
+}
+
+fn report(members: usize, reason: ReasonCode) -> Report {
+    let entry = ReportEntry {
+        index: 0,
+        reference: None,
+        value: Value::Boolean(true),
+        reason: Some(reason),
+    };
+    Report {
+        rpt_id: "Events".into(),
+        opt_flds: OptFlds::NONE,
+        seq_num: None,
+        time_of_entry: None,
+        data_set: Some("L/LLN0$ds".into()),
+        buf_ovfl: Some(false),
+        entry_id: Some(vec![1; 8]),
+        conf_rev: Some(1),
+        sub_seq_num: None,
+        more_segments_follow: false,
+        inclusion: Report::inclusion_for(members, &[0]),
+        entries: vec![entry],
+    }
+}
+
+const CHANGED: ReasonCode = ReasonCode::NONE.with_data_change(true);
+const ASKED: ReasonCode = ReasonCode::NONE.with_general_interrogation(true);
+
+#[test]
+fn only_what_is_not_so_yet_is_written() {
+    let (mut control, now) = (buffered(), Instant::now());
+    mapped(&mut control, now);
+    let names: Vec<_> = written(control.next_request(now)).into_iter().map(|(n, _)| n).collect();
+    // Neither the data set nor the buffer time were asked for; there is no entry to resume at.
+    assert_eq!(names, ["OptFlds", "TrgOps", "IntgPd"]);
+}
+
+#[test]
+fn a_buffer_is_resumed_after_the_last_entry() {
+    let (mut control, now) = (buffered(), Instant::now());
+    enabled(&mut control, now);
+    control.note(&report(2, CHANGED));
+    control.begin();
+    mapped(&mut control, now);
+    let writes = written(control.next_request(now));
+    assert_eq!(writes.last(), Some(&("EntryID".into(), Value::OctetString(vec![1; 8]))));
+    let mut results = vec![Ok(()); writes.len() - 1];
+    results.push(Err(DENIED));
+    let outcome = control.heed(Answer::Written(results), now);
+    assert!(matches!(outcome, Outcome::Lacking(what) if what.contains("changes may be missing")));
+    control.begin();
+    mapped(&mut control, now);
+    assert!(written(control.next_request(now)).iter().all(|(name, _)| name != "EntryID"));
+}
+
+#[test]
+fn what_comes_before_the_answer_to_the_interrogation_is_of_the_past() {
+    let (mut control, now) = (buffered(), Instant::now());
+    enabled(&mut control, now);
+    assert!(control.note(&report(2, CHANGED)).is_replayed);
+    assert!(!control.note(&report(2, ASKED)).is_replayed);
+    assert!(!control.note(&report(2, CHANGED)).is_replayed);
+    assert!(!control.take_late(now + TIMEOUT));
+    // An unbuffered block has no past.
+    let mut other = control_of_changes(now);
+    assert!(!other.note(&report(2, CHANGED)).is_replayed);
+    assert!(!other.take_late(now + TIMEOUT / 2));
+    assert_eq!(other.deadline(), Some(now + TIMEOUT));
+    assert!(other.take_late(now + TIMEOUT) && !other.take_late(now + TIMEOUT));
+}
+
+fn control_of_changes(now: Instant) -> Control {
+    let mut control = control(json!({"rcb": "L/LLN0.RP.u01"}));
+    enabled(&mut control, now);
+    control
+}
+
+#[test]
+fn a_report_that_does_not_fit_gives_no_values() {
+    let now = Instant::now();
+    let mut control = control_of_changes(now);
+    let ours = report(2, CHANGED);
+    assert!(control.has_sent(&ours));
+    assert_eq!(control.check(&ours), Ok(()));
+    assert_eq!(control.check(&report(3, CHANGED)), Err(Mismatch::Members { told: 2, sent: 3 }));
+    let newer = Report { conf_rev: Some(2), ..ours.clone() };
+    assert_eq!(control.check(&newer), Err(Mismatch::Revision));
+    for other in [
+        Report { rpt_id: "Others".into(), ..ours.clone() },
+        Report { data_set: Some("L/LLN0$other".into()), ..ours.clone() },
+    ] {
+        assert!(!control.has_sent(&other));
+    }
+    control.give_up(None);
+    assert!(!control.has_sent(&ours) && control.is_settled());
+    assert_eq!((control.deadline(), control.next_request(now + RETRY)), (None, None));
+}
+
+#[test]
+fn a_block_that_is_taken_is_tried_again_and_told_of_once() {
+    let (mut control, now) = (buffered(), Instant::now());
+    for _ in 0..2 {
+        assert!(control.next_request(now).is_some());
+        let outcome = control.heed(attributes(true), now);
+        assert!(matches!(outcome, Outcome::Failed(what) if what.contains("another client")));
+        assert_eq!(control.deadline(), Some(now + RETRY));
+        assert_eq!(control.next_request(now), None);
+        control.begin();
+    }
+    assert!(control.is_news("a") && !control.is_news("a") && control.is_news("b"));
+    enabled(&mut control, now);
+    assert!(control.is_news("b"));
+}
