@@ -27,10 +27,11 @@ const ALARM_CONDITION_TYPE: u32 = 2915;
 const CONDITION_REFRESH: u32 = 3875;
 const UNSHELVED: u32 = 2930;
 /// What each event is asked for before the fields of tags.
-const HEAD: [(u32, &[&str]); 4] = [
+const HEAD: [(u32, &[&str]); 5] = [
     (BASE_EVENT_TYPE, &["EventType"]),
     (BASE_EVENT_TYPE, &["Time"]),
     (CONDITION_TYPE, &["Quality"]),
+    (CONDITION_TYPE, &["BranchId"]),
     (CONDITION_TYPE, &[]),
 ];
 
@@ -113,7 +114,8 @@ impl Field {
 
 /// Reads an event.
 pub(crate) fn read_event(fields: &[Variant]) -> Event<'_> {
-    let Some(([kind, time, quality, condition], fields)) = fields.split_first_chunk() else {
+    let Some(([kind, time, quality, branch, condition], fields)) = fields.split_first_chunk()
+    else {
         return Event::Other;
     };
     let is_kind = |id| matches!(kind, Variant::NodeId(kind) if **kind == NodeId::new(0, id));
@@ -123,11 +125,18 @@ pub(crate) fn read_event(fields: &[Variant]) -> Event<'_> {
         Event::RefreshRequired
     } else if let Variant::NodeId(condition) = condition
         && !condition.is_null()
+        && !is_branch(branch)
     {
         Event::State { condition, time, quality, fields }
     } else {
         Event::Other
     }
+}
+
+/// Whether an event tells of a former state that somebody has yet to see to, not of how the
+/// condition is now (OPC 10000-9, 5.5.2.1).
+fn is_branch(branch: &Variant) -> bool {
+    matches!(branch, Variant::NodeId(branch) if !branch.is_null())
 }
 
 /// The item that reports all events of a server.
@@ -213,15 +222,21 @@ mod tests {
 
     #[test]
     fn events_are_told_apart() {
-        let event = |kind, condition| [node(kind), Variant::Empty, Variant::Empty, condition];
+        let none = || Variant::Empty;
+        let event = |kind, condition| [node(kind), none(), none(), none(), condition];
         let state = event(CONDITION_TYPE, node(7));
         assert!(matches!(read_event(&state), Event::State { fields: [], .. }));
-        let none = event(BASE_EVENT_TYPE, Variant::Empty);
-        assert!(matches!(read_event(&none), Event::Other));
-        assert!(matches!(read_event(&none[1..]), Event::Other));
-        let end = event(REFRESH_END, Variant::Empty);
+        let mut branch = state.clone();
+        branch[3] = node(1);
+        assert!(matches!(read_event(&branch), Event::Other));
+        branch[3] = Variant::from(NodeId::null());
+        assert!(matches!(read_event(&branch), Event::State { .. }));
+        let other = event(BASE_EVENT_TYPE, none());
+        assert!(matches!(read_event(&other), Event::Other));
+        assert!(matches!(read_event(&other[1..]), Event::Other));
+        let end = event(REFRESH_END, none());
         assert!(matches!(read_event(&end), Event::RefreshEnd));
-        let overflow = event(EVENT_QUEUE_OVERFLOW, Variant::Empty);
+        let overflow = event(EVENT_QUEUE_OVERFLOW, none());
         assert!(matches!(read_event(&overflow), Event::RefreshRequired));
     }
 
