@@ -31,11 +31,12 @@ class Users(UserManager):
 
     def __init__(self, passwords, certificates):
         self.passwords = passwords
-        self.certificates = certificates
+        self.certificates = [pathlib.Path(path).read_bytes() for path in certificates]
 
     def get_user(self, iserver, username=None, password=None, certificate=None):
         anybody = not self.passwords and not self.certificates
-        if anybody or username and self.passwords.get(username) == password:
+        by_name = username and self.passwords.get(username) == password
+        if anybody or by_name or certificate in self.certificates:
             return User(role=UserRole.User, name=username)
         return None
 
@@ -69,12 +70,34 @@ class Peer:
         self.server = server
         self.folder = folder
         self.counting = []
+        self.alarms = {}
 
     async def add(self, spec):
         node = ua.NodeId.from_string(spec["id"])
         name = ua.QualifiedName(spec.get("name", spec["id"].split("=")[-1]), node.NamespaceIndex)
         variable = await self.folder.add_variable(node, name, variant(spec))
         await self.server.write_attribute_value(variable.nodeid, data(spec))
+
+    async def add_condition(self, name):
+        node = ua.NodeId.from_string(name)
+        await self.folder.add_object(node, ua.QualifiedName(name, node.NamespaceIndex))
+        self.alarms[name] = await self.generator(node)
+
+    async def generator(self, node):
+        generator = await self.server.get_event_generator(ua.NodeId(ua.ObjectIds.AlarmConditionType))
+        generator.event.NodeId = node
+        generator.event.ConditionName = str(node)
+        # asyncua leaves out what most alarms have.
+        generator.event.add_property("ShelvingState/CurrentState/Id", None, ua.VariantType.NodeId)
+        return generator
+
+    async def alarm(self, name, fields):
+        event = self.alarms[name].event
+        for field, value in fields.items():
+            value = ua.NodeId(value) if field == "ShelvingState/CurrentState/Id" else value
+            value = ua.StatusCode(value) if field == "Quality" else value
+            setattr(event, field, value)
+        await self.alarms[name].trigger(time_attr=instant(fields.get("time_millis")))
 
     async def count(self, ids, seconds):
         """Values that say which node they are of, and how late it is."""
@@ -97,6 +120,8 @@ class Peer:
                 await self.add(spec)
             case {"count": ids, "seconds": seconds}:
                 self.counting.append(asyncio.create_task(self.count(ids, seconds)))
+            case {"alarm": name, "fields": fields}:
+                await self.alarm(name, fields)
             case {"sessions": True}:
                 # How many clients there are, for a test that one said goodbye.
                 return len(self.server.bserver.clients)
@@ -106,6 +131,7 @@ class Peer:
 
 async def serve(port, spec):
     server = Server(user_manager=Users(spec.get("users", {}), spec.get("certificates", [])))
+    server.iserver.bind_condition_methods = spec.get("condition_refresh", True)
     await server.init()
     await server.set_application_uri(APPLICATION)
     server.set_endpoint(f"opc.tcp://127.0.0.1:{port}/test")
@@ -124,7 +150,11 @@ async def serve(port, spec):
     peer = Peer(server, folder)
     for node in spec.get("nodes", []):
         await peer.add(node)
+    for name in spec.get("conditions", []):
+        await peer.add_condition(name)
     await server.start()
+    for name, fields in spec.get("alarms", {}).items():
+        await peer.alarm(name, fields)
     port = server.bserver._server.sockets[0].getsockname()[1]
     print("READY", port, flush=True)
     loop = asyncio.get_running_loop()

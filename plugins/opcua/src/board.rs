@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink, Value};
-use opcua::types::{DataValue, StatusCode};
+use opcua::types::{DataValue, StatusCode, Variant};
 
 use crate::convert::{quality_of, time_of, value_of};
 use crate::fault::in_words;
@@ -85,11 +85,15 @@ impl Board {
                 self.name(LogLevel::Warning, &text);
             }
         }
+        self.put(index, sample, now, wall);
+    }
+
+    fn put(&mut self, index: usize, sample: Sample, now: Instant, wall: SystemTime) {
         self.batch.push(sample);
         let is_kept = !matches!(sample.quality, Quality::Bad(_));
         let kept = sample.value.filter(|_| is_kept).map(|value| (value, sample.quality));
         self.last[index] = Last { value: kept, told: Some(now) };
-        let age = source_time.and_then(|time| wall.duration_since(time).ok());
+        let age = sample.source_time.and_then(|time| wall.duration_since(time).ok());
         let limit = self.points.all[index].freshness / OLD_AFTER;
         if self.confirm && age.is_some_and(|age| age > limit) {
             self.confirm_one(index, now);
@@ -103,13 +107,97 @@ impl Board {
         }
         for item in items {
             for place in 0..self.points.items[item].points.len() {
-                let index = self.points.items[item].points[place];
-                let due = self.points.all[index].freshness / CONFIRMED_AFTER;
-                let told = self.last[index].told;
-                if told.is_some_and(|told| now.saturating_duration_since(told) >= due) {
-                    self.confirm_one(index, now);
-                }
+                self.confirm_due(self.points.items[item].points[place], now);
             }
+        }
+    }
+
+    /// The same for all conditions: their events come by one subscription.
+    pub(crate) fn confirm_conditions(&mut self, now: Instant) {
+        for condition in 0..self.points.conditions.len() {
+            for place in 0..self.points.conditions[condition].points.len() {
+                let (index, _) = self.points.conditions[condition].points[place];
+                // An event is told once; what it said holds until the next one.
+                self.confirm_due(index, now);
+            }
+        }
+    }
+
+    fn confirm_due(&mut self, index: usize, now: Instant) {
+        let due = self.points.all[index].freshness / CONFIRMED_AFTER;
+        let told = self.last[index].told;
+        if told.is_some_and(|told| now.saturating_duration_since(told) >= due) {
+            self.confirm_one(index, now);
+        }
+    }
+
+    /// Takes what an event says of a condition.
+    pub(crate) fn take_event(
+        &mut self,
+        condition: usize,
+        (time, quality, fields): (&Variant, &Variant, &[Variant]),
+        now: Instant,
+        wall: SystemTime,
+    ) {
+        let status = match quality {
+            Variant::StatusCode(status) => *status,
+            _ => StatusCode::Good,
+        };
+        let quality = quality_of(status);
+        let source_time = match time {
+            Variant::DateTime(time) => time_of(time),
+            _ => None,
+        };
+        for (index, field) in self.points.conditions[condition].points.clone() {
+            let point = &self.points.all[index];
+            let value = field.value(point.kind, fields);
+            let mut sample = Sample { tag: point.tag, value, quality, source_time };
+            if value.is_none() {
+                sample.quality = Quality::Bad(Reason::Configuration);
+                let text = format!("tag '{}': the condition has no {field:?}", point.id);
+                self.name(LogLevel::Warning, &text);
+            }
+            self.put(index, sample, now, wall);
+        }
+    }
+
+    /// All conditions of interest were told: those of `known` that were not are neither
+    /// active nor to be acknowledged.
+    pub(crate) fn end_refresh(&mut self, known: &[bool], now: Instant, wall: SystemTime) {
+        for (condition, is_known) in known.iter().enumerate() {
+            let Some(condition) = self.points.conditions.get(condition) else { return };
+            for (index, field) in condition.points.clone() {
+                let tag = self.points.all[index].tag;
+                let value = field.of_no_interest();
+                if !is_known || value.is_none() || self.last[index].told.is_some() {
+                    continue;
+                }
+                let quality = Quality::Good;
+                self.put(index, Sample { tag, value, quality, source_time: None }, now, wall);
+            }
+        }
+    }
+
+    /// The server does not tell of conditions.
+    pub(crate) fn refuse_conditions(&mut self, what: &str, status: StatusCode) {
+        let conditions = self.points.conditions.iter().flat_map(|condition| &condition.points);
+        let tags: Vec<_> = conditions.map(|(index, _)| self.points.all[*index].tag).collect();
+        self.batch.extend(tags.into_iter().map(|tag| Sample::bad(tag, Reason::Configuration)));
+        self.name(LogLevel::Warning, &format!("conditions: {what}: {}", in_words(status)));
+        self.flush();
+    }
+
+    /// A condition has no node, and no event may ever name it.
+    pub(crate) fn miss_condition(&mut self, condition: usize) {
+        let (node, points) = {
+            let condition = &self.points.conditions[condition];
+            (condition.node.to_string(), condition.points.clone())
+        };
+        for (index, _) in points {
+            let point = &self.points.all[index];
+            let text = format!("tag '{}': the server has no condition {node}", point.id);
+            self.batch.push(Sample::bad(point.tag, Reason::Configuration));
+            self.name(LogLevel::Warning, &text);
         }
     }
 

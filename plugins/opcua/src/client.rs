@@ -34,8 +34,6 @@ const MAX_CHUNKS: usize = 256;
 const MAX_MESSAGE_BYTES: usize = 16 * 1024 * 1024;
 const MAX_ARRAY: usize = 200_000;
 const MAX_STRING_BYTES: usize = 1024 * 1024;
-/// How long keys are asked to hold, milliseconds.
-const CHANNEL_LIFETIME_MILLIS: u32 = 3_600_000;
 
 type Stream = Guarded<Box<dyn ByteStream>>;
 type Wire = StreamTransport<ReadHalf<Stream>, WriteHalf<Stream>>;
@@ -92,6 +90,8 @@ pub(crate) struct Opening<'a> {
     pub(crate) connect: Duration,
     /// Deadline of a service.
     pub(crate) service: Duration,
+    /// How long keys are asked to hold.
+    pub(crate) lifetime: Duration,
 }
 
 impl Opening<'_> {
@@ -119,7 +119,7 @@ impl Opening<'_> {
                 max_message_size: MAX_MESSAGE_BYTES,
                 max_chunk_count: MAX_CHUNKS,
             },
-            CHANNEL_LIFETIME_MILLIS,
+            u32::try_from(self.lifetime.as_millis()).unwrap_or(u32::MAX),
             Arc::new(RwLock::new(ContextOwned::new_default(NamespaceMap::new(), decoding()))),
         );
         let opened = timeout(self.connect, channel.connect_no_retry(&connector)).await;

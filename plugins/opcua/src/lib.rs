@@ -1,10 +1,12 @@
-//! OPC UA telemetry: reads the values of one server by subscriptions.
+//! OPC UA telemetry: reads the values and alarm conditions of one server.
 //!
 //! The JSON of settings and tag addresses is described in the crate's README.md. One
-//! thread serves a server. It reads, and calls no method and writes no value.
+//! thread serves a server. It writes no value, and calls no method but the one that has a
+//! server tell its alarm conditions anew.
 
 mod board;
 mod client;
+mod conditions;
 mod convert;
 mod fault;
 mod guard;

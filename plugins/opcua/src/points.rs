@@ -7,6 +7,7 @@ use busbar_plugin_sdk::{DoublePoint, Error, TagSpec, ValueKind};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
+use crate::conditions::Field;
 use crate::node::NodeAddress;
 use crate::settings::{Config, MAX_SAMPLING_MILLIS};
 
@@ -66,17 +67,27 @@ pub(crate) enum Deadband {
     Percent(f64),
 }
 
+/// An alarm condition, and what of it is which point.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Condition {
+    pub(crate) node: NodeAddress,
+    pub(crate) points: Vec<(usize, Field)>,
+}
+
 /// The tags of a server.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Points {
     pub(crate) all: Vec<Point>,
     pub(crate) items: Vec<Item>,
+    pub(crate) conditions: Vec<Condition>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawAddress {
-    node: String,
+    node: Option<String>,
+    condition: Option<String>,
+    field: Option<Field>,
     index: Option<u32>,
     bit: Option<u8>,
     scale: Option<f64>,
@@ -87,6 +98,12 @@ struct RawAddress {
     deadband: Option<f64>,
     deadband_percent: Option<f64>,
     queue: Option<u32>,
+}
+
+/// What a tag rests on.
+enum Place {
+    Item(Item),
+    Condition(NodeAddress, Field),
 }
 
 /// What makes two tags rest on the same item.
@@ -107,9 +124,13 @@ impl Points {
         }
         let (mut points, mut faults) = (Self::default(), Vec::new());
         let mut by_key: HashMap<ItemKey, usize> = HashMap::new();
+        let mut by_condition: HashMap<NodeAddress, usize> = HashMap::new();
         for tag in tags {
             match parse_one(tag, config) {
-                Ok((point, item)) => points.add(point, item, &mut by_key),
+                Ok((point, Place::Item(item))) => points.add(point, item, &mut by_key),
+                Ok((point, Place::Condition(node, field))) => {
+                    points.add_to_condition(point, node, field, &mut by_condition);
+                }
                 Err(fault) => faults.push(fault),
             }
         }
@@ -144,22 +165,37 @@ impl Points {
         });
         self.items[place].points.push(index);
     }
+
+    fn add_to_condition(
+        &mut self,
+        point: Point,
+        node: NodeAddress,
+        field: Field,
+        by_condition: &mut HashMap<NodeAddress, usize>,
+    ) {
+        let index = self.all.len();
+        self.all.push(point);
+        let place = *by_condition.entry(node.clone()).or_insert_with(|| {
+            self.conditions.push(Condition { node, points: Vec::new() });
+            self.conditions.len() - 1
+        });
+        self.conditions[place].points.push((index, field));
+    }
 }
 
-fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Item), String> {
+fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Place), String> {
     let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
     let fault = |what: String| format!("tag '{}': {what}", tag.id);
     check_numbers(tag.kind, &raw).map_err(fault)?;
-    let item = Item {
-        node: NodeAddress::parse(&raw.node).map_err(fault)?,
-        sampling: raw.sampling_millis.map_or(config.sampling, Duration::from_millis),
-        deadband: match (raw.deadband, raw.deadband_percent) {
-            (Some(value), _) => Deadband::Absolute(value),
-            (None, Some(percent)) => Deadband::Percent(percent),
-            (None, None) => Deadband::None,
-        },
-        queue: raw.queue.unwrap_or(1),
-        points: Vec::new(),
+    let place = match (&raw.node, &raw.condition, raw.field) {
+        (Some(node), None, None) => {
+            Place::Item(item_of(NodeAddress::parse(node).map_err(fault)?, &raw, config))
+        }
+        (None, Some(condition), Some(field)) => {
+            check_condition(tag.kind, &raw, field).map_err(fault)?;
+            Place::Condition(NodeAddress::parse(condition).map_err(fault)?, field)
+        }
+        _ => return Err(fault("give node, or condition and field, one of them".into())),
     };
     let point = Point {
         tag: tag.tag,
@@ -172,7 +208,40 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Item), String> {
         offset: raw.offset.unwrap_or(0.0),
         states: parse_states(tag.kind, raw.states).map_err(fault)?,
     };
-    Ok((point, item))
+    Ok((point, place))
+}
+
+fn item_of(node: NodeAddress, raw: &RawAddress, config: &Config) -> Item {
+    Item {
+        node,
+        sampling: raw.sampling_millis.map_or(config.sampling, Duration::from_millis),
+        deadband: match (raw.deadband, raw.deadband_percent) {
+            (Some(value), _) => Deadband::Absolute(value),
+            (None, Some(percent)) => Deadband::Percent(percent),
+            (None, None) => Deadband::None,
+        },
+        queue: raw.queue.unwrap_or(1),
+        points: Vec::new(),
+    }
+}
+
+fn check_condition(kind: ValueKind, raw: &RawAddress, field: Field) -> Result<(), String> {
+    if !field.suits(kind) {
+        return Err("Severity is an i64 or f64, all other fields are bool: correct the type".into());
+    }
+    let has_more = raw.index.is_some()
+        || raw.bit.is_some()
+        || raw.scale.is_some()
+        || raw.offset.is_some()
+        || !raw.states.is_empty()
+        || raw.sampling_millis.is_some()
+        || raw.deadband.is_some()
+        || raw.deadband_percent.is_some()
+        || raw.queue.is_some();
+    if has_more {
+        return Err("a condition has a field and nothing else: remove the rest".into());
+    }
+    Ok(())
 }
 
 fn check_numbers(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {

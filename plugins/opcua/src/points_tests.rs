@@ -61,11 +61,32 @@ fn every_fault_names_its_tag_and_remedy() {
         (ValueKind::F64, json!({"node": "i=1", "queue": 0}), "queue: 1 to 1000"),
         (ValueKind::F64, json!({"node": "i=1", "sampling_millis": 3_600_001}), "at most 3600000"),
         (ValueKind::Bool, json!({"node": "i=1", "states": {"a": "on"}}), "true and false"),
+        (ValueKind::Bool, json!({"condition": "i=1"}), "give node, or condition and field"),
+        (
+            ValueKind::Bool,
+            json!({"condition": "i=1", "field": "Severity"}),
+            "Severity is an i64 or f64",
+        ),
+        (ValueKind::Bool, json!({"condition": "i=1", "field": "Retain", "bit": 1}), "nothing else"),
     ];
     for (kind, address, fault) in &cases {
         let found = parse(&[(*kind, address.clone())]).unwrap_err();
         assert!(found.contains("tag 'T0'") && found.contains(fault), "{address}: {found}");
     }
     let all: Vec<_> = cases.iter().map(|(kind, address, _)| (*kind, address.clone())).collect();
-    assert!(parse(&all).unwrap_err().starts_with("12 of 12 tags cannot be served: tag 'T0'"));
+    assert!(parse(&all).unwrap_err().starts_with("15 of 15 tags cannot be served: tag 'T0'"));
+}
+
+#[test]
+fn tags_of_one_condition_come_with_its_events() {
+    let points = parse(&[
+        (ValueKind::Bool, json!({"condition": "ns=2;s=A", "field": "ActiveState"})),
+        (ValueKind::F64, json!({"node": "ns=2;s=A"})),
+        (ValueKind::I64, json!({"condition": "ns=2;s=A", "field": "Severity"})),
+    ])
+    .unwrap();
+    assert_eq!(points.items.len(), 1);
+    assert_eq!(points.conditions.len(), 1);
+    let expected = [(0, Field::ActiveState), (2, Field::Severity)];
+    assert_eq!(points.conditions[0].points, expected);
 }

@@ -67,8 +67,15 @@ fn opening<'a>(
     endpoint: EndpointDescription,
     own: Option<&'a Own>,
 ) -> Opening<'a> {
-    let (connect, service) = (config.connect_timeout, config.silence);
-    Opening { dial: &*world.dial, server, endpoint, own, connect, service }
+    Opening {
+        dial: &*world.dial,
+        server,
+        endpoint,
+        own,
+        connect: config.connect_timeout,
+        service: config.silence,
+        lifetime: config.channel_lifetime,
+    }
 }
 
 /// The endpoint that the settings ask for, as the server describes it.

@@ -22,6 +22,8 @@ pub(crate) const MAX_SAMPLING_MILLIS: u64 = 3_600_000;
 const TIMEOUT_MILLIS: std::ops::RangeInclusive<u64> = 500..=600_000;
 /// Shortest and longest session timeout: ten seconds, an hour.
 const SESSION_MILLIS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000;
+/// How long the keys of a channel are asked to hold.
+const CHANNEL_LIFETIME: Duration = Duration::from_secs(3600);
 /// The longest name or URI, bytes.
 const MAX_TEXT_BYTES: usize = 256;
 
@@ -184,6 +186,8 @@ pub(crate) struct Config {
     pub(crate) silence: Duration,
     pub(crate) connect_timeout: Duration,
     pub(crate) session_timeout: Duration,
+    /// How long the keys of a channel are asked to hold.
+    pub(crate) channel_lifetime: Duration,
     pub(crate) items_per_subscription: usize,
     pub(crate) confirm_unchanged: bool,
     pub(crate) application_uri: String,
@@ -241,6 +245,7 @@ impl Settings {
                 self.session_timeout_millis,
                 SESSION_MILLIS,
             ),
+            channel_lifetime: CHANNEL_LIFETIME,
             items_per_subscription: items as usize,
             confirm_unchanged: self.confirm_unchanged,
             application_uri: self.application_uri,

@@ -13,6 +13,7 @@ use opcua::types::{
 
 use crate::board::Board;
 use crate::client::{Client, answer};
+use crate::conditions::events_item;
 use crate::fault::Fault;
 use crate::points::{Deadband, Item};
 use crate::session::Server;
@@ -130,6 +131,23 @@ pub(crate) async fn add_items(
     }
     board.borrow_mut().flush();
     Ok(refused)
+}
+
+/// Has a subscription report the events of the server.
+pub(crate) async fn add_events(client: &Client, id: u32) -> Result<(), Fault> {
+    let request = CreateMonitoredItemsRequest {
+        request_header: client.header(client.limit()),
+        subscription_id: id,
+        timestamps_to_return: TimestampsToReturn::Neither,
+        items_to_create: Some(vec![events_item()]),
+    };
+    let answer = answer!(client, "asking for events", CreateMonitoredItems, request)?;
+    let result = answer.results.unwrap_or_default().first().map(|result| result.status_code);
+    match result {
+        Some(status) if !status.is_bad() => Ok(()),
+        Some(status) => Err(Fault::Refused { what: "asking for events", status }),
+        None => Err(Fault::Server("no result of a monitored item")),
+    }
 }
 
 fn request_of(item: &Item, handle: usize, node: &NodeId) -> MonitoredItemCreateRequest {

@@ -1,19 +1,21 @@
 //! An activated session at work: publishing, signs of life, what the server refused.
 
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{Host, LogLevel};
 use opcua::types::{
-    DataChangeNotification, ExtensionObject, PublishRequest, PublishResponse,
-    StatusChangeNotification, StatusCode, SubscriptionAcknowledgement,
+    DataChangeNotification, EventNotificationList, ExtensionObject, NodeId, PublishRequest,
+    PublishResponse, StatusChangeNotification, StatusCode, SubscriptionAcknowledgement,
 };
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use crate::board::Board;
 use crate::client::{Client, answer};
+use crate::conditions::{self, Event, read_event};
 use crate::fault::Fault;
 use crate::session::{self, Server};
 use crate::settings::Config;
@@ -21,6 +23,8 @@ use crate::subscription::{self, Subscription};
 
 /// Publish requests that wait at the server at once.
 const MAX_PUBLISHES: usize = 64;
+/// Nodes that are looked for at once.
+const NODES_PER_READ: usize = 500;
 /// Acknowledgements of one publish request.
 const MAX_ACKNOWLEDGED: usize = 1000;
 /// How often the server is asked again for nodes that it did not know.
@@ -48,11 +52,24 @@ pub(crate) struct Watch {
     subscriptions: Vec<Subscription>,
     /// Items that the server refused, each with its subscription.
     refused: Vec<(u32, Vec<usize>)>,
+    /// The subscription of events, and what its conditions are at the server; none where
+    /// no tag is of a condition.
+    events: Option<Events>,
     acknowledgements: Vec<SubscriptionAcknowledgement>,
     /// Publish requests that wait at the server, and how many there are to be.
     waiting: usize,
     wanted: usize,
     state: i32,
+}
+
+/// How conditions are found again.
+struct Events {
+    subscription: u32,
+    by_node: HashMap<NodeId, usize>,
+    /// By condition: whether it has a node.
+    known: Vec<bool>,
+    /// Whether the conditions are to be asked for anew.
+    is_refresh_due: bool,
 }
 
 /// What a task found.
@@ -85,13 +102,59 @@ impl Watch {
             wall_clock,
             subscriptions: Vec::new(),
             refused: Vec::new(),
+            events: None,
             acknowledgements: Vec::new(),
             waiting: 0,
             wanted: 0,
             state: 0,
         };
         watch.subscribe().await?;
+        match watch.subscribe_to_events().await {
+            // The values of other tags come all the same.
+            Err(Fault::Refused { what, status }) => {
+                watch.board.borrow_mut().refuse_conditions(what, status);
+            }
+            outcome => outcome?,
+        }
+        watch.wanted = (watch.subscriptions.len() + 1).min(MAX_PUBLISHES);
         Ok(watch)
+    }
+
+    /// Where tags are of conditions, has the server report all their events, and the
+    /// state of those that there are.
+    async fn subscribe_to_events(&mut self) -> Result<(), Fault> {
+        let nodes: Vec<Option<NodeId>> = {
+            let board = self.board.borrow();
+            let conditions = board.points().conditions.iter();
+            conditions.map(|condition| condition.node.resolve(&self.server.namespaces)).collect()
+        };
+        if nodes.is_empty() {
+            return Ok(());
+        }
+        let mut known = Vec::with_capacity(nodes.len());
+        let ids: Vec<_> = nodes.iter().map(|node| node.clone().unwrap_or_default()).collect();
+        for some in ids.chunks(NODES_PER_READ) {
+            known.extend(conditions::known(&self.client, some).await?);
+        }
+        known.resize(nodes.len(), false);
+        for condition in (0..nodes.len()).filter(|condition| !known[*condition]) {
+            self.board.borrow_mut().miss_condition(condition);
+        }
+        let freshness = self.board.borrow().min_freshness();
+        let (client, end) = (&self.client, self.board.borrow().points().items.len());
+        let subscription =
+            subscription::create(client, &self.config, freshness, end..end, now()).await?;
+        subscription::add_events(client, subscription.id).await?;
+        conditions::refresh(client, subscription.id).await?;
+        let by_node = nodes.into_iter().zip(0..).filter_map(|(node, index)| Some((node?, index)));
+        self.events = Some(Events {
+            subscription: subscription.id,
+            by_node: by_node.collect(),
+            known,
+            is_refresh_due: false,
+        });
+        self.subscriptions.push(subscription);
+        Ok(())
     }
 
     async fn subscribe(&mut self) -> Result<(), Fault> {
@@ -111,7 +174,6 @@ impl Watch {
             }
             self.subscriptions.push(subscription);
         }
-        self.wanted = (self.subscriptions.len() + 1).min(MAX_PUBLISHES);
         Ok(())
     }
 
@@ -143,6 +205,9 @@ impl Watch {
                 None => self.check_silence(),
             };
             if let Err(fault) = outcome {
+                return fault;
+            }
+            if let Err(fault) = self.refresh_if_due().await {
                 return fault;
             }
             if now() >= next_sign {
@@ -227,6 +292,8 @@ impl Watch {
             });
         }
         let items = subscription.items.clone();
+        let is_of_events =
+            self.events.as_ref().is_some_and(|events| events.subscription == subscription.id);
         let ready = subscription.take(message, now())?;
         for data in
             ready.into_iter().flat_map(|message| message.notification_data.unwrap_or_default())
@@ -236,18 +303,50 @@ impl Watch {
         let mut board = self.board.borrow_mut();
         if !answer.more_notifications {
             board.confirm(items, now());
+            if is_of_events {
+                board.confirm_conditions(now());
+            }
         }
         board.flush();
         Ok(())
     }
 
-    fn apply(&self, data: &ExtensionObject) -> Result<(), Fault> {
+    /// Asks for all conditions anew where events may have been missed.
+    async fn refresh_if_due(&mut self) -> Result<(), Fault> {
+        let Some(events) = &mut self.events else { return Ok(()) };
+        if !std::mem::take(&mut events.is_refresh_due) {
+            return Ok(());
+        }
+        conditions::refresh(&self.client, events.subscription).await
+    }
+
+    fn heed_events(&mut self, list: &EventNotificationList) {
+        let Some(events) = &mut self.events else { return };
+        let (now, wall) = (now(), (self.wall_clock)());
+        let mut board = self.board.borrow_mut();
+        for event in list.events.iter().flatten() {
+            match read_event(event.event_fields.as_deref().unwrap_or_default()) {
+                Event::State { condition, time, quality, fields } => {
+                    if let Some(&condition) = events.by_node.get(condition) {
+                        board.take_event(condition, (time, quality, fields), now, wall);
+                    }
+                }
+                Event::RefreshEnd => board.end_refresh(&events.known, now, wall),
+                Event::RefreshRequired => events.is_refresh_due = true,
+                Event::Other => {}
+            }
+        }
+    }
+
+    fn apply(&mut self, data: &ExtensionObject) -> Result<(), Fault> {
         if let Some(changes) = data.inner_as::<DataChangeNotification>() {
             let (now, wall) = (now(), (self.wall_clock)());
             let mut board = self.board.borrow_mut();
             for change in changes.monitored_items.iter().flatten() {
                 board.take(change.client_handle as usize, &change.value, now, wall);
             }
+        } else if let Some(list) = data.inner_as::<EventNotificationList>() {
+            self.heed_events(list);
         } else if let Some(change) = data.inner_as::<StatusChangeNotification>() {
             return Err(Fault::Refused { what: "the subscription ended", status: change.status });
         }

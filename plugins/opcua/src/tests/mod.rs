@@ -1,6 +1,7 @@
 //! The plugin end to end, through the SDK's sink, against real servers.
 
 mod asyncua;
+mod conditions;
 mod hostile;
 mod peer;
 #[cfg(target_os = "linux")]

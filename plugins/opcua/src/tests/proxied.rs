@@ -26,7 +26,7 @@ const NODES: [&str; 3] = ["A", "B", "C"];
 /// Connections of a test of all faults.
 const CONNECTIONS: u64 = 60;
 /// Those of a test of leaks.
-const RECONNECTS: u64 = 300;
+const RECONNECTS: u64 = 150;
 /// Descriptors and threads that a plugin, a proxy and their connections may hold at
 /// once, beside those that were there before.
 const MAX_DESCRIPTORS: usize = 24;

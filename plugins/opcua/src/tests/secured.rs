@@ -34,6 +34,7 @@ impl Setting {
         let pairs = [
             ("client", CLIENT),
             ("other", CLIENT),
+            ("user", "urn:user"),
             ("stranger", "urn:stranger"),
             ("server", SERVER),
             ("expired_server", SERVER),
@@ -49,6 +50,10 @@ impl Setting {
             "security": {"certificate": path("der"), "key": path("pem"), "policies": policies}
         });
         spec.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        for name in spec.get_mut("certificates").and_then(Json::as_array_mut).into_iter().flatten()
+        {
+            *name = json!(folder.path().join(name.as_str().unwrap()));
+        }
         let peer = Peer::start(&spec)?;
         Some(Self { folder, peer })
     }
@@ -211,4 +216,41 @@ fn a_password_is_not_sent_where_everybody_can_read_it() {
     settings["user"]["allow_plain_password"] = json!(true);
     let running = start(peer.port, &settings, vec![tag(1, ValueKind::F64, "A")]);
     running.wait_for(1, Value::F64(5.0));
+}
+
+#[test]
+fn users_have_certificates() {
+    let more = json!({"certificates": ["user.der"]});
+    let Some(setting) = Setting::new("server", &POLICIES, &more) else { return };
+    setting.trust("server");
+    let user = |name: &str| {
+        let path = |end| setting.path(&format!("{name}.{end}"));
+        json!({"certificate": path("der"), "key": path("pem")})
+    };
+    for mode in ["Sign", "SignAndEncrypt"] {
+        let security = setting.security("client", "Aes128_Sha256_RsaOaep", mode);
+        setting.start(&with(security.clone(), "user", user("user"))).wait_for(1, Value::F64(5.0));
+        setting.check_refused(&with(security, "user", user("stranger")), "user: Bad");
+    }
+}
+
+#[test]
+fn keys_are_renewed_before_they_are_too_old() {
+    let Some(mut setting) = Setting::new("server", &POLICIES, &json!({})) else { return };
+    setting.trust("server");
+    let mut settings = setting.security("client", "Basic256Sha256", "SignAndEncrypt");
+    settings["silence_millis"] = json!(1500);
+    let tags = || vec![tag(1, ValueKind::F64, "A")];
+    let mut running = start(setting.peer.port, &settings, Vec::new());
+    running.plugin.config.channel_lifetime = Duration::from_secs(2);
+    running.plugin.start(tags(), running.recorder.sink()).unwrap();
+    running.wait_for(1, Value::F64(5.0));
+    // Several lifetimes, in which nothing may be lost.
+    for value in 6..14 {
+        std::thread::sleep(Duration::from_secs(1));
+        setting.peer.command(&json!({"set": node("A", "Double", &json!(f64::from(value)))}));
+        running.wait_for(1, Value::F64(f64::from(value)));
+    }
+    let states: Vec<_> = running.recorder.recording().links.iter().map(|link| link.0).collect();
+    assert_eq!(states, [LinkState::Connecting, LinkState::Up]);
 }

@@ -1,0 +1,259 @@
+//! Alarm conditions (OPC 10000-9) as tags: what their events say.
+
+use busbar_plugin_sdk::{Value, ValueKind};
+use opcua::types::{
+    AttributeId, CallMethodRequest, CallRequest, DataValue, EventFilter, ExtensionObject,
+    MonitoredItemCreateRequest, MonitoringMode, MonitoringParameters, NodeId, ReadRequest,
+    ReadValueId, SimpleAttributeOperand, TimestampsToReturn, Variant,
+};
+use serde::Deserialize;
+
+use crate::client::{Client, answer};
+use crate::fault::Fault;
+
+/// Events that a server may keep between two publishing intervals.
+const MAX_EVENTS: u32 = 10_000;
+/// Handle of the item whose events these are; those of values are numbered from 0.
+pub(crate) const EVENTS_HANDLE: u32 = u32::MAX;
+/// Ids of the standard's nodes (OPC 10000-6, Annex A).
+const SERVER: u32 = 2253;
+const BASE_EVENT_TYPE: u32 = 2041;
+const CONDITION_TYPE: u32 = 2782;
+const REFRESH_END: u32 = 2788;
+const REFRESH_REQUIRED: u32 = 2789;
+const EVENT_QUEUE_OVERFLOW: u32 = 3035;
+const ACKNOWLEDGEABLE_CONDITION_TYPE: u32 = 2881;
+const ALARM_CONDITION_TYPE: u32 = 2915;
+const CONDITION_REFRESH: u32 = 3875;
+const UNSHELVED: u32 = 2930;
+/// What each event is asked for before the fields of tags.
+const HEAD: [(u32, &[&str]); 5] = [
+    (BASE_EVENT_TYPE, &["EventType"]),
+    (BASE_EVENT_TYPE, &["Time"]),
+    (CONDITION_TYPE, &["Quality"]),
+    (CONDITION_TYPE, &["BranchId"]),
+    (CONDITION_TYPE, &[]),
+];
+
+/// What of a condition is a tag.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+pub(crate) enum Field {
+    EnabledState,
+    ActiveState,
+    AckedState,
+    ConfirmedState,
+    SuppressedState,
+    OutOfServiceState,
+    /// Whether it is shelved, for a time or for once.
+    ShelvingState,
+    Retain,
+    Severity,
+}
+
+const FIELDS: [(Field, u32, &[&str]); 9] = [
+    (Field::EnabledState, CONDITION_TYPE, &["EnabledState", "Id"]),
+    (Field::ActiveState, ALARM_CONDITION_TYPE, &["ActiveState", "Id"]),
+    (Field::AckedState, ACKNOWLEDGEABLE_CONDITION_TYPE, &["AckedState", "Id"]),
+    (Field::ConfirmedState, ACKNOWLEDGEABLE_CONDITION_TYPE, &["ConfirmedState", "Id"]),
+    (Field::SuppressedState, ALARM_CONDITION_TYPE, &["SuppressedState", "Id"]),
+    (Field::OutOfServiceState, ALARM_CONDITION_TYPE, &["OutOfServiceState", "Id"]),
+    (Field::ShelvingState, ALARM_CONDITION_TYPE, &["ShelvingState", "CurrentState", "Id"]),
+    (Field::Retain, CONDITION_TYPE, &["Retain"]),
+    (Field::Severity, BASE_EVENT_TYPE, &["Severity"]),
+];
+
+/// An event that concerns conditions.
+pub(crate) enum Event<'a> {
+    /// A condition is so now; the fields are in the order of [`FIELDS`].
+    State { condition: &'a NodeId, time: &'a Variant, quality: &'a Variant, fields: &'a [Variant] },
+    /// All conditions that are of interest have been told.
+    RefreshEnd,
+    /// Events may be missing: the conditions are to be asked for again.
+    RefreshRequired,
+    /// Anything else.
+    Other,
+}
+
+impl Field {
+    /// Whether it can be a tag of this kind.
+    pub(crate) fn suits(self, kind: ValueKind) -> bool {
+        match self {
+            Self::Severity => matches!(kind, ValueKind::I64 | ValueKind::F64),
+            _ => kind == ValueKind::Bool,
+        }
+    }
+
+    /// The value in an event's fields; none where the condition has no such state.
+    pub(crate) fn value(self, kind: ValueKind, fields: &[Variant]) -> Option<Value> {
+        let place = FIELDS.iter().position(|(field, ..)| *field == self)?;
+        Some(match (self, fields.get(place)?) {
+            (Self::Severity, Variant::UInt16(severity)) if kind == ValueKind::I64 => {
+                Value::I64((*severity).into())
+            }
+            (Self::Severity, Variant::UInt16(severity)) => Value::F64((*severity).into()),
+            (Self::ShelvingState, Variant::NodeId(state)) => {
+                Value::Bool(**state != NodeId::new(0, UNSHELVED))
+            }
+            (Self::Severity | Self::ShelvingState, _) => return None,
+            (_, Variant::Boolean(value)) => Value::Bool(*value),
+            _ => return None,
+        })
+    }
+
+    /// What a condition is in that a server does not report, because it is of no interest
+    /// (OPC 10000-9, 5.5.7): neither active nor to be acknowledged. Of the rest nobody
+    /// knows.
+    pub(crate) fn of_no_interest(self) -> Option<Value> {
+        match self {
+            Self::ActiveState | Self::Retain => Some(Value::Bool(false)),
+            Self::AckedState => Some(Value::Bool(true)),
+            _ => None,
+        }
+    }
+}
+
+/// Reads an event.
+pub(crate) fn read_event(fields: &[Variant]) -> Event<'_> {
+    let Some(([kind, time, quality, branch, condition], fields)) = fields.split_first_chunk()
+    else {
+        return Event::Other;
+    };
+    let is_kind = |id| matches!(kind, Variant::NodeId(kind) if **kind == NodeId::new(0, id));
+    if is_kind(REFRESH_END) {
+        Event::RefreshEnd
+    } else if is_kind(REFRESH_REQUIRED) || is_kind(EVENT_QUEUE_OVERFLOW) {
+        Event::RefreshRequired
+    } else if let Variant::NodeId(condition) = condition
+        && !condition.is_null()
+        && !is_branch(branch)
+    {
+        Event::State { condition, time, quality, fields }
+    } else {
+        Event::Other
+    }
+}
+
+/// Whether an event tells of a former state that somebody has yet to see to, not of how the
+/// condition is now (OPC 10000-9, 5.5.2.1).
+fn is_branch(branch: &Variant) -> bool {
+    matches!(branch, Variant::NodeId(branch) if !branch.is_null())
+}
+
+/// The item that reports all events of a server.
+pub(crate) fn events_item() -> MonitoredItemCreateRequest {
+    let operand = |kind: u32, path: &[&str]| SimpleAttributeOperand {
+        type_definition_id: NodeId::new(0, kind),
+        browse_path: Some(path.iter().map(|name| (*name).into()).collect()),
+        // A condition's own id has no path (OPC 10000-9, 5.5.2.1).
+        attribute_id: if path.is_empty() { AttributeId::NodeId } else { AttributeId::Value } as u32,
+        ..SimpleAttributeOperand::default()
+    };
+    let head = HEAD.iter().map(|(kind, path)| operand(*kind, path));
+    let fields = FIELDS.iter().map(|(_, kind, path)| operand(*kind, path));
+    MonitoredItemCreateRequest {
+        item_to_monitor: ReadValueId {
+            node_id: NodeId::new(0, SERVER),
+            attribute_id: AttributeId::EventNotifier as u32,
+            ..ReadValueId::default()
+        },
+        monitoring_mode: MonitoringMode::Reporting,
+        requested_parameters: MonitoringParameters {
+            client_handle: EVENTS_HANDLE,
+            sampling_interval: 0.0,
+            filter: ExtensionObject::from_message(EventFilter {
+                select_clauses: Some(head.chain(fields).collect()),
+                ..EventFilter::default()
+            }),
+            queue_size: MAX_EVENTS,
+            discard_oldest: true,
+        },
+    }
+}
+
+/// Has the server tell all conditions of interest anew. It changes nothing there.
+pub(crate) async fn refresh(client: &Client, subscription: u32) -> Result<(), Fault> {
+    let call = CallMethodRequest {
+        object_id: NodeId::new(0, CONDITION_TYPE),
+        method_id: NodeId::new(0, CONDITION_REFRESH),
+        input_arguments: Some(vec![Variant::UInt32(subscription)]),
+    };
+    let request = CallRequest {
+        request_header: client.header(client.limit()),
+        methods_to_call: Some(vec![call]),
+    };
+    let answer = answer!(client, "asking for all conditions", Call, request)?;
+    let status = answer.results.unwrap_or_default().first().map(|result| result.status_code);
+    match status {
+        Some(status) if !status.is_bad() => Ok(()),
+        Some(status) => Err(Fault::Refused { what: "asking for all conditions", status }),
+        None => Err(Fault::Server("no result of ConditionRefresh")),
+    }
+}
+
+/// Which of these conditions have a node.
+pub(crate) async fn known(client: &Client, conditions: &[NodeId]) -> Result<Vec<bool>, Fault> {
+    let node = |id: &NodeId| ReadValueId {
+        node_id: id.clone(),
+        attribute_id: AttributeId::NodeClass as u32,
+        ..ReadValueId::default()
+    };
+    let request = ReadRequest {
+        request_header: client.header(client.limit()),
+        max_age: 0.0,
+        timestamps_to_return: TimestampsToReturn::Neither,
+        nodes_to_read: Some(conditions.iter().map(node).collect()),
+    };
+    let answer = answer!(client, "looking for conditions", Read, request)?;
+    let results = answer.results.unwrap_or_default();
+    let is_known = |value: &DataValue| {
+        let has_class = matches!(value.value, Some(Variant::Int32(_)));
+        has_class && value.status.is_none_or(|status| status.is_good())
+    };
+    Ok(results.iter().map(is_known).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node(id: u32) -> Variant {
+        Variant::from(NodeId::new(0, id))
+    }
+
+    #[test]
+    fn events_are_told_apart() {
+        let none = || Variant::Empty;
+        let event = |kind, condition| [node(kind), none(), none(), none(), condition];
+        let state = event(CONDITION_TYPE, node(7));
+        assert!(matches!(read_event(&state), Event::State { fields: [], .. }));
+        let mut branch = state.clone();
+        branch[3] = node(1);
+        assert!(matches!(read_event(&branch), Event::Other));
+        branch[3] = Variant::from(NodeId::null());
+        assert!(matches!(read_event(&branch), Event::State { .. }));
+        let other = event(BASE_EVENT_TYPE, none());
+        assert!(matches!(read_event(&other), Event::Other));
+        assert!(matches!(read_event(&other[1..]), Event::Other));
+        let end = event(REFRESH_END, none());
+        assert!(matches!(read_event(&end), Event::RefreshEnd));
+        let overflow = event(EVENT_QUEUE_OVERFLOW, none());
+        assert!(matches!(read_event(&overflow), Event::RefreshRequired));
+    }
+
+    #[test]
+    fn states_are_read_and_those_that_a_condition_lacks_are_none() {
+        let mut fields = vec![Variant::Empty; FIELDS.len()];
+        fields[1] = true.into();
+        fields[6] = node(UNSHELVED);
+        fields[8] = Variant::UInt16(700);
+        let bool = |field: Field, fields: &[Variant]| field.value(ValueKind::Bool, fields);
+        assert_eq!(bool(Field::ActiveState, &fields), Some(Value::Bool(true)));
+        assert_eq!(bool(Field::AckedState, &fields), None);
+        assert_eq!(bool(Field::ShelvingState, &fields), Some(Value::Bool(false)));
+        fields[6] = node(2929);
+        assert_eq!(bool(Field::ShelvingState, &fields), Some(Value::Bool(true)));
+        assert_eq!(Field::Severity.value(ValueKind::I64, &fields), Some(Value::I64(700)));
+        assert_eq!(Field::Severity.value(ValueKind::I64, &fields[..3]), None);
+        assert!(Field::Severity.suits(ValueKind::F64) && !Field::Severity.suits(ValueKind::Bool));
+    }
+}
