@@ -7,6 +7,8 @@ use std::time::Duration;
 use busbar_viewer::{FaultKind, PluginInstance};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::log::LogOptions;
+
 /// 3D viewer of live power equipment.
 ///
 /// Plugins offer further commands, which `busbar plugin list` names.
@@ -17,6 +19,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) log: LogOptions,
 }
 
 #[derive(Debug, Subcommand)]

@@ -5,6 +5,7 @@ mod check;
 mod command;
 mod embedded;
 mod import;
+mod log;
 mod optimize;
 mod output;
 mod plugin;
@@ -15,9 +16,6 @@ mod view;
 use std::process::ExitCode;
 
 use clap::Parser;
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::fmt::FormatFields;
-use tracing_subscriber::fmt::format::debug_fn;
 
 use arguments::{Arguments, Command, PluginCommand};
 
@@ -28,19 +26,13 @@ const EXIT_INTERNAL: u8 = 3;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let filter = EnvFilter::try_from_env("BUSBAR_LOG").unwrap_or_else(|_| "info".into());
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    match arguments.command {
-        // The viewer reads these lines: level and message, the rest it adds.
+    let _guard = match arguments.command {
         Command::PluginHost => {
-            log.with_ansi(false)
-                .without_time()
-                .with_target(false)
-                .fmt_fields(message_only())
-                .init();
+            log::start_of_plugin();
+            None
         }
-        _ => log.compact().init(),
-    }
+        _ => log::start(&arguments.log),
+    };
     match std::panic::catch_unwind(|| run(arguments)) {
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
@@ -53,14 +45,6 @@ fn main() -> ExitCode {
             ExitCode::from(EXIT_INTERNAL)
         }
     }
-}
-
-/// Writes the message of a log line and none of its fields.
-fn message_only() -> impl for<'w> FormatFields<'w> + 'static {
-    debug_fn(|writer, field, value| match field.name() {
-        "message" => write!(writer, "{value:?}"),
-        _ => Ok(()),
-    })
 }
 
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
