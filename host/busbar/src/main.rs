@@ -3,9 +3,12 @@
 mod arguments;
 mod check;
 mod command;
+mod doctor;
 mod embedded;
 mod import;
+mod kiosk;
 mod log;
+mod metrics;
 mod optimize;
 mod output;
 mod plugin;
@@ -52,6 +55,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::View(options) => view::run(&options),
         Command::Render(options) => render::run(&options),
         Command::Check { config } => check::run(&config),
+        Command::Doctor(options) => doctor::run(&options),
         Command::Optimize(options) => optimize::run(&options),
         Command::Simulate(options) => simulate::run(&options),
         Command::Import(options) => import::run(&options),
