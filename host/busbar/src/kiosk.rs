@@ -9,7 +9,8 @@ use winit::keyboard::{Key, ModifiersState};
 use winit::monitor::MonitorHandle;
 use winit::window::{Fullscreen, Window};
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{ConnectionExt, ScreenSaver};
+use x11rb::protocol::randr::{ConnectionExt as _, MonitorInfo};
+use x11rb::protocol::xproto::{ConnectionExt as _, ScreenSaver};
 use x11rb::rust_connection::RustConnection;
 
 /// How long the pointer is seen after it moved last.
@@ -28,7 +29,7 @@ pub(crate) struct Kiosk {
     is_pointer_shown: bool,
     modifiers: ModifiersState,
     /// None on Wayland, whose compositors have settings of their own for that.
-    display: Option<RustConnection>,
+    display: Option<Display>,
     kept_awake_at: Option<Instant>,
 }
 
@@ -57,7 +58,7 @@ impl Kiosk {
             moved_at: Instant::now(),
             is_pointer_shown: true,
             modifiers: ModifiersState::empty(),
-            display: x11rb::connect(None).ok().map(|(display, _)| display),
+            display: Display::open(),
             kept_awake_at: None,
         }
     }
@@ -86,11 +87,7 @@ impl Kiosk {
         }
         if self.kept_awake_at.is_none_or(|at| at.elapsed() >= AWAKE_PERIOD) {
             self.kept_awake_at = Some(Instant::now());
-            if let Some(display) = &self.display {
-                // A display that has gone takes the window with it.
-                let _ = display.force_screen_saver(ScreenSaver::RESET);
-                let _ = display.flush();
-            }
+            self.display.iter().for_each(Display::keep_awake);
         }
         if self.looked_at.is_none_or(|at| at.elapsed() >= LOOK_PERIOD) {
             self.looked_at = Some(Instant::now());
@@ -99,11 +96,12 @@ impl Kiosk {
     }
 
     fn follow_monitors(&mut self, window: &Window) {
-        let mut monitors = window.available_monitors();
-        let wanted = monitors.find(|monitor| monitor.name() == self.wanted && self.wanted.is_some());
-        let monitor = wanted.or_else(|| window.primary_monitor());
-        let Some(monitor) = monitor.or_else(|| window.available_monitors().next()) else { return };
-        let place = Place::of(&monitor);
+        let places = match &self.display {
+            Some(display) => display.monitors(),
+            None => window.available_monitors().map(|monitor| Place::of(&monitor)).collect(),
+        };
+        let wanted = |place: &&Place| self.wanted.is_some() && place.name == self.wanted;
+        let Some(place) = places.iter().find(wanted).or(places.first()).cloned() else { return };
         let is_covered = window.inner_size() == place.size;
         if self.shown_on.as_ref() == Some(&place) && is_covered {
             return;
@@ -111,11 +109,53 @@ impl Kiosk {
         if self.shown_on.as_ref() != Some(&place) {
             tracing::info!("the view is on monitor {place:?}");
         }
+        let monitor = window.available_monitors().find(|monitor| monitor.name() == place.name);
         window.set_fullscreen(None);
-        window.set_fullscreen(Some(Fullscreen::Borderless(Some(monitor))));
+        window.set_fullscreen(Some(Fullscreen::Borderless(monitor)));
         // Without a window manager nobody else does.
         window.set_outer_position(place.position);
         let _ = window.request_inner_size(place.size);
         self.shown_on = Some(place);
+    }
+}
+
+/// The X11 display, asked anew each time: winit remembers monitors that are gone.
+struct Display {
+    connection: RustConnection,
+    root: u32,
+}
+
+impl Display {
+    fn open() -> Option<Self> {
+        let (connection, screen) = x11rb::connect(None).ok()?;
+        let root = connection.setup().roots.get(screen)?.root;
+        Some(Self { connection, root })
+    }
+
+    /// Those that are on, the primary one first.
+    fn monitors(&self) -> Vec<Place> {
+        let asked = self.connection.randr_get_monitors(self.root, true);
+        let Some(answer) = asked.ok().and_then(|asked| asked.reply().ok()) else {
+            return Vec::new();
+        };
+        let mut monitors = answer.monitors;
+        monitors.sort_by_key(|monitor| !monitor.primary);
+        let place = |monitor: &MonitorInfo| Place {
+            name: self.name(monitor.name),
+            position: PhysicalPosition::new(monitor.x.into(), monitor.y.into()),
+            size: PhysicalSize::new(monitor.width.into(), monitor.height.into()),
+        };
+        monitors.iter().map(place).filter(|place| place.size.width > 0).collect()
+    }
+
+    fn name(&self, atom: u32) -> Option<String> {
+        let name = self.connection.get_atom_name(atom).ok()?.reply().ok()?.name;
+        String::from_utf8(name).ok()
+    }
+
+    /// A display that has gone takes the window with it, and need not be told.
+    fn keep_awake(&self) {
+        let _ = self.connection.force_screen_saver(ScreenSaver::RESET);
+        let _ = self.connection.flush();
     }
 }

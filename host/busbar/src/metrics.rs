@@ -55,8 +55,9 @@ impl Metrics {
                  127.0.0.1, or add --metrics-public"
             );
         }
-        let listener = TcpListener::bind(address)
-            .with_context(|| format!("metrics cannot be served at {address}; choose another port"))?;
+        let listener = TcpListener::bind(address).with_context(|| {
+            format!("metrics cannot be served at {address}; choose another port")
+        })?;
         listener.set_nonblocking(true)?;
         let metrics =
             Self { frame_seconds: Some(Histogram::new(FRAME_SECONDS)), ..Self::default() };
@@ -97,7 +98,12 @@ impl Metrics {
         all.register("alarms", "Alarms by their state, letters of IEC 62682", self.alarms.clone());
         all.register("plugin_up", "Whether a plugin runs", self.plugin_up.clone());
         let help = "Memory of a plugin's process in RAM";
-        all.register_with_unit("plugin_resident_memory", help, Unit::Bytes, self.plugin_memory.clone());
+        all.register_with_unit(
+            "plugin_resident_memory",
+            help,
+            Unit::Bytes,
+            self.plugin_memory.clone(),
+        );
         all.register("plugin_deaths", "Ends of a plugin's process", self.plugin_deaths.clone());
         let help = "Samples that later ones overtook because too many waited";
         all.register("samples_dropped", help, self.samples_dropped.clone());

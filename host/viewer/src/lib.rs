@@ -74,12 +74,11 @@ pub use error::{LoadError, ViewError};
 pub use graphics::graphics_device;
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, Reload, ReloadError, SimulatedDevice,
-    SimulatedDevices,
-    plugin_catalog,
+    SimulatedDevices, plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, Health, LoadMillis,
-    PluginStats, RecordStats, ReloadStats, Stats, TagStats,
+    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, Health,
+    LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -210,12 +210,24 @@ fn a_kiosk_fills_its_screen_whatever_becomes_of_it_and_feeds_the_watchdog() {
         });
     };
     fills(SCREEN);
-    for size in [[800, 600], [640, 480], SCREEN] {
+    let xrandr = |words: &str| {
         let mut command = Command::new("xrandr");
-        command.env("DISPLAY", &display.name).args(["--fb", &format!("{}x{}", size[0], size[1])]);
-        finish(&mut command).expect_code(0);
-        fills(size);
+        finish(command.env("DISPLAY", &display.name).args(words.split_whitespace()))
+    };
+    for [width, height] in [[800, 600], [640, 480]] {
+        let [wide, high] = [width + 200, height + 20];
+        let times = format!("40 {width} {width} {width} {wide} {height} {height} {height} {high}");
+        xrandr(&format!("--newmode {width}m {times}")).expect_code(0);
+        xrandr(&format!("--addmode screen {width}m")).expect_code(0);
+        xrandr(&format!("--output screen --mode {width}m")).expect_code(0);
+        fills([width, height]);
     }
+    // The monitor goes, which a screen in memory half refuses, and comes back.
+    xrandr("--output screen --off");
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(!process.is_over());
+    xrandr(&format!("--output screen --mode {}x{}", SCREEN[0], SCREEN[1])).expect_code(0);
+    fills(SCREEN);
     // A window manager that asks it to close is not heard; the chord is.
     display.xdotool(&format!("windowfocus {window} key --clearmodifiers q"));
     std::thread::sleep(Duration::from_secs(1));
@@ -235,7 +247,8 @@ fn units_are_as_systemd_wants_them() {
     for unit in ["busbar-kiosk.service", "busbar-serve.service"] {
         let text = fs::read_to_string(workspace_path("config").join(unit)).expect("it is there");
         // What is installed elsewhere is not looked for here.
-        let text = text.replace("/usr/local/bin/busbar", &program).replace("/usr/bin/xinit", &program);
+        let text =
+            text.replace("/usr/local/bin/busbar", &program).replace("/usr/bin/xinit", &program);
         let path = folder.path().join(unit);
         fs::write(&path, text).expect("it can be written");
         let mut command = Command::new("systemd-analyze");
