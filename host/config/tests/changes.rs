@@ -28,7 +28,7 @@ fn changes(after: &Value) -> Changes {
         parse(&text(value)).unwrap_or_else(|faults| panic!("{faults:?}"))
     };
     // Where a value stands plays no part.
-    let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap();
+    let pretty = |value: &Value| serde_json::to_string_pretty(value).expect("values are JSON");
     Changes::between(&config(&document(), Value::to_string), &config(after, pretty))
 }
 
