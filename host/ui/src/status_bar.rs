@@ -44,7 +44,8 @@ fn show_fault(ui: &mut Ui, fault: &str) {
     let (ground, ink) = theme::ground_and_ink(ui.ctx(), &mark);
     // The first fault, and what helps.
     let first: Vec<&str> = fault.lines().take(2).map(str::trim).collect();
-    let text = format!("{} Not loaded, shown as before: {}", theme::symbol(&mark), first.join("; "));
+    let text =
+        format!("{} Not loaded, shown as before: {}", theme::symbol(&mark), first.join("; "));
     let line: String = text.chars().take(MAX_FAULT_LINE).collect();
     let label = RichText::new(line).color(ink).background_color(ground);
     ui.add(Label::new(label).truncate()).on_hover_text(fault);
