@@ -9,6 +9,8 @@ use busbar_viewer::{FaultKind, PluginInstance};
 use busbar_web::Origin;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::log::LogOptions;
+
 /// 3D viewer of live power equipment.
 ///
 /// Plugins offer further commands, which `busbar plugin list` names.
@@ -19,6 +21,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) log: LogOptions,
 }
 
 #[derive(Debug, Subcommand)]
@@ -32,6 +36,8 @@ pub(crate) enum Command {
         /// Configuration file
         config: PathBuf,
     },
+    /// Say what is wrong on this machine, why, and what helps
+    Doctor(DoctorOptions),
     /// Simplify one model by one optimiser plugin
     Optimize(OptimizeOptions),
     /// Be the devices of a configuration, so that it can be viewed without them
@@ -162,6 +168,27 @@ pub(crate) struct ViewOptions {
     /// Use the Vulkan validation layer; its messages are a failure
     #[arg(long)]
     pub(crate) validation: bool,
+    /// Fill a screen, whatever becomes of it; Ctrl+Alt+Shift+Q ends it
+    #[arg(long)]
+    pub(crate) kiosk: bool,
+    /// Monitor to fill, such as HDMI-1 [default: the primary one]
+    #[arg(long, value_name = "NAME", requires = "kiosk")]
+    pub(crate) monitor: Option<String>,
+    /// Serve numbers for Prometheus here, such as 127.0.0.1:9187, at /metrics
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) metrics: Option<SocketAddr>,
+    /// Serve them to other machines too
+    #[arg(long, requires = "metrics")]
+    pub(crate) metrics_public: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DoctorOptions {
+    /// Configuration file to look at too, with its plugins
+    pub(crate) config: Option<PathBuf>,
+    /// Print the findings as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

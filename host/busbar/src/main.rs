@@ -3,8 +3,12 @@
 mod arguments;
 mod check;
 mod command;
+mod doctor;
 mod embedded;
 mod import;
+mod kiosk;
+mod log;
+mod metrics;
 mod optimize;
 mod output;
 mod plugin;
@@ -16,9 +20,6 @@ mod view;
 use std::process::ExitCode;
 
 use clap::Parser;
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::fmt::FormatFields;
-use tracing_subscriber::fmt::format::debug_fn;
 
 use arguments::{Arguments, Command, PluginCommand};
 
@@ -29,19 +30,13 @@ const EXIT_INTERNAL: u8 = 3;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let filter = EnvFilter::try_from_env("BUSBAR_LOG").unwrap_or_else(|_| "info".into());
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    match arguments.command {
-        // The viewer reads these lines: level and message, the rest it adds.
+    let _guard = match arguments.command {
         Command::PluginHost => {
-            log.with_ansi(false)
-                .without_time()
-                .with_target(false)
-                .fmt_fields(message_only())
-                .init();
+            log::start_of_plugin();
+            None
         }
-        _ => log.compact().init(),
-    }
+        _ => log::start(&arguments.log),
+    };
     match std::panic::catch_unwind(|| run(arguments)) {
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
@@ -56,19 +51,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Writes the message of a log line and none of its fields.
-fn message_only() -> impl for<'w> FormatFields<'w> + 'static {
-    debug_fn(|writer, field, value| match field.name() {
-        "message" => write!(writer, "{value:?}"),
-        _ => Ok(()),
-    })
-}
-
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     match arguments.command {
         Command::View(options) => view::run(&options),
         Command::Render(options) => render::run(&options),
         Command::Check { config } => check::run(&config),
+        Command::Doctor(options) => doctor::run(&options),
         Command::Optimize(options) => optimize::run(&options),
         Command::Simulate(options) => simulate::run(&options),
         Command::Import(options) => import::run(&options),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, anyhow};
 use busbar_viewer::reload::Reloader;
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
+use sd_notify::NotifyState;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -14,8 +15,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
 use crate::arguments::ViewOptions;
+use crate::kiosk::Kiosk;
+use crate::metrics::Metrics;
 use crate::{check, output, render};
 
+/// How often systemd is told that frames go on.
+const FEED_PERIOD: Duration = Duration::from_secs(1);
 const TITLE: &str = "Busbar";
 /// Live values are drawn this often without any input.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -25,6 +30,8 @@ const OPERATOR_VARIABLE: &str = "BUSBAR_OPERATOR";
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
 pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
+    let metrics = options.metrics.map(|address| Metrics::serve(address, options.metrics_public));
+    let metrics = metrics.transpose()?;
     let scene = check::load(&options.config)?;
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
         // Its own text names source files of the build machine.
@@ -40,6 +47,9 @@ pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
         scene: Some(scene),
         window: None,
         reloader: reloader.ok(),
+        metrics,
+        kiosk: options.kiosk.then(|| Kiosk::on(options.monitor.clone())),
+        fed_at: None,
         started: Instant::now(),
         next_frame: Instant::now(),
         result: Ok(ExitCode::SUCCESS),
@@ -57,6 +67,10 @@ struct Application<'a> {
     scene: Option<LoadedScene>,
     window: Option<OpenWindow>,
     reloader: Option<Reloader>,
+    metrics: Option<Metrics>,
+    kiosk: Option<Kiosk>,
+    /// When systemd was last told that frames go on.
+    fed_at: Option<Instant>,
     started: Instant,
     next_frame: Instant,
     result: anyhow::Result<ExitCode>,
@@ -92,7 +106,12 @@ impl ApplicationHandler<Wake> for Application<'_> {
         if response.repaint {
             self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD);
         }
+        if self.kiosk.as_mut().is_some_and(|kiosk| kiosk.ends_it(&event)) {
+            return self.close(event_loop);
+        }
         match event {
+            // Nobody leaves a kiosk by mistake.
+            WindowEvent::CloseRequested if self.kiosk.is_some() => {}
             WindowEvent::CloseRequested => self.close(event_loop),
             WindowEvent::Resized(size) => {
                 open.viewer.resize([size.width, size.height]);
@@ -105,6 +124,13 @@ impl ApplicationHandler<Wake> for Application<'_> {
                 let drawn = open.draw();
                 match drawn {
                     Ok(repaint_after) => {
+                        if let Some(metrics) = &mut self.metrics {
+                            metrics.note(&open.viewer);
+                        }
+                        if let Some(kiosk) = &mut self.kiosk {
+                            kiosk.step(&open.window);
+                        }
+                        feed_watchdog(&mut self.fed_at);
                         let wait = repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD);
                         self.next_frame = Instant::now() + wait;
                     }
@@ -131,6 +157,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
 
 impl Application<'_> {
     fn close(&mut self, event_loop: &ActiveEventLoop) {
+        notify(NotifyState::Stopping);
         if let Some(open) = self.window.take() {
             let stats = open.viewer.stats();
             self.result = match &self.options.stats {
@@ -193,6 +220,25 @@ impl OpenWindow {
             self.announced = true;
         }
         Ok(frame.repaint_after)
+    }
+}
+
+/// Tells systemd, where it started this, that frames go on; the first time also that there
+/// is a view.
+fn feed_watchdog(fed_at: &mut Option<Instant>) {
+    if fed_at.is_none() {
+        notify(NotifyState::Ready);
+    }
+    if fed_at.is_none_or(|at| at.elapsed() >= FEED_PERIOD) {
+        *fed_at = Some(Instant::now());
+        notify(NotifyState::Watchdog);
+    }
+}
+
+fn notify(state: NotifyState<'_>) {
+    // Without systemd there is nobody to be told.
+    if let Err(error) = sd_notify::notify(false, &[state]) {
+        tracing::debug!("systemd is not told: {error}");
     }
 }
 

@@ -137,7 +137,8 @@ impl Changes {
         changes.compare(Section::Scene, was.scene == is.scene);
         changes.compare(Section::Equipment, was.equipment == is.equipment);
         changes.compare_named(Section::Tags, &before.tags, &after.tags);
-        let bindings = before.bindings.iter().map(of_binding).eq(after.bindings.iter().map(of_binding));
+        let bindings =
+            before.bindings.iter().map(of_binding).eq(after.bindings.iter().map(of_binding));
         changes.compare(Section::Bindings, bindings);
         changes.compare_named(Section::Alarms, &before.alarms, &after.alarms);
         changes.compare(Section::AlarmHandling, before.alarm_handling == after.alarm_handling);

@@ -28,7 +28,7 @@ fn changes(after: &Value) -> Changes {
         parse(&text(value)).unwrap_or_else(|faults| panic!("{faults:?}"))
     };
     // Where a value stands plays no part.
-    let pretty = |value: &Value| serde_json::to_string_pretty(value).unwrap();
+    let pretty = |value: &Value| serde_json::to_string_pretty(value).expect("values are JSON");
     Changes::between(&config(&document(), Value::to_string), &config(after, pretty))
 }
 
@@ -43,7 +43,11 @@ fn each_part_is_told_by_its_name() {
     check("/tags/t/unit", json!("kA"), "tags: t changed");
     check("/tags/t/source/address", json!(7), "tags: t changed");
     check("/plugins/p/plugin", json!("other.source"), "plugins: p changed");
-    check("/scene/1", json!({ "id": "=B", "transform": { "translation": [1, 0, 0] } }), "scene changed");
+    check(
+        "/scene/1",
+        json!({ "id": "=B", "transform": { "translation": [1, 0, 0] } }),
+        "scene changed",
+    );
     check("/bindings/0/role", json!("temperature"), "bindings changed");
     check("/overlays", json!([]), "overlays changed");
     check("/cameras/all/eye/0", json!(3), "cameras: all changed");

@@ -14,8 +14,8 @@ mod screen_error;
 mod theta;
 
 pub use graph::{
-    EquipmentId, MAX_NODES, MeshInstance, ModelParts, NodeIndex, Placement, PolicyIndex, SceneError,
-    SceneGraph, SceneNode, Transform, greatest_stretch,
+    EquipmentId, MAX_NODES, MeshInstance, ModelParts, NodeIndex, Placement, PolicyIndex,
+    SceneError, SceneGraph, SceneNode, Transform, greatest_stretch,
 };
 pub use groups::{Group, find_groups, first_after};
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};

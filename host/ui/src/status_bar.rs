@@ -6,7 +6,7 @@ use crate::model_panel::thousands;
 use crate::{Mark, ViewModel, theme};
 
 /// Characters of a line of a fault; all of it is told where the pointer rests.
-const MAX_FAULT_LINE: usize = 160;
+const MAX_FAULT_LINE: usize = 400;
 
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
     let status = &model.status;
@@ -42,8 +42,10 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
 fn show_fault(ui: &mut Ui, fault: &str) {
     let mark = Mark::Warning;
     let (ground, ink) = theme::ground_and_ink(ui.ctx(), &mark);
-    let first = fault.lines().next().unwrap_or_default();
-    let text = format!("{} Not loaded, shown as before: {first}", theme::symbol(&mark));
+    // The first fault, and what helps.
+    let first: Vec<&str> = fault.lines().take(2).map(str::trim).collect();
+    let text =
+        format!("{} Not loaded, shown as before: {}", theme::symbol(&mark), first.join("; "));
     let line: String = text.chars().take(MAX_FAULT_LINE).collect();
     let label = RichText::new(line).color(ink).background_color(ground);
     ui.add(Label::new(label).truncate()).on_hover_text(fault);

@@ -10,8 +10,8 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
 use busbar_alarm_log::{AlarmLog, LogRules, Recovered};
-use busbar_config::AlarmHandlingConfig;
 use busbar_alarms::{Action, AlarmHandle, AlarmTable, Record, State};
+use busbar_config::AlarmHandlingConfig;
 use busbar_plugin_host::OverlayTint;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Change, Moment, Snapshot, SourceTime};

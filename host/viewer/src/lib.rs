@@ -23,6 +23,7 @@ mod equipment_tree;
 mod error;
 mod faceplate;
 mod flags;
+mod graphics;
 mod ground_marks;
 mod highlight;
 mod labels;
@@ -70,14 +71,14 @@ pub use busbar_renderer::{
 pub use busbar_ui::{AlarmAction, ChartCommand};
 pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
+pub use graphics::graphics_device;
 pub use load::{
     LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, Reload, ReloadError, SimulatedDevice,
-    SimulatedDevices,
-    plugin_catalog,
+    SimulatedDevices, plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
-    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, LoadMillis,
-    PluginStats, RecordStats, ReloadStats, Stats, TagStats,
+    AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, Health,
+    LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

@@ -29,8 +29,8 @@ use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
 pub(crate) use hlod::HlodGroup;
-pub use reuse::{Reload, ReloadError};
 use reuse::Reuse;
+pub use reuse::{Reload, ReloadError};
 pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::cursors::policy_of;

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-use crate::load::{LoadedScene, Reload, ReloadError};
 use crate::Viewer;
-use watch::Watch;
+use crate::load::{LoadedScene, Reload, ReloadError};
 pub use watch::SETTLE;
+use watch::Watch;
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use busbar_alarms::Priority;
 use busbar_plugin_host::LinkReport;
 use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
@@ -99,6 +100,19 @@ pub struct Stats {
     pub camera: CameraStats,
     /// Messages of the Vulkan validation layer.
     pub validation_messages: Vec<String>,
+    /// How the configuration was reloaded.
+    pub reloads: ReloadStats,
+}
+
+/// What of a view is looked at all the time.
+#[derive(Clone, Debug, Serialize)]
+pub struct Health {
+    /// Tags by quality.
+    pub quality: QualityStats,
+    /// How many alarms are in each state.
+    pub alarms: Vec<(AlarmState, usize)>,
+    /// Plugin instances.
+    pub plugins: Vec<PluginStats>,
     /// How the configuration was reloaded.
     pub reloads: ReloadStats,
 }
@@ -362,6 +376,13 @@ pub(crate) fn selected_alarm(alarming: &Alarming) -> Option<String> {
 }
 
 /// One plugin with its link and its last fault.
+pub(crate) fn alarms_by_state(alarms: &Alarming) -> Vec<(AlarmState, usize)> {
+    let table = alarms.table();
+    let count =
+        |state| Priority::ALL.into_iter().map(|priority| table.counts(priority).of(state)).sum();
+    AlarmState::ALL.into_iter().map(|state| (state, count(state))).collect()
+}
+
 pub(crate) fn reloads(reloads: &Reloads) -> ReloadStats {
     let Reloads { good, bad, last, ref fault } = *reloads;
     let last_ms = last.map(|last| last.as_secs_f64() * 1e3);

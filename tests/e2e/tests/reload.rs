@@ -39,8 +39,7 @@ fn scene(port: u16) -> Scene {
         }
     });
     scene.config["alarm_handling"] = json!({ "log_directory": "log" });
-    scene.config["view"] =
-        json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
+    scene.config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
     scene
 }
 

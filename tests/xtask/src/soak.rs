@@ -30,6 +30,10 @@ const VIEW_TESTS: [&str; 2] = ["faults", "device"];
 const VIEW_PACKAGE: &str = "busbar_embed";
 const VIEW_VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 const VIEW_FAULTS: &str = "200";
+/// The test that writes configurations, good and bad, for a view to load, and how many.
+const RELOAD_TEST: &str = "reload_soak";
+const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
+const RELOADS: &str = "10000";
 const FUZZ_FOLDER: &str = "tests/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/fuzz_corpus/corpus";
@@ -67,6 +71,11 @@ pub(crate) struct Arguments {
     /// last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures"])]
     view_faults: bool,
+    /// Write 10,000 configurations, good and bad, for a view with live plugins to load, and
+    /// nothing else (some 30 minutes); without it that comes last, unless fuzz targets are
+    /// named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults"])]
+    reload: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -78,6 +87,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     }
     if arguments.view_faults {
         return end_viewers(workspace);
+    }
+    if arguments.reload {
+        return reload_all(workspace);
     }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
@@ -91,7 +103,19 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     }
     kill_all(workspace)?;
     read_pictures(workspace)?;
-    end_viewers(workspace)
+    end_viewers(workspace)?;
+    reload_all(workspace)
+}
+
+/// Lets a view load very many configurations.
+fn reload_all(workspace: &Workspace) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
+    stage::stage(workspace, Profile::Dev)?;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(RELOADS_VARIABLE, RELOADS);
+    command.args(["test", "--workspace", "--test", RELOAD_TEST]);
+    process::run(command.args(["--", "--nocapture"]))
 }
 
 /// Ends the viewer of a program that embeds it, again and again.

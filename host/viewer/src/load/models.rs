@@ -74,16 +74,11 @@ pub(super) fn import(
             }
             let imported = import_file(&folder.join(&model.file), &ImportLimits::default());
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
-            imported.map(|imported| {
-                (ModelSource::New(Box::new(imported.model)), imported.report.notes)
-            })
+            imported
+                .map(|imported| (ModelSource::New(Box::new(imported.model)), imported.report.notes))
         })
         .collect();
-    let mut all = ImportedModels {
-        models: Vec::new(),
-        pieces: BTreeMap::new(),
-        notes: Vec::new(),
-    };
+    let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes: Vec::new() };
     for ((name, model), result) in models.into_iter().zip(results) {
         match result {
             Ok((source, notes)) => {

@@ -39,7 +39,9 @@ impl Watch {
             let _ = sender.try_send(());
         });
         let watcher = watcher
-            .inspect_err(|error| tracing::info!("the configuration is looked at now and then: {error}"))
+            .inspect_err(|error| {
+                tracing::info!("the configuration is looked at now and then: {error}")
+            })
             .ok();
         let settled = Arc::<Settled>::default();
         let mut watched = Watched {
@@ -153,9 +155,13 @@ mod tests {
         let path = folder.path().join("scene.json");
         fs::write(&path, "0").unwrap();
         let (sender, woken) = channel();
-        let watch = Watch::start(&path, Arc::new(move || {
-            let _ = sender.send(());
-        })).unwrap();
+        let watch = Watch::start(
+            &path,
+            Arc::new(move || {
+                let _ = sender.send(());
+            }),
+        )
+        .unwrap();
         fs::write(folder.path().join("other.json"), "1").unwrap();
         assert!(next(&watch, &woken, SETTLE * 4).is_none(), "another file");
 

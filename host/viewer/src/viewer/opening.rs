@@ -172,7 +172,10 @@ pub(super) fn choice_of(scene: &LoadedScene) -> DeviceChoice {
     }
 }
 
-pub(super) fn start_chart(scene: &LoadedScene, settles: bool) -> Result<Option<ShownChart>, ViewError> {
+pub(super) fn start_chart(
+    scene: &LoadedScene,
+    settles: bool,
+) -> Result<Option<ShownChart>, ViewError> {
     let Some(config) = &scene.config.chart else { return Ok(None) };
     let Some(plugin) = scene.instances.get(&config.plugin) else { return Ok(None) };
     Ok(Some(ShownChart::start(config, plugin, &scene.graph, settles)?))

@@ -220,8 +220,7 @@ impl Viewer {
         let scene = &self.scene;
         let scale = scene.config.view.theta_scale;
         let policies = scene.policies();
-        let mut cursors =
-            Cursors::new(&scene.graph, &scene.models, policies, &scene.groups, scale);
+        let mut cursors = Cursors::new(&scene.graph, &scene.models, policies, &scene.groups, scale);
         cursors.set_morph_seconds(scene.config.view.morph_seconds);
         cursors.inherit(&self.cursors, same_graph, |model| {
             let name = &scene.models.get(model)?.name;

@@ -1,6 +1,7 @@
 //! What is said of a view: to its panels and in statistics.
 
 use super::*;
+use crate::stats::Health;
 
 /// Selected pieces of equipment that are named; of more their number.
 const MAX_NAMES: usize = 3;
@@ -70,6 +71,24 @@ impl Viewer {
             reloads: stats::reloads(&self.reloads),
             validation_messages: self.renderer.validation_messages(),
         }
+    }
+
+    /// What of it is looked at all the time: cheaper than all numbers.
+    pub fn health(&self) -> Health {
+        Health {
+            quality: self.tags.snapshot().counts().into(),
+            alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms_by_state),
+            plugins: self
+                .instances()
+                .map(|(plugin, link, fault)| stats::plugin(plugin, link, fault))
+                .collect(),
+            reloads: stats::reloads(&self.reloads),
+        }
+    }
+
+    /// What the last frame took, from its beginning until it was handed to the device.
+    pub fn frame_time(&self) -> Duration {
+        Duration::from_secs_f64(self.last_frame_millis() / 1e3)
     }
 
     pub(super) fn view_model<'a>(

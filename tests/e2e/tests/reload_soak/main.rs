@@ -52,7 +52,8 @@ impl Holdings {
         let entries = |path: &str| fs::read_dir(path).expect("it is there").count();
         let status = fs::read_to_string("/proc/self/status").expect("it is there");
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-        let kilobytes = resident.and_then(|text| text.split_whitespace().next()?.parse::<u64>().ok());
+        let kilobytes =
+            resident.and_then(|text| text.split_whitespace().next()?.parse::<u64>().ok());
         let tasks = fs::read_dir("/proc/self/task").expect("it is there").flatten();
         let children = tasks.map(|task| {
             let children = fs::read_to_string(task.path().join("children")).unwrap_or_default();
@@ -128,8 +129,7 @@ fn the_scene_outlives_whatever_is_written() {
         "Oil": { "tag": "T1.TopOil", "condition": { "high": 90 }, "message": "Top oil hot" }
     });
     scene.config["alarm_handling"] = json!({ "log_directory": "log" });
-    scene.config["view"] =
-        json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
+    scene.config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low", "morph_seconds": 0 });
     let path = scene.write();
     let good = fs::read_to_string(&path).expect("it was written");
     let mut view = View::open(&path);

@@ -64,7 +64,8 @@ fn edit(config: &mut Value, random: &mut Random) {
         }
         5 => config["alarms"]["Oil"]["condition"]["high"] = json!(number as f64 / 10.0),
         6 => {
-            let alarm = json!({ "tag": tag, "condition": { "bad_quality": true }, "message": "Bad" });
+            let alarm =
+                json!({ "tag": tag, "condition": { "bad_quality": true }, "message": "Bad" });
             config["alarms"][format!("Alarm {number}")] = alarm;
         }
         7 => drop(remove_one(config, "bindings", random)),
@@ -125,7 +126,8 @@ fn break_a_value(config: &mut Value, random: &mut Random) {
         (0, Value::String(text)) => text.push('x'),
         (1, Value::String(text)) => *text = "x".repeat(random.below(5000)),
         (0..4, value @ Value::Number(_)) => {
-            let odd = [json!(-1), json!(0), json!(1e300), json!(u64::MAX), json!(0.5), json!(1e-300)];
+            let odd =
+                [json!(-1), json!(0), json!(1e300), json!(u64::MAX), json!(0.5), json!(1e-300)];
             *value = random.among(&odd).clone();
         }
         (4, value) => *value = Value::Null,

@@ -1,0 +1,117 @@
+//! `busbar doctor`: what is wrong on this machine, why, and what helps.
+
+mod display;
+mod machine;
+mod scene;
+
+use std::process::ExitCode;
+
+use busbar_viewer::graphics_device;
+use serde::Serialize;
+use serde_json::json;
+
+use crate::arguments::DoctorOptions;
+use crate::{EXIT_INPUT, output};
+
+/// How something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum State {
+    Ok,
+    /// It works, and may not be what is wanted.
+    Warning,
+    /// Something does not work.
+    Fault,
+}
+
+/// What was looked at, and what came of it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Finding {
+    /// What was looked at.
+    check: &'static str,
+    state: State,
+    /// What was found.
+    cause: String,
+    /// What helps; empty where all is well.
+    remedy: String,
+}
+
+impl Finding {
+    pub(crate) fn ok(check: &'static str, cause: impl Into<String>) -> Self {
+        Self { check, state: State::Ok, cause: cause.into(), remedy: String::new() }
+    }
+
+    pub(crate) fn warning(
+        check: &'static str,
+        cause: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { check, state: State::Warning, cause: cause.into(), remedy: remedy.into() }
+    }
+
+    pub(crate) fn fault(
+        check: &'static str,
+        cause: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { check, state: State::Fault, cause: cause.into(), remedy: remedy.into() }
+    }
+}
+
+pub(crate) fn run(options: &DoctorOptions) -> anyhow::Result<ExitCode> {
+    let mut findings = vec![machine::version()];
+    findings.extend(graphics());
+    findings.push(display::look());
+    findings.extend(machine::look());
+    if let Some(config) = &options.config {
+        findings.extend(scene::look(config));
+    }
+    let count = |state| findings.iter().filter(|finding| finding.state == state).count();
+    let (faults, warnings) = (count(State::Fault), count(State::Warning));
+    if options.json {
+        output::json(&json!({ "findings": findings, "faults": faults, "warnings": warnings }))?;
+    } else {
+        findings.iter().for_each(tell);
+        output::result(&format!("{faults} faults, {warnings} warnings"));
+    }
+    Ok(if faults == 0 { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INPUT) })
+}
+
+fn tell(finding: &Finding) {
+    let state = match finding.state {
+        State::Ok => "ok     ",
+        State::Warning => "WARNING",
+        State::Fault => "FAULT  ",
+    };
+    output::result(&format!("{state} {}: {}", finding.check, finding.cause));
+    if !finding.remedy.is_empty() {
+        output::result(&format!("        remedy: {}", finding.remedy));
+    }
+}
+
+/// Vulkan: its loader, drivers and devices, and the layer that checks its use.
+fn graphics() -> [Finding; 2] {
+    const DEVICE: &str = "graphics";
+    const VALIDATION: &str = "validation layer";
+    let device = match graphics_device(false) {
+        Ok(name) if name.contains("llvmpipe") => Finding::warning(
+            DEVICE,
+            format!("{name} draws in software"),
+            "install the driver of the graphics card, or choose \"quality\": \"low\"",
+        ),
+        Ok(name) => Finding::ok(DEVICE, name),
+        Err(error) => Finding::fault(
+            DEVICE,
+            error.to_string(),
+            "install the Vulkan loader (libvulkan1) and a driver (mesa-vulkan-drivers, or the \
+             vendor's); VK_ICD_FILENAMES and VK_DRIVER_FILES must name drivers that are there",
+        ),
+    };
+    let validation = match (device.state, graphics_device(true)) {
+        (State::Fault, _) => Finding::ok(VALIDATION, "not looked at without a device"),
+        (_, Ok(_)) => Finding::ok(VALIDATION, "installed"),
+        // Only tests and --validation need it.
+        (_, Err(_)) => Finding::ok(VALIDATION, "not installed, which only developers miss"),
+    };
+    [device, validation]
+}
