@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Duration;
 use std::{fs, thread};
 
-use broker::{Broker, Peer};
+use broker::{Broker, Client};
 use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, workspace_path};
 use serde_json::{Value, json};
 
@@ -60,15 +60,15 @@ fn stats(scene: &Scene) -> Stats {
 /// again once the viewer has connected.
 struct Sites {
     broker: Broker,
-    publisher: Peer,
-    node: Peer,
+    publisher: Client,
+    node: Client,
 }
 
 impl Sites {
     fn start() -> Option<Self> {
         let broker = Broker::start()?;
-        let publisher = Peer::publisher(broker.port, &json!({}))?;
-        let node = Peer::node(broker.port, "north", "station8")?;
+        let publisher = Client::publisher(broker.port, &json!({}))?;
+        let node = Client::node(broker.port, "north", "station8")?;
         Some(Self { broker, publisher, node })
     }
 

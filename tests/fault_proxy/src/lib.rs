@@ -12,6 +12,8 @@
 //! ```
 
 mod connection;
+#[cfg(target_os = "linux")]
+mod drill;
 mod fault;
 #[cfg(target_os = "linux")]
 mod usage;
@@ -26,6 +28,8 @@ use tokio::sync::{Notify, oneshot};
 use tokio::task::JoinSet;
 
 use crate::connection::Connection;
+#[cfg(target_os = "linux")]
+pub use crate::drill::{ALL_FAULTS, ENDLESS_FAULTS, MAX_DRILL};
 pub use crate::fault::{Fault, Plan, Script};
 #[cfg(target_os = "linux")]
 pub use crate::usage::Usage;

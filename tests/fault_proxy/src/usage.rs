@@ -28,9 +28,14 @@ impl Usage {
         Self { descriptors: count("/proc/self/fd"), threads: count("/proc/self/task") }
     }
 
-    /// Whether neither is more than before.
-    pub fn is_within(self, before: Self) -> bool {
-        self.descriptors <= before.descriptors && self.threads <= before.threads
+    /// Checks that neither is more than before.
+    ///
+    /// # Panics
+    /// Where one is.
+    #[track_caller]
+    pub fn assert_within(self, before: Self) {
+        let is_within = self.descriptors <= before.descriptors && self.threads <= before.threads;
+        assert!(is_within, "{before:?}, then {self:?}");
     }
 
     /// The larger of both counts.

@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use super::peer::{Kind, Peer};
+use peer_process::Peer;
+
+use super::peer;
 use super::*;
 
 fn point(ioa: u32, kind: &str, value: serde_json::Value) -> serde_json::Value {
@@ -14,7 +16,7 @@ fn spec(points: &[serde_json::Value]) -> serde_json::Value {
 }
 
 fn peer(points: &[serde_json::Value]) -> Option<Peer> {
-    Peer::start(Kind::C104, &spec(points))
+    peer::start(peer::C104, &spec(points))
 }
 
 /// A type, what the station has, and what it sends later, as values there and

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use super::peer::{Kind, Peer};
+use super::peer;
 use super::*;
 
 fn point(ioa: u32, kind: &str, value: serde_json::Value) -> serde_json::Value {
@@ -56,7 +56,7 @@ fn every_type_is_read_as_the_station_has_it() {
             if has_time(name) { with(point, time.clone()) } else { point }
         })
         .collect();
-    let Some(peer) = Peer::start(Kind::Hat, &spec(&points)) else { return };
+    let Some(peer) = peer::start(peer::HAT, &spec(&points)) else { return };
     let mut tags: Vec<_> = (1..).zip(&cases).map(|(ioa, (_, kind, ..))| tag(ioa, *kind)).collect();
     // Single bits of the packed points at 18.
     for bit in 0..16 {
@@ -77,7 +77,7 @@ fn every_type_is_read_as_the_station_has_it() {
 
 #[test]
 fn quality_time_and_cause_are_heeded() {
-    let Some(mut peer) = Peer::start(Kind::Hat, &spec(&[point(1, "M_ME_TE_1", json!(0))])) else {
+    let Some(mut peer) = peer::start(peer::HAT, &spec(&[point(1, "M_ME_TE_1", json!(0))])) else {
         return;
     };
     let settings = json!({"utc_offset_minutes": 60});
@@ -118,7 +118,7 @@ fn quality_time_and_cause_are_heeded() {
 
 #[test]
 fn a_wrong_common_address_is_named_and_the_right_ones_are_served() {
-    let Some(peer) = Peer::start(Kind::Hat, &spec(&[point(1, "M_ME_NB_1", json!(5))])) else {
+    let Some(peer) = peer::start(peer::HAT, &spec(&[point(1, "M_ME_NB_1", json!(5))])) else {
         return;
     };
     let wrong = tag_spec(9, "wrong", ValueKind::I64, json!({"ioa": 1, "common_address": 9}));
@@ -130,7 +130,7 @@ fn a_wrong_common_address_is_named_and_the_right_ones_are_served() {
 
 #[test]
 fn a_thousand_changes_pass_the_windows_in_order() {
-    let Some(mut peer) = Peer::start(Kind::Hat, &spec(&[point(1, "M_ME_NB_1", json!(0))])) else {
+    let Some(mut peer) = peer::start(peer::HAT, &spec(&[point(1, "M_ME_NB_1", json!(0))])) else {
         return;
     };
     // As late as it may: every acknowledgement is one by w, the station's k is 12.
@@ -149,8 +149,8 @@ fn a_thousand_changes_pass_the_windows_in_order() {
 #[test]
 fn a_redundancy_group_switches_over_and_keeps_the_others_ready() {
     let station = |value: i64| spec(&[point(1, "M_ME_NB_1", json!(value))]);
-    let Some(mut first) = Peer::start(Kind::Hat, &station(1)) else { return };
-    let mut second = Peer::start(Kind::Hat, &station(2)).unwrap();
+    let Some(mut first) = peer::start(peer::HAT, &station(1)) else { return };
+    let mut second = peer::start(peer::HAT, &station(2)).unwrap();
     let settings = json!({
         "redundancy": [{"host": "127.0.0.1", "port": second.port}],
         "t1_millis": 2000, "t2_millis": 1000, "t3_millis": 100

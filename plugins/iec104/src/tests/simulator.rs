@@ -7,7 +7,7 @@ use std::time::Instant;
 use busbar_plugin_sdk::simulation::{Behaviour, FaultPlan, Shape, Signal};
 use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator};
 
-use super::peer::{Kind, python};
+use super::peer;
 use super::*;
 
 const SEED: u64 = 11;
@@ -101,7 +101,7 @@ fn every_change_has_the_value_of_its_time() {
 
 #[test]
 fn c104_gets_everything() {
-    let Some(python) = python(Kind::C104) else { return };
+    let Some(python) = peer::C104.python() else { return };
     // Without changes meanwhile: c104 leaves out what comes by another type than before.
     let device = start_device(tags(), Duration::from_secs(3600));
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/peers/iec104_c104_client.py");
@@ -153,7 +153,7 @@ struct Hat {
 impl Hat {
     fn connect(port: u16) -> Option<Self> {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/peers/iec104_hat_client.py");
-        let mut command = Command::new(python(Kind::Hat)?);
+        let mut command = Command::new(peer::HAT.python()?);
         command.args(["-W", "ignore", script, &port.to_string()]);
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let lines = BufReader::new(child.stdout.take().unwrap()).lines();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use busbar_link::testing::Authority;
 
-use super::peer::{Kind, Peer};
+use super::peer;
 use super::*;
 
 #[test]
@@ -17,7 +17,7 @@ fn only_the_right_certificates_open_a_connection() {
         "points": [{"common_address": 1, "ioa": 1, "type": "M_ME_NC_1", "value": 2.5}],
         "tls": {"ca": ours.certificate(), "certificate": server, "key": server_key}
     });
-    let Some(peer) = Peer::start(Kind::C104, &spec) else { return };
+    let Some(peer) = peer::start(peer::C104, &spec) else { return };
     let connect = |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, server_name: &str| {
         let mut tls = json!({"ca": ca.certificate(), "server_name": server_name});
         if let Some((certificate, key)) = client {

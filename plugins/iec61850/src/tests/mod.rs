@@ -17,7 +17,7 @@ use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
 };
-use peer::Peer;
+use peer_process::Peer;
 use serde_json::json;
 
 use crate::{Iec61850, Settings};

@@ -1,23 +1,9 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
-use std::time::Instant;
-
-use fault_proxy::{Fault, FaultProxy, Script, Usage};
+use fault_proxy::{ALL_FAULTS, ENDLESS_FAULTS, Fault, FaultProxy, Script, Usage};
 
 use super::*;
 
-/// All that may happen to a connection.
-const FAULTS: [Fault; 9] = [
-    Fault::None,
-    Fault::Split,
-    Fault::Delay,
-    Fault::Reset,
-    Fault::Close,
-    Fault::Vanish,
-    Fault::Trickle,
-    Fault::Garbage,
-    Fault::Swap,
-];
 /// Delays that make reconnects quick.
 const AT_ONCE: Reconnect =
     Reconnect { min: Duration::from_millis(1), max: Duration::from_millis(4) };
@@ -26,15 +12,9 @@ const TAGS: [u32; 3] = [1, 2, 3];
 /// Connections of a test of all faults, and of one that leaves nothing behind.
 const CONNECTIONS: u64 = 40;
 const RECONNECTS: u64 = 300;
-/// Descriptors and threads that a plugin, a proxy and their connections may hold at
-/// once, beside those that were there before.
-const MAX_DESCRIPTORS: usize = 24;
-const MAX_THREADS: usize = 8;
-/// Longest time of a test.
-const MAX_TEST: Duration = Duration::from_secs(120);
 
 fn server() -> Option<Peer> {
-    Peer::start(&json!({"stamp_seconds": 0.005}))
+    peer::start(&json!({"stamp_seconds": 0.005}))
 }
 
 fn tags() -> Vec<TagSpec> {
@@ -73,22 +53,12 @@ fn check_values(recording: &Recording) -> [usize; TAGS.len()] {
 #[test]
 fn no_value_is_wrong_whatever_happens_to_connections() {
     let Some(peer) = server() else { return };
-    let script = Script { seed: 4, faults: FAULTS.to_vec(), max_bytes: 2000 };
+    let script = Script { seed: 4, faults: ALL_FAULTS.to_vec(), max_bytes: 2000 };
     let proxy = proxy(&peer, &script);
     let running = start_with(proxy.port(), quick(), AT_ONCE, tags());
-    let deadline = Instant::now() + MAX_TEST;
-    while proxy.connections() < CONNECTIONS {
-        assert!(Instant::now() < deadline, "{} connections", proxy.connections());
-        std::thread::sleep(Duration::from_millis(300));
-        // Some connections have no fault that ends them.
-        let last = proxy.connections().saturating_sub(1);
-        if matches!(script.plan(last).fault, Fault::None | Fault::Split | Fault::Delay) {
-            proxy.hang_up();
-        }
-    }
+    proxy.break_all(&script, CONNECTIONS, Duration::from_millis(300), &ENDLESS_FAULTS);
     let counts = check_values(&running.recorder.recording());
     assert!(counts.iter().all(|count| *count >= 20), "{counts:?}");
-    assert!(proxy.strikes() >= CONNECTIONS / 4, "{}", proxy.strikes());
 }
 
 #[test]
@@ -100,18 +70,9 @@ fn hundreds_of_reconnects_leave_nothing_behind() {
     let faults = vec![Fault::Reset, Fault::Close, Fault::Swap];
     let proxy = proxy(&peer, &Script { seed: 3, faults, max_bytes: 400 });
     let running = start_with(proxy.port(), quick(), AT_ONCE, tags());
-    let deadline = Instant::now() + MAX_TEST;
-    let mut most = before;
-    while proxy.connections() < RECONNECTS {
-        assert!(Instant::now() < deadline, "{} connections", proxy.connections());
-        std::thread::sleep(Duration::from_millis(5));
-        most = most.max(Usage::now());
-    }
+    proxy.wear_out(RECONNECTS, before);
     check_values(&running.recorder.recording());
-    assert!(most.descriptors <= before.descriptors + MAX_DESCRIPTORS, "{before:?}, {most:?}");
-    assert!(most.threads <= before.threads + MAX_THREADS, "{before:?}, {most:?}");
     drop(running);
     drop(proxy);
-    let after = Usage::now();
-    assert!(after.is_within(before), "{before:?}, then {after:?}");
+    Usage::now().assert_within(before);
 }

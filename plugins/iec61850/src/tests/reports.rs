@@ -29,7 +29,7 @@ fn set(object: &str, values: &serde_json::Value) -> serde_json::Value {
 #[test]
 fn changes_come_by_reports_of_either_kind() {
     for block in ["BR.brcbA01", "RP.urcbA01"] {
-        let Some(mut peer) = Peer::start(&json!({})) else { return };
+        let Some(mut peer) = peer::start(&json!({})) else { return };
         let running = start(peer.port, by(block), whole());
         // The answer to the general interrogation.
         running.wait_for(1, Value::F64(0.0));
@@ -61,7 +61,7 @@ fn to_second(time: SystemTime) -> u64 {
 
 #[test]
 fn parts_of_data_objects_are_put_together() {
-    let Some(mut peer) = Peer::start(&json!({})) else { return };
+    let Some(mut peer) = peer::start(&json!({})) else { return };
     let tags = vec![
         tag(1, ValueKind::Bool, "GGIO1.Ind2", "ST"),
         // The data set has its value without its quality, so it is polled.
@@ -93,7 +93,7 @@ fn parts_of_data_objects_are_put_together() {
 
 #[test]
 fn integrity_reports_repeat_what_did_not_change() {
-    let Some(peer) = Peer::start(&json!({})) else { return };
+    let Some(peer) = peer::start(&json!({})) else { return };
     let mut settings = by("RP.urcbA01");
     settings["reports"][0]["integrity_millis"] = json!(200);
     let running = start(peer.port, settings, whole());
@@ -107,7 +107,7 @@ fn integrity_reports_repeat_what_did_not_change() {
 
 #[test]
 fn a_buffer_is_read_from_where_it_was_left() {
-    let Some(mut peer) = Peer::start(&json!({})) else { return };
+    let Some(mut peer) = peer::start(&json!({})) else { return };
     let proxy = fault_proxy::FaultProxy::start(
         ([127, 0, 0, 1], peer.port).into(),
         fault_proxy::Script { seed: 1, faults: vec![fault_proxy::Fault::None], max_bytes: 1 },
@@ -154,7 +154,7 @@ fn long_reports_come_in_segments_and_are_joined() {
         json!({"ca": authority.certificate(), "certificate": certificate, "key": key})
     };
     let spec = json!({"extra": 900, "tls": sign("server"), "report_bytes": 1_000_000});
-    let Some(mut peer) = Peer::start(&spec) else { return };
+    let Some(mut peer) = peer::start(&spec) else { return };
     let tags = (1..=900).map(|n| tag(n, ValueKind::F64, &format!("MMXU2.Val{n}.phsA"), "MX"));
     let mut settings = by("RP.urcbM01");
     settings["tls"] = sign("client");
@@ -170,7 +170,7 @@ fn long_reports_come_in_segments_and_are_joined() {
 
 #[test]
 fn a_block_that_another_client_has_is_made_up_for_by_polling() {
-    let Some(peer) = Peer::start(&json!({})) else { return };
+    let Some(peer) = peer::start(&json!({})) else { return };
     let first = start(peer.port, by("RP.urcbA01"), whole());
     first.wait_for(1, Value::F64(0.0));
     for block in ["RP.urcbA01", "RP.urcbN01", "RP.none"] {
@@ -191,7 +191,7 @@ fn a_block_that_another_client_has_is_made_up_for_by_polling() {
 /// libiec61850 has no room for so long a report, and says nothing of it.
 #[test]
 fn what_an_interrogation_does_not_bring_is_read() {
-    let Some(peer) = Peer::start(&json!({"extra": 900})) else { return };
+    let Some(peer) = peer::start(&json!({"extra": 900})) else { return };
     let mut settings = by("RP.urcbM01");
     settings["timeout_millis"] = json!(1000);
     let running = start(peer.port, settings, vec![tag(1, ValueKind::F64, "MMXU2.Val1.phsA", "MX")]);

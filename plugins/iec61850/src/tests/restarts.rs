@@ -20,7 +20,7 @@ fn ways() -> [serde_json::Value; 2] {
 #[test]
 fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
     for settings in ways() {
-        let Some(mut peer) = Peer::start(&json!({})) else { return };
+        let Some(mut peer) = peer::start(&json!({})) else { return };
         let running = start(peer.port, settings, tags());
         running.wait_for(1, Value::F64(0.0));
         peer.signal("KILL");
@@ -39,7 +39,7 @@ fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
 #[test]
 fn a_frozen_server_is_noticed_within_the_limit() {
     for settings in ways() {
-        let Some(peer) = Peer::start(&json!({})) else { return };
+        let Some(peer) = peer::start(&json!({})) else { return };
         let running = start(peer.port, settings, tags());
         running.wait_for(1, Value::F64(0.0));
         peer.signal("STOP");
@@ -56,7 +56,7 @@ fn a_frozen_server_is_noticed_within_the_limit() {
 
 #[test]
 fn another_way_is_taken_where_one_is_down() {
-    let Some(peer) = Peer::start(&json!({})) else { return };
+    let Some(peer) = peer::start(&json!({})) else { return };
     let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let closed = nobody.local_addr().unwrap().port();
     drop(nobody);

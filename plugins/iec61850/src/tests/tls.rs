@@ -15,7 +15,7 @@ fn only_the_right_certificates_open_a_connection() {
     let spec = json!({
         "tls": {"ca": ours.certificate(), "certificate": server, "key": server_key}
     });
-    let Some(mut peer) = Peer::start(&spec) else { return };
+    let Some(mut peer) = peer::start(&spec) else { return };
     peer.command(&json!({"object": "LD0/MMXU1.TotW", "values": {"mag.f": 2.5}}));
     let tags = || vec![tag(1, ValueKind::F64, "MMXU1.TotW", "MX")];
     let connect = |ca: &Authority, client: Option<&(PathBuf, PathBuf)>, server_name: &str| {

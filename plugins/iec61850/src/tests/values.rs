@@ -39,7 +39,7 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn every_type_is_read_as_the_server_has_it() {
-    let Some(mut peer) = Peer::start(&json!({})) else { return };
+    let Some(mut peer) = peer::start(&json!({})) else { return };
     let cases = cases();
     // Each by its data object, and by the full reference of its value.
     let tags = (1..).zip(&cases).flat_map(|(number, (object, fc, part, _, kind, _))| {
@@ -64,7 +64,7 @@ fn every_type_is_read_as_the_server_has_it() {
 
 #[test]
 fn quality_is_carried_over() {
-    let Some(mut peer) = Peer::start(&json!({})) else { return };
+    let Some(mut peer) = peer::start(&json!({})) else { return };
     let running = start(peer.port, json!({}), vec![tag(1, ValueKind::F64, "MMXU1.TotW", "MX")]);
     running.wait_for(1, Value::F64(0.0));
     let (bad, uncertain) = (Quality::Bad, Quality::Uncertain);
@@ -98,7 +98,7 @@ fn quality_is_carried_over() {
 
 #[test]
 fn times_are_carried_over_where_they_can_be_relied_on() {
-    let Some(mut peer) = Peer::start(&json!({})) else { return };
+    let Some(mut peer) = peer::start(&json!({})) else { return };
     let change = |peer: &mut Peer, value: f64, millis: u64, clock: &str| {
         let values = json!({ "mag.f": value });
         let object = "LD0/MMXU1.TotW";
@@ -136,7 +136,7 @@ fn to_millis(time: SystemTime) -> u128 {
 
 #[test]
 fn what_does_not_fit_is_bad_and_the_rest_is_read() {
-    let Some(peer) = Peer::start(&json!({})) else { return };
+    let Some(peer) = peer::start(&json!({})) else { return };
     let tags = vec![
         tag(1, ValueKind::F64, "MMXU1.TotW", "MX"),
         tag(2, ValueKind::F64, "MMXU9.TotW", "MX"),
@@ -154,7 +154,7 @@ fn what_does_not_fit_is_bad_and_the_rest_is_read() {
 
 #[test]
 fn many_variables_are_read_in_pieces() {
-    let Some(mut peer) = Peer::start(&json!({"extra": 300})) else { return };
+    let Some(mut peer) = peer::start(&json!({"extra": 300})) else { return };
     let tags = (1..=300).map(|n| tag(n, ValueKind::F64, &format!("MMXU2.Val{n}.phsA"), "MX"));
     let running = start(peer.port, json!({}), tags.collect());
     for number in [1, 150, 300] {

@@ -1,15 +1,13 @@
 //! Mosquitto, and clients beside it, in processes of their own.
 
-use std::io::{BufRead, BufReader, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::path::PathBuf;
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
+use peer_process::{Script, skip};
 use tempfile::TempDir;
 
-/// Path from this crate to the workspace's root.
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A broker.
@@ -83,46 +81,27 @@ fn program() -> Option<PathBuf> {
     found
 }
 
-/// A client in Python that obeys.
-pub(super) struct Peer {
-    child: Child,
-    stdin: ChildStdin,
-    stdout: BufReader<ChildStdout>,
-}
+const PUBLISHER: Script = Script { file: "mqtt_publisher.py", import: "import paho.mqtt.client" };
+const NODE: Script = Script { file: "sparkplug_node.py", import: "import pysparkplug" };
 
-impl Peer {
+/// A client in Python that obeys.
+pub(super) struct Client(peer_process::Peer);
+
+impl Client {
     /// A publisher by paho-mqtt.
     pub(super) fn publisher(port: u16, spec: &serde_json::Value) -> Option<Self> {
-        Self::start("mqtt_publisher.py", "import paho.mqtt.client", port, &[&spec.to_string()])
+        Some(Self(PUBLISHER.start(port, &[&spec.to_string()])?))
     }
 
     /// An edge node by pysparkplug.
     pub(super) fn node(port: u16, group: &str, edge_node: &str) -> Option<Self> {
-        Self::start("sparkplug_node.py", "import pysparkplug", port, &[group, edge_node])
-    }
-
-    fn start(script: &str, import: &str, port: u16, arguments: &[&str]) -> Option<Self> {
-        let python = python(import)?;
-        let mut child = Command::new(python)
-            .arg(Path::new(ROOT).join("tests/peers").join(script))
-            .args(["--port", &port.to_string()])
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let stdin = child.stdin.take().unwrap();
-        let stdout = BufReader::new(child.stdout.take().unwrap());
-        let mut peer = Self { child, stdin, stdout };
-        assert_eq!(peer.line(), "READY", "{script} did not start");
-        Some(peer)
+        Some(Self(NODE.start(port, &[group, edge_node])?))
     }
 
     /// Gives a command and waits until it is carried out.
     #[track_caller]
     pub(super) fn command(&mut self, command: &serde_json::Value) {
-        writeln!(self.stdin, "{command}").unwrap();
-        assert_eq!(self.line(), "OK", "{command}");
+        self.0.command(command);
     }
 
     /// Publishes a text.
@@ -137,38 +116,4 @@ impl Peer {
         let message = serde_json::json!({"topic": topic, "payload": payload, "retain": true});
         self.command(&serde_json::json!({ "publish": message }));
     }
-
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.stdout.read_line(&mut line).unwrap();
-        line.trim().to_owned()
-    }
-}
-
-impl Drop for Peer {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn python(import: &str) -> Option<PathBuf> {
-    let path = std::env::var_os("BUSBAR_PYTHON")
-        .map_or_else(|| Path::new(ROOT).join("target/venv/bin/python"), PathBuf::from);
-    let works = Command::new(&path).args(["-c", import]).stderr(Stdio::null()).status();
-    if works.is_ok_and(|status| status.success()) {
-        return Some(path);
-    }
-    skip(&format!(
-        "'{import}' fails by {}: install tests/peers/requirements.txt and set BUSBAR_PYTHON",
-        path.display()
-    ));
-    None
-}
-
-/// Where peers are required, having none is a failure.
-fn skip(remedy: &str) {
-    let required = |name| std::env::var_os(name).is_some();
-    assert!(!required("CI") && !required("BUSBAR_REQUIRE_PEERS"), "{remedy}");
-    eprintln!("SKIPPED: {remedy}");
 }

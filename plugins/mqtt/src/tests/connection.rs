@@ -14,7 +14,7 @@ fn a_broker_that_is_killed_and_started_again_brings_values_again() {
     let Some(mut broker) = Broker::start() else { return };
     let running = start(broker.port, &json!({}), one_tag());
     {
-        let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+        let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
         peer.publish("a", "1");
         running.wait_for(1, Value::I64(1));
     }
@@ -24,7 +24,7 @@ fn a_broker_that_is_killed_and_started_again_brings_values_again() {
     running.recorder.clear();
     broker.resume().unwrap();
     running.wait_for_link(LinkState::Up, "connected");
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     peer.publish("a", "2");
     running.wait_for(1, Value::I64(2));
 }
@@ -33,7 +33,7 @@ fn a_broker_that_is_killed_and_started_again_brings_values_again() {
 fn a_broker_that_hangs_is_noticed_within_the_keep_alive() {
     let Some(broker) = Broker::start() else { return };
     let running = start(broker.port, &json!({"keep_alive_seconds": 2}), one_tag());
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     peer.publish("a", "1");
     running.wait_for(1, Value::I64(1));
     // Silence alone is no fault: the broker is asked.
@@ -56,7 +56,7 @@ fn the_next_broker_of_a_cluster_takes_over() {
     let (Some(mut first), Some(second)) = (Broker::start(), Broker::start()) else { return };
     let settings = json!({"cluster": [{"host": "127.0.0.1", "port": second.port}]});
     let running = start(first.port, &settings, one_tag());
-    let Some(mut peer) = Peer::publisher(second.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(second.port, &json!({})) else { return };
     let lost = Instant::now();
     first.kill();
     running.wait_for_link(LinkState::Connecting, "the next broker is tried");
@@ -99,7 +99,7 @@ fn stopping_ends_the_thread_and_the_connection() {
     let began = Instant::now();
     running.plugin.stop();
     assert!(began.elapsed() < Duration::from_secs(2));
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     running.recorder.clear();
     peer.publish("a", "1");
     std::thread::sleep(Duration::from_millis(300));

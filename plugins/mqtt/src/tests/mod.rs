@@ -16,7 +16,7 @@ use busbar_plugin_sdk::{
 };
 use serde_json::{Value as Json, json};
 
-use self::broker::{Broker, Peer};
+use self::broker::{Broker, Client};
 use crate::{Mqtt, Settings};
 
 /// Long enough for a loaded machine; a test that passes does not wait for it.

@@ -13,7 +13,7 @@ fn texts_and_json_become_values_of_all_kinds() {
     for version in [3, 5] {
         let Some(broker) = Broker::start() else { return };
         let spec = json!({ "version": version });
-        let Some(mut peer) = Peer::publisher(broker.port, &spec) else { return };
+        let Some(mut peer) = Client::publisher(broker.port, &spec) else { return };
         let version = if version == 3 { "3.1.1" } else { "5" };
         let json_address =
             |pointer: &str| json!({"topic": "s/j", "pointer": pointer, "time": "/ts"});
@@ -66,7 +66,7 @@ fn texts_and_json_become_values_of_all_kinds() {
 #[test]
 fn quality_comes_from_the_payload() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     let address = json!({"topic": "q", "pointer": "/v", "quality": "/q", "time": "/t"});
     let settings = json!({"qualities": {"OK": "good", "held": "uncertain"}});
     let running = start(broker.port, &settings, vec![tag(1, ValueKind::I64, address)]);
@@ -95,7 +95,7 @@ fn quality_comes_from_the_payload() {
 #[test]
 fn a_retained_value_without_a_time_is_not_taken_for_live() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     peer.retain("r/text", "1.5");
     peer.retain("r/timed", &json!({"v": 2.5, "t": TEXT_OR_JSON}).to_string());
     let tags = || {
@@ -124,7 +124,7 @@ fn a_retained_value_without_a_time_is_not_taken_for_live() {
 #[test]
 fn one_filter_feeds_many_tags() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     let topic = |tag: u32| format!("site{}/bay{}/p", tag % 7, tag);
     let tags = (1..=300).map(|tag| plain(tag, ValueKind::I64, &topic(tag))).collect();
     let filters = json!({"subscriptions": ["+/+/p", "site1/#"], "qos": 0});
@@ -140,9 +140,9 @@ fn one_filter_feeds_many_tags() {
 #[test]
 fn a_last_will_makes_the_tags_of_its_source_bad() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
     let will = json!({"will": {"topic": "site7/status", "payload": "{\"state\": \"offline\"}"}});
-    let Some(mut gateway) = Peer::publisher(broker.port, &will) else { return };
+    let Some(mut gateway) = Client::publisher(broker.port, &will) else { return };
     let settings = json!({"availability": [
         {"topic": "site7/status", "covers": "site7/#", "pointer": "/state"}
     ]});
@@ -172,7 +172,7 @@ fn a_last_will_makes_the_tags_of_its_source_bad() {
 fn a_message_that_is_too_long_costs_nothing_else() {
     for (version, qos) in [("3.1.1", 0), ("3.1.1", 1), ("3.1.1", 2), ("5", 1)] {
         let Some(broker) = Broker::start() else { return };
-        let Some(mut peer) = Peer::publisher(broker.port, &json!({})) else { return };
+        let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
         let settings = json!({"version": version, "qos": 2, "max_payload_bytes": 1024});
         let running = start(broker.port, &settings, vec![plain(1, ValueKind::I64, "t")]);
         // More than the broker lets be on its way without a confirmation.

@@ -25,7 +25,7 @@ fn two_tags() -> Vec<TagSpec> {
 }
 
 /// Births of both, with aliases.
-fn be_born(node: &mut Peer, load: f64, current: f64) {
+fn be_born(node: &mut Client, load: f64, current: f64) {
     let of_node = json!([{"name": "load", "alias": 1, "type": "DOUBLE", "value": load}]);
     node.command(&json!({ "birth": of_node }));
     let of_device = json!([{"name": "current", "alias": 2, "type": "FLOAT", "value": current}]);
@@ -33,7 +33,7 @@ fn be_born(node: &mut Peer, load: f64, current: f64) {
 }
 
 /// New values by their aliases alone.
-fn send(node: &mut Peer, load: f64, current: f64) {
+fn send(node: &mut Client, load: f64, current: f64) {
     node.command(&json!({"data": [{"alias": 1, "type": "DOUBLE", "value": load}]}));
     let data = json!([{"alias": 2, "type": "FLOAT", "value": current}]);
     node.command(&json!({"data": data, "device": DEVICE}));
@@ -42,7 +42,7 @@ fn send(node: &mut Peer, load: f64, current: f64) {
 #[test]
 fn metrics_of_all_types_carry_time_and_quality() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let integer = |value: i64| Some(Value::I64(value));
     let cases = [
         ("INT8", json!(-5), ValueKind::I64, integer(-5)),
@@ -93,7 +93,7 @@ fn metrics_of_all_types_carry_time_and_quality() {
 #[test]
 fn quality_null_and_history_are_heeded() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let running = start(broker.port, &json!({}), two_tags());
     be_born(&mut node, 1.0, 2.0);
     running.wait_for(1, Value::F64(1.0));
@@ -128,7 +128,7 @@ fn quality_null_and_history_are_heeded() {
 #[test]
 fn deaths_make_bad_what_they_are_of() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let running = start(broker.port, &json!({}), two_tags());
     be_born(&mut node, 1.0, 2.0);
     running.wait_for(2, Value::F64(2.0));
@@ -156,7 +156,7 @@ fn deaths_make_bad_what_they_are_of() {
 #[test]
 fn after_a_gap_nothing_is_good_until_the_next_birth() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let running = start(broker.port, &json!({}), two_tags());
     be_born(&mut node, 1.0, 2.0);
     running.wait_for(2, Value::F64(2.0));
@@ -180,7 +180,7 @@ fn after_a_gap_nothing_is_good_until_the_next_birth() {
 #[test]
 fn sequence_numbers_begin_anew_after_255() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let running = start(broker.port, &json!({}), two_tags());
     be_born(&mut node, 1.0, 2.0);
     for number in 0..300 {
@@ -194,7 +194,7 @@ fn sequence_numbers_begin_anew_after_255() {
 #[test]
 fn births_are_asked_for_only_if_the_settings_say_so() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     be_born(&mut node, 1.0, 2.0);
     // It came too late for the births: aliases mean nothing to it.
     let silent = start(broker.port, &json!({}), two_tags());
@@ -217,7 +217,7 @@ fn births_are_asked_for_only_if_the_settings_say_so() {
 #[test]
 fn a_primary_host_says_that_it_is_there_and_that_it_is_gone() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let settings = json!({"sparkplug": {"primary_host": "wall"}});
     let mut running = start(broker.port, &settings, two_tags());
     node.command(&json!({"state": "wall", "online": true}));
@@ -228,7 +228,7 @@ fn a_primary_host_says_that_it_is_there_and_that_it_is_gone() {
 #[test]
 fn a_metric_that_no_birth_has_is_a_fault_of_the_configuration() {
     let Some(broker) = Broker::start() else { return };
-    let Some(mut node) = Peer::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let mut tags = two_tags();
     tags.push(metric(3, ValueKind::F64, Some(DEVICE), "misspelt"));
     let running = start(broker.port, &json!({}), tags);

@@ -37,7 +37,7 @@ fn only_the_right_certificates_open_a_connection() {
     let spec = json!({"tls": {
         "ca": ours.certificate(), "certificate": good.0, "key": good.1
     }});
-    let Some(mut peer) = Peer::publisher(broker.port, &spec) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &spec) else { return };
     for version in ["3.1.1", "5"] {
         let running = connect(&ours, Some(&good), "127.0.0.1", version);
         running.wait_for_link(LinkState::Up, "connected");

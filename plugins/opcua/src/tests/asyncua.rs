@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use busbar_plugin_sdk::DoublePoint;
 
-use super::peer::Peer;
+use peer_process::Peer;
+
+use super::peer;
 use super::*;
 
 /// 2026-01-02 03:04:05.678 UTC.
@@ -58,7 +60,7 @@ fn every_type_is_read_with_its_source_time() {
         .zip(&cases)
         .map(|(index, (kind, _, [(first, _), _]))| node(&name(index), kind, first))
         .collect();
-    let Some(mut peer) = Peer::start(&json!({"nodes": nodes})) else { return };
+    let Some(mut peer) = peer::start(&json!({"nodes": nodes})) else { return };
     let tags = (0..).zip(&cases).map(|(index, (_, kind, _))| tag(index, *kind, &name(index)));
     let running = start(peer.port, &json!({}), tags.collect());
     for (index, (_, _, [(_, expected), _])) in (0..).zip(&cases) {
@@ -90,7 +92,7 @@ fn elements_bits_states_and_scales_are_read() {
         node("raw", "Int16", &json!(2305)),
     ];
     let spec = json!({"namespaces": ["urn:first"], "nodes": nodes});
-    let Some(mut peer) = Peer::start(&spec) else { return };
+    let Some(mut peer) = peer::start(&spec) else { return };
     let of = |tag, kind, node: &str, more: Json| {
         let mut spec = self::tag(tag, kind, node);
         spec.address.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
@@ -132,7 +134,7 @@ fn elements_bits_states_and_scales_are_read() {
 
 #[test]
 fn quality_is_carried_over() {
-    let Some(mut peer) = Peer::start(&json!({"nodes": [node("A", "Double", &json!(1.0))]})) else {
+    let Some(mut peer) = peer::start(&json!({"nodes": [node("A", "Double", &json!(1.0))]})) else {
         return;
     };
     let running = start(peer.port, &json!({}), vec![tag(1, ValueKind::F64, "A")]);
@@ -161,7 +163,7 @@ fn quality_is_carried_over() {
 fn a_value_that_does_not_change_stays_fresh() {
     let mut old = node("A", "Double", &json!(1.0));
     old["time_millis"] = json!(TIME_MILLIS);
-    let Some(peer) = Peer::start(&json!({"nodes": [old]})) else { return };
+    let Some(peer) = peer::start(&json!({"nodes": [old]})) else { return };
     let mut quick = tag(1, ValueKind::F64, "A");
     quick.freshness = Duration::from_millis(800);
     let running = start(peer.port, &json!({}), vec![quick]);
@@ -186,7 +188,7 @@ fn many_tags_have_several_subscriptions() {
     let names: Vec<_> = (0..250).map(|index| format!("N{index}")).collect();
     let nodes: Vec<_> =
         (0..).zip(&names).map(|(value, name)| node(name, "Int32", &json!(value))).collect();
-    let Some(mut peer) = Peer::start(&json!({"nodes": nodes})) else { return };
+    let Some(mut peer) = peer::start(&json!({"nodes": nodes})) else { return };
     let tags = (0..).zip(&names).map(|(index, name)| tag(index, ValueKind::I64, name)).collect();
     let running = start(peer.port, &json!({"items_per_subscription": 60}), tags);
     for index in 0..250 {
@@ -201,7 +203,7 @@ fn many_tags_have_several_subscriptions() {
 #[test]
 fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
     let spec = |value: f64| json!({"nodes": [node("A", "Double", &json!(value))]});
-    let Some(peer) = Peer::start(&spec(5.0)) else { return };
+    let Some(peer) = peer::start(&spec(5.0)) else { return };
     let port = peer.port;
     let running = start(port, &json!({}), vec![tag(1, ValueKind::F64, "A")]);
     running.wait_for(1, Value::F64(5.0));
@@ -221,7 +223,7 @@ fn a_killed_server_makes_tags_bad_and_a_restarted_one_good() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_frozen_server_makes_tags_bad_within_the_silence() {
-    let Some(peer) = Peer::start(&json!({"nodes": [node("A", "Double", &json!(5.0))]})) else {
+    let Some(peer) = peer::start(&json!({"nodes": [node("A", "Double", &json!(5.0))]})) else {
         return;
     };
     let settings = json!({"silence_millis": 1500, "connect_timeout_millis": 1000});
@@ -243,7 +245,7 @@ fn a_frozen_server_makes_tags_bad_within_the_silence() {
 
 #[test]
 fn a_node_that_comes_later_is_found() {
-    let Some(mut peer) = Peer::start(&json!({})) else { return };
+    let Some(mut peer) = peer::start(&json!({})) else { return };
     let running = start(peer.port, &json!({}), vec![tag(1, ValueKind::F64, "late")]);
     running.wait_for_bad(1, Reason::Configuration);
     peer.command(&json!({"add": node("late", "Double", &json!(7.0))}));
@@ -253,7 +255,7 @@ fn a_node_that_comes_later_is_found() {
 
 #[test]
 fn a_plugin_that_stops_says_goodbye() {
-    let Some(mut peer) = Peer::start(&json!({"nodes": [node("A", "Double", &json!(5.0))]})) else {
+    let Some(mut peer) = peer::start(&json!({"nodes": [node("A", "Double", &json!(5.0))]})) else {
         return;
     };
     let mut running = start(peer.port, &json!({}), vec![tag(1, ValueKind::F64, "A")]);
@@ -271,7 +273,7 @@ fn a_plugin_that_stops_says_goodbye() {
 #[test]
 fn another_server_of_the_set_takes_over() {
     let spec = |value: f64| json!({"nodes": [node("A", "Double", &json!(value))]});
-    let (Some(first), Some(second)) = (Peer::start(&spec(1.0)), Peer::start(&spec(2.0))) else {
+    let (Some(first), Some(second)) = (peer::start(&spec(1.0)), peer::start(&spec(2.0))) else {
         return;
     };
     let settings = json!({"redundancy": [format!("opc.tcp://127.0.0.1:{}/test", second.port)]});

@@ -1,6 +1,6 @@
 //! Alarm conditions of asyncua as tags.
 
-use super::peer::Peer;
+use super::peer;
 use super::*;
 
 /// 2026-01-02 03:04:05.678 UTC.
@@ -45,7 +45,7 @@ fn a_condition_is_followed_from_its_state_at_connecting_on() {
         "conditions": ["ns=2;s=Hot"],
         "alarms": {"ns=2;s=Hot": state(true, false, UNSHELVED, 700)}
     });
-    let Some(mut peer) = Peer::start(&spec) else { return };
+    let Some(mut peer) = peer::start(&spec) else { return };
     let running = start(peer.port, &json!({}), tags("Hot"));
     check(&running, [true, false, false, false, true], 700);
     let time = UNIX_EPOCH + Duration::from_millis(TIME_MILLIS);
@@ -63,7 +63,7 @@ fn a_condition_is_followed_from_its_state_at_connecting_on() {
 
 #[test]
 fn a_condition_of_no_interest_is_normal_and_one_that_is_not_there_is_bad() {
-    let Some(peer) = Peer::start(&json!({"conditions": ["ns=2;s=Calm"]})) else { return };
+    let Some(peer) = peer::start(&json!({"conditions": ["ns=2;s=Calm"]})) else { return };
     let running = start(peer.port, &json!({}), tags("Calm"));
     running.wait_for(0, Value::Bool(false));
     running.wait_for(1, Value::Bool(true));
@@ -83,7 +83,7 @@ fn conditions_of_a_server_that_is_lost_are_bad_and_those_of_the_next_one_good() 
             "alarms": {"ns=2;s=Hot": state(active, false, UNSHELVED, 500)}
         })
     };
-    let Some(peer) = Peer::start(&spec(true)) else { return };
+    let Some(peer) = peer::start(&spec(true)) else { return };
     let running = start(peer.port, &json!({}), tags("Hot"));
     running.wait_for(0, Value::Bool(true));
     running.recorder.clear();
@@ -100,7 +100,7 @@ fn a_server_without_refresh_serves_its_values_all_the_same() {
         "conditions": ["ns=2;s=Hot"], "condition_refresh": false,
         "nodes": [node("A", "Double", &json!(5.0))]
     });
-    let Some(peer) = Peer::start(&spec) else { return };
+    let Some(peer) = peer::start(&spec) else { return };
     let mut tags = tags("Hot");
     tags.push(tag(9, ValueKind::F64, "A"));
     let running = start(peer.port, &json!({}), tags);

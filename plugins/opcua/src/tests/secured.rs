@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::peer::{Peer, make_certificates};
+use peer_process::Peer;
+
+use super::peer::{self, make_certificates};
 use super::*;
 
 const SERVER: &str = "urn:busbar:test:server";
@@ -28,7 +30,7 @@ struct Setting {
 impl Setting {
     /// The server's certificate is by this name, and the server offers these policies.
     fn new(server: &str, policies: &[&str], more: &Json) -> Option<Self> {
-        let probe = Peer::start(&json!({}))?;
+        let probe = peer::start(&json!({}))?;
         drop(probe);
         let folder = tempfile::tempdir().unwrap();
         let pairs = [
@@ -54,7 +56,7 @@ impl Setting {
         {
             *name = json!(folder.path().join(name.as_str().unwrap()));
         }
-        let peer = Peer::start(&spec)?;
+        let peer = peer::start(&spec)?;
         Some(Self { folder, peer })
     }
 
@@ -206,7 +208,7 @@ fn users_have_names_and_passwords() {
 #[test]
 fn a_password_is_not_sent_where_everybody_can_read_it() {
     let spec = json!({"nodes": [node("A", "Double", &json!(5.0))], "users": {"viewer": "right"}});
-    let Some(peer) = Peer::start(&spec) else { return };
+    let Some(peer) = peer::start(&spec) else { return };
     let folder = tempfile::tempdir().unwrap();
     let mut settings = json!({
         "user": {"name": "viewer", "password": {"file": secret(folder.path(), "right")}}

@@ -1,0 +1,69 @@
+//! What every adapter goes through: connections that break in all ways, and so many of them
+//! that whatever one leaves behind is seen.
+
+use std::time::{Duration, Instant};
+
+use crate::{Fault, FaultProxy, Script, Usage};
+
+/// All that may happen to a connection.
+pub const ALL_FAULTS: [Fault; 9] = [
+    Fault::None,
+    Fault::Split,
+    Fault::Delay,
+    Fault::Reset,
+    Fault::Close,
+    Fault::Vanish,
+    Fault::Trickle,
+    Fault::Garbage,
+    Fault::Swap,
+];
+/// What ends no connection.
+pub const ENDLESS_FAULTS: [Fault; 3] = [Fault::None, Fault::Split, Fault::Delay];
+/// Longest time of a drill.
+pub const MAX_DRILL: Duration = Duration::from_secs(120);
+/// Descriptors and threads that an adapter, a proxy and their connections may hold at once,
+/// beside those that were there before.
+const MAX_DESCRIPTORS: usize = 24;
+const MAX_THREADS: usize = 8;
+/// Of every so many connections, one at least is struck.
+const STRUCK: u64 = 4;
+/// Between two looks at what is held.
+const LOOK_PERIOD: Duration = Duration::from_millis(5);
+
+impl FaultProxy {
+    /// Lets `count` connections come and break; every `pause` it hangs up on one whose fault is
+    /// among `endless`.
+    ///
+    /// # Panics
+    /// When there are not as many within [`MAX_DRILL`], or hardly any was struck.
+    #[track_caller]
+    pub fn break_all(&self, script: &Script, count: u64, pause: Duration, endless: &[Fault]) {
+        let deadline = Instant::now() + MAX_DRILL;
+        while self.connections() < count {
+            assert!(Instant::now() < deadline, "{} connections", self.connections());
+            std::thread::sleep(pause);
+            let last = self.connections().saturating_sub(1);
+            if endless.contains(&script.plan(last).fault) {
+                self.hang_up();
+            }
+        }
+        assert!(self.strikes() >= count / STRUCK, "{} strikes", self.strikes());
+    }
+
+    /// Waits for `count` connections, while this process holds hardly more than `before`.
+    ///
+    /// # Panics
+    /// When there are not as many within [`MAX_DRILL`], or more is held.
+    #[track_caller]
+    pub fn wear_out(&self, count: u64, before: Usage) {
+        let deadline = Instant::now() + MAX_DRILL;
+        let mut most = before;
+        while self.connections() < count {
+            assert!(Instant::now() < deadline, "{} connections", self.connections());
+            std::thread::sleep(LOOK_PERIOD);
+            most = most.max(Usage::now());
+        }
+        assert!(most.descriptors <= before.descriptors + MAX_DESCRIPTORS, "{before:?}, {most:?}");
+        assert!(most.threads <= before.threads + MAX_THREADS, "{before:?}, {most:?}");
+    }
+}
