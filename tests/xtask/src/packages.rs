@@ -40,6 +40,7 @@ const TESTS: &[Package] = &[
     package("x11-utils", "window properties in window tests"),
     package("imagemagick", "screenshots"),
     package("chromium", "a browser for tests of the web page"),
+    package("systemd", "checks the units of services"),
     package("mosquitto", "an MQTT broker that tests talk to"),
     package("mbpoll", "a Modbus client that tests talk to"),
     package("gcc", "compiles the C header, and plugins in C"),
