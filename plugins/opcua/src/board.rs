@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant, SystemTime};
 
+use async_opcua::types::{DataValue, StatusCode, Variant};
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink, Value};
-use opcua::types::{DataValue, StatusCode, Variant};
 
 use crate::convert::{quality_of, time_of, value_of};
 use crate::fault::in_words;

@@ -1,8 +1,8 @@
 use std::time::UNIX_EPOCH;
 
+use async_opcua::types::{DateTime, Variant};
 use busbar_plugin_sdk::ValueKind;
 use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
-use opcua::types::{DateTime, Variant};
 use serde_json::json;
 
 use super::*;

@@ -5,20 +5,20 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use busbar_link::{ByteStream, Dial};
-use opcua::client::transport::{
+use async_opcua::client::transport::{
     Connector, RequestRecv, SecureChannelEventLoop, SecureChannelState, StreamConnection,
     StreamConnector, StreamTransport, TransportConfiguration, TransportPollResult,
 };
-use opcua::client::{AsyncSecureChannel, SessionRetryPolicy};
-use opcua::core::comms::tcp_codec::TcpCodec;
-use opcua::core::sync::RwLock;
-use opcua::core::{RequestMessage, ResponseMessage};
-use opcua::crypto::CertificateStore;
-use opcua::types::{
+use async_opcua::client::{AsyncSecureChannel, SessionRetryPolicy};
+use async_opcua::core::comms::tcp_codec::TcpCodec;
+use async_opcua::core::sync::RwLock;
+use async_opcua::core::{RequestMessage, ResponseMessage};
+use async_opcua::crypto::CertificateStore;
+use async_opcua::types::{
     ChannelSecurityToken, ContextOwned, DateTime, DecodingOptions, EndpointDescription,
     Error as LibraryError, NamespaceMap, NodeId, RequestHeader, StatusCode,
 };
+use busbar_link::{ByteStream, Dial};
 use tokio::io::{ReadHalf, WriteHalf};
 use tokio::time::timeout;
 use tokio_util::codec::FramedRead;
@@ -226,7 +226,7 @@ macro_rules! answer {
     };
     ($client:expr, $what:literal, $variant:ident, $request:expr, $limit:expr) => {
         match $client.call($what, $request, $limit).await {
-            Ok(opcua::core::ResponseMessage::$variant(answer)) => Ok(*answer),
+            Ok(async_opcua::core::ResponseMessage::$variant(answer)) => Ok(*answer),
             Ok(_) => Err($crate::fault::Fault::Server(concat!($what, " had another answer"))),
             Err(fault) => Err(fault),
         }

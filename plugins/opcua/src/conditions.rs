@@ -1,11 +1,11 @@
 //! Alarm conditions (OPC 10000-9) as tags: what their events say.
 
-use busbar_plugin_sdk::{Value, ValueKind};
-use opcua::types::{
+use async_opcua::types::{
     AttributeId, CallMethodRequest, CallRequest, DataValue, EventFilter, ExtensionObject,
     MonitoredItemCreateRequest, MonitoringMode, MonitoringParameters, NodeId, ReadRequest,
     ReadValueId, SimpleAttributeOperand, TimestampsToReturn, Variant,
 };
+use busbar_plugin_sdk::{Value, ValueKind};
 use serde::Deserialize;
 
 use crate::client::{Client, answer};

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use async_opcua::types::{DateTime, StatusCode, Variant, status_code::StatusCodeLimit};
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
-use opcua::types::{DateTime, StatusCode, Variant, status_code::StatusCodeLimit};
 
 use crate::points::{Point, State};
 

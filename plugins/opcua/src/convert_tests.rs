@@ -1,4 +1,4 @@
-use opcua::types::{Array, LocalizedText, VariantScalarTypeId};
+use async_opcua::types::{Array, LocalizedText, VariantScalarTypeId};
 use proptest::prelude::*;
 use serde_json::json;
 

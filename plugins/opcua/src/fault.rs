@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use async_opcua::types::{Error as LibraryError, StatusCode};
 use busbar_link::ConnectFault;
-use opcua::types::{Error as LibraryError, StatusCode};
 use thiserror::Error;
 
 /// Longest text of a server that is repeated, characters.

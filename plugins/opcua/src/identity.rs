@@ -1,7 +1,7 @@
 //! Who reads, as servers are told it (OPC 10000-4, 7.40).
 
-use opcua::crypto::{SecurityPolicy, create_signature_data, legacy_encrypt_secret};
-use opcua::types::{
+use async_opcua::crypto::{SecurityPolicy, create_signature_data, legacy_encrypt_secret};
+use async_opcua::types::{
     AnonymousIdentityToken, ByteString, EndpointDescription, ExtensionObject, MessageSecurityMode,
     SignatureData, UAString, UserNameIdentityToken, UserTokenPolicy, UserTokenType,
     X509IdentityToken,

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use opcua::types::{Identifier, NodeId};
+use async_opcua::types::{Identifier, NodeId};
 
 /// The longest id, bytes.
 const MAX_NODE_BYTES: usize = 4096;

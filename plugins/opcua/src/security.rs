@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use opcua::crypto::{
+use async_opcua::crypto::{
     PrivateKey, SecurityPolicy, X509, create_signature_data, verify_signature_data,
 };
-use opcua::types::{ByteString, DateTime, MessageSecurityMode};
+use async_opcua::types::{ByteString, DateTime, MessageSecurityMode};
 
 use crate::settings::{Mode, Policy, SecurityFiles};
 

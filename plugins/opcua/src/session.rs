@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use opcua::core::ResponseMessage;
-use opcua::crypto::{SecurityPolicy, create_signature_data, random, verify_signature_data};
-use opcua::types::{
+use async_opcua::core::ResponseMessage;
+use async_opcua::crypto::{SecurityPolicy, create_signature_data, random, verify_signature_data};
+use async_opcua::types::{
     ActivateSessionRequest, ApplicationDescription, ApplicationType, AttributeId,
     CloseSessionRequest, CreateSessionRequest, CreateSessionResponse, DataValue,
     EndpointDescription, GetEndpointsRequest, LocalizedText, MessageSecurityMode, NodeId,

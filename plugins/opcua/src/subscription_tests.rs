@@ -1,4 +1,4 @@
-use opcua::types::{DataChangeNotification, DateTime};
+use async_opcua::types::{DataChangeNotification, DateTime};
 
 use super::*;
 

@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_sdk::{Host, LogLevel};
-use opcua::types::{
+use async_opcua::types::{
     DataChangeNotification, EventNotificationList, ExtensionObject, NodeId, PublishRequest,
     PublishResponse, StatusChangeNotification, StatusCode, SubscriptionAcknowledgement,
 };
+use busbar_plugin_sdk::{Host, LogLevel};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
