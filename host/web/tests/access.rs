@@ -89,7 +89,11 @@ async fn sockets_are_for_pages_of_this_server_with_the_token() {
 #[tokio::test]
 async fn there_are_so_many_places_and_one_that_is_left_is_free() {
     let server = start(&bare());
-    let (first, mut second) = (Page::open(&server).await, Page::open(&server).await);
+    let mut first = Page::open(&server).await;
+    // A page that is open need not have its place yet.
+    first.until("control", |page| page.was_told("steers") == Some(&json!(true))).await;
+    let mut second = Page::open(&server).await;
+    second.until("place", |page| page.was_told("steers").is_some()).await;
     let mut third = Page::open(&server).await;
     third.until("refusal", |page| page.closed.is_some()).await;
     let (code, why) = third.closed.expect("it is");
