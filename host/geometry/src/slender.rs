@@ -82,10 +82,12 @@ impl Mesh {
         if !tubes.iter().any(Tube::is_slender) {
             return Vec::new();
         }
-        let of_slender = |corners: [u32; 3]| roots[corners[0] as usize] as usize;
+        let root_of = |corners: [u32; 3]| roots[corners[0] as usize] as usize;
+        let of_slender = |corners: &[u32; 3]| tubes[root_of(*corners)].is_slender();
+        let all = self.triangles.iter().map(|&triangle| self.facing(triangle));
+        let faces: Vec<_> = all.filter(|(corners, _)| of_slender(corners)).collect();
         let mut outward = vec![Vec3::ZERO; self.positions.len()];
-        let faces = || self.triangles.iter().map(|&triangle| self.facing(triangle));
-        for (corners, normal) in faces().filter(|(at, _)| tubes[of_slender(*at)].is_slender()) {
+        for &(corners, normal) in &faces {
             // By angles, so that it does not matter which way a flat side is cut in two; and
             // by areas, so that ends do not.
             let angles = self.angles(corners);
@@ -94,8 +96,8 @@ impl Mesh {
             }
         }
         outward.iter_mut().for_each(|direction| *direction = direction.normalize_or_zero());
-        for (corners, normal) in faces() {
-            let tube = &mut tubes[of_slender(corners)];
+        for (corners, normal) in faces {
+            let tube = &mut tubes[root_of(corners)];
             let least = ROUND_COSINE * normal.length();
             if corners.iter().all(|&corner| outward[corner as usize].dot(normal) >= least) {
                 tube.round_area += normal.length();

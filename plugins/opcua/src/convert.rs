@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use async_opcua::types::{DateTime, StatusCode, Variant, status_code::StatusCodeLimit};
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
-use crate::points::{Point, State};
+use crate::points::Point;
 
 /// The longest text that is looked at as a value, bytes.
 const MAX_TEXT_BYTES: usize = 256;
@@ -80,12 +80,8 @@ fn state_of(point: &Point, variant: &Variant) -> Result<Value, String> {
         (Variant::Boolean(value), _) => Some(value.to_string()),
         _ => integer(variant).map(|value| value.to_string()),
     };
-    let state = written.and_then(|written| point.states.get(&written));
-    match state {
-        Some(State::Bool(value)) => Ok(Value::Bool(*value)),
-        Some(State::DoublePoint(value)) => Ok(Value::DoublePoint(*value)),
-        None => Err(format!("{} is none of the tag's `states`: add it there", name_of(variant))),
-    }
+    let state = written.and_then(|written| point.states.get(&written).copied());
+    state.ok_or_else(|| format!("{} is none of the tag's `states`: add it there", name_of(variant)))
 }
 
 /// Quality by status code (OPC 10000-4, 7.38; OPC 10000-8, 6.3). The table is in README.md.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::time::Duration;
 
-use busbar_plugin_sdk::{DoublePoint, Error, TagSpec, ValueKind};
+use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind, parse_states};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
@@ -13,8 +13,6 @@ use crate::settings::{Config, MAX_SAMPLING_MILLIS};
 
 /// Tags of one server.
 const MAX_TAGS: usize = 100_000;
-/// Names of states in one address.
-const MAX_STATES: usize = 64;
 /// Values of one item that a server may keep between two publishing intervals.
 const MAX_QUEUE: u32 = 1000;
 /// The last bit of an integer.
@@ -36,14 +34,7 @@ pub(crate) struct Point {
     pub(crate) scale: f64,
     pub(crate) offset: f64,
     /// What texts, numbers and truth values mean; empty where a value speaks for itself.
-    pub(crate) states: BTreeMap<String, State>,
-}
-
-/// A state of a bool or double-point tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum State {
-    Bool(bool),
-    DoublePoint(DoublePoint),
+    pub(crate) states: BTreeMap<String, Value>,
 }
 
 /// What a server is asked to watch, once for all tags that rest on it.
@@ -277,33 +268,6 @@ fn check_numbers(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {
         return Err(format!("queue: 1 to {MAX_QUEUE}"));
     }
     Ok(())
-}
-
-fn parse_states(
-    kind: ValueKind,
-    raw: BTreeMap<String, Json>,
-) -> Result<BTreeMap<String, State>, String> {
-    if raw.len() > MAX_STATES {
-        return Err(format!("{} states; at most {MAX_STATES} are allowed", raw.len()));
-    }
-    let parse = |json: &Json| match (kind, json) {
-        (ValueKind::Bool, Json::Bool(value)) => Ok(State::Bool(*value)),
-        (ValueKind::Bool, _) => Err("states of a bool tag are true and false"),
-        (ValueKind::DoublePoint, json) => {
-            Ok(State::DoublePoint(match json.as_str().unwrap_or_default() {
-                "off" => DoublePoint::Off,
-                "on" => DoublePoint::On,
-                "intermediate" => DoublePoint::Intermediate,
-                "bad_state" => DoublePoint::BadState,
-                _ => return Err("states are \"off\", \"on\", \"intermediate\" and \"bad_state\""),
-            }))
-        }
-        _ => Err("states are for bool and double_point tags: remove them"),
-    };
-    raw.into_iter()
-        .map(|(name, json)| Ok((name.trim().to_owned(), parse(&json)?)))
-        .collect::<Result<_, &str>>()
-        .map_err(str::to_owned)
 }
 
 #[cfg(test)]

@@ -37,7 +37,10 @@ fn states_have_the_tags_kind() {
     let states = json!({"OPEN": "off", "CLOSED": "on"});
     let points =
         parse(&[(ValueKind::DoublePoint, json!({"node": "i=1", "states": states}))]).unwrap();
-    assert_eq!(points.all[0].states["OPEN"], State::DoublePoint(DoublePoint::Off));
+    assert_eq!(
+        points.all[0].states["OPEN"],
+        busbar_plugin_sdk::Value::DoublePoint(busbar_plugin_sdk::DoublePoint::Off)
+    );
     let fault = parse(&[(ValueKind::F64, json!({"node": "i=1", "states": {"a": true}}))]);
     assert!(fault.unwrap_err().contains("states are for bool and double_point"));
 }

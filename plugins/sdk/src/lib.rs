@@ -62,6 +62,7 @@ mod records;
 mod secret;
 pub mod simulation;
 mod simulator;
+mod states;
 mod telemetry;
 pub mod testing;
 mod value;
@@ -86,6 +87,7 @@ pub use records::{
 };
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
 pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
+pub use states::parse_states;
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
 pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
 pub use worker::{MAX_STOP, Running, Worker};

@@ -16,6 +16,7 @@ mod command;
 mod mesh;
 mod overlay;
 mod recorder;
+mod watched;
 
 use std::ffi::c_void;
 
@@ -28,6 +29,7 @@ pub use command::{CommandRun, run_command};
 pub use mesh::{Grid, check_sequence};
 pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
+pub use watched::Watched;
 
 /// A host without a log.
 pub fn host() -> Host {

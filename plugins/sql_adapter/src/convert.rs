@@ -8,7 +8,7 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
 use crate::cell::Cell;
-use crate::points::{Point, State};
+use crate::points::Point;
 
 /// The longest text that is looked at as a value, quality or time, bytes.
 const MAX_TEXT_BYTES: usize = 256;
@@ -119,13 +119,9 @@ fn state_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> {
         Cell::Bool(value) => value.to_string(),
         _ => return Err(format!("{} is none of the tag's `states`", cell.name())),
     };
-    let state = point.states.get(&written).ok_or_else(|| match cell {
+    point.states.get(&written).copied().ok_or_else(|| match cell {
         Cell::Text(_) => "a text that is none of the tag's `states`: add it there".to_owned(),
         _ => format!("{} is none of the tag's `states`: add it there", cell.name()),
-    })?;
-    Ok(match state {
-        State::Bool(value) => Value::Bool(*value),
-        State::DoublePoint(value) => Value::DoublePoint(*value),
     })
 }
 

@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 
 use super::*;
 
-fn point(kind: ValueKind, states: &[(&str, State)]) -> Point {
+fn point(kind: ValueKind, states: &[(&str, Value)]) -> Point {
     let states = states.iter().map(|(name, state)| ((*name).to_owned(), *state)).collect();
     Point { tag: 7, id: "tag".into(), kind, states }
 }
@@ -63,9 +63,9 @@ fn states_are_those_of_the_address() {
     let breaker = point(
         ValueKind::DoublePoint,
         &[
-            ("OPEN", State::DoublePoint(DoublePoint::Off)),
-            ("1", State::DoublePoint(DoublePoint::On)),
-            ("true", State::DoublePoint(DoublePoint::BadState)),
+            ("OPEN", Value::DoublePoint(DoublePoint::Off)),
+            ("1", Value::DoublePoint(DoublePoint::On)),
+            ("true", Value::DoublePoint(DoublePoint::BadState)),
         ],
     );
     let double = |point| Ok(Value::DoublePoint(point));

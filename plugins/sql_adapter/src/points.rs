@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use busbar_plugin_sdk::{DoublePoint, Error, TagSpec, ValueKind};
+use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind, parse_states};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
@@ -10,8 +10,6 @@ use crate::settings::{Config, QueryConfig};
 
 /// Tags of one instance.
 const MAX_TAGS: usize = 100_000;
-/// Names of states in one address.
-const MAX_STATES: usize = 64;
 /// The longest key, column or name of a state, bytes.
 pub(crate) const MAX_NAME_BYTES: usize = 256;
 
@@ -24,14 +22,7 @@ pub(crate) struct Point {
     pub(crate) id: String,
     pub(crate) kind: ValueKind,
     /// What the source's words for states mean; empty where it has numbers.
-    pub(crate) states: BTreeMap<String, State>,
-}
-
-/// A state of a bool or double-point tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum State {
-    Bool(bool),
-    DoublePoint(DoublePoint),
+    pub(crate) states: BTreeMap<String, Value>,
 }
 
 /// The tags of one query.
@@ -178,33 +169,6 @@ fn parse_one(tag: &TagSpec, queries: &[QueryConfig]) -> Result<(usize, Point, Pl
     };
     let states = parse_states(tag.kind, raw.states).map_err(fault)?;
     Ok((query, Point { tag: tag.tag, id: tag.id.clone(), kind: tag.kind, states }, place))
-}
-
-fn parse_states(
-    kind: ValueKind,
-    raw: BTreeMap<String, Json>,
-) -> Result<BTreeMap<String, State>, String> {
-    if raw.len() > MAX_STATES {
-        return Err(format!("{} states; at most {MAX_STATES} are allowed", raw.len()));
-    }
-    let parse = |json: &Json| match (kind, json) {
-        (ValueKind::Bool, Json::Bool(value)) => Ok(State::Bool(*value)),
-        (ValueKind::Bool, _) => Err("states of a bool tag are true and false"),
-        (ValueKind::DoublePoint, json) => {
-            Ok(State::DoublePoint(match json.as_str().unwrap_or_default() {
-                "off" => DoublePoint::Off,
-                "on" => DoublePoint::On,
-                "intermediate" => DoublePoint::Intermediate,
-                "bad_state" => DoublePoint::BadState,
-                _ => return Err("states are \"off\", \"on\", \"intermediate\" and \"bad_state\""),
-            }))
-        }
-        _ => Err("states are for bool and double_point tags: remove them"),
-    };
-    raw.into_iter()
-        .map(|(name, json)| Ok((name.trim().to_owned(), parse(&json)?)))
-        .collect::<Result<_, &str>>()
-        .map_err(str::to_owned)
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ impl Peer {
     }
 
     fn start_with(arguments: &[&OsStr], values: &Value) -> Option<Self> {
-        let python = python()?;
+        let python = python("pymodbus")?;
         let script = workspace_path("tests/peers/pymodbus_server.py");
         let mut command = Command::new(python);
         command.arg(script).args(arguments).arg(values.to_string());
@@ -63,21 +63,18 @@ pub fn f32_registers(value: f32) -> [u16; 2] {
     [(bits >> 16) as u16, bits as u16]
 }
 
-fn python() -> Option<PathBuf> {
+/// The interpreter that has the peers' packages, if `import NAME` works there.
+pub fn python(import: &str) -> Option<PathBuf> {
     let path = std::env::var_os("BUSBAR_PYTHON")
         .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
-    available(
-        has_pymodbus(&path),
-        "no pymodbus: run `cargo xtask test`, or set BUSBAR_PYTHON to an \
-        interpreter with tests/peers/requirements.txt installed",
-    )
-    .then_some(path)
-}
-
-fn has_pymodbus(python: &Path) -> bool {
-    let mut command = Command::new(python);
-    command.args(["-c", "import pymodbus"]).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    let mut command = Command::new(&path);
+    command.args(["-c", &format!("import {import}")]).stderr(Stdio::null());
+    let has_it = command.status().is_ok_and(|status| status.success());
+    let remedy = format!(
+        "no {import}: run `cargo xtask test`, or set BUSBAR_PYTHON to an interpreter with \
+         tests/peers/requirements.txt installed"
+    );
+    available(has_it, &remedy).then_some(path)
 }
 
 /// Registers and inputs of the demo's bay where all is well.

@@ -3,12 +3,13 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::PathBuf;
+use std::process::Command;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use crate::{built, built_folder, workspace_path};
+use crate::{Stats, built, built_folder, busbar, workspace_path};
 
 /// The plugins that the demo names, and one more optimiser.
 const PLUGINS: [&str; 7] = [
@@ -106,6 +107,21 @@ impl Scene {
         // No link: libraries outside of their directory are refused.
         let linked = fs::hard_link(&library, self.library(plugin));
         linked.or_else(|_| fs::copy(&library, self.library(plugin)).map(drop)).expect("a copy");
+    }
+
+    /// Renders a small picture of it after so many seconds, and statistics for [`Scene::stats`].
+    pub fn rendering(&self, seconds: f64) -> Command {
+        let mut command = busbar();
+        command.arg("render").arg(self.write()).args(["--size", "320x180"]);
+        command.arg("--out").arg(self.path("picture.png"));
+        command.arg("--stats").arg(self.path("stats.json"));
+        command.args(["--seconds", &seconds.to_string()]);
+        command
+    }
+
+    /// The statistics that a rendering left.
+    pub fn stats(&self) -> Stats {
+        Stats::read(&self.path("stats.json"))
     }
 
     /// A path in its folder.

@@ -1,13 +1,13 @@
 //! A 104 station of c104's in a scene: what it has is in the statistics, and what
 //! it no longer vouches for is bad.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
+use e2e::peer::python;
 use e2e::relay::Relay;
-use e2e::{Process, Scene, Stats, available, built, built_folder, busbar, finish, workspace_path};
+use e2e::{Process, Scene, finish, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -25,23 +25,12 @@ struct Station {
 impl Station {
     fn start() -> Option<Self> {
         let points: Vec<_> = points().into_iter().map(|(point, ..)| point).collect();
-        let python = std::env::var_os("BUSBAR_PYTHON")
-            .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
-        if !available(has_c104(&python), "no c104: run `cargo xtask test`") {
-            return None;
-        }
-        let mut command = Command::new(python);
+        let mut command = Command::new(python("c104")?);
         command.arg(workspace_path("tests/peers/iec104_c104.py"));
         let process = Process::start(command.arg(json!({ "points": points }).to_string()));
         let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
         Some(Self { process, port })
     }
-}
-
-fn has_c104(python: &Path) -> bool {
-    let mut command = Command::new(python);
-    command.args(["-c", "import c104"]).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
 }
 
 /// A point, its tag's kind, and what the statistics say: value, quality, reason.
@@ -70,8 +59,7 @@ fn id(point: &Value) -> String {
 /// A scene whose tags are the points.
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    let library = built(built_folder().join(scene.library("iec104").file_name().expect("a name")));
-    std::fs::copy(library, scene.library("iec104")).expect("it can be copied");
+    scene.lend("iec104");
     scene.config["plugins"]["station"] = json!({
         "plugin": "iec104",
         "settings": {
@@ -88,19 +76,6 @@ fn scene(port: u16) -> Scene {
     scene
 }
 
-fn rendering(scene: &Scene, seconds: f64) -> Command {
-    let mut command = busbar();
-    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
-    command.arg("--out").arg(scene.path("picture.png"));
-    command.arg("--stats").arg(scene.path("stats.json"));
-    command.args(["--seconds", &seconds.to_string()]);
-    command
-}
-
-fn stats(scene: &Scene) -> Stats {
-    Stats::read(&scene.path("stats.json"))
-}
-
 #[test]
 fn values_are_those_of_the_station() {
     let Some(station) = Station::start() else { return };
@@ -111,10 +86,10 @@ fn values_are_those_of_the_station() {
             "type": "f64",
             "source": {"plugin": "station", "address": {"ioa": 1, "common_address": 9}}
         });
-        let output = finish(&mut rendering(&scene, 2.0)).expect_code(0);
+        let output = finish(&mut scene.rendering(2.0)).expect_code(0);
         let said = output.stdout + &output.stderr;
         assert!(said.contains("the station does not know common address 9"), "{said}");
-        let stats = stats(&scene);
+        let stats = scene.stats();
         for (point, _, value, quality, reason) in points() {
             let tag = stats.tag(&id(&point));
             assert_eq!((&tag.value, tag.quality.as_str()), (&value, quality), "{point}");
@@ -131,17 +106,17 @@ fn a_station_that_is_killed_or_hangs_leaves_nothing_good() {
         let Some(station) = Station::start() else { return };
         let relay = Relay::start(station.port);
         let scene = scene(relay.port);
-        let running = Process::start(&mut rendering(&scene, 3.0));
+        let running = Process::start(&mut scene.rendering(3.0));
         relay.wait_for_answers(ANSWERS_TO_ALL);
         // A connection that is reset loses what was not read.
         thread::sleep(READING);
         station.process.signal(signal);
         running.finish().expect_code(0);
-        for (id, tag) in stats(&scene).tags() {
+        for (id, tag) in scene.stats().tags() {
             let found = (tag.quality.as_str(), tag.reason.as_deref());
             assert_eq!(found, ("bad", Some("communication")), "{id} after {signal:?}");
         }
-        let kept = stats(&scene).tag("P3").value;
+        let kept = scene.stats().tag("P3").value;
         assert_eq!(kept, json!(230.5), "the last value stays");
     }
 }

@@ -1,13 +1,11 @@
 //! A server of libiec61850 in a scene: what it has is in the statistics, and what it no
 //! longer vouches for is bad. The configuration is the one of the plugin's page.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
-use e2e::{
-    Process, Scene, Stats, available, built, built_folder, busbar, finish, wait_for, workspace_path,
-};
+use e2e::peer::python;
+use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -24,12 +22,7 @@ struct Server {
 
 impl Server {
     fn start() -> Option<Self> {
-        let python = std::env::var_os("BUSBAR_PYTHON")
-            .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
-        if !available(has_library(&python), "no pyiec61850: run `cargo xtask test`") {
-            return None;
-        }
-        let mut command = Command::new(python);
+        let mut command = Command::new(python("pyiec61850.pyiec61850")?);
         command.arg(workspace_path("tests/peers/iec61850_server.py")).arg("{}");
         let process = Process::start(&mut command);
         let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
@@ -48,12 +41,6 @@ impl Server {
     }
 }
 
-fn has_library(python: &Path) -> bool {
-    let mut command = Command::new(python);
-    command.args(["-c", "import pyiec61850.pyiec61850"]).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
-}
-
 /// The example of the plugin's page in a scene, at the port of a server.
 fn scene(port: u16) -> Scene {
     let page = std::fs::read_to_string(workspace_path("plugins/iec61850/README.md"));
@@ -61,28 +48,13 @@ fn scene(port: u16) -> Scene {
     let example = page.split("```json").nth(1).and_then(|rest| rest.split("```").next());
     let example: Value = serde_json::from_str(example.expect("it has an example")).expect("JSON");
     let mut scene = Scene::without_tags();
-    let library =
-        built(built_folder().join(scene.library("iec61850").file_name().expect("a name")));
-    std::fs::copy(library, scene.library("iec61850")).expect("it can be copied");
+    scene.lend("iec61850");
     scene.config["plugins"]["ied"] = example["plugins"]["ied"].clone();
     scene.config["tags"] = example["tags"].clone();
     let settings = &mut scene.config["plugins"]["ied"]["settings"];
     settings["port"] = json!(port);
     settings["timeout_millis"] = json!(600);
     scene
-}
-
-fn rendering(scene: &Scene, seconds: f64) -> Command {
-    let mut command = busbar();
-    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
-    command.arg("--out").arg(scene.path("picture.png"));
-    command.arg("--stats").arg(scene.path("stats.json"));
-    command.args(["--seconds", &seconds.to_string()]);
-    command
-}
-
-fn stats(scene: &Scene) -> Stats {
-    Stats::read(&scene.path("stats.json"))
 }
 
 fn set_values(server: &mut Server) {
@@ -106,12 +78,12 @@ fn values_are_those_of_the_server() {
             "type": "f64",
             "source": {"plugin": "ied", "address": {"reference": "IED1LD0/MMXU7.TotW", "fc": "MX"}}
         });
-        let output = finish(&mut rendering(&scene, 2.0)).expect_code(0);
+        let output = finish(&mut scene.rendering(2.0)).expect_code(0);
         let said = output.stdout + &output.stderr;
         assert!(said.contains("the server has no IED1LD0/MMXU7$MX$TotW"), "{said}");
         let nodes = "the logical nodes of IED1LD0 are ATCC1, GGIO1, LLN0, MMXU1";
         assert!(said.contains(nodes), "{said}");
-        let stats = stats(&scene);
+        let stats = scene.stats();
         for (id, value, quality, reason) in [
             ("Q1.Position", json!("closed"), "good", None),
             ("Q1.P", json!(63.5), "uncertain", Some("out of range")),
@@ -131,17 +103,17 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
         let Some(mut server) = Server::start() else { return };
         set_values(&mut server);
         let scene = scene(server.port);
-        let running = Process::start(&mut rendering(&scene, 5.0));
+        let running = Process::start(&mut scene.rendering(5.0));
         wait_for("a connection", PATIENCE, || has_client(server.port).then_some(()));
         // For values to come, on a loaded machine too.
         std::thread::sleep(READING);
         server.process.signal(signal);
         running.finish().expect_code(0);
-        for (id, tag) in stats(&scene).tags() {
+        for (id, tag) in scene.stats().tags() {
             let found = (tag.quality.as_str(), tag.reason.as_deref());
             assert_eq!(found, ("bad", Some("communication")), "{id} after {signal:?}");
         }
-        assert_eq!(stats(&scene).tag("Q1.P").value, json!(63.5), "the last value stays");
+        assert_eq!(scene.stats().tag("Q1.P").value, json!(63.5), "the last value stays");
     }
 }
 
@@ -158,7 +130,7 @@ fn what_is_wrong_with_a_reference_is_told_with_what_there_is() {
         let address = json!({"reference": reference, "fc": constraint});
         scene.config["tags"] =
             json!({"A": {"type": "f64", "source": {"plugin": "ied", "address": address}}});
-        let output = finish(&mut rendering(&scene, 1.5)).expect_code(0);
+        let output = finish(&mut scene.rendering(1.5)).expect_code(0);
         let said = output.stdout + &output.stderr;
         assert!(said.contains(words), "{reference}: {said}");
     }
@@ -185,7 +157,7 @@ fn a_scene_is_made_of_an_scl_file() {
     command.arg("render").arg(scene.path("imported.json")).args(["--size", "320x180"]);
     command.args(["--seconds", "3"]).arg("--out").arg(scene.path("picture.png"));
     finish(command.arg("--stats").arg(scene.path("stats.json"))).expect_code(0);
-    let stats = stats(&scene);
+    let stats = scene.stats();
     for (id, value) in [("XCBR1.Pos", json!("closed")), ("MMXU1.PhV.phsA", json!(0.0))] {
         let tag = stats.tag(&format!("IED1LD0/{id}"));
         assert_eq!((&tag.value, tag.quality.as_str()), (&value, "good"), "{id}");

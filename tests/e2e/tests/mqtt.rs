@@ -5,12 +5,11 @@
 #[path = "../../../plugins/mqtt/src/tests/broker.rs"]
 mod broker;
 
-use std::process::Command;
 use std::time::Duration;
 use std::{fs, thread};
 
 use broker::{Broker, Client};
-use e2e::{Process, Scene, Stats, built, built_folder, busbar, finish, workspace_path};
+use e2e::{Process, Scene, busbar, finish, workspace_path};
 use serde_json::{Value, json};
 
 /// For messages that have passed the broker to be read, loaded machines included.
@@ -28,9 +27,7 @@ fn scene(port: u16) -> Scene {
 /// The scene of the example below this heading of the page.
 fn scene_of(heading: &str) -> Scene {
     let mut scene = Scene::without_tags();
-    let library = scene.library("mqtt");
-    let name = library.file_name().expect("a name");
-    fs::copy(built(built_folder().join(name)), &library).expect("it can be copied");
+    scene.lend("mqtt");
     let page = fs::read_to_string(workspace_path("plugins/mqtt/README.md")).expect("it is there");
     let (_, below) = page.split_once(&format!("## {heading}\n")).expect("it has the heading");
     let lines = below.lines().skip_while(|line| !line.starts_with("    "));
@@ -41,19 +38,6 @@ fn scene_of(heading: &str) -> Scene {
         scene.config["tags"][id] = tag.clone();
     }
     scene
-}
-
-fn rendering(scene: &Scene, seconds: f64) -> Command {
-    let mut command = busbar();
-    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
-    command.arg("--out").arg(scene.path("picture.png"));
-    command.arg("--stats").arg(scene.path("stats.json"));
-    command.args(["--seconds", &seconds.to_string()]);
-    command
-}
-
-fn stats(scene: &Scene) -> Stats {
-    Stats::read(&scene.path("stats.json"))
 }
 
 /// What the example reads: by a publisher that keeps it, and by an edge node, which speaks
@@ -86,7 +70,7 @@ impl Sites {
 
 /// Runs the scene, and has the sites speak for as long as it connects.
 fn run(scene: &Scene, sites: &mut Sites, seconds: f64) -> Process {
-    let running = Process::start(&mut rendering(scene, seconds));
+    let running = Process::start(&mut scene.rendering(seconds));
     for _ in 0..8 {
         thread::sleep(Duration::from_millis(250));
         sites.speak();
@@ -101,7 +85,7 @@ fn the_example_of_the_page_shows_what_the_sites_publish() {
         let mut scene = scene(sites.broker.port);
         scene.config["isolation"] = json!(isolation);
         run(&scene, &mut sites, 4.0).finish().expect_code(0);
-        let stats = stats(&scene);
+        let stats = scene.stats();
         for (id, value) in [
             ("S7.Bay3.P", json!(21.5)),
             ("S7.Bay3.QB1", json!("closed")),
@@ -122,7 +106,7 @@ fn a_broker_that_is_killed_or_hangs_leaves_nothing_good() {
         thread::sleep(READING);
         sites.broker.signal(signal);
         running.finish().expect_code(0);
-        let stats = stats(&scene);
+        let stats = scene.stats();
         for (id, tag) in stats.tags() {
             let found = (tag.quality.as_str(), tag.reason.as_deref());
             assert_eq!(found, ("bad", Some("communication")), "{id} after {signal}");

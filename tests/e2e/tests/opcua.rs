@@ -2,14 +2,12 @@
 //! in the statistics, and what it no longer vouches for is bad.
 
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use e2e::{
-    Process, Scene, Stats, available, built, built_folder, busbar, finish, wait_for, workspace_path,
-};
+use e2e::peer::python;
+use e2e::{Process, Scene, finish, wait_for, workspace_path};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -27,14 +25,7 @@ struct Server {
 
 impl Server {
     fn start() -> Option<Self> {
-        let python = std::env::var_os("BUSBAR_PYTHON")
-            .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
-        let mut probe = Command::new(&python);
-        probe.args(["-c", "import asyncua"]).stderr(Stdio::null());
-        let has_peer = probe.status().is_ok_and(|status| status.success());
-        if !available(has_peer, "no asyncua: run `cargo xtask test`") {
-            return None;
-        }
+        let python = python("asyncua")?;
         let nodes = json!({"nodes": [
             {"id": "ns=2;s=S12D1Q3.P", "type": "Double", "value": 61_500.0},
             {"id": "ns=2;s=S12D1Q3.QA1", "type": "String", "value": "CLOSED"},
@@ -58,9 +49,7 @@ fn example() -> Value {
 
 fn scene(port: u16) -> Scene {
     let mut scene = Scene::without_tags();
-    let library = scene.library("opcua");
-    let name = library.file_name().expect("a name");
-    fs::copy(built(built_folder().join(name)), &library).expect("it can be copied");
+    scene.lend("opcua");
     let example = example();
     scene.config["plugins"]["plc"] = example["plugins"]["plc"].clone();
     let settings = &mut scene.config["plugins"]["plc"]["settings"];
@@ -74,27 +63,14 @@ fn scene(port: u16) -> Scene {
     scene
 }
 
-fn rendering(scene: &Scene, seconds: f64) -> Command {
-    let mut command = busbar();
-    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
-    command.arg("--out").arg(scene.path("picture.png"));
-    command.arg("--stats").arg(scene.path("stats.json"));
-    command.args(["--seconds", &seconds.to_string()]);
-    command
-}
-
-fn stats(scene: &Scene) -> Stats {
-    Stats::read(&scene.path("stats.json"))
-}
-
 #[test]
 fn the_example_of_the_page_shows_what_the_server_has() {
     let Some(server) = Server::start() else { return };
     for isolation in ["process", "none"] {
         let mut scene = scene(server.port);
         scene.config["isolation"] = json!(isolation);
-        finish(&mut rendering(&scene, 3.0)).expect_code(0);
-        let stats = stats(&scene);
+        finish(&mut scene.rendering(3.0)).expect_code(0);
+        let stats = scene.stats();
         for (id, value) in [("S12D1Q3.P", json!(61.5)), ("S12D1Q3.QA1", json!("closed"))] {
             let tag = stats.tag(id);
             assert_eq!((&tag.value, tag.quality.as_str()), (&value, "good"), "{id}, {isolation}");
@@ -107,17 +83,17 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
     for signal in [Signal::KILL, Signal::STOP] {
         let Some(server) = Server::start() else { return };
         let scene = scene(server.port);
-        let running = Process::start(&mut rendering(&scene, 6.0));
+        let running = Process::start(&mut scene.rendering(6.0));
         wait_for("a connection", PATIENCE, || is_connected(server.port).then_some(()));
         // Values follow at once.
         thread::sleep(READING);
         server.process.signal(signal);
         running.finish().expect_code(0);
-        for (id, tag) in stats(&scene).tags() {
+        for (id, tag) in scene.stats().tags() {
             let found = (tag.quality.as_str(), tag.reason.as_deref());
             assert_eq!(found, ("bad", Some("communication")), "{id} after {signal:?}");
         }
-        assert_eq!(stats(&scene).tag("S12D1Q3.P").value, json!(61.5), "the last value stays");
+        assert_eq!(scene.stats().tag("S12D1Q3.P").value, json!(61.5), "the last value stays");
     }
 }
 

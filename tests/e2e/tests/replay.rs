@@ -5,7 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use e2e::stats::Tag;
-use e2e::{Scene, Stats, built, built_folder, busbar, finish};
+use e2e::{Scene, Stats, busbar, finish};
 use serde_json::{Value, json};
 
 /// Samples a second of the COMTRADE recording.
@@ -14,8 +14,7 @@ const HERTZ: u64 = 100;
 /// A scene with these tags from one recording.
 fn scene(file: &str, text: &str, settings: Value, tags: &[(&str, &str, Value)]) -> Scene {
     let mut scene = Scene::without_tags();
-    let library = built(built_folder().join(scene.library("replay").file_name().expect("a name")));
-    fs::copy(library, scene.library("replay")).expect("it can be copied");
+    scene.lend("replay");
     let path = scene.path(file);
     fs::write(&path, text).expect("it can be written");
     let mut all = json!({ "file": path });

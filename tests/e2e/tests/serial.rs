@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use e2e::peer::Peer;
-use e2e::{Process, Scene, Stats, available, busbar, finish, wait_for};
+use e2e::{Process, Scene, available, finish, wait_for};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -78,19 +78,6 @@ fn unit_one(value: u16) -> Value {
     json!({"units": {"1": {"holding": {"0": value}}}})
 }
 
-fn rendering(scene: &Scene, seconds: f64) -> Command {
-    let mut command = busbar();
-    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
-    command.arg("--out").arg(scene.path("picture.png"));
-    command.arg("--stats").arg(scene.path("stats.json"));
-    command.args(["--seconds", &seconds.to_string()]);
-    command
-}
-
-fn stats(scene: &Scene) -> Stats {
-    Stats::read(&scene.path("stats.json"))
-}
-
 #[test]
 fn values_come_over_the_line_with_and_without_a_process() {
     let Some(line) = Line::lay() else { return };
@@ -98,8 +85,8 @@ fn values_come_over_the_line_with_and_without_a_process() {
     for isolation in ["process", "none"] {
         let mut scene = scene(&line.end("ours"));
         scene.config["isolation"] = json!(isolation);
-        finish(&mut rendering(&scene, 3.0)).expect_code(0);
-        let (there, absent) = (stats(&scene).tag("Unit1"), stats(&scene).tag("Unit2"));
+        finish(&mut scene.rendering(3.0)).expect_code(0);
+        let (there, absent) = (scene.stats().tag("Unit1"), scene.stats().tag("Unit2"));
         assert_eq!((there.value, there.quality.as_str()), (json!(230.0), "good"), "{isolation}");
         let found = (absent.quality.as_str(), absent.reason.as_deref());
         assert_eq!(found, ("bad", Some("communication")), "{isolation}");
@@ -111,13 +98,13 @@ fn a_line_that_is_cut_leaves_nothing_good() {
     let Some(line) = Line::lay() else { return };
     let Some(_peer) = Peer::start_serial(&line.end("theirs"), &unit_one(230)) else { return };
     let scene = scene(&line.end("ours"));
-    let running = Process::start(&mut rendering(&scene, 5.0));
+    let running = Process::start(&mut scene.rendering(5.0));
     line.wait_for_answers(ANSWERS);
     line.socat.signal(Signal::KILL);
     running.finish().expect_code(0);
-    for (id, tag) in stats(&scene).tags() {
+    for (id, tag) in scene.stats().tags() {
         let found = (tag.quality.as_str(), tag.reason.as_deref());
         assert_eq!(found, ("bad", Some("communication")), "{id}");
     }
-    assert_eq!(stats(&scene).tag("Unit1").value, json!(230.0), "the last value stays");
+    assert_eq!(scene.stats().tag("Unit1").value, json!(230.0), "the last value stays");
 }

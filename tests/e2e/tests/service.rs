@@ -11,6 +11,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use e2e::display::Display;
+use e2e::peer::python;
 use e2e::{Process, Scene, available, busbar, finish, wait_for, workspace_path};
 use serde_json::{Value, json};
 
@@ -136,16 +137,10 @@ fn page(address: &str) -> Option<String> {
 #[test]
 fn numbers_are_served_as_another_parser_reads_them() {
     let Some(display) = Display::start(SCREEN) else { return };
-    let python = std::env::var("BUSBAR_PYTHON")
-        .unwrap_or_else(|_| workspace_path("target/venv/bin/python").display().to_string());
+    let Some(python) = python("prometheus_client") else { return };
     let parser = "import sys, json\n\
         from prometheus_client.openmetrics.parser import text_string_to_metric_families as read\n\
         print(json.dumps([[s.name, s.labels, s.value] for f in read(sys.stdin.read()) for s in f.samples]))";
-    let has_parser = Command::new(&python).args(["-c", "import prometheus_client"]).status();
-    let remedy = "no prometheus_client: run `cargo xtask test`";
-    if !available(has_parser.is_ok_and(|status| status.success()), remedy) {
-        return;
-    }
     let port = TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("it").port();
     let address = format!("127.0.0.1:{port}");
     let mut scene = scene();

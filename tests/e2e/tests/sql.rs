@@ -10,9 +10,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use cluster::{Cluster, PASSWORD};
-use e2e::{
-    Process, Scene, Stats, available, built, built_folder, busbar, finish, wait_for, workspace_path,
-};
+use e2e::{Process, Scene, Stats, available, busbar, finish, wait_for, workspace_path};
 use serde_json::{Value, json};
 
 /// Long enough for a loaded machine.
@@ -28,9 +26,7 @@ const TABLE: &str = "CREATE TABLE latest (key text, value text, quality text, at
 
 fn scene(settings: Value) -> Scene {
     let mut scene = Scene::without_tags();
-    let library = scene.library("sql_adapter");
-    let name = library.file_name().expect("a name");
-    fs::copy(built(built_folder().join(name)), &library).expect("it can be copied");
+    scene.lend("sql_adapter");
     scene.config["plugins"]["database"] = json!({"plugin": "sql_adapter", "settings": settings});
     let address = |key: &str| json!({"query": "latest", "key": key});
     let mut breaker = address("breaker");
@@ -60,17 +56,9 @@ fn settings(cluster: &Cluster) -> Value {
 }
 
 fn rendering(scene: &Scene, seconds: f64) -> Command {
-    let mut command = busbar();
-    command.arg("render").arg(scene.write()).args(["--size", "320x180"]);
-    command.arg("--out").arg(scene.path("picture.png"));
-    command.arg("--stats").arg(scene.path("stats.json"));
-    command.args(["--seconds", &seconds.to_string()]);
+    let mut command = scene.rendering(seconds);
     command.env(NAMED, PASSWORD).env(OTHER, OTHER_PASSWORD);
     command
-}
-
-fn stats(scene: &Scene) -> Stats {
-    Stats::read(&scene.path("stats.json"))
 }
 
 #[track_caller]
@@ -91,7 +79,7 @@ fn values_are_those_of_the_database() {
         let said = output.stdout + &output.stderr;
         assert!(!said.contains(PASSWORD), "{said}");
         assert!(said.contains("no row has its key"), "{said}");
-        let stats = stats(&scene);
+        let stats = scene.stats();
         check(&stats, "Oil", json!(61.5), "good", None);
         check(&stats, "Breaker", json!("closed"), "good", None);
         check(&stats, "Winding", json!(70.5), "uncertain", Some("no reason given"));
@@ -118,11 +106,11 @@ fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
         });
         cluster.signal(signal);
         running.finish().expect_code(0);
-        for (id, tag) in stats(&scene).tags() {
+        for (id, tag) in scene.stats().tags() {
             let found = (tag.quality.as_str(), tag.reason.as_deref());
             assert_eq!(found, ("bad", Some("communication")), "{id} after {signal}");
         }
-        let kept = stats(&scene).tag("Oil").value;
+        let kept = scene.stats().tag("Oil").value;
         assert_eq!(kept, json!(61.5), "the last value stays");
     }
 }
@@ -160,7 +148,7 @@ fn a_password_reaches_its_plugin_and_no_other() {
         }
     }
     viewer.finish().expect_code(0);
-    check(&stats(&scene), "Oil", json!(61.5), "good", None);
+    check(&scene.stats(), "Oil", json!(61.5), "good", None);
 }
 
 #[test]
@@ -215,7 +203,7 @@ connection.executescript('''
         "queries": [{"name": "latest", "sql": sql, "poll_millis": 200}]
     }));
     finish(&mut rendering(&scene, 2.0)).expect_code(0);
-    let stats = stats(&scene);
+    let stats = scene.stats();
     check(&stats, "Oil", json!(61.5), "good", None);
     check(&stats, "Breaker", json!("closed"), "uncertain", Some("no reason given"));
     check(&stats, "Missing", Value::Null, "bad", Some("sensor"));

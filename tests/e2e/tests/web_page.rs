@@ -4,10 +4,11 @@
 //! `BUSBAR_PICTURES` names a folder for screenshots.
 
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use e2e::{Process, Scene, available, busbar, wait_for, workspace_path};
+use e2e::peer::python;
+use e2e::{Process, Scene, busbar, wait_for, workspace_path};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
@@ -29,15 +30,7 @@ struct Browser {
 
 impl Browser {
     fn start() -> Option<Self> {
-        let python = std::env::var_os("BUSBAR_PYTHON")
-            .map_or_else(|| workspace_path("target/venv/bin/python"), PathBuf::from);
-        let mut import = Command::new(&python);
-        import.args(["-c", "import playwright"]).stderr(Stdio::null());
-        let is_there = import.status().is_ok_and(|status| status.success());
-        if !available(is_there, "no playwright: run `cargo xtask test`") {
-            return None;
-        }
-        let mut command = Command::new(python);
+        let mut command = Command::new(python("playwright")?);
         let process = Process::start(command.arg(workspace_path("tests/peers/web_browser.py")));
         process.wait_for_line(|line| (line == "READY").then_some(()));
         Some(Self { process, answers: 0 })

@@ -30,6 +30,26 @@ const STRUCK: u64 = 4;
 /// Between two looks at what is held.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
+/// Checks values that say which tag they are of, in bits 24 and up, and when they were made, by
+/// a number that counts up below: none is of another tag, and none older than one before. How
+/// many there were of each tag.
+///
+/// # Panics
+/// When one is.
+#[track_caller]
+pub fn check_stamps<const N: usize>(values: &[(u32, i64)], tags: [u32; N]) -> [usize; N] {
+    tags.map(|tag| {
+        let (mut newest, mut count) = (0, 0);
+        for (_, value) in values.iter().filter(|(of, _)| *of == tag) {
+            let (owner, number) = (value >> 24, value & 0xFF_FFFF);
+            assert_eq!(owner, i64::from(tag), "a value of another tag");
+            assert!(number >= newest, "tag {tag}: {number} after {newest}");
+            (newest, count) = (number, count + 1);
+        }
+        count
+    })
+}
+
 impl FaultProxy {
     /// Lets `count` connections come and break; every `pause` it hangs up on one whose fault is
     /// among `endless`.

@@ -29,7 +29,7 @@ use tokio::task::JoinSet;
 
 use crate::connection::Connection;
 #[cfg(target_os = "linux")]
-pub use crate::drill::{ALL_FAULTS, ENDLESS_FAULTS, MAX_DRILL};
+pub use crate::drill::{ALL_FAULTS, ENDLESS_FAULTS, MAX_DRILL, check_stamps};
 pub use crate::fault::{Fault, Plan, Script};
 #[cfg(target_os = "linux")]
 pub use crate::usage::Usage;

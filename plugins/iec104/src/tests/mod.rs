@@ -13,7 +13,7 @@ mod tls;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::testing::{Recorder, Recording, Watched, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
 };
@@ -29,10 +29,7 @@ const QUICK: Reconnect =
     Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// A running plugin, and what it published.
-struct Running {
-    plugin: Iec104,
-    recorder: Recorder,
-}
+type Running = Watched<Iec104>;
 
 /// Starts a plugin; `settings` are added to quick ones.
 fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
@@ -53,45 +50,7 @@ fn start_with(
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Iec104::create(settings, host()).unwrap();
     plugin.config.reconnect = delays;
-    let recorder = Recorder::new();
-    plugin.start(tags, recorder.sink()).unwrap();
-    Running { plugin, recorder }
-}
-
-impl Running {
-    fn wait_for(&self, tag: u32, value: Value) {
-        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
-    }
-
-    fn wait_for_bad(&self, tag: u32, reason: Reason) {
-        self.wait("quality", tag, |sample| sample.quality == Quality::Bad(reason));
-    }
-
-    #[track_caller]
-    fn wait(&self, what: &str, tag: u32, wanted: impl Fn(&Sample) -> bool) {
-        let arrived =
-            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
-        assert!(
-            arrived,
-            "{what} of tag {tag}: {:?}; links {:?}",
-            self.recorder.latest(tag),
-            self.recorder.recording().links
-        );
-    }
-
-    /// Waits for a link report.
-    #[track_caller]
-    fn wait_for_link(&self, state: LinkState, message: &str) {
-        let said = |seen: &Recording| {
-            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
-        };
-        let links = || self.recorder.recording().links;
-        assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
-    }
-
-    fn has_good_samples(&self) -> bool {
-        self.recorder.recording().samples.iter().any(|s| s.quality.is_good())
-    }
+    Watched::start(plugin, tags, PATIENCE)
 }
 
 /// A tag named by its object address.

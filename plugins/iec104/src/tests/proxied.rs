@@ -1,6 +1,6 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
-use fault_proxy::{ALL_FAULTS, ENDLESS_FAULTS, Fault, FaultProxy, Script, Usage};
+use fault_proxy::{ALL_FAULTS, ENDLESS_FAULTS, Fault, FaultProxy, Script, Usage, check_stamps};
 
 use peer_process::Peer;
 
@@ -33,26 +33,6 @@ fn proxy(peer: &Peer, script: &Script) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], peer.port).into(), script.clone()).unwrap()
 }
 
-/// Checks that every value is of its tag, and none older than one before; how many
-/// there were of each.
-#[track_caller]
-fn check_values(recording: &Recording) -> [usize; TAGS.len()] {
-    assert!(recording.samples.len() < busbar_plugin_sdk::testing::MAX_RECORDED);
-    TAGS.map(|tag| {
-        let of_tag = recording.samples.iter().filter(|sample| sample.tag == tag);
-        let (mut newest, mut count) = (0, 0);
-        for value in of_tag.filter_map(|sample| sample.value) {
-            let Value::I64(value) = value else { panic!("{value:?}") };
-            let (ioa, number) = (value >> 24, value & 0xFF_FFFF);
-            assert_eq!(ioa, i64::from(tag), "a value of another tag");
-            assert!(number >= newest, "tag {tag}: {number} after {newest}");
-            newest = number;
-            count += 1;
-        }
-        count
-    })
-}
-
 #[test]
 fn no_value_is_wrong_whatever_happens_to_connections() {
     let Some(peer) = station() else { return };
@@ -60,7 +40,7 @@ fn no_value_is_wrong_whatever_happens_to_connections() {
     let proxy = proxy(&peer, &script);
     let running = start_with(proxy.port(), quick(), AT_ONCE, tags());
     proxy.break_all(&script, CONNECTIONS, Duration::from_millis(200), &ENDLESS_FAULTS);
-    let counts = check_values(&running.recorder.recording());
+    let counts = check_stamps(&running.recorder.recording().integers(), TAGS);
     assert!(counts.iter().all(|count| *count >= 20), "{counts:?}");
 }
 
@@ -72,7 +52,7 @@ fn a_thousand_reconnects_leave_nothing_behind() {
     let proxy = proxy(&peer, &Script { seed: 3, faults, max_bytes: 60 });
     let running = start_with(proxy.port(), quick(), AT_ONCE, tags());
     proxy.wear_out(1000, before);
-    check_values(&running.recorder.recording());
+    check_stamps(&running.recorder.recording().integers(), TAGS);
     drop(running);
     drop(proxy);
     Usage::now().assert_within(before);

@@ -19,7 +19,7 @@ mod types;
 use std::time::Duration;
 
 use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::testing::{Recorder, Recording, Watched, host, tag_spec};
 use busbar_plugin_sdk::{LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind};
 use serde_json::json;
 
@@ -29,10 +29,7 @@ use crate::{ModbusAdapter, Settings};
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// An adapter that polls fast, and what it published.
-struct Running {
-    adapter: ModbusAdapter,
-    recorder: Recorder,
-}
+type Running = Watched<ModbusAdapter>;
 
 /// Delays that the settings would not allow.
 const QUICK: Reconnect =
@@ -52,9 +49,7 @@ fn start_with(settings: serde_json::Value, delays: Reconnect, tags: Vec<TagSpec>
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut adapter = ModbusAdapter::create(settings, host()).unwrap();
     adapter.config.reconnect = delays;
-    let recorder = Recorder::new();
-    adapter.start(tags, recorder.sink()).unwrap();
-    Running { adapter, recorder }
+    Watched::start(adapter, tags, PATIENCE)
 }
 
 fn add(all: &mut serde_json::Value, settings: serde_json::Value) {
@@ -62,42 +57,6 @@ fn add(all: &mut serde_json::Value, settings: serde_json::Value) {
         panic!("settings are an object");
     };
     all.extend(settings);
-}
-
-impl Running {
-    fn wait_for(&self, tag: u32, value: Value) {
-        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
-    }
-
-    fn wait_for_bad(&self, tag: u32, reason: Reason) {
-        self.wait("quality", tag, |sample| sample.quality == Quality::Bad(reason));
-    }
-
-    fn wait(&self, what: &str, tag: u32, wanted: impl Fn(&busbar_plugin_sdk::Sample) -> bool) {
-        let arrived =
-            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
-        assert!(
-            arrived,
-            "{what} of tag {tag}: {:?}; links {:?}",
-            self.recorder.latest(tag),
-            self.recorder.recording().links
-        );
-    }
-
-    /// Waits for a link report.
-    #[track_caller]
-    fn wait_for_link(&self, state: LinkState, message: &str) {
-        let said = |seen: &Recording| {
-            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
-        };
-        let links = || self.recorder.recording().links;
-        assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
-    }
-
-    fn has_good_samples(&self) -> bool {
-        let recording = self.recorder.recording();
-        recording.samples.iter().any(|s| s.quality.is_good())
-    }
 }
 
 pub(crate) fn holding(tag: u32, register: u16) -> TagSpec {

@@ -144,13 +144,13 @@ fn stop_is_quick_while_a_request_hangs_and_leaves_no_thread() {
     std::thread::sleep(Duration::from_millis(200));
     assert!(has_thread(port));
     let stopping = Instant::now();
-    running.adapter.stop();
+    running.plugin.stop();
     assert!(stopping.elapsed() < Duration::from_secs(2));
     assert!(!has_thread(port));
     // And it can start again.
     peer.command("thaw");
     let recorder = Recorder::new();
-    let start = running.adapter.start(vec![holding(1, 0)], recorder.sink());
+    let start = running.plugin.start(vec![holding(1, 0)], recorder.sink());
     start.unwrap();
     assert!(
         recorder

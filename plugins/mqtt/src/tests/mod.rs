@@ -10,7 +10,7 @@ mod tls;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::testing::{Watched, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
 };
@@ -27,10 +27,7 @@ const QUICK: Reconnect =
     Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// A running plugin, and what it published.
-struct Running {
-    plugin: Mqtt,
-    recorder: Recorder,
-}
+type Running = Watched<Mqtt>;
 
 /// Starts a plugin; `settings` are added to its host and port.
 fn start(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
@@ -45,52 +42,7 @@ fn start_only(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = Mqtt::create(settings, host()).unwrap();
     plugin.config.reconnect = QUICK;
-    let recorder = Recorder::new();
-    plugin.start(tags, recorder.sink()).unwrap();
-    Running { plugin, recorder }
-}
-
-impl Running {
-    #[track_caller]
-    fn wait_for(&self, tag: u32, value: Value) {
-        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
-    }
-
-    #[track_caller]
-    fn wait_for_quality(&self, tag: u32, quality: Quality) {
-        self.wait("quality", tag, |sample| sample.quality == quality);
-    }
-
-    #[track_caller]
-    fn wait_for_bad(&self, tag: u32, reason: Reason) {
-        self.wait_for_quality(tag, Quality::Bad(reason));
-    }
-
-    #[track_caller]
-    fn wait(&self, what: &str, tag: u32, wanted: impl Fn(&Sample) -> bool) {
-        let arrived =
-            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
-        assert!(
-            arrived,
-            "{what} of tag {tag}: {:?}; links {:?}",
-            self.recorder.latest(tag),
-            self.recorder.recording().links
-        );
-    }
-
-    /// Waits for a link report.
-    #[track_caller]
-    fn wait_for_link(&self, state: LinkState, message: &str) {
-        let said = |seen: &Recording| {
-            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
-        };
-        let arrived = self.recorder.wait_until(PATIENCE, said);
-        assert!(arrived, "{state:?} {message}: {:?}", self.recorder.recording().links);
-    }
-
-    fn has_good_samples(&self) -> bool {
-        self.recorder.recording().samples.iter().any(|sample| sample.quality.is_good())
-    }
+    Watched::start(plugin, tags, PATIENCE)
 }
 
 /// A tag of this number and address.

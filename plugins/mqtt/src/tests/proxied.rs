@@ -1,7 +1,7 @@
 //! Over connections that break in every way: no wrong value, nothing left behind.
 
 use busbar_link::testing::Authority;
-use fault_proxy::{Fault, FaultProxy, Script, Usage};
+use fault_proxy::{Fault, FaultProxy, Script, Usage, check_stamps};
 
 use super::*;
 
@@ -54,33 +54,11 @@ fn connect_with(proxy: &FaultProxy, settings: &Json) -> Running {
     let mut plugin = Mqtt::create(settings, host()).unwrap();
     plugin.config.reconnect = AT_ONCE;
     plugin.config.keep_alive = Duration::from_millis(800);
-    let recorder = Recorder::new();
-    plugin.start(tags.into(), recorder.sink()).unwrap();
-    Running { plugin, recorder }
+    Watched::start(plugin, tags.into(), PATIENCE)
 }
 
 fn proxy(broker: &Broker, script: &Script) -> FaultProxy {
     FaultProxy::start(([127, 0, 0, 1], broker.port).into(), script.clone()).unwrap()
-}
-
-/// Checks that every value is of its tag, and none older than one before; how many there
-/// were of each.
-#[track_caller]
-fn check_values(recording: &Recording) -> [usize; TAGS.len()] {
-    assert!(recording.samples.len() < busbar_plugin_sdk::testing::MAX_RECORDED);
-    TAGS.map(|tag| {
-        let of_tag = recording.samples.iter().filter(|sample| sample.tag == tag);
-        let (mut newest, mut count) = (0, 0);
-        for value in of_tag.filter_map(|sample| sample.value) {
-            let Value::I64(value) = value else { panic!("{value:?}") };
-            assert_eq!(value >> 24, i64::from(tag), "a value of another tag");
-            let number = value & 0xFF_FFFF;
-            assert!(number >= newest, "tag {tag}: {number} after {newest}");
-            newest = number;
-            count += 1;
-        }
-        count
-    })
 }
 
 #[test]
@@ -110,7 +88,7 @@ fn check_faults(broker: &Broker, faults: &[Fault], settings: &Json) {
     let proxy = proxy(broker, &script);
     let running = connect_with(&proxy, settings);
     proxy.break_all(&script, CONNECTIONS, Duration::from_millis(300), &ENDLESS);
-    let counts = check_values(&running.recorder.recording());
+    let counts = check_stamps(&running.recorder.recording().integers(), TAGS);
     assert!(counts.iter().all(|count| *count >= 20), "{counts:?}");
 }
 
@@ -124,7 +102,7 @@ fn reconnects_leave_nothing_behind() {
     let proxy = proxy(&broker, &Script { seed: 3, faults, max_bytes: 60 });
     let running = connect(&proxy);
     proxy.wear_out(RECONNECTS, before);
-    check_values(&running.recorder.recording());
+    check_stamps(&running.recorder.recording().integers(), TAGS);
     drop(running);
     drop(proxy);
     Usage::now().assert_within(before);

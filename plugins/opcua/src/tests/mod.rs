@@ -11,10 +11,8 @@ mod secured;
 use std::time::{Duration, UNIX_EPOCH};
 
 use busbar_link::Reconnect;
-use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
-use busbar_plugin_sdk::{
-    LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
-};
+use busbar_plugin_sdk::testing::{Recording, Watched, host, tag_spec};
+use busbar_plugin_sdk::{LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use crate::{OpcUa, Settings};
@@ -27,10 +25,7 @@ const QUICK: Reconnect =
     Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// A running plugin, and what it published.
-struct Running {
-    plugin: OpcUa,
-    recorder: Recorder,
-}
+type Running = Watched<OpcUa>;
 
 /// Starts a plugin; `settings` are added to quick ones.
 fn start(port: u16, settings: &Json, tags: Vec<TagSpec>) -> Running {
@@ -44,61 +39,7 @@ fn start_with(port: u16, settings: &Json, delays: Reconnect, tags: Vec<TagSpec>)
     let settings: Settings = serde_json::from_value(all).unwrap();
     let mut plugin = OpcUa::create(settings, host()).unwrap();
     plugin.config.reconnect = delays;
-    let recorder = Recorder::new();
-    plugin.start(tags, recorder.sink()).unwrap();
-    Running { plugin, recorder }
-}
-
-impl Running {
-    #[track_caller]
-    fn wait_for(&self, tag: u32, value: Value) {
-        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
-    }
-
-    #[track_caller]
-    fn wait_for_bad(&self, tag: u32, reason: Reason) {
-        self.wait("quality", tag, |sample| sample.quality == Quality::Bad(reason));
-    }
-
-    #[track_caller]
-    fn wait(&self, what: &str, tag: u32, wanted: impl Fn(&Sample) -> bool) {
-        let arrived =
-            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
-        assert!(
-            arrived,
-            "{what} of tag {tag}: {:?}; links {:?}",
-            self.recorder.latest(tag),
-            self.last_links()
-        );
-    }
-
-    /// Waits for a sample, were it overtaken since.
-    #[track_caller]
-    fn wait_for_any(&self, tag: u32, wanted: impl Fn(&Sample) -> bool) {
-        let has = |seen: &Recording| seen.samples.iter().any(|s| s.tag == tag && wanted(s));
-        let latest = || self.recorder.latest(tag);
-        assert!(self.recorder.wait_until(PATIENCE, has), "tag {tag}: {:?}", latest());
-    }
-
-    /// Waits for a link report.
-    #[track_caller]
-    fn wait_for_link(&self, state: LinkState, message: &str) {
-        let said = |seen: &Recording| {
-            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
-        };
-        let arrived = self.recorder.wait_until(PATIENCE, said);
-        assert!(arrived, "{state:?} {message}: {:?}", self.last_links());
-    }
-
-    /// The last reports of the link, for messages.
-    fn last_links(&self) -> Vec<(LinkState, String)> {
-        let links = self.recorder.recording().links;
-        links.into_iter().rev().take(4).collect()
-    }
-
-    fn has_good_samples(&self) -> bool {
-        self.recorder.recording().samples.iter().any(|s| s.quality.is_good())
-    }
+    Watched::start(plugin, tags, PATIENCE)
 }
 
 /// A tag by its node's name in the server's own namespace.

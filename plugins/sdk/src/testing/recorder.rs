@@ -26,6 +26,20 @@ impl Recording {
     pub fn latest(&self, tag: u32) -> Option<Sample> {
         self.samples.iter().rfind(|s| s.tag == tag).copied()
     }
+
+    /// The values of all samples that have one, with their tags, in order.
+    ///
+    /// # Panics
+    /// When one is no integer, or older ones may be gone.
+    #[track_caller]
+    pub fn integers(&self) -> Vec<(u32, i64)> {
+        assert!(self.samples.len() < MAX_RECORDED, "older samples may be gone");
+        let integer = |sample: &Sample| match sample.value? {
+            Value::I64(value) => Some((sample.tag, value)),
+            other => panic!("{other:?} of tag {}", sample.tag),
+        };
+        self.samples.iter().filter_map(integer).collect()
+    }
 }
 
 /// A host's end of [`SampleSink`] that keeps what it is given. Samples pass

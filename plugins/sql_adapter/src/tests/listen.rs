@@ -126,7 +126,7 @@ fn hostile_payloads_change_no_other_tag() {
     running.wait_for(2, Value::F64(2.0));
     let told = r#"{"tag": "a", "value": "7.5", "quality": "uncertain", "time": 1700000000}"#;
     cluster.sql(&format!("SELECT pg_notify('New \"values\"', '{told}')"));
-    running.wait(1, |sample| {
+    running.wait("sample", 1, |sample| {
         sample.value == Some(Value::F64(7.5))
             && sample.quality == Quality::Uncertain(Reason::Unknown)
             && sample.source_time.is_some()

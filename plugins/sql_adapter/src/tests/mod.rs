@@ -11,7 +11,7 @@ mod values;
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
+use busbar_plugin_sdk::testing::{Recorder, Watched, host, tag_spec};
 use busbar_plugin_sdk::{
     DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
 };
@@ -23,16 +23,11 @@ use crate::{Settings, SqlAdapter};
 const PATIENCE: Duration = Duration::from_secs(40);
 
 /// A running plugin, and what it published.
-struct Running {
-    plugin: SqlAdapter,
-    recorder: Recorder,
-}
+type Running = Watched<SqlAdapter>;
 
 fn start(settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
-    let mut plugin = create(settings);
-    let recorder = Recorder::new();
-    plugin.start(tags, recorder.sink()).unwrap();
-    Running { plugin, recorder }
+    let plugin = create(settings);
+    Watched::start(plugin, tags, PATIENCE)
 }
 
 fn create(mut settings: serde_json::Value) -> SqlAdapter {
@@ -40,40 +35,6 @@ fn create(mut settings: serde_json::Value) -> SqlAdapter {
     settings.as_object_mut().unwrap().entry("reconnect").or_insert(quick);
     let settings: Settings = serde_json::from_value(settings).unwrap();
     SqlAdapter::create(settings, host()).unwrap()
-}
-
-impl Running {
-    #[track_caller]
-    fn wait_for(&self, tag: u32, value: Value) {
-        self.wait(tag, |sample| sample.value == Some(value) && sample.quality.is_good());
-    }
-
-    #[track_caller]
-    fn wait_for_bad(&self, tag: u32, reason: Reason) {
-        self.wait(tag, |sample| sample.quality == Quality::Bad(reason));
-    }
-
-    #[track_caller]
-    fn wait(&self, tag: u32, wanted: impl Fn(&Sample) -> bool) {
-        let arrived =
-            self.recorder.wait_until(PATIENCE, |seen| seen.latest(tag).is_some_and(|s| wanted(&s)));
-        let links = || self.recorder.recording().links;
-        assert!(arrived, "tag {tag}: {:?}; links {:?}", self.recorder.latest(tag), links());
-    }
-
-    /// Waits for a link report.
-    #[track_caller]
-    fn wait_for_link(&self, state: LinkState, message: &str) {
-        let said = |seen: &Recording| {
-            seen.links.iter().any(|(found, said)| *found == state && said.contains(message))
-        };
-        let links = || self.recorder.recording().links;
-        assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
-    }
-
-    fn has_good_samples(&self) -> bool {
-        self.recorder.recording().samples.iter().any(|s| s.quality.is_good())
-    }
 }
 
 /// A tag named by the key of a query.

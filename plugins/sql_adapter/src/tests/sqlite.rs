@@ -83,11 +83,13 @@ fn its_own_times_are_utc() {
     let settings = database.settings(&[query("latest", sql)]);
     let running = start(settings, vec![key(1, "latest", "T1.Oil", ValueKind::F64)]);
     let expected = std::time::UNIX_EPOCH + Duration::from_secs(1_795_319_429);
-    running.wait(1, |sample| sample.source_time == Some(expected));
+    running.wait("sample", 1, |sample| sample.source_time == Some(expected));
     database.sql("UPDATE latest SET at = 'last week'");
     running.wait_for_bad(1, Reason::Configuration);
     database.sql("UPDATE latest SET at = unixepoch('2026-11-22 03:50:29')");
-    running.wait(1, |sample| sample.source_time == Some(expected) && sample.quality.is_good());
+    running.wait("sample", 1, |sample| {
+        sample.source_time == Some(expected) && sample.quality.is_good()
+    });
 }
 
 #[test]

@@ -115,13 +115,13 @@ fn rows_come_with_quality_and_time_and_go() {
     let at = |sample: Option<Sample>| -> Option<SystemTime> { sample?.source_time };
     let millis = Some(UNIX_EPOCH + Duration::from_millis(1_795_319_429_250));
     assert_eq!(at(running.recorder.latest(1)), millis);
-    running.wait(2, |sample| sample.quality == Quality::Uncertain(Reason::Unknown));
-    running.wait(3, |sample| {
+    running.wait("sample", 2, |sample| sample.quality == Quality::Uncertain(Reason::Unknown));
+    running.wait("sample", 3, |sample| {
         sample.quality == Quality::Bad(Reason::Sensor) && sample.value == Some(Value::F64(63.5))
     });
     running.wait_for_bad(4, Reason::Configuration);
     running.wait_for_bad(5, Reason::Sensor);
-    running.wait(6, |sample| {
+    running.wait("sample", 6, |sample| {
         sample.source_time == Some(UNIX_EPOCH + Duration::from_secs(1_700_000_000))
             && sample.quality == Quality::Uncertain(Reason::Unknown)
     });
