@@ -197,6 +197,17 @@ impl Fault {
 }
 
 impl Request {
+    /// How many tags it brings.
+    pub(crate) fn tags(&self) -> u32 {
+        let count = match self {
+            Self::Check { tags } | Self::Start { tags } => tags.len(),
+            Self::Simulate { tags, .. } => tags.len(),
+            Self::Configure { bindings } => bindings.len(),
+            _ => 0,
+        };
+        u32::try_from(count).unwrap_or(u32::MAX)
+    }
+
     /// What it is called in messages for people.
     pub(crate) fn name(&self) -> &'static str {
         match self {

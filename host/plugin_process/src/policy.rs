@@ -37,7 +37,8 @@ impl Default for RestartPolicy {
 /// How long a plugin's calls may take before its process is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadlines {
-    /// Of loading, creating, checking, starting and configuring.
+    /// Of loading, creating, checking, starting and configuring, beside what each tag
+    /// of such a call adds.
     pub lifecycle: Duration,
     /// Between two reports of progress of an optimiser or a command.
     pub optimize: Duration,

@@ -25,6 +25,9 @@ use busbar_protocol::socket;
 
 /// The longest that working out a picture takes.
 const DRAW_DEADLINE: Duration = Duration::from_secs(1);
+/// What a call that takes tags may take longer for each: half a million on a busy machine
+/// want more than the 10 s that are enough for a few.
+const DEADLINE_PER_TAG: Duration = Duration::from_micros(100);
 /// Calls under way at once.
 const MAX_CALLS: usize = 256;
 
@@ -222,7 +225,7 @@ impl Shared {
         let allowance = match request {
             Request::Draw { .. } => DRAW_DEADLINE,
             Request::Optimize { .. } | Request::Run { .. } => state.deadlines.optimize,
-            _ => state.deadlines.lifecycle,
+            _ => state.deadlines.lifecycle + DEADLINE_PER_TAG * request.tags(),
         };
         let call = self.next_call.fetch_add(1, Ordering::Relaxed);
         let deadline = Instant::now() + allowance;

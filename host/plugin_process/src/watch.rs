@@ -58,6 +58,9 @@ pub(crate) struct Watch<'a> {
     buffer: Vec<u8>,
     last_turn: Instant,
     pinged: Instant,
+    /// Whether it ever said anything: until then it comes from the disk, which may take
+    /// long, nothing rests on it, and the deadline of its loading alone counts.
+    is_there: bool,
     /// When the ping that was not answered yet was sent.
     unanswered: Option<Instant>,
     weighed: Option<Instant>,
@@ -79,6 +82,7 @@ impl<'a> Watch<'a> {
             buffer: vec![0; READ_BYTES],
             last_turn: now,
             pinged: now,
+            is_there: false,
             unanswered: None,
             weighed: None,
             quitting: None,
@@ -147,6 +151,7 @@ impl<'a> Watch<'a> {
     }
 
     fn take(&mut self, message: FromPlugin) -> Result<(), Lapse> {
+        self.is_there = true;
         match message {
             FromPlugin::Pong => self.unanswered = None,
             FromPlugin::Link { state, message } => {
@@ -267,7 +272,7 @@ impl<'a> Watch<'a> {
             (Some(since), _) if now - since > HEARTBEAT_DEADLINE => {
                 Err(format!("no heartbeat for {HEARTBEAT_DEADLINE:?}"))
             }
-            (None, Some(connection)) if now - self.pinged > PING_PERIOD => {
+            (None, Some(connection)) if self.is_there && now - self.pinged > PING_PERIOD => {
                 (self.pinged, self.unanswered) = (now, Some(now));
                 connection.send(&ToPlugin::Ping, &[]);
                 Ok(())
@@ -339,3 +344,7 @@ pub(crate) fn clear_wake(shared: &Shared) {
 pub(crate) fn timespec(duration: Duration) -> Timespec {
     Timespec { tv_sec: duration.as_secs() as i64, tv_nsec: i64::from(duration.subsec_nanos()) }
 }
+
+#[cfg(test)]
+#[path = "watch_tests.rs"]
+mod tests;

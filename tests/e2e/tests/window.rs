@@ -5,7 +5,8 @@
 
 use e2e::display::{Display, LEFT_BUTTON, RIGHT_BUTTON, WHEEL_UP};
 use e2e::glb::{self, WeldedMesh};
-use e2e::{Process, Scene, Stats, busbar};
+use e2e::window::Window;
+use e2e::{Process, Scene, Stats};
 use serde_json::json;
 
 const SCREEN: [u32; 2] = [1024, 640];
@@ -33,26 +34,16 @@ fn scene() -> Scene {
 }
 
 /// Opens the window, and has hands at it until it closes.
-fn view(scene: &Scene, seconds: u32, hands: impl FnOnce(&Display, &Process)) -> Option<Stats> {
-    let display = Display::start(SCREEN)?;
-    let mut command = busbar();
-    command.arg("view").arg(scene.write()).args(["--seconds", &seconds.to_string()]);
-    command.arg("--validation").arg("--stats").arg(scene.path("stats.json"));
-    command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
-    command.env_remove("WAYLAND_SOCKET").env("WINIT_X11_SCALE_FACTOR", "1");
-    let process = Process::start(&mut command);
-    process.wait_for_line(|line| (line == "ready").then_some(()));
-    hands(&display, &process);
-    process.finish().expect_code(0);
-    let stats = Stats::read(&scene.path("stats.json"));
-    assert_eq!(stats.0["validation_messages"], json!([]));
-    Some(stats)
+fn view(scene: Scene, seconds: u32, hands: impl FnOnce(&Display, &Process)) -> Option<Stats> {
+    let window = Window::open(scene, Display::start(SCREEN)?, seconds);
+    hands(&window.display, &window.process);
+    Some(window.close())
 }
 
 #[test]
 fn the_theta_slider_takes_triangles_away() {
     let scene = scene();
-    let stats = view(&scene, 5, |display, process| {
+    let stats = view(scene, 5, |display, process| {
         display.click_button(LEFT_BUTTON, DISPLAY_TAB);
         display.drag(LEFT_BUTTON, SLIDER_LEFT, SLIDER_MIDDLE);
         while !process.is_over() {
@@ -105,7 +96,7 @@ fn gestures_pick_and_move() {
     ];
     for (name, gesture, place, expected) in cases {
         let scene = slab_scene();
-        let stats = view(&scene, 3, |display, process| {
+        let stats = view(scene, 3, |display, process| {
             gesture(display);
             while !process.is_over() {
                 display.click_button(LEFT_BUTTON, place);
@@ -134,7 +125,7 @@ fn two_hundred_frames_with_resizes_are_silent() {
         [1000, 200],
         [800, 500],
     ];
-    let stats = view(&scene, 20, |display, process| {
+    let stats = view(scene, 20, |display, process| {
         let window = display.xdotool("search --name Busbar").stdout;
         let window = window.trim();
         for [width, height] in sizes {
