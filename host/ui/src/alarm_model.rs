@@ -136,8 +136,6 @@ pub struct AlarmRow {
     pub is_saving: bool,
     /// The system that decides on it, where that is not done here.
     pub source: Option<String>,
-    /// How long nothing was heard of that system, where it is lost.
-    pub stale: Option<Duration>,
 }
 
 /// A system whose alarms are shown and decided on elsewhere.

@@ -236,7 +236,7 @@ fn notes(alarm: &AlarmRow) -> String {
     let count = (alarm.occurrences > 0).then(|| format!("{}×", alarm.occurrences));
     let left = alarm.shelf_left.map(|left| format!("{} left", age_text(left)));
     let words = [
-        alarm.stale.map(|age| format!("stale {}", age_text(age))),
+        alarm.doubt.clone().filter(|_| alarm.source.is_some()),
         left,
         count,
         alarm.chatters.then(|| "chattering".to_owned()),

@@ -261,7 +261,7 @@ impl Alarming {
             certain: sourced.is_certain(source),
             occurrences: 0,
             source: Some(source.name().to_owned()),
-            doubt: source.doubt_of(&sourced.alarm).1,
+            doubt: source.doubt_of(&sourced.alarm),
         })
     }
 

@@ -223,7 +223,10 @@ fn alarms_of_a_frozen_server_are_stale_within_its_limit_and_current_once_it_goes
 #[test]
 fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
     let Some(server) = Server::start(0, &only_hot(true, false)) else { return };
-    let mut view = View::open(&scene(server.port, "process").write());
+    let mut scene = scene(server.port, "process");
+    // Long enough to be seen.
+    scene.config["supervision"] = json!({ "restart_millis": 3000 });
+    let mut view = View::open(&scene.write());
     view.until_current(AlarmState::B);
     let stats = view.viewer.stats();
     let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc").expect("it is there");

@@ -64,7 +64,6 @@ impl Rows<'_> {
     fn sourced_row(&self, alarming: &Alarming, source: &Source, sourced: &Sourced) -> AlarmRow {
         let (alarm, wall_clock) = (&sourced.alarm, alarming.wall_clock);
         let standing = alarm.standing();
-        let (stale, doubt) = source.doubt_of(alarm);
         AlarmRow {
             number: sourced.number.0,
             id: sourced.id(source),
@@ -73,12 +72,11 @@ impl Rows<'_> {
             state: alarm.state_name(),
             is_unacknowledged: standing.state().is_unacknowledged(),
             is_active: standing.is_active,
-            doubt,
+            doubt: source.doubt_of(alarm),
             time: alarm.since().map_or_else(String::new, |at| words::time(at, wall_clock)),
             age: alarm.since().map(|since| elapsed(since, wall_clock)),
             equipment: self.equipment(alarming, sourced.number),
             source: Some(source.name().to_owned()),
-            stale,
             ..AlarmRow::default()
         }
     }
@@ -160,7 +158,10 @@ impl Rows<'_> {
     fn detail(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<AlarmDetail> {
         if let Some((source, sourced)) = alarming.sources.get(alarm) {
             return Some(AlarmDetail {
-                row: self.sourced_row(alarming, source, sourced),
+                row: AlarmRow {
+                    doubt: source.long_doubt_of(&sourced.alarm),
+                    ..self.sourced_row(alarming, source, sourced)
+                },
                 condition: sourced.alarm.name.clone(),
                 decided_by: Some(format!("'{}'", source.name())),
                 can_ask: alarming.has_host,

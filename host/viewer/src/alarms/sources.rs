@@ -93,11 +93,6 @@ impl Sources {
         let (mut is_new, now) = (false, Instant::now());
         for source in &mut self.all {
             if let Some((news, health)) = source.reader.as_ref().map(Reader::take) {
-                if health.fault != source.health.fault
-                    && let Some(fault) = &health.fault
-                {
-                    tracing::warn!(plugin = source.config.plugin, "alarms are stale: {fault}");
-                }
                 // What was inherited was heard by another reader.
                 let heard = health.heard.max(source.health.heard);
                 source.health = Health { heard, ..health };
@@ -106,9 +101,12 @@ impl Sources {
                     is_new = true;
                 }
             }
-            let is_stale = source.why_stale(now).is_some();
-            if std::mem::replace(&mut source.is_stale, is_stale) != is_stale {
+            let why = source.why_stale(now);
+            if std::mem::replace(&mut source.is_stale, why.is_some()) != why.is_some() {
                 self.revision += 1;
+                if let Some(why) = why {
+                    tracing::warn!(plugin = source.config.plugin, "its alarms are stale: {why}");
+                }
             }
         }
         if is_new {
@@ -145,7 +143,7 @@ impl Sources {
             name: source.config.plugin.clone(),
             alarms: source.alarms.len(),
             left_out: source.health.left_out,
-            doubt: source.why_stale(now).map(|why| source.doubt(&why, now)),
+            doubt: source.why_stale(now).map(|why| format!("{}: {why}", source.doubt(now))),
         };
         self.all.iter().map(lamp).collect()
     }
@@ -170,26 +168,30 @@ impl Source {
         self.health.heard.map(|heard| now.saturating_duration_since(heard))
     }
 
-    fn doubt(&self, why: &str, now: Instant) -> String {
+    fn doubt(&self, now: Instant) -> String {
         match self.silence(now) {
-            Some(silence) => format!("stale for {}: {why}", age_text(silence)),
-            None => format!("not read yet: {why}"),
+            Some(silence) => format!("stale for {}", age_text(silence)),
+            None => "not read yet".to_owned(),
         }
     }
 
-    /// How long its alarms are stale, and why nobody knows whether one holds still.
-    pub(super) fn doubt_of(&self, alarm: &SourceAlarm) -> (Option<Duration>, Option<String>) {
-        let now = Instant::now();
+    /// Why nobody knows whether one of its alarms holds still, in few words.
+    pub(super) fn doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
         if self.is_stale {
-            let why = self.why_stale(now).unwrap_or_default();
-            return (self.silence(now), Some(self.doubt(&why, now)));
+            return Some(self.doubt(Instant::now()));
         }
-        let words = match alarm.quality {
-            SourceQuality::Good => return (None, None),
-            SourceQuality::Uncertain => "uncertain, by its source",
-            SourceQuality::Bad => "bad, by its source",
-        };
-        (None, Some(words.to_owned()))
+        match alarm.quality {
+            SourceQuality::Good => None,
+            SourceQuality::Uncertain => Some("uncertain, by its source".to_owned()),
+            SourceQuality::Bad => Some("bad, by its source".to_owned()),
+        }
+    }
+
+    /// The same in all words.
+    pub(super) fn long_doubt_of(&self, alarm: &SourceAlarm) -> Option<String> {
+        let doubt = self.doubt_of(alarm)?;
+        let why = self.why_stale(Instant::now());
+        Some(why.map_or_else(|| doubt.clone(), |why| format!("{doubt}: {why}")))
     }
 
     /// Those that are there still keep their numbers.
