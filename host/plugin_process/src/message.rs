@@ -66,12 +66,12 @@ pub(crate) enum Request {
     DescribeRecords,
     /// Rows of a list, which has so many columns, from one on; none asks for the revision.
     ReadRecords { list: u32, columns: u32, first: u64, count: u32 },
-    /// Its alarms, to who knows a revision of them; 0 for none.
-    ReadAlarms { known: u64 },
     /// Which commands it offers.
     Commands,
     /// Run a command; the descriptors of its input and of a pipe for its output come along.
     Run { name: String, arguments: Vec<String> },
+    /// Its alarms, to who knows a revision of them; 0 for none.
+    ReadAlarms { known: u64 },
 }
 
 /// What a plugin's process may use.
@@ -121,12 +121,12 @@ pub(crate) enum Answer {
     RecordsDescribed(busbar_records::Description),
     /// Rows of one.
     RecordsRead(RecordPage),
-    /// How its alarms stand.
-    AlarmsRead(SourceReport),
     /// What it offers.
     Commands(Vec<CommandInfo>),
     /// A command ran.
     Ran(CommandReport),
+    /// How its alarms stand.
+    AlarmsRead(SourceReport),
 }
 
 /// A [`PluginError`] on its way.

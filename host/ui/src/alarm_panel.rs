@@ -200,18 +200,34 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     let ink = state_ground(ui, column(rect, 0).shrink2(vec2(0.0, 2.0)), alarm);
     let text = |words: &str| RichText::new(words);
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
-    let value = alarm.source.as_ref().map_or_else(|| alarm.value.clone(), |by| format!("by {by}"));
-    let value = if alarm.doubt.is_some() { format!("× {value}") } else { value };
     cell(ui, rect, 0, text(state).color(ink));
     cell(ui, rect, 1, text(&alarm.time));
     cell(ui, rect, 2, text(&alarm.age.map_or_else(String::new, age_text)));
     cell(ui, rect, 3, text(&alarm.message));
     cell(ui, rect, 4, text(alarm.equipment.as_deref().unwrap_or("–")));
-    cell(ui, rect, 5, text(&value));
-    cell(ui, rect, 6, text(&notes(alarm)));
+    let (value, more) = (value_of(alarm), notes(alarm));
+    match alarm.source.is_some() {
+        // It has no count, and may have more to say.
+        true => cell_in(ui, column(rect, 5).union(column(rect, 6)), text(&value)),
+        false => {
+            cell(ui, rect, 5, text(&value));
+            cell(ui, rect, 6, text(&more));
+        }
+    }
     let place = alarm.equipment.as_deref().unwrap_or("no equipment");
-    let more = notes(alarm);
-    response.on_hover_text(format!("{}\n{}\n{place}\n{state}  {more}", alarm.id, alarm.message))
+    let doubt = alarm.doubt.as_deref().unwrap_or_default();
+    let hint = format!("{}\n{}\n{place}\n{state}  {more}{doubt}", alarm.id, alarm.message);
+    response.on_hover_text(hint)
+}
+
+/// The value of a tag, or who decides; with a cross where it is not to be relied on.
+fn value_of(alarm: &AlarmRow) -> String {
+    match (&alarm.source, &alarm.doubt) {
+        (None, None) => alarm.value.clone(),
+        (None, Some(_)) => format!("× {}", alarm.value),
+        (Some(source), None) => format!("by {source}"),
+        (Some(source), Some(doubt)) => format!("× {source} {doubt}"),
+    }
 }
 
 /// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
@@ -236,7 +252,6 @@ fn notes(alarm: &AlarmRow) -> String {
     let count = (alarm.occurrences > 0).then(|| format!("{}×", alarm.occurrences));
     let left = alarm.shelf_left.map(|left| format!("{} left", age_text(left)));
     let words = [
-        alarm.doubt.clone().filter(|_| alarm.source.is_some()),
         left,
         count,
         alarm.chatters.then(|| "chattering".to_owned()),
@@ -253,7 +268,11 @@ fn column(rect: Rect, index: usize) -> Rect {
 }
 
 fn cell(ui: &mut Ui, rect: Rect, index: usize, text: RichText) {
-    let cell = column(rect, index).shrink2(vec2(4.0, 0.0));
+    cell_in(ui, column(rect, index), text);
+}
+
+fn cell_in(ui: &mut Ui, place: Rect, text: RichText) {
+    let cell = place.shrink2(vec2(4.0, 0.0));
     let layout = Layout::left_to_right(Align::Center);
     let mut cell_ui = ui.new_child(UiBuilder::new().max_rect(cell).layout(layout));
     cell_ui.add(egui::Label::new(text).selectable(false).truncate());
@@ -272,12 +291,25 @@ mod tests {
     }
 
     #[test]
+    fn who_decides_stands_where_the_value_would() {
+        let of = |source: Option<&str>, doubt: Option<&str>| {
+            let value = "96 °C".to_owned();
+            let [source, doubt] = [source, doubt].map(|text| text.map(str::to_owned));
+            value_of(&AlarmRow { value, source, doubt, ..AlarmRow::default() })
+        };
+        assert_eq!(of(None, None), "96 °C");
+        assert_eq!(of(None, Some("stale")), "× 96 °C");
+        assert_eq!(of(Some("plc"), None), "by plc");
+        assert_eq!(of(Some("plc"), Some("stale 12 s")), "× plc stale 12 s");
+    }
+
+    #[test]
     fn a_lost_source_says_so_with_a_cross() {
         let lamp = AlarmLamp { name: "plc".into(), alarms: 2, ..AlarmLamp::default() };
         assert_eq!(lamp_words(&lamp).0, "plc 2");
-        let lost = AlarmLamp { left_out: 3, doubt: Some("stale for 12 s".into()), ..lamp };
+        let lost = AlarmLamp { left_out: 3, doubt: Some("stale 12 s".into()), ..lamp };
         assert_eq!(lamp_words(&lost).0, "× plc 2 +3");
-        assert!(lamp_words(&lost).1.ends_with("3 that are not shown\nstale for 12 s"));
+        assert!(lamp_words(&lost).1.ends_with("3 that are not shown\nstale 12 s"));
     }
 
     #[test]

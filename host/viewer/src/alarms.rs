@@ -87,7 +87,7 @@ impl Alarming {
         });
         let (mut log, mut tail) = (None, VecDeque::new());
         let log_remark = match rules.map(AlarmLog::open) {
-            None if logs => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
+            None if logs && !alarms.set.specs().is_empty() => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
             None => None,
             Some(Err(error)) => {
                 tracing::error!("{error}");

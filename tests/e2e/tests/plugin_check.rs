@@ -211,7 +211,7 @@ fn shipped_plugins_pass() {
         "tags": [{ "kind": "f64", "address": { "query": "row", "column": "oil" } }],
     });
     let server = json!({
-        "settings": { "url": "opc.tcp://127.0.0.1:1" },
+        "settings": { "url": "opc.tcp://127.0.0.1:1", "alarms": true },
         "tags": [
             { "kind": "f64", "address": { "node": "ns=2;s=P" } },
             { "kind": "double_point", "address": { "node": "i=7", "states": { "OPEN": "off" } } },

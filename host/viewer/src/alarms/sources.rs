@@ -170,7 +170,7 @@ impl Source {
 
     fn doubt(&self, now: Instant) -> String {
         match self.silence(now) {
-            Some(silence) => format!("stale for {}", age_text(silence)),
+            Some(silence) => format!("stale {}", age_text(silence)),
             None => "not read yet".to_owned(),
         }
     }
@@ -182,8 +182,8 @@ impl Source {
         }
         match alarm.quality {
             SourceQuality::Good => None,
-            SourceQuality::Uncertain => Some("uncertain, by its source".to_owned()),
-            SourceQuality::Bad => Some("bad, by its source".to_owned()),
+            SourceQuality::Uncertain => Some("uncertain at its source".to_owned()),
+            SourceQuality::Bad => Some("bad at its source".to_owned()),
         }
     }
 
