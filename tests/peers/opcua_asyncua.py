@@ -96,6 +96,7 @@ class Peer:
         for field, value in fields.items():
             value = ua.NodeId(value) if field == "ShelvingState/CurrentState/Id" else value
             value = ua.StatusCode(value) if field == "Quality" else value
+            value = ua.LocalizedText(value) if field == "Message" else value
             setattr(event, field, value)
         await self.alarms[name].trigger(time_attr=instant(fields.get("time_millis")))
 

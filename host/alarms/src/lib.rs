@@ -19,6 +19,7 @@ mod condition;
 mod first_out;
 mod record;
 mod set;
+mod source;
 mod spec;
 mod state;
 mod step;
@@ -30,6 +31,10 @@ pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
 pub use condition::{Condition, Limit};
 pub use record::{Happening, Record};
 pub use set::{AlarmFault, AlarmSet};
+pub use source::{
+    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceFault,
+    SourceQuality, SourceReport,
+};
 pub use spec::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, Watch};
 pub use state::{Standing, State};
 pub use table::{AlarmStatus, AlarmTable, StateCounts};

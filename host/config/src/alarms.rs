@@ -3,6 +3,7 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
+use crate::alarm_sources::{AlarmSourceConfig, RawAlarmSource};
 use crate::limits::*;
 
 /// Of a condition on bad quality: at the start no tag has a value yet.
@@ -135,6 +136,10 @@ pub(crate) struct RawAlarmHandling {
     /// The longest that an operator may shelve an alarm, in minutes.
     #[schemars(range(min = 1, max = MAX_SHELVING_MINUTES), extend("examples" = [480]))]
     max_shelving_minutes: u32,
+    /// Plugins with the alarms of other systems, which decide on them; they are shown beside
+    /// those decided here.
+    #[schemars(length(max = MAX_PLUGINS))]
+    sources: Vec<RawAlarmSource>,
 }
 
 /// How soon somebody must act, the most urgent first.
@@ -272,6 +277,8 @@ pub struct AlarmHandlingConfig {
     pub log_files: u32,
     /// The longest that an alarm is shelved, in minutes.
     pub max_shelving_minutes: u32,
+    /// Plugins with the alarms of other systems.
+    pub sources: Vec<AlarmSourceConfig>,
     /// JSON pointer; of an object that may be absent.
     pub pointer: String,
 }
@@ -293,7 +300,13 @@ impl JsonSchema for RawState {
 
 impl Default for RawAlarmHandling {
     fn default() -> Self {
-        Self { log_directory: None, log_megabytes: 8, log_files: 20, max_shelving_minutes: 480 }
+        Self {
+            log_directory: None,
+            log_megabytes: 8,
+            log_files: 20,
+            max_shelving_minutes: 480,
+            sources: Vec::new(),
+        }
     }
 }
 
@@ -304,6 +317,7 @@ impl RawAlarmHandling {
             log_megabytes: self.log_megabytes,
             log_files: self.log_files,
             max_shelving_minutes: self.max_shelving_minutes,
+            sources: (0..).zip(self.sources).map(RawAlarmSource::resolve).collect(),
             pointer: "/alarm_handling".to_owned(),
         }
     }

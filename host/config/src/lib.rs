@@ -9,6 +9,7 @@
 //! out; they place their errors with [`Positions::diagnostic`].
 
 mod alarm_rules;
+mod alarm_sources;
 mod alarms;
 mod changes;
 mod config;
@@ -36,6 +37,7 @@ mod syntax;
 mod theta;
 mod world;
 
+pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
     AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
     LimitConfig, PriorityConfig, StateConfig, WatchConfig,

@@ -46,6 +46,12 @@ pub const MAX_ALARM_TEXT: usize = 500;
 pub const MAX_SHELVING_MINUTES: u32 = 10_080;
 /// The largest file of the alarm log, in 10^6 bytes.
 pub const MAX_LOG_MEGABYTES: u32 = 32;
+/// The longest silence of a source of alarms before they are stale, in seconds.
+pub const MAX_STALE_AFTER_SECONDS: u32 = 3_600;
+/// The most rules that find the equipment of a source of alarms.
+pub const MAX_SOURCE_RULES: usize = 10_000;
+/// The greatest severity that a source gives an alarm.
+pub const MAX_SOURCE_SEVERITY: u16 = 1_000;
 /// The most files of the alarm log.
 pub const MAX_LOG_FILES: u32 = 1_000;
 /// The most pieces of equipment that have names of their own.

@@ -11,8 +11,8 @@ use serde_json::{Map, Value};
 use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{
-    MAX_NAME_BYTES, alarm_rules, join_pointer, moving, plugins, scene_rules, simulate, suggest,
-    theta,
+    MAX_NAME_BYTES, alarm_rules, alarm_sources, join_pointer, moving, plugins, scene_rules,
+    simulate, suggest, theta,
 };
 
 /// One of the parts of a direction is at least so long.
@@ -24,6 +24,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_models();
     rules.check_tags();
     rules.check_lists_of_plugins();
+    rules.check_alarm_sources();
     rules.check_chart();
     rules.check_plugins();
     rules.check_cameras();
@@ -33,6 +34,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     rules.check_bindings(&equipment);
     crate::equipment::check(document, &equipment, rules.report);
     alarm_rules::check(document, &equipment, rules.report);
+    alarm_sources::check(document, &equipment, rules.report);
     plugins::check_roles(document, rules.report);
 }
 
@@ -141,6 +143,14 @@ impl<'d> Rules<'d, '_, '_> {
         }
     }
 
+    fn check_alarm_sources(&mut self) {
+        for (pointer, source) in alarm_sources::sources(self.document) {
+            if let Some(plugin) = source.get("plugin") {
+                self.check_plugin_reference(plugin, &pointer, "plugin");
+            }
+        }
+    }
+
     fn check_chart(&mut self) {
         if let Some(chart) = self.document["chart"].as_object()
             && let Some(plugin) = chart.get("plugin")
@@ -173,7 +183,8 @@ impl<'d> Rules<'d, '_, '_> {
                 self.report.key_warning(
                     &pointer,
                     format!("the plugin '{}' is used nowhere", suggest::shown(name)),
-                    "name it in a model, a tag's source, the overlays, the records or the chart, or \
+                    "name it in a model, a tag's source, the overlays, the records, the chart \
+                     or the sources of alarms, or \
                      remove it",
                 );
             }

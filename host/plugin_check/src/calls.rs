@@ -89,6 +89,12 @@ type Explain = unsafe extern "C" fn(
     *mut abi::BusbarTextOutput,
     *mut abi::BusbarError,
 ) -> Status;
+type ReadAlarms = unsafe extern "C" fn(
+    *const abi::BusbarPlugin,
+    u64,
+    *mut abi::BusbarTextOutput,
+    *mut abi::BusbarError,
+) -> Status;
 type ReadRecords = unsafe extern "C" fn(
     *const abi::BusbarPlugin,
     *mut abi::BusbarRecordPage,
@@ -307,6 +313,17 @@ impl Probe {
         error: *mut abi::BusbarError,
     ) -> Status {
         call!(self, "read_records", read(plugin, page, error))
+    }
+
+    pub(crate) fn read_alarms(
+        &self,
+        read: ReadAlarms,
+        plugin: *const abi::BusbarPlugin,
+        known: u64,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> Status {
+        call!(self, "read_alarms", read(plugin, known, output, error))
     }
 
     pub(crate) fn optimize(

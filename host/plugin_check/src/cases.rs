@@ -1,5 +1,6 @@
 //! The cases: a table, and one file for each part of the ABI.
 
+mod alarms;
 mod arguments;
 mod chart;
 mod chart_arguments;
@@ -57,6 +58,7 @@ const SIMULATOR: Scope = Scope::Capability(abi::SIMULATOR_ID);
 const COMMAND: Scope = Scope::Capability(abi::COMMAND_ID);
 const CHART: Scope = Scope::Capability(abi::CHART_ID);
 const RECORDS: Scope = Scope::Capability(abi::RECORDS_ID);
+const ALARMS: Scope = Scope::Capability(abi::ALARMS_ID);
 
 macro_rules! cases {
     ($($name:literal $scope:expr, $needs:expr, $run:path: $what:literal;)*) => {
@@ -151,6 +153,10 @@ pub(crate) const CASES: &[Case] = cases! {
         "the description keeps its rules, and says what room it takes";
     "records-read" RECORDS, ["create"], records::reads:
         "rows keep their rules, and are the same in pages of any size";
+    "alarms-arguments" ALARMS, ["create"], alarms::refused:
+        "null, misaligned and short arguments are refused";
+    "alarms-read" ALARMS, ["create"], alarms::reads:
+        "alarms keep their rules, their revision grows, and they say what room they take";
 };
 
 /// An instance of the plugin of a case.

@@ -5,6 +5,7 @@
 //!
 //! Invariant: no concrete plugin is named here, or anywhere in the host.
 
+mod alarms;
 mod catalog;
 mod chart;
 mod command;
@@ -26,6 +27,7 @@ mod telemetry;
 mod text;
 mod trust;
 
+pub use alarms::Alarms;
 pub use catalog::{Catalog, Refused};
 pub use chart::{Chart, ChartPage, MAX_PAGE_RECORDS};
 pub use command::{

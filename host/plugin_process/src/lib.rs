@@ -13,6 +13,7 @@
 //! Invariant: whatever comes from a plugin's process is checked here before
 //! anybody else sees it.
 
+mod alarms;
 mod catalog;
 mod chart;
 mod command;
@@ -40,6 +41,7 @@ mod status;
 mod supervise;
 mod watch;
 
+pub use alarms::RunningAlarms;
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
 pub use chart::RunningChart;
 pub use command::CommandError;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::SystemTime;
 
+use busbar_alarms::SourceReport;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     ChartPage, CommandInfo, CommandReport, DeviceScenario, LinkState, OverlayBinding,
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 5;
+pub(crate) const PROTOCOL_VERSION: u32 = 6;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -69,6 +70,8 @@ pub(crate) enum Request {
     Commands,
     /// Run a command; the descriptors of its input and of a pipe for its output come along.
     Run { name: String, arguments: Vec<String> },
+    /// Its alarms, to who knows a revision of them; 0 for none.
+    ReadAlarms { known: u64 },
 }
 
 /// What a plugin's process may use.
@@ -122,6 +125,8 @@ pub(crate) enum Answer {
     Commands(Vec<CommandInfo>),
     /// A command ran.
     Ran(CommandReport),
+    /// How its alarms stand.
+    AlarmsRead(SourceReport),
 }
 
 /// A [`PluginError`] on its way.
@@ -171,6 +176,7 @@ impl Fault {
                     abi::COMMAND_ID,
                     abi::CHART_ID,
                     abi::RECORDS_ID,
+                    abi::ALARMS_ID,
                 ];
                 let has = has.into_iter().take(MAX_FAULTS).map(words).collect();
                 match known.into_iter().find(|known| *known == wanted) {
@@ -225,6 +231,7 @@ impl Request {
             Self::Explain { .. } => "explain",
             Self::DescribeRecords => "describe records",
             Self::ReadRecords { .. } => "read records",
+            Self::ReadAlarms { .. } => "read alarms",
             Self::Commands => "commands",
             Self::Run { .. } => "run",
         }

@@ -79,6 +79,11 @@ pub enum RunningTelemetry {
 }
 
 impl RunningTelemetry {
+    /// Whether a plugin can serve tags.
+    pub fn is_of(plugin: &Plugin) -> bool {
+        plugin.info().capabilities.iter().any(|id| id == abi::TELEMETRY_ID)
+    }
+
     /// Whether a plugin could serve these tags, without connecting.
     ///
     /// # Errors

@@ -107,6 +107,10 @@ impl HostSide {
                 let checked = page.check(columns, MAX_PAGE_ROWS);
                 checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
             }
+            Ok(Answer::AlarmsRead(report)) => {
+                let checked = report.check(report.revision);
+                checked.map(|()| Heard::Other).map_err(|fault| fault.to_string())
+            }
             Ok(Answer::Commands(commands)) => check_commands(&commands).map(|()| Heard::Other),
             Ok(Answer::Ran(report)) => {
                 let kept = report.bounded().diagnostics.len();

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
-    Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
+    Alarms, Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
     PluginError, Records, SampleReceiver, Simulator, TelemetryStream,
 };
 use busbar_tags::Moment;
@@ -240,6 +240,9 @@ impl Session {
             Request::ReadRecords { list, columns, first, count } => {
                 let records = Records::of(self.instance()?.clone())?;
                 Ok(Answer::RecordsRead(records.read(list, columns, first, count)?))
+            }
+            Request::ReadAlarms { known } => {
+                Ok(Answer::AlarmsRead(Alarms::of(self.instance()?.clone())?.read(known)?))
             }
             Request::Commands => {
                 Ok(Answer::Commands(Commands::of(self.instance()?.clone())?.list()?))

@@ -41,7 +41,8 @@ pub(crate) fn show(
                     ui.allocate_exact_size(vec2(2.0 * MARK_RADIUS + 8.0, 22.0), Sense::hover());
                 let look = Look {
                     priority: alarm.priority,
-                    is_active: alarm.is_active,
+                    // Hollow as at the equipment where nobody knows.
+                    is_active: alarm.is_active && alarm.doubt.is_none(),
                     has_ring: alarm_mark::is_lit(ui, model.flashes),
                 };
                 alarm_mark::paint(ui.painter(), place.center(), MARK_RADIUS, look);

@@ -46,7 +46,8 @@ fn line(ui: &mut Ui, caption: &str, text: &str) {
 
 fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut Vec<Command>) {
     let alarm = detail.row.number;
-    let is_free = !detail.row.is_saving && !detail.is_mirrored;
+    let is_ours = detail.decided_by.is_none() && !detail.row.is_saving;
+    let is_free = is_ours || detail.can_ask && !detail.row.is_saving;
     let mut act = |action| commands.push(Command::ActOnAlarm { alarm, action });
     ui.horizontal_wrapped(|ui| {
         let mut button = |ui: &mut Ui, enabled: bool, words: &str, action| {
@@ -60,14 +61,14 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
             button(ui, true, "Reset", AlarmAction::Reset);
         }
         match detail.is_out_of_service {
-            true => button(ui, true, "Return to service", AlarmAction::ReturnToService),
-            false => button(ui, true, "Out of service", AlarmAction::RemoveFromService),
+            true => button(ui, is_ours, "Return to service", AlarmAction::ReturnToService),
+            false => button(ui, is_ours, "Out of service", AlarmAction::RemoveFromService),
         }
         if detail.is_shelved {
             button(ui, true, "Unshelve", AlarmAction::Unshelve);
         }
     });
-    if detail.can_shelve && is_free {
+    if detail.can_shelve && is_ours {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Shelve for").color(theme::of(ui.ctx()).faint_ink));
             for (minutes, words) in SHELVES {
@@ -84,9 +85,9 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
     {
         commands.push(Command::Reveal(equipment.clone()));
     }
-    if detail.is_mirrored {
-        ui.label(
-            RichText::new("The host's alarm system decides.").color(theme::of(ui.ctx()).faint_ink),
-        );
+    if let Some(who) = &detail.decided_by {
+        let how = if detail.can_ask { "a button asks it." } else { "acknowledge it there." };
+        let words = format!("{who} decides: {how}");
+        ui.label(RichText::new(words).color(theme::of(ui.ctx()).faint_ink));
     }
 }

@@ -62,6 +62,8 @@ pub struct AlarmModel {
     pub banner: Option<AlarmRow>,
     /// What happened last, the newest first.
     pub log: Vec<String>,
+    /// Other systems whose alarms are among them.
+    pub sources: Vec<AlarmLamp>,
     /// What keeps the audit log from being written, or an action from being done.
     pub trouble: Option<String>,
     /// How long one may be shelved.
@@ -81,8 +83,10 @@ pub struct AlarmDetail {
     pub consequence: String,
     /// What the operator does.
     pub response: String,
-    /// Whether the host decides on it.
-    pub is_mirrored: bool,
+    /// Who decides on it, where that is not done here: `'plc'`.
+    pub decided_by: Option<String>,
+    /// Whether who decides can be asked by pressing a button.
+    pub can_ask: bool,
     /// Whether a latch waits for a reset.
     pub can_reset: bool,
     /// Whether it can be shelved.
@@ -130,6 +134,21 @@ pub struct AlarmRow {
     pub shelf_left: Option<Duration>,
     /// Whether what an operator did is not on the disk yet: the state is that before.
     pub is_saving: bool,
+    /// The system that decides on it, where that is not done here.
+    pub source: Option<String>,
+}
+
+/// A system whose alarms are shown and decided on elsewhere.
+#[derive(Clone, Debug, Default)]
+pub struct AlarmLamp {
+    /// What it is called.
+    pub name: String,
+    /// How many alarms it reports.
+    pub alarms: usize,
+    /// How many it has beyond those.
+    pub left_out: u64,
+    /// Why its alarms may not be as they are shown, if so.
+    pub doubt: Option<String>,
 }
 
 /// The alarms of the list that is shown, the most urgent first, as many as there may be.

@@ -6,13 +6,17 @@ use egui::{Button, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
 use crate::alarm_mark::{self, Look};
 use crate::view_model::age_text;
 use crate::{
-    AlarmAction, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command, Mark,
-    alarm_detail, hatch, theme,
+    AlarmAction, AlarmLamp, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command,
+    Mark, alarm_detail, hatch, theme,
 };
 
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 21.0;
 const MARK_RADIUS: f32 = 7.5;
+/// Sources of alarms that the head names.
+const MAX_LAMPS: usize = 4;
+/// Around what it says of one, points.
+const LAMP_MARGIN: Vec2 = vec2(4.0, 1.0);
 /// Width of what is said of the alarm that was chosen, points.
 const DETAIL_WIDTH: f32 = 270.0;
 /// The first column, for the mark, points.
@@ -80,12 +84,53 @@ fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Comman
         ui.label(format!("{unacknowledged}/{all}"));
     }
     ui.separator();
+    lamps(ui, &model.sources);
     if model.list == AlarmList::Alarms {
         let button = Button::new("Acknowledge in view");
         if ui.add_enabled(!seen.is_empty(), button).clicked() {
             let act = |&alarm| Command::ActOnAlarm { alarm, action: AlarmAction::Acknowledge };
             commands.extend(seen.iter().map(act));
         }
+    }
+}
+
+/// Where alarms of other systems come from; hatched where that is lost.
+fn lamps(ui: &mut Ui, sources: &[AlarmLamp]) {
+    let lost_first = |lamp: &&AlarmLamp| lamp.doubt.is_none();
+    let mut ordered: Vec<&AlarmLamp> = sources.iter().collect();
+    ordered.sort_by_key(lost_first);
+    for lamp in ordered.iter().take(MAX_LAMPS) {
+        let (words, hint) = lamp_words(lamp);
+        let ink = theme::of(ui.ctx()).ink;
+        let font = egui::TextStyle::Body.resolve(ui.style());
+        let text = ui.painter().layout_no_wrap(words, font, ink);
+        let (rect, response) =
+            ui.allocate_exact_size(text.size() + 2.0 * LAMP_MARGIN, Sense::hover());
+        if let Some(reason) = &lamp.doubt {
+            hatch::ground(ui.painter(), rect, &Mark::Bad { reason: reason.clone() });
+        }
+        ui.painter().galley(rect.min + LAMP_MARGIN, text, ink);
+        response.on_hover_text(hint);
+    }
+    if ordered.len() > MAX_LAMPS {
+        ui.label(format!("and {} more", ordered.len() - MAX_LAMPS));
+    }
+    if !sources.is_empty() {
+        ui.separator();
+    }
+}
+
+/// `× plc 12 +3`, and what that says.
+fn lamp_words(lamp: &AlarmLamp) -> (String, String) {
+    let AlarmLamp { name, alarms, left_out, doubt } = lamp;
+    let (mut words, mut hint) = (format!("{name} {alarms}"), format!("{alarms} alarms of {name}"));
+    if *left_out > 0 {
+        words += &format!(" +{left_out}");
+        hint += &format!(", and {left_out} that are not shown");
+    }
+    match doubt {
+        Some(doubt) => (format!("× {words}"), format!("{hint}\n{doubt}")),
+        None => (words, hint),
     }
 }
 
@@ -125,7 +170,7 @@ fn list(
     area.show_rows(ui, ROW_HEIGHT, rows.len(), |ui, shown| {
         for index in shown {
             let alarm = rows.row(index);
-            if alarm.is_unacknowledged && !alarm.is_saving {
+            if alarm.is_unacknowledged && !alarm.is_saving && alarm.source.is_none() {
                 seen.push(alarm.number);
             }
             let response = row(ui, &alarm, selected == Some(alarm.number), lit);
@@ -155,20 +200,34 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     let ink = state_ground(ui, column(rect, 0).shrink2(vec2(0.0, 2.0)), alarm);
     let text = |words: &str| RichText::new(words);
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
-    let value = match &alarm.doubt {
-        Some(_) => format!("× {}", alarm.value),
-        None => alarm.value.clone(),
-    };
     cell(ui, rect, 0, text(state).color(ink));
     cell(ui, rect, 1, text(&alarm.time));
     cell(ui, rect, 2, text(&alarm.age.map_or_else(String::new, age_text)));
     cell(ui, rect, 3, text(&alarm.message));
     cell(ui, rect, 4, text(alarm.equipment.as_deref().unwrap_or("–")));
-    cell(ui, rect, 5, text(&value));
-    cell(ui, rect, 6, text(&notes(alarm)));
+    let (value, more) = (value_of(alarm), notes(alarm));
+    match alarm.source.is_some() {
+        // It has no count, and may have more to say.
+        true => cell_in(ui, column(rect, 5).union(column(rect, 6)), text(&value)),
+        false => {
+            cell(ui, rect, 5, text(&value));
+            cell(ui, rect, 6, text(&more));
+        }
+    }
     let place = alarm.equipment.as_deref().unwrap_or("no equipment");
-    let more = notes(alarm);
-    response.on_hover_text(format!("{}\n{}\n{place}\n{state}  {more}", alarm.id, alarm.message))
+    let doubt = alarm.doubt.as_deref().unwrap_or_default();
+    let hint = format!("{}\n{}\n{place}\n{state}  {more}{doubt}", alarm.id, alarm.message);
+    response.on_hover_text(hint)
+}
+
+/// The value of a tag, or who decides; with a cross where it is not to be relied on.
+fn value_of(alarm: &AlarmRow) -> String {
+    match (&alarm.source, &alarm.doubt) {
+        (None, None) => alarm.value.clone(),
+        (None, Some(_)) => format!("× {}", alarm.value),
+        (Some(source), None) => format!("by {source}"),
+        (Some(source), Some(doubt)) => format!("× {source} {doubt}"),
+    }
 }
 
 /// What nobody has acknowledged stands in inverse video, framed once it is over; gives the
@@ -209,7 +268,11 @@ fn column(rect: Rect, index: usize) -> Rect {
 }
 
 fn cell(ui: &mut Ui, rect: Rect, index: usize, text: RichText) {
-    let cell = column(rect, index).shrink2(vec2(4.0, 0.0));
+    cell_in(ui, column(rect, index), text);
+}
+
+fn cell_in(ui: &mut Ui, place: Rect, text: RichText) {
+    let cell = place.shrink2(vec2(4.0, 0.0));
     let layout = Layout::left_to_right(Align::Center);
     let mut cell_ui = ui.new_child(UiBuilder::new().max_rect(cell).layout(layout));
     cell_ui.add(egui::Label::new(text).selectable(false).truncate());
@@ -225,6 +288,28 @@ mod tests {
     fn columns_fill_the_width() {
         let sum: f32 = COLUMNS.iter().map(|(_, share)| share).sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    }
+
+    #[test]
+    fn who_decides_stands_where_the_value_would() {
+        let of = |source: Option<&str>, doubt: Option<&str>| {
+            let value = "96 °C".to_owned();
+            let [source, doubt] = [source, doubt].map(|text| text.map(str::to_owned));
+            value_of(&AlarmRow { value, source, doubt, ..AlarmRow::default() })
+        };
+        assert_eq!(of(None, None), "96 °C");
+        assert_eq!(of(None, Some("stale")), "× 96 °C");
+        assert_eq!(of(Some("plc"), None), "by plc");
+        assert_eq!(of(Some("plc"), Some("stale 12 s")), "× plc stale 12 s");
+    }
+
+    #[test]
+    fn a_lost_source_says_so_with_a_cross() {
+        let lamp = AlarmLamp { name: "plc".into(), alarms: 2, ..AlarmLamp::default() };
+        assert_eq!(lamp_words(&lamp).0, "plc 2");
+        let lost = AlarmLamp { left_out: 3, doubt: Some("stale 12 s".into()), ..lamp };
+        assert_eq!(lamp_words(&lost).0, "× plc 2 +3");
+        assert!(lamp_words(&lost).1.ends_with("3 that are not shown\nstale 12 s"));
     }
 
     #[test]

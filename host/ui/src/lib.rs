@@ -44,7 +44,8 @@ mod view_model;
 mod viewport;
 
 pub use alarm_model::{
-    AlarmAction, AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon,
+    AlarmAction, AlarmDetail, AlarmLamp, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows,
+    Beacon,
 };
 pub use chart_model::{
     ChartAxisOnScreen, ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityRow,
@@ -61,7 +62,7 @@ pub use measure::{MeasuredPoint, Measurement};
 pub use record_model::{RecordRow, RecordSection};
 pub use view_model::{
     Bookmark, Label, LabelLine, LinkLamp, Mark, ModelRow, Navigation, PluginRow, StatusLine,
-    TagRow, TagRows, ViewModel,
+    TagRow, TagRows, ViewModel, age_text,
 };
 
 use std::num::NonZeroUsize;

@@ -252,7 +252,7 @@ impl Mark {
 }
 
 /// An age in words: `0.4 s`, `12 s`, `3 min`, `5 h`.
-pub(crate) fn age_text(age: Duration) -> String {
+pub fn age_text(age: Duration) -> String {
     match age.as_secs() {
         0..10 => format!("{:.1} s", age.as_secs_f64()),
         seconds @ 10..120 => format!("{seconds} s"),

@@ -3,6 +3,7 @@
 mod hosting;
 mod listing;
 mod rows;
+mod sources;
 mod succession;
 mod words;
 
@@ -19,8 +20,11 @@ use busbar_ui::{AlarmAction, AlarmList};
 
 pub(crate) use self::hosting::{action_from, action_to};
 use self::listing::Listing;
+pub(crate) use self::listing::SourcedTint;
 pub(crate) use self::rows::{Rows, beacons, nodes_in_alarm};
+use self::sources::Sources;
 use crate::load::LoadedScene;
+use crate::stats::AlarmStats;
 
 /// What happened last that is kept to be shown.
 const MAX_TAIL: usize = 200;
@@ -32,6 +36,8 @@ const REFUSAL_SHOWN: std::time::Duration = std::time::Duration::from_secs(10);
 /// The alarms of a view.
 pub(crate) struct Alarming {
     table: AlarmTable,
+    /// Alarms that other systems decide on.
+    sources: Sources,
     log: Option<AlarmLog>,
     /// Why there is no log, or what was wrong with it when it was opened.
     log_remark: Option<String>,
@@ -67,7 +73,7 @@ impl Alarming {
     /// writes the log. A log that cannot be used keeps nobody from seeing alarms.
     pub(crate) fn of(scene: &LoadedScene, logs: bool, wall_clock: SourceTime) -> Option<Self> {
         let LoadedScene { alarms, config, graph, alarm_log, .. } = scene;
-        if alarms.set.specs().is_empty() {
+        if alarms.set.specs().is_empty() && config.alarm_handling.sources.is_empty() {
             return None;
         }
         let handling = &config.alarm_handling;
@@ -81,7 +87,7 @@ impl Alarming {
         });
         let (mut log, mut tail) = (None, VecDeque::new());
         let log_remark = match rules.map(AlarmLog::open) {
-            None if logs => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
+            None if logs && !alarms.set.specs().is_empty() => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
             None => None,
             Some(Err(error)) => {
                 tracing::error!("{error}");
@@ -99,6 +105,7 @@ impl Alarming {
         Some(Self {
             instances: instances_of(graph, alarms.nodes.iter().flatten()),
             nodes: Arc::clone(&alarms.nodes),
+            sources: Sources::start(scene),
             table,
             log,
             log_remark,
@@ -143,6 +150,23 @@ impl Alarming {
         self.follow();
     }
 
+    /// Takes over how other systems have their alarms.
+    pub(crate) fn take_sources(&mut self, scene: &LoadedScene) {
+        if self.sources.step(scene) {
+            self.note_instances(scene);
+        }
+    }
+
+    /// Notes the instances of equipment that had no alarm before.
+    fn note_instances(&mut self, scene: &LoadedScene) {
+        let nodes = self.sources.iter().filter_map(|(_, sourced)| sourced.node);
+        let new: BTreeSet<NodeIndex> =
+            nodes.filter(|node| !self.instances.contains_key(node)).collect();
+        if !new.is_empty() {
+            self.instances.extend(instances_of(&scene.graph, new.iter()));
+        }
+    }
+
     /// What is on the disk by now, and how alarms stand.
     fn follow(&mut self) {
         if let Some(log) = &mut self.log {
@@ -150,7 +174,7 @@ impl Alarming {
             let durable = log.durable();
             self.unsaved.retain(|unsaved| unsaved.number > durable);
         }
-        self.listing.update(&self.table, &self.nodes);
+        self.listing.update(&self.table, &self.nodes, &self.sources);
     }
 
     /// Does what an operator asks for; a refusal is shown.
@@ -158,7 +182,12 @@ impl Alarming {
         if self.has_host && self.is_mirrored(alarm) {
             return self.ask_host(alarm, action);
         }
-        let result = self.perform(alarm, action_of(action));
+        let result = match self.sources.get(alarm) {
+            Some((source, _)) => {
+                Err(format!("'{}' decides on this alarm: acknowledge it there", source.name()))
+            }
+            None => self.perform(alarm, action_of(action)),
+        };
         self.refusal = result.err().map(|refusal| (self.now, refusal));
     }
 
@@ -199,7 +228,8 @@ impl Alarming {
     }
 
     pub(crate) fn select(&mut self, alarm: AlarmHandle) {
-        self.selected = self.table.set().spec(alarm).map(|_| alarm);
+        let is_known = self.table.set().spec(alarm).is_some() || self.sources.get(alarm).is_some();
+        self.selected = is_known.then_some(alarm);
     }
 
     pub(crate) fn show_list(&mut self, list: AlarmList) {
@@ -209,6 +239,36 @@ impl Alarming {
     /// Colour on equipment in alarm.
     pub(crate) fn tints(&self) -> &[OverlayTint] {
         &self.listing.tints
+    }
+
+    /// The same of alarms that other systems decide on.
+    pub(crate) fn sourced_tints(&self) -> &[SourcedTint] {
+        &self.listing.sourced_tints
+    }
+
+    /// Id of an alarm.
+    pub(crate) fn id_of(&self, alarm: AlarmHandle) -> Option<String> {
+        let spec = self.table.set().spec(alarm).map(|spec| spec.id.clone());
+        spec.or_else(|| self.sources.get(alarm).map(|(source, sourced)| sourced.id(source)))
+    }
+
+    /// Alarms that other systems decide on, for statistics.
+    pub(crate) fn sourced_stats(&self) -> impl Iterator<Item = AlarmStats> {
+        self.sources.iter().map(|(source, sourced)| AlarmStats {
+            id: sourced.id(source),
+            state: sourced.alarm.standing().state(),
+            priority: sourced.priority.name(),
+            certain: sourced.is_certain(source),
+            occurrences: 0,
+            source: Some(source.name().to_owned()),
+            doubt: source.doubt_of(&sourced.alarm),
+        })
+    }
+
+    /// How an alarm stands, whoever decides on it.
+    fn state_of(&self, alarm: AlarmHandle) -> Option<State> {
+        let own = self.table.status(alarm).map(|status| status.state);
+        own.or_else(|| Some(self.sources.get(alarm)?.1.alarm.standing().state()))
     }
 
     /// Instances of equipment in unacknowledged alarm, which are drawn in full detail; none

@@ -182,7 +182,7 @@ impl OpenFaceplate {
 
     /// As it is in this frame.
     pub(crate) fn model(&self, sources: &Sources<'_>) -> Faceplate {
-        let (alarms, calm_alarms) = sources.alarms.of(&self.alarms, MAX_ALARMS);
+        let (alarms, calm_alarms) = sources.alarms.of(&self.alarms, &self.nodes, MAX_ALARMS);
         Faceplate {
             id: self.id.clone(),
             name: self.name.clone(),

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use busbar_plugin_host::{OverlayTint, Severity};
+use busbar_plugin_host::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
 
@@ -46,7 +46,7 @@ impl Highlights {
         snapshot: Snapshot<'_>,
         selection: &BTreeSet<NodeIndex>,
     ) {
-        let conditions = conditions_of(&overlaid.tints, snapshot);
+        let conditions = conditions_of(overlaid, snapshot);
         let states = states_of(&overlaid.states, snapshot);
         // Most frames change none.
         let was = (&self.conditions, &self.states, &self.selection);
@@ -84,18 +84,22 @@ impl Highlights {
     }
 }
 
-fn conditions_of(tints: &[OverlayTint], snapshot: Snapshot<'_>) -> HashMap<u32, Condition> {
+fn conditions_of(overlaid: &Overlaid, snapshot: Snapshot<'_>) -> HashMap<u32, Condition> {
     let mut own: HashMap<u32, Condition> = HashMap::new();
+    let is_good = |tag| snapshot.state(tag).is_some_and(|state| state.quality.is_good());
     // Most say that all is well, which is so without them.
-    for tint in tints.iter().filter(|tint| tint.severity != Severity::Normal) {
-        let good = snapshot.state(tint.tag).is_some_and(|state| state.quality.is_good());
-        let condition = match tint.severity {
+    let tints = overlaid.tints.iter().filter(|tint| tint.severity != Severity::Normal);
+    let tints = tints.map(|tint| (tint.node, tint.severity, is_good(tint.tag)));
+    let sourced = overlaid.sourced_tints.iter();
+    let sourced = sourced.map(|tint| (tint.node.0, tint.severity, tint.is_certain));
+    for (node, severity, good) in tints.chain(sourced) {
+        let condition = match severity {
             _ if !good => Condition::Unknown,
             Severity::Normal => Condition::Normal,
             Severity::Warning => Condition::Warning,
             Severity::Alarm => Condition::Alarm,
         };
-        let known = own.entry(tint.node).or_default();
+        let known = own.entry(node).or_default();
         *known = (*known).max(condition);
     }
     own
@@ -142,7 +146,7 @@ mod tests {
     use std::sync::Arc;
     use std::time::Duration;
 
-    use busbar_plugin_host::Pattern;
+    use busbar_plugin_host::{OverlayTint, Pattern};
     use busbar_scene::{Placement, Transform};
     use busbar_tags::{
         Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,

@@ -22,7 +22,7 @@ use std::time::Instant;
 use busbar_config::{Config, Diagnostic, QualityConfig, Section, Severity};
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
-use busbar_plugin_process::{Plugin, PluginCatalog};
+use busbar_plugin_process::{Plugin, PluginCatalog, RunningTelemetry};
 use busbar_renderer::{ModelHandle, Quality, RendererOptions};
 use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
@@ -363,9 +363,12 @@ impl LoadedScene {
         self.nodes_of_tags.get(&tag).map(|&node| self.graph.node(node).id())
     }
 
-    /// The tags that a telemetry plugin serves.
-    pub(crate) fn telemetry_tags(&self, plugin: &str) -> Vec<TelemetryTag> {
-        plugins::telemetry_tags(&self.config, self.tags.specs(), plugin)
+    /// The tags that a plugin serves, if it is to serve: a source of alarms does without any.
+    pub(crate) fn served_tags(&self, name: &str, plugin: &Plugin) -> Option<Vec<TelemetryTag>> {
+        let tags = plugins::telemetry_tags(&self.config, self.tags.specs(), name);
+        let has_alarms = plugins::has_alarms(&self.config, name);
+        let serves = !tags.is_empty() || has_alarms && RunningTelemetry::is_of(plugin);
+        serves.then_some(tags)
     }
 
     /// The bindings that an overlay gets.

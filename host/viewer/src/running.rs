@@ -12,6 +12,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Snapshot, TagHandle};
 use busbar_ui::LegendRow;
 
+use crate::alarms::SourcedTint;
 use crate::load::LoadedScene;
 use crate::numbers::Numbers;
 use crate::served::ServedTags;
@@ -54,6 +55,8 @@ pub(crate) struct Overlaid {
     /// Of each overlay its last.
     pub(crate) pictures: Vec<Arc<OverlayPicture>>,
     pub(crate) tints: Vec<OverlayTint>,
+    /// Of alarms that other systems decide on.
+    pub(crate) sourced_tints: Vec<SourcedTint>,
     pub(crate) states: Vec<ShownState>,
     pub(crate) positions: Vec<ShownPosition>,
     pub(crate) flows: Vec<ShownFlow>,
@@ -264,8 +267,7 @@ pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, V
 pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<ServedTags>, ViewError> {
     let mut running = Vec::new();
     for (name, plugin) in &scene.instances {
-        let tags = scene.telemetry_tags(name);
-        if !tags.is_empty() {
+        if let Some(tags) = scene.served_tags(name, plugin) {
             running.push(ServedTags::by(RunningTelemetry::start(plugin, &tags)?));
         }
     }

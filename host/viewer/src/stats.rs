@@ -328,6 +328,10 @@ pub struct AlarmStats {
     pub certain: bool,
     /// Occurrences since the start.
     pub occurrences: u64,
+    /// The plugin whose source decides on it; none where that is done here.
+    pub source: Option<String>,
+    /// Why nobody knows whether it holds still, where its source says so or is lost.
+    pub doubt: Option<String>,
 }
 
 /// Tags a quality.
@@ -364,23 +368,26 @@ pub(crate) fn alarms(alarming: &Alarming) -> Vec<AlarmStats> {
             priority: spec.priority.name(),
             certain: status.is_certain,
             occurrences: status.occurrences,
+            source: None,
+            doubt: None,
         })
     };
-    table.open().filter_map(of).collect()
+    table.open().filter_map(of).chain(alarming.sourced_stats()).collect()
 }
 
 /// Id of the alarm that was chosen.
 pub(crate) fn selected_alarm(alarming: &Alarming) -> Option<String> {
-    let spec = alarming.table().set().spec(alarming.selected()?);
-    spec.map(|spec| spec.id.clone())
+    alarming.id_of(alarming.selected()?)
 }
 
 /// One plugin with its link and its last fault.
 pub(crate) fn alarms_by_state(alarms: &Alarming) -> Vec<(AlarmState, usize)> {
     let table = alarms.table();
-    let count =
-        |state| Priority::ALL.into_iter().map(|priority| table.counts(priority).of(state)).sum();
-    AlarmState::ALL.into_iter().map(|state| (state, count(state))).collect()
+    let count = |state| -> usize {
+        Priority::ALL.into_iter().map(|priority| table.counts(priority).of(state)).sum()
+    };
+    let sourced = |state| alarms.sourced_stats().filter(|alarm| alarm.state == state).count();
+    AlarmState::ALL.into_iter().map(|state| (state, count(state) + sourced(state))).collect()
 }
 
 pub(crate) fn reloads(reloads: &Reloads) -> ReloadStats {

@@ -292,7 +292,10 @@ impl Viewer {
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
         let mut overlaid =
             running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
-        overlaid.tints.extend_from_slice(self.alarms.as_ref().map_or(&[], Alarming::tints));
+        if let Some(alarms) = &self.alarms {
+            overlaid.tints.extend_from_slice(alarms.tints());
+            overlaid.sourced_tints.extend_from_slice(alarms.sourced_tints());
+        }
         let graph = &mut self.scene.graph;
         overlaid.states.extend_from_slice(self.moving.update(graph, &overlaid.positions, snapshot));
         let chart_goes_to =

@@ -45,6 +45,7 @@
 #define BUSBAR_COMMAND_ID "busbar.command/1-draft"
 #define BUSBAR_CHART_ID "busbar.chart/1-draft"
 #define BUSBAR_RECORDS_ID "busbar.records/1-draft"
+#define BUSBAR_ALARMS_ID "busbar.alarms/1-draft"
 
 // Marks the one symbol that a library exports:
 //   BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = { ... };
@@ -53,6 +54,15 @@
 #else
 #define BUSBAR_EXPORT __attribute__((visibility("default")))
 #endif
+
+// Alarms of one report.
+#define BUSBAR_MAX_SOURCE_ALARMS 5000
+
+// Bytes of an id, a name, a source or a message.
+#define BUSBAR_MAX_SOURCE_ALARM_TEXT 512
+
+// Bytes of a report.
+#define BUSBAR_MAX_ALARM_REPORT (24 << 20)
 
 // Axes of a chart.
 #define BUSBAR_MAX_CHART_AXES 32
@@ -1118,6 +1128,22 @@ typedef struct BusbarRecords {
                        struct BusbarRecordPage *page,
                        struct BusbarError *error);
 } BusbarRecords;
+
+// Table of `busbar.alarms/1-draft`.
+typedef struct BusbarAlarms {
+  // Size of this struct, bytes.
+  uint32_t struct_size;
+  // Zero.
+  uint32_t reserved;
+  // `[main-thread]` Writes as JSON how the alarms stand. Where their revision is still
+  // the known one, the report may be without alarms; 0 is never a revision. Returns at
+  // once with what is known. Fails with `BUSBAR_BUFFER_TOO_SMALL` when it does not fit,
+  // and says in `len` what it takes.
+  BusbarStatus (*read)(const struct BusbarPlugin *plugin,
+                       uint64_t known_revision,
+                       struct BusbarTextOutput *output,
+                       struct BusbarError *error);
+} BusbarAlarms;
 
 // Done.
 #define BUSBAR_OK 0

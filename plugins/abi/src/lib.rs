@@ -41,6 +41,7 @@
 
 #![no_std]
 
+mod alarms;
 mod chart;
 mod command;
 mod entry;
@@ -50,6 +51,7 @@ mod records;
 mod simulator;
 mod telemetry;
 
+pub use alarms::*;
 pub use chart::*;
 pub use command::*;
 pub use entry::*;

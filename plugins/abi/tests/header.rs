@@ -46,6 +46,7 @@ fn header_names_the_ids() {
         COMMAND_ID,
         CHART_ID,
         RECORDS_ID,
+        ALARMS_ID,
     ] {
         assert!(header.contains(&format!("_ID \"{id}\"")), "{id}");
     }

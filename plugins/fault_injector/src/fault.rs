@@ -128,6 +128,8 @@ named! {
         DescribeRecords,
         /// `BusbarRecords.read`.
         ReadRecords,
+        /// `BusbarAlarms.read`.
+        ReadAlarms,
     }
 }
 
@@ -155,6 +157,7 @@ impl Kind {
                     | Explain
                     | DescribeRecords
                     | ReadRecords
+                    | ReadAlarms
             ),
             Self::NotFinite => matches!(at, Publish | Optimize | ReadChart),
             Self::OutOfRange => {
@@ -168,6 +171,7 @@ impl Kind {
                         | RunCommand
                         | ReadChart
                         | ReadRecords
+                        | ReadAlarms
                 )
             }
             Self::NullResult => matches!(at, GetFactory | Descriptor | Create | GetCapability),
@@ -179,8 +183,10 @@ impl Kind {
                     | Explain
                     | DescribeRecords
                     | ReadRecords
+                    | ReadAlarms
             ),
-            Self::Flood | Self::AfterStop => at == Publish,
+            Self::Flood => matches!(at, Publish | ReadAlarms),
+            Self::AfterStop => at == Publish,
             _ => true,
         }
     }
@@ -201,6 +207,7 @@ impl At {
                 | Self::Explain
                 | Self::DescribeRecords
                 | Self::ReadRecords
+                | Self::ReadAlarms
         )
     }
 

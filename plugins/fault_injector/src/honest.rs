@@ -222,6 +222,7 @@ impl Exported for FaultInjector {
         export::command::<Self>(),
         export::chart::<Self>(),
         export::records::<Self>(),
+        export::alarms::<Self>(),
     ];
 
     fn descriptor() -> &'static Descriptor {

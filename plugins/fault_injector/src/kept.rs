@@ -1,11 +1,12 @@
-//! The chart and the records of the good plugin.
+//! The chart, the records and the alarms of the good plugin.
 
 use busbar_plugin_sdk::{
-    Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState, Error, Explanation,
-    Pattern, Record, RecordColumn, RecordKind, RecordList, RecordSet, RecordSeverity, Records,
+    AlarmReport, Alarms, Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState,
+    Error, Explanation, MAX_SOURCE_ALARMS, Pattern, Record, RecordColumn, RecordKind, RecordList,
+    RecordSet, RecordSeverity, Records, SourceAlarm,
 };
 
-use crate::fault::At;
+use crate::fault::{At, Kind};
 use crate::honest::FaultInjector;
 use crate::strike::strike;
 
@@ -85,5 +86,27 @@ pub(crate) fn lists() -> Vec<RecordList> {
 impl Records for FaultInjector {
     fn records(&mut self) -> Result<RecordSet<'_>, Error> {
         Ok(RecordSet { revision: REVISION, lists: &self.lists })
+    }
+}
+
+impl Alarms for FaultInjector {
+    fn alarms(&mut self, _known_revision: u64) -> Result<AlarmReport, Error> {
+        let kind = strike(At::ReadAlarms);
+        let alarm = |id: &str| SourceAlarm {
+            id: id.into(),
+            source: "=Q1".into(),
+            message: "Oil hot".into(),
+            severity: if kind == Some(Kind::OutOfRange) { u16::MAX } else { 700 },
+            is_active: true,
+            unix_nanos: Some(1),
+            ..SourceAlarm::default()
+        };
+        let count = if kind == Some(Kind::Flood) { MAX_SOURCE_ALARMS + 1 } else { 2 };
+        Ok(AlarmReport {
+            revision: REVISION,
+            heard_millis: Some(0),
+            alarms: Some((0..count).map(|number| alarm(&number.to_string())).collect()),
+            ..AlarmReport::default()
+        })
     }
 }

@@ -1,5 +1,6 @@
 //! The tables of capabilities, whose results are spoiled on their way to the host.
 
+mod alarms;
 mod chart;
 mod command;
 mod records;
@@ -124,6 +125,7 @@ pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
         Ok(abi::COMMAND_ID) => std::ptr::from_ref(&command::TABLE[index]).cast(),
         Ok(abi::CHART_ID) => std::ptr::from_ref(&chart::TABLE[index]).cast(),
         Ok(abi::RECORDS_ID) => std::ptr::from_ref(&records::TABLE[index]).cast(),
+        Ok(abi::ALARMS_ID) => std::ptr::from_ref(&alarms::TABLE[index]).cast(),
         _ => std::ptr::null(),
     }
 }

@@ -7,6 +7,7 @@ use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink, Val
 
 use crate::convert::{quality_of, time_of, value_of};
 use crate::fault::in_words;
+use crate::mirror::Mirror;
 use crate::points::Points;
 
 /// Tags that are named in the log for one kind of fault, a connection.
@@ -27,6 +28,8 @@ pub(crate) struct Board {
     confirm: bool,
     sink: SampleSink,
     host: Host,
+    /// The server's alarms, where they are mirrored.
+    mirror: Option<Mirror>,
 }
 
 /// What was told of a tag.
@@ -40,7 +43,16 @@ struct Last {
 impl Board {
     pub(crate) fn new(points: Points, confirm: bool, sink: SampleSink, host: Host) -> Self {
         let last = vec![Last::default(); points.all.len()];
-        Self { points, last, batch: Vec::new(), named: 0, confirm, sink, host }
+        Self { points, last, batch: Vec::new(), named: 0, confirm, sink, host, mirror: None }
+    }
+
+    /// The same with all alarms of the server.
+    pub(crate) fn with_mirror(self, mirror: Option<Mirror>) -> Self {
+        Self { mirror, ..self }
+    }
+
+    pub(crate) fn mirror(&self) -> Option<&Mirror> {
+        self.mirror.as_ref()
     }
 
     pub(crate) fn points(&self) -> &Points {
@@ -53,6 +65,14 @@ impl Board {
         self.batch.clear();
         self.named = 0;
         self.sink.publish_bad(self.points.tags(), reason);
+        self.tell_mirror("its conditions are not known yet");
+    }
+
+    /// The alarms are as they last were, for this reason.
+    pub(crate) fn tell_mirror(&self, why: &str) {
+        if let Some(mirror) = &self.mirror {
+            mirror.lose(why);
+        }
     }
 
     /// Takes what a server reports of an item.
@@ -183,7 +203,9 @@ impl Board {
         let conditions = self.points.conditions.iter().flat_map(|condition| &condition.points);
         let tags: Vec<_> = conditions.map(|(index, _)| self.points.all[*index].tag).collect();
         self.batch.extend(tags.into_iter().map(|tag| Sample::bad(tag, Reason::Configuration)));
-        self.name(LogLevel::Warning, &format!("conditions: {what}: {}", in_words(status)));
+        let words = format!("conditions: {what}: {}", in_words(status));
+        self.tell_mirror(&words);
+        self.name(LogLevel::Warning, &words);
         self.flush();
     }
 

@@ -62,6 +62,67 @@ const FIELDS: [(Field, u32, &[&str]); 9] = [
     (Field::Severity, BASE_EVENT_TYPE, &["Severity"]),
 ];
 
+/// What the mirror of alarms has beside those fields.
+const TEXTS: [(u32, &[&str]); 4] = [
+    (BASE_EVENT_TYPE, &["SourceName"]),
+    (BASE_EVENT_TYPE, &["SourceNode"]),
+    (BASE_EVENT_TYPE, &["Message"]),
+    (CONDITION_TYPE, &["ConditionName"]),
+];
+
+/// Fields of an event behind its head.
+#[cfg(test)]
+pub(crate) const EVENT_FIELDS: usize = FIELDS.len() + TEXTS.len();
+
+/// Where a field stands among them.
+#[cfg(test)]
+pub(crate) fn place_of(field: Field) -> usize {
+    FIELDS.iter().position(|(other, ..)| *other == field).unwrap_or(usize::MAX)
+}
+
+/// What an event says of a condition; the fields are in the order of [`FIELDS`] and
+/// [`TEXTS`].
+pub(crate) struct Told<'a> {
+    pub(crate) time: &'a Variant,
+    pub(crate) quality: &'a Variant,
+    pub(crate) fields: &'a [Variant],
+}
+
+impl Told<'_> {
+    /// A field's value; none where the condition has no such state.
+    pub(crate) fn value(&self, field: Field, kind: ValueKind) -> Option<Value> {
+        field.value(kind, self.fields)
+    }
+
+    /// Whether a state is so; none where the condition has no such state.
+    pub(crate) fn is(&self, field: Field) -> Option<bool> {
+        match self.value(field, ValueKind::Bool)? {
+            Value::Bool(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn source_name(&self) -> &Variant {
+        self.text(0)
+    }
+
+    pub(crate) fn source_node(&self) -> &Variant {
+        self.text(1)
+    }
+
+    pub(crate) fn message(&self) -> &Variant {
+        self.text(2)
+    }
+
+    pub(crate) fn condition_name(&self) -> &Variant {
+        self.text(3)
+    }
+
+    fn text(&self, place: usize) -> &Variant {
+        self.fields.get(FIELDS.len() + place).unwrap_or(&Variant::Empty)
+    }
+}
+
 /// An event that concerns conditions.
 pub(crate) enum Event<'a> {
     /// A condition is so now; the fields are in the order of [`FIELDS`].
@@ -150,6 +211,7 @@ pub(crate) fn events_item() -> MonitoredItemCreateRequest {
     };
     let head = HEAD.iter().map(|(kind, path)| operand(*kind, path));
     let fields = FIELDS.iter().map(|(_, kind, path)| operand(*kind, path));
+    let texts = TEXTS.iter().map(|(kind, path)| operand(*kind, path));
     MonitoredItemCreateRequest {
         item_to_monitor: ReadValueId {
             node_id: NodeId::new(0, SERVER),
@@ -161,7 +223,7 @@ pub(crate) fn events_item() -> MonitoredItemCreateRequest {
             client_handle: EVENTS_HANDLE,
             sampling_interval: 0.0,
             filter: ExtensionObject::from_message(EventFilter {
-                select_clauses: Some(head.chain(fields).collect()),
+                select_clauses: Some(head.chain(fields).chain(texts).collect()),
                 ..EventFilter::default()
             }),
             queue_size: MAX_EVENTS,

@@ -12,6 +12,7 @@ mod fault;
 mod guard;
 mod identity;
 mod link;
+mod mirror;
 mod node;
 mod points;
 pub mod probe;
@@ -31,12 +32,13 @@ use std::time::SystemTime;
 
 use busbar_link::{IoLoop, TcpDial};
 use busbar_plugin_sdk::{
-    Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    AlarmReport, Alarms, Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
 };
 use tokio::time::sleep;
 
 use crate::board::Board;
 use crate::link::{CLOSE_LIMIT, Link, World};
+use crate::mirror::Mirror;
 use crate::points::Points;
 use crate::settings::Config;
 pub use crate::settings::Settings;
@@ -45,6 +47,8 @@ pub use crate::settings::Settings;
 pub struct OpcUa {
     config: Config,
     host: Host,
+    /// The server's alarms, where the settings ask for them.
+    mirror: Option<Mirror>,
     /// Serves the server; dropped to end that.
     worker: Option<Worker>,
 }
@@ -57,7 +61,9 @@ impl Plugin for OpcUa {
     type Settings = Settings;
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
-        Ok(Self { config: settings.parse()?, host, worker: None })
+        let config = settings.parse()?;
+        let mirror = config.alarms.then(Mirror::default);
+        Ok(Self { config, host, mirror, worker: None })
     }
 }
 
@@ -69,18 +75,19 @@ impl Telemetry for OpcUa {
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         self.stop();
         let points = Points::parse(&tags, &self.config)?;
-        if points.all.is_empty() {
+        if points.all.is_empty() && self.mirror.is_none() {
             return Ok(());
         }
         let io_loop = IoLoop::new(self.config.servers.len())
             .map_err(|error| Error::failed(format!("cannot start an I/O loop: {error}")))?;
         let name = format!("opcua:{}", self.config.servers[0].endpoint.port);
         let (config, host) = (self.config.clone(), self.host.clone());
+        let mirror = self.mirror.clone();
         let world = World { dial: Arc::new(TcpDial { tls: None }), wall_clock: SystemTime::now };
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
             let (stop, stopped) = tokio::sync::watch::channel(false);
             let board = Board::new(points, config.confirm_unchanged, sink.clone(), host.clone());
-            let board = Rc::new(RefCell::new(board));
+            let board = Rc::new(RefCell::new(board.with_mirror(mirror.clone())));
             let link = Link { config, board, sink, host, world, stop: stopped };
             let ended = async {
                 running.stopped().await;
@@ -95,7 +102,17 @@ impl Telemetry for OpcUa {
 
     fn stop(&mut self) {
         self.worker = None;
+        if let Some(mirror) = &self.mirror {
+            mirror.lose("the plugin does not serve");
+        }
     }
 }
 
-export_plugin!(OpcUa: telemetry);
+impl Alarms for OpcUa {
+    fn alarms(&mut self, known_revision: u64) -> Result<AlarmReport, Error> {
+        let none = || Error::failed("it mirrors no alarms: add \"alarms\": true to its settings");
+        Ok(self.mirror.as_ref().ok_or_else(none)?.report(known_revision))
+    }
+}
+
+export_plugin!(OpcUa: telemetry, alarms);

@@ -62,6 +62,7 @@ impl Link {
             let delay = backoff.next_delay();
             self.board.borrow_mut().lose(Reason::Communication);
             let text = format!("{server}: {fault}; next try in {:.1} s", delay.as_secs_f64());
+            self.board.borrow().tell_mirror(&text);
             self.sink.report_link(LinkState::Down, &text);
             if self.stopped_within(delay).await {
                 return;

@@ -75,6 +75,9 @@ pub struct Settings {
     /// sign of life of its subscription. Otherwise it goes stale by the tag's limit.
     #[serde(default = "default_true")]
     confirm_unchanged: bool,
+    /// Whether all alarm conditions of the server are told, for the host to show them.
+    #[serde(default)]
+    alarms: bool,
     /// Our application URI, as our certificate has it.
     #[serde(default = "default_application")]
     #[schemars(length(min = 1, max = 256))]
@@ -190,6 +193,7 @@ pub(crate) struct Config {
     pub(crate) channel_lifetime: Duration,
     pub(crate) items_per_subscription: usize,
     pub(crate) confirm_unchanged: bool,
+    pub(crate) alarms: bool,
     pub(crate) application_uri: String,
     pub(crate) reconnect: Reconnect,
 }
@@ -248,6 +252,7 @@ impl Settings {
             channel_lifetime: CHANNEL_LIFETIME,
             items_per_subscription: items as usize,
             confirm_unchanged: self.confirm_unchanged,
+            alarms: self.alarms,
             application_uri: self.application_uri,
             reconnect: self.reconnect.parse(&mut faults),
         };

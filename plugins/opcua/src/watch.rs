@@ -15,7 +15,7 @@ use tokio::time::sleep;
 
 use crate::board::Board;
 use crate::client::{Client, answer};
-use crate::conditions::{self, Event, read_event};
+use crate::conditions::{self, Event, Told, read_event};
 use crate::fault::Fault;
 use crate::session::{self, Server};
 use crate::settings::Config;
@@ -128,7 +128,8 @@ impl Watch {
             let conditions = board.points().conditions.iter();
             conditions.map(|condition| condition.node.resolve(&self.server.namespaces)).collect()
         };
-        if nodes.is_empty() {
+        let mirror = self.board.borrow().mirror().cloned();
+        if nodes.is_empty() && mirror.is_none() {
             return Ok(());
         }
         let mut known = Vec::with_capacity(nodes.len());
@@ -145,6 +146,9 @@ impl Watch {
         let subscription =
             subscription::create(client, &self.config, freshness, end..end, now()).await?;
         subscription::add_events(client, subscription.id).await?;
+        if let Some(mirror) = &mirror {
+            mirror.begin_refresh();
+        }
         conditions::refresh(client, subscription.id).await?;
         let by_node = nodes.into_iter().zip(0..).filter_map(|(node, index)| Some((node?, index)));
         self.events = Some(Events {
@@ -307,6 +311,9 @@ impl Watch {
                 board.confirm_conditions(now());
             }
         }
+        if is_of_events && let Some(mirror) = board.mirror() {
+            mirror.confirm();
+        }
         board.flush();
         Ok(())
     }
@@ -316,6 +323,9 @@ impl Watch {
         let Some(events) = &mut self.events else { return Ok(()) };
         if !std::mem::take(&mut events.is_refresh_due) {
             return Ok(());
+        }
+        if let Some(mirror) = self.board.borrow().mirror() {
+            mirror.begin_refresh();
         }
         conditions::refresh(&self.client, events.subscription).await
     }
@@ -327,11 +337,20 @@ impl Watch {
         for event in list.events.iter().flatten() {
             match read_event(event.event_fields.as_deref().unwrap_or_default()) {
                 Event::State { condition, time, quality, fields } => {
+                    if let Some(mirror) = board.mirror() {
+                        let told = Told { time, quality, fields };
+                        mirror.take(&self.server.namespaces, condition, &told);
+                    }
                     if let Some(&condition) = events.by_node.get(condition) {
                         board.take_event(condition, (time, quality, fields), now, wall);
                     }
                 }
-                Event::RefreshEnd => board.end_refresh(&events.known, now, wall),
+                Event::RefreshEnd => {
+                    board.end_refresh(&events.known, now, wall);
+                    if let Some(mirror) = board.mirror() {
+                        mirror.end_refresh();
+                    }
+                }
                 Event::RefreshRequired => events.is_refresh_due = true,
                 Event::Other => {}
             }

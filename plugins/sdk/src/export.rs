@@ -15,10 +15,10 @@ use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
 
-pub use tables::{chart, command, mesh_optimizer, overlay, records, simulator, telemetry};
+pub use tables::{alarms, chart, command, mesh_optimizer, overlay, records, simulator, telemetry};
 
 /// Exports one plugin type with its capabilities:
-/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command, chart, records);`
+/// `export_plugin!(Type: mesh_optimizer, telemetry, overlay, simulator, command, chart, records, alarms);`
 #[macro_export]
 macro_rules! export_plugin {
     ($plugin:ty: $($capability:ident),+ $(,)?) => {
@@ -64,6 +64,7 @@ enum Table {
     Command(abi::BusbarCommand),
     Chart(abi::BusbarChart),
     Records(abi::BusbarRecords),
+    Alarms(abi::BusbarAlarms),
 }
 
 impl Table {
@@ -76,6 +77,7 @@ impl Table {
             Self::Command(table) => std::ptr::from_ref(table).cast(),
             Self::Chart(table) => std::ptr::from_ref(table).cast(),
             Self::Records(table) => std::ptr::from_ref(table).cast(),
+            Self::Alarms(table) => std::ptr::from_ref(table).cast(),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A plugin is a type with settings that implements [`Plugin`] and one or more
 //! capabilities: [`MeshOptimizer`], [`Telemetry`], [`Overlay`], [`Simulator`], [`Command`],
-//! [`Chart`], [`Records`].
+//! [`Chart`], [`Records`], [`Alarms`].
 //! [`export_plugin!`] makes the library's entry from it. Build it as a
 //! `cdylib` and put the library into a plugin directory of the configuration.
 //! `busbar plugin new` makes a project to start from; the [`book`] tells the rest.
@@ -48,6 +48,7 @@
 
 pub use busbar_plugin_abi as abi;
 
+mod alarms;
 pub mod book;
 mod border;
 mod chart;
@@ -68,6 +69,9 @@ pub mod testing;
 mod value;
 mod worker;
 
+pub use alarms::{
+    AlarmQuality, AlarmReport, Alarms, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm,
+};
 pub use chart::{
     Chart, ChartAxis, ChartBand, ChartDescription, ChartRecord, ChartRecords, ChartState, Diagram,
     DiagramZone, Evidence, ExplainedRow, ExplainedTable, Explanation,

@@ -52,6 +52,10 @@ const SAMPLE: &[(Kind, At)] = &[
     (Kind::NotUtf8, At::DescribeRecords),
     (Kind::OutOfRange, At::ReadRecords),
     (Kind::Overrun, At::ReadRecords),
+    (Kind::NotUtf8, At::ReadAlarms),
+    (Kind::OutOfRange, At::ReadAlarms),
+    (Kind::Flood, At::ReadAlarms),
+    (Kind::Overrun, At::ReadAlarms),
 ];
 
 fn transformer() -> Value {
@@ -207,7 +211,7 @@ fn shipped_plugins_pass() {
         "tags": [{ "kind": "f64", "address": { "query": "row", "column": "oil" } }],
     });
     let server = json!({
-        "settings": { "url": "opc.tcp://127.0.0.1:1" },
+        "settings": { "url": "opc.tcp://127.0.0.1:1", "alarms": true },
         "tags": [
             { "kind": "f64", "address": { "node": "ns=2;s=P" } },
             { "kind": "double_point", "address": { "node": "i=7", "states": { "OPEN": "off" } } },
@@ -389,7 +393,7 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
         ]),
         Kind::NullResult => says(&["null", "failed where it must not"]),
         Kind::Overrun => says(&["beyond the end"]),
-        Kind::Flood => says(&["flood"]),
+        Kind::Flood => says(&["flood", "more than 5,000"]),
         Kind::AfterStop => says(&["while it was idle"]),
     }
 }

@@ -48,11 +48,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_history", &["busbar_tags"]),
     (
         "busbar_plugin_check",
-        &["busbar_chart", "busbar_geometry", "busbar_plugin_abi", "busbar_records"],
+        &[
+            "busbar_alarms",
+            "busbar_chart",
+            "busbar_geometry",
+            "busbar_plugin_abi",
+            "busbar_records",
+        ],
     ),
     (
         "busbar_plugin_host",
         &[
+            "busbar_alarms",
             "busbar_chart",
             "busbar_geometry",
             "busbar_plugin_abi",
@@ -64,6 +71,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar_plugin_process",
         &[
+            "busbar_alarms",
             "busbar_chart",
             "busbar_geometry",
             "busbar_plugin_abi",

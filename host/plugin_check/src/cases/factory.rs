@@ -11,7 +11,7 @@ use crate::text;
 /// Plugins of one library, and capabilities of one plugin.
 const MAX_ITEMS: u32 = 64;
 /// Capabilities of this host.
-const CAPABILITIES: [&str; 7] = [
+const CAPABILITIES: [&str; 8] = [
     abi::MESH_OPTIMIZER_ID,
     abi::TELEMETRY_ID,
     abi::OVERLAY_ID,
@@ -19,6 +19,7 @@ const CAPABILITIES: [&str; 7] = [
     abi::COMMAND_ID,
     abi::CHART_ID,
     abi::RECORDS_ID,
+    abi::ALARMS_ID,
 ];
 
 pub(crate) fn factory(probe: &Probe) -> Outcome {

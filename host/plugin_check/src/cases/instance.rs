@@ -3,7 +3,7 @@
 use busbar_plugin_abi as abi;
 
 use super::Instance;
-use super::{chart, command, leaks, optimizer, overlay, records, simulator, telemetry};
+use super::{alarms, chart, command, leaks, optimizer, overlay, records, simulator, telemetry};
 use crate::finding::{Outcome, Stop};
 use crate::probe::{Probe, Subject};
 use crate::text;
@@ -51,6 +51,10 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
                 super::required(table.describe, "describe")?;
                 super::required(table.read, "read")?;
             }
+            abi::ALARMS_ID => {
+                let table: &abi::BusbarAlarms = instance.capability(abi::ALARMS_ID)?;
+                super::required(table.read, "read")?;
+            }
             _ => {}
         }
     }
@@ -62,6 +66,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
         abi::COMMAND_ID,
         abi::CHART_ID,
         abi::RECORDS_ID,
+        abi::ALARMS_ID,
     ];
     for known in all {
         if !subject.capabilities.iter().any(|id| id == known) {
@@ -115,6 +120,7 @@ fn use_briefly(probe: &Probe, subject: &Subject, instance: &Instance<'_>) -> Out
             abi::COMMAND_ID => command::use_briefly(probe, instance)?,
             abi::CHART_ID => chart::use_briefly(probe, instance)?,
             abi::RECORDS_ID => records::use_briefly(probe, instance)?,
+            abi::ALARMS_ID => alarms::use_briefly(probe, instance)?,
             _ => {}
         }
     }

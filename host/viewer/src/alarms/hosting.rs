@@ -18,7 +18,11 @@ impl Alarming {
     }
 
     pub(super) fn is_mirrored(&self, alarm: AlarmHandle) -> bool {
-        self.table.set().spec(alarm).is_some_and(|spec| spec.source == AlarmSource::Mirrored)
+        let spec = self.table.set().spec(alarm);
+        spec.map_or_else(
+            || self.sources.get(alarm).is_some(),
+            |spec| spec.source == AlarmSource::Mirrored,
+        )
     }
 
     pub(super) fn ask_host(&mut self, alarm: AlarmHandle, action: AlarmAction) {
@@ -30,9 +34,8 @@ impl Alarming {
 
     /// What operators wanted since, by id.
     pub(crate) fn take_asked(&mut self) -> Vec<(String, AlarmAction)> {
-        let set = self.table.set().clone();
-        let id = |alarm| set.spec(alarm).map_or_else(String::new, |spec| spec.id.clone());
-        self.asked.drain(..).map(|(alarm, action)| (id(alarm), action)).collect()
+        let asked = std::mem::take(&mut self.asked).into_iter();
+        asked.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
     }
 
     /// Does what the host program's operator does; nobody by name is the one set.

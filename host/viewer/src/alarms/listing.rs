@@ -7,6 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmTable, Priority};
 use busbar_plugin_host::{OverlayTint, Severity};
 use busbar_scene::NodeIndex;
+use busbar_tags::SourceTime;
+
+use super::sources::Sources;
 
 /// Marks in the scene, the most urgent first.
 const MAX_BEACONS: usize = 200;
@@ -14,7 +17,8 @@ const MAX_BEACONS: usize = 200;
 /// What is shown of a table.
 #[derive(Debug, Default)]
 pub(super) struct Listing {
-    revision: Option<u64>,
+    /// Of the table, and of the sources.
+    revision: Option<(u64, u64)>,
     /// Annunciated ones: by priority, then the newest first.
     pub(super) alarms: Vec<AlarmHandle>,
     /// Those that are held back.
@@ -24,6 +28,10 @@ pub(super) struct Listing {
     /// What is in alarm at equipment, the most urgent first.
     pub(super) places: Vec<(NodeIndex, Place)>,
     pub(super) tints: Vec<OverlayTint>,
+    pub(super) sourced_tints: Vec<SourcedTint>,
+    /// Of the alarms of other systems: unacknowledged ones and all annunciated, a priority
+    /// each.
+    pub(super) sourced_counts: [[usize; 2]; 4],
     /// Equipment in unacknowledged alarm, and whether that changed.
     unacknowledged: BTreeSet<NodeIndex>,
     has_changed: bool,
@@ -39,48 +47,55 @@ pub(super) struct Place {
     pub(super) count: usize,
 }
 
+/// Colour on equipment in alarm, where another system decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SourcedTint {
+    pub(crate) node: NodeIndex,
+    pub(crate) severity: Severity,
+    /// Whether it is as its source says.
+    pub(crate) is_certain: bool,
+}
+
+/// What is gathered of alarms on the way to a listing.
+#[derive(Default)]
+struct Gathered {
+    ranked: Vec<Ranked>,
+    places: BTreeMap<NodeIndex, Place>,
+    unacknowledged: BTreeSet<NodeIndex>,
+}
+
+/// An annunciated alarm: by priority, then the newest first.
+type Ranked = (Priority, Reverse<Option<SourceTime>>, AlarmHandle, bool);
+
+impl Gathered {
+    fn add(&mut self, ranked: Ranked, node: Option<NodeIndex>, is_certain: bool) {
+        let (priority, _, _, is_unacknowledged) = ranked;
+        self.ranked.push(ranked);
+        let Some(node) = node else { return };
+        if is_unacknowledged {
+            self.unacknowledged.insert(node);
+        }
+        let own = Place { priority, is_unacknowledged, is_doubtful: !is_certain, count: 1 };
+        self.places.entry(node).and_modify(|place| place.join(own)).or_insert(own);
+    }
+}
+
 impl Listing {
-    pub(super) fn update(&mut self, table: &AlarmTable, nodes: &[Option<NodeIndex>]) {
-        if self.revision.replace(table.revision()) == Some(table.revision()) {
+    pub(super) fn update(
+        &mut self,
+        table: &AlarmTable,
+        nodes: &[Option<NodeIndex>],
+        sources: &Sources,
+    ) {
+        let revision = (table.revision(), sources.revision);
+        if self.revision.replace(revision) == Some(revision) {
             return;
         }
-        let mut ranked = Vec::new();
-        let mut places: BTreeMap<NodeIndex, Place> = BTreeMap::new();
-        let mut unacknowledged = BTreeSet::new();
+        let mut gathered = Gathered::default();
         self.held.clear();
-        self.tints.clear();
-        self.most_urgent = None;
-        for alarm in table.open() {
-            let (Some(status), Some(spec)) = (table.status(alarm), table.set().spec(alarm)) else {
-                continue;
-            };
-            if !status.state.is_annunciated() {
-                self.held.push(alarm);
-                continue;
-            }
-            let is_unacknowledged = status.state.is_unacknowledged();
-            ranked.push((spec.priority, Reverse(status.occurred), alarm, is_unacknowledged));
-            let Some(node) = nodes.get(alarm.0 as usize).copied().flatten() else { continue };
-            if is_unacknowledged {
-                unacknowledged.insert(node);
-            }
-            let own = Place {
-                priority: spec.priority,
-                is_unacknowledged,
-                is_doubtful: !status.is_certain,
-                count: 1,
-            };
-            places.entry(node).and_modify(|place| place.join(own)).or_insert(own);
-            if let (true, AlarmSource::Tag { watch, .. }) =
-                (status.standing.is_active, &spec.source)
-            {
-                let severity = match spec.priority {
-                    Priority::Critical | Priority::High => Severity::Alarm,
-                    Priority::Medium | Priority::Low => Severity::Warning,
-                };
-                self.tints.push(OverlayTint { node: node.0, tag: watch.tag, severity });
-            }
-        }
+        self.list_own(table, nodes, &mut gathered);
+        self.list_sourced(sources, &mut gathered);
+        let Gathered { mut ranked, places, unacknowledged } = gathered;
         ranked.sort_unstable_by_key(|&(priority, occurred, alarm, _)| (priority, occurred, alarm));
         let urgent = ranked.iter().find(|(.., is_unacknowledged)| *is_unacknowledged);
         self.most_urgent = urgent.map(|(_, _, alarm, _)| *alarm);
@@ -91,6 +106,59 @@ impl Listing {
         self.places.truncate(MAX_BEACONS);
         self.has_changed |= unacknowledged != self.unacknowledged;
         self.unacknowledged = unacknowledged;
+    }
+
+    fn list_own(
+        &mut self,
+        table: &AlarmTable,
+        nodes: &[Option<NodeIndex>],
+        gathered: &mut Gathered,
+    ) {
+        self.tints.clear();
+        for alarm in table.open() {
+            let (Some(status), Some(spec)) = (table.status(alarm), table.set().spec(alarm)) else {
+                continue;
+            };
+            if !status.state.is_annunciated() {
+                self.held.push(alarm);
+                continue;
+            }
+            let node = nodes.get(alarm.0 as usize).copied().flatten();
+            let is_unacknowledged = status.state.is_unacknowledged();
+            let ranked = (spec.priority, Reverse(status.occurred), alarm, is_unacknowledged);
+            gathered.add(ranked, node, status.is_certain);
+            if let (Some(node), true, AlarmSource::Tag { watch, .. }) =
+                (node, status.standing.is_active, &spec.source)
+            {
+                let severity = severity(spec.priority);
+                self.tints.push(OverlayTint { node: node.0, tag: watch.tag, severity });
+            }
+        }
+    }
+
+    /// What a source keeps although it is over is listed, too: its source knows why.
+    fn list_sourced(&mut self, sources: &Sources, gathered: &mut Gathered) {
+        self.sourced_tints.clear();
+        self.sourced_counts = Default::default();
+        for (source, sourced) in sources.iter() {
+            let standing = sourced.alarm.standing();
+            let state = standing.state();
+            if state.is_held() {
+                self.held.push(sourced.number);
+                continue;
+            }
+            let (priority, is_certain) = (sourced.priority, sourced.is_certain(source));
+            let [unacknowledged, all] = &mut self.sourced_counts[priority as usize];
+            *unacknowledged += usize::from(state.is_unacknowledged());
+            *all += 1;
+            let since = Reverse(sourced.alarm.since());
+            let ranked = (priority, since, sourced.number, state.is_unacknowledged());
+            gathered.add(ranked, sourced.node, is_certain);
+            if let Some(node) = sourced.node.filter(|_| standing.is_active) {
+                let severity = severity(priority);
+                self.sourced_tints.push(SourcedTint { node, severity, is_certain });
+            }
+        }
     }
 
     /// Equipment in unacknowledged alarm, if that changed since it was last asked for.
@@ -105,5 +173,12 @@ impl Place {
         self.is_unacknowledged |= other.is_unacknowledged;
         self.is_doubtful &= other.is_doubtful;
         self.count += other.count;
+    }
+}
+
+fn severity(priority: Priority) -> Severity {
+    match priority {
+        Priority::Critical | Priority::High => Severity::Alarm,
+        Priority::Medium | Priority::Low => Severity::Warning,
     }
 }

@@ -1,6 +1,6 @@
 //! Alarms as the panels show them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::time::Duration;
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
@@ -8,6 +8,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{Snapshot, SourceTime, TagSet};
 use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon};
 
+use super::sources::{Source, Sourced};
 use super::{Alarming, words};
 use crate::labels::{Sight, top_of};
 use crate::load::LoadedScene;
@@ -31,6 +32,9 @@ impl Rows<'_> {
     }
 
     fn row_of(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<AlarmRow> {
+        if let Some((source, sourced)) = alarming.sources.get(alarm) {
+            return Some(self.sourced_row(alarming, source, sourced));
+        }
         let (spec, status) = (alarming.table.set().spec(alarm)?, alarming.table.status(alarm)?);
         let (state, is_saving) = alarming.shown_state(alarm, status.state);
         let (value, doubt) = self.value_of(spec, &status);
@@ -53,7 +57,28 @@ impl Rows<'_> {
             is_first_out: status.is_first_out,
             shelf_left: status.shelf_left.filter(|_| state == State::G),
             is_saving,
+            ..AlarmRow::default()
         })
+    }
+
+    fn sourced_row(&self, alarming: &Alarming, source: &Source, sourced: &Sourced) -> AlarmRow {
+        let (alarm, wall_clock) = (&sourced.alarm, alarming.wall_clock);
+        let standing = alarm.standing();
+        AlarmRow {
+            number: sourced.number.0,
+            id: sourced.id(source),
+            message: sourced.message().to_owned(),
+            priority: priority(sourced.priority),
+            state: alarm.state_name(),
+            is_unacknowledged: standing.state().is_unacknowledged(),
+            is_active: standing.is_active,
+            doubt: source.doubt_of(alarm),
+            time: alarm.since().map_or_else(String::new, |at| words::time(at, wall_clock)),
+            age: alarm.since().map(|since| elapsed(since, wall_clock)),
+            equipment: self.equipment(alarming, sourced.number),
+            source: Some(source.name().to_owned()),
+            ..AlarmRow::default()
+        }
     }
 
     /// The value of an alarm's tag as it is, and why nothing is known of it.
@@ -73,14 +98,23 @@ impl Rows<'_> {
     }
 
     fn equipment(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<String> {
-        let node = alarming.nodes.get(alarm.0 as usize).copied().flatten();
         let id = |node| self.scene.graph.node(node).id();
+        if let Some((_, sourced)) = alarming.sources.get(alarm) {
+            let called = || Some(sourced.alarm.source.clone()).filter(|text| !text.is_empty());
+            return sourced.node.map(id).or_else(called);
+        }
+        let node = alarming.nodes.get(alarm.0 as usize).copied().flatten();
         node.map(id).or_else(|| alarming.table.set().spec(alarm)?.equipment.clone())
     }
 
-    /// Of these alarms the rows of those that are not normal, the most urgent first, at
+    /// Of these alarms, and of those that other systems have at these nodes, the rows of those that are not normal, the most urgent first, at
     /// most `most`; and how many are normal.
-    pub(crate) fn of(&self, alarms: &[AlarmHandle], most: usize) -> (Vec<AlarmRow>, usize) {
+    pub(crate) fn of(
+        &self,
+        alarms: &[AlarmHandle],
+        nodes: &HashSet<NodeIndex>,
+        most: usize,
+    ) -> (Vec<AlarmRow>, usize) {
         let Some(alarming) = self.alarming else { return (Vec::new(), 0) };
         let state = |alarm| alarming.table.status(alarm).map(|status| status.state);
         let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::A);
@@ -88,6 +122,9 @@ impl Rows<'_> {
         let mut rows: Vec<AlarmRow> =
             open.filter_map(|alarm| self.row_of(alarming, *alarm)).collect();
         let calm = alarms.len() - rows.len();
+        let is_here = |sourced: &Sourced| sourced.node.is_some_and(|node| nodes.contains(&node));
+        let sourced = alarming.sources.iter().filter(|(_, sourced)| is_here(sourced));
+        rows.extend(sourced.map(|(source, sourced)| self.sourced_row(alarming, source, sourced)));
         rows.sort_by_key(|row| (!row.is_unacknowledged, row.priority as u8, row.age));
         rows.truncate(most);
         (rows, calm)
@@ -100,7 +137,8 @@ impl Rows<'_> {
         let handling = &self.scene.config.alarm_handling;
         let of_priority = |priority| {
             let counts = table.counts(priority);
-            [counts.unacknowledged(), counts.annunciated()]
+            let [unacknowledged, all] = alarming.listing.sourced_counts[priority as usize];
+            [counts.unacknowledged() + unacknowledged, counts.annunciated() + all]
         };
         let newest = alarming.tail.iter().rev().filter(|_| alarming.list == AlarmList::Log);
         Some(AlarmModel {
@@ -110,6 +148,7 @@ impl Rows<'_> {
             selected: alarming.selected.and_then(|alarm| self.detail(alarming, alarm)),
             banner: alarming.listing.most_urgent.and_then(|alarm| self.row_of(alarming, alarm)),
             log: newest.map(|record| words::record(record, alarming.wall_clock)).collect(),
+            sources: alarming.sources.lamps(),
             trouble: alarming.trouble(),
             max_shelving: Duration::from_secs(u64::from(handling.max_shelving_minutes) * 60),
             flashes,
@@ -117,6 +156,20 @@ impl Rows<'_> {
     }
 
     fn detail(&self, alarming: &Alarming, alarm: AlarmHandle) -> Option<AlarmDetail> {
+        if let Some((source, sourced)) = alarming.sources.get(alarm) {
+            return Some(AlarmDetail {
+                row: AlarmRow {
+                    doubt: source.long_doubt_of(&sourced.alarm),
+                    ..self.sourced_row(alarming, source, sourced)
+                },
+                condition: sourced.alarm.name.clone(),
+                decided_by: Some(format!("'{}'", source.name())),
+                can_ask: alarming.has_host,
+                is_shelved: sourced.alarm.is_shelved,
+                is_out_of_service: sourced.alarm.is_out_of_service,
+                ..AlarmDetail::default()
+            });
+        }
         let (spec, status) = (alarming.table.set().spec(alarm)?, alarming.table.status(alarm)?);
         let is_mirrored = spec.source == AlarmSource::Mirrored;
         Some(AlarmDetail {
@@ -124,7 +177,8 @@ impl Rows<'_> {
             condition: words::source(&spec.source, &self.scene.tags),
             consequence: spec.consequence.clone(),
             response: spec.response.clone(),
-            is_mirrored,
+            decided_by: is_mirrored.then(|| "The host's alarm system".to_owned()),
+            can_ask: alarming.has_host,
             can_reset: status.state == State::F,
             can_shelve: !matches!(status.state, State::H | State::I) && !is_mirrored,
             is_shelved: status.standing.is_shelved,
@@ -148,10 +202,8 @@ impl AlarmRows for Rows<'_> {
         let alarms = &alarming.listing.alarms;
         let chosen = alarming.selected.and_then(|chosen| alarms.iter().position(|a| *a == chosen));
         let (before, after) = alarms.split_at(chosen.map_or(0, |chosen| chosen + 1));
-        let waits = |alarm: &&AlarmHandle| {
-            let status = alarming.table.status(**alarm);
-            status.is_some_and(|status| status.state.is_unacknowledged())
-        };
+        let waits =
+            |alarm: &&AlarmHandle| alarming.state_of(**alarm).is_some_and(State::is_unacknowledged);
         let next = *after.iter().chain(before).find(waits)?;
         Some((next.0, self.equipment(alarming, next)))
     }

@@ -32,7 +32,13 @@ impl Alarming {
         let old = self.table.set().clone();
         next.table = AlarmTable::new(scene.alarms.set.clone(), longest_shelf(is), Moment::now());
         next.table.inherit(self.table, is_same);
-        let now_of = |alarm: AlarmHandle| next.table.set().find(&old.spec(alarm)?.id);
+        next.sources.inherit(self.sources, scene);
+        next.note_instances(scene);
+        let now_of = |alarm: AlarmHandle| match old.spec(alarm) {
+            Some(spec) => next.table.set().find(&spec.id),
+            // Those of other systems keep their numbers.
+            None => next.sources.get(alarm).map(|_| alarm),
+        };
         next.selected = self.selected.and_then(now_of);
         let unsaved = self.unsaved.into_iter();
         next.unsaved = unsaved

@@ -51,6 +51,20 @@ pub(super) fn resolve(
         });
         specs.push(spec);
     }
+    let sources = config.alarm_handling.sources.iter();
+    for (source, graph) in sources.filter_map(|source| Some((source, graph?))) {
+        let rules = join_pointer(&source.pointer, "equipment");
+        for (start, equipment) in &source.equipment {
+            bindings::find(
+                config,
+                graph,
+                imported,
+                equipment,
+                &join_pointer(&rules, start),
+                faults,
+            );
+        }
+    }
     let set = AlarmSet::new(specs, tags).unwrap_or_else(|found| {
         for fault in found {
             let alarm = config.alarms.get(&fault.id);

@@ -8,7 +8,7 @@ use busbar_config::{Config, Isolation, PluginConfig, TagConfig, join_pointer};
 use busbar_plugin_host::{Digest, LoadRules, PluginError, PublicKey, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, Deadlines, Optimizer, Plugin, PluginCatalog, PluginOptions, RestartPolicy,
-    RunningOverlay, RunningRecords, RunningTelemetry,
+    RunningAlarms, RunningOverlay, RunningRecords, RunningTelemetry,
 };
 use busbar_tags::{TagHandle, TagSpec};
 use rayon::prelude::*;
@@ -125,7 +125,7 @@ fn in_folder(settings: &Value, folder: &Path) -> Value {
     }
 }
 
-/// How a plugin runs. Only the source of a tag needs the network by itself.
+/// How a plugin runs. Only the source of tags or alarms needs the network by itself.
 fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions {
     let is_source = || serves(config, name);
     let supervision = &config.supervision;
@@ -154,7 +154,13 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
 
 /// Whether a plugin instance is the source of a tag.
 pub(super) fn serves(config: &Config, name: &str) -> bool {
-    config.tags.values().filter_map(TagConfig::source).any(|source| source.plugin == name)
+    let mut sources = config.tags.values().filter_map(TagConfig::source);
+    sources.any(|source| source.plugin == name) || has_alarms(config, name)
+}
+
+/// Whether alarms of another system come from a plugin.
+pub(super) fn has_alarms(config: &Config, name: &str) -> bool {
+    config.alarm_handling.sources.iter().any(|source| source.plugin == name)
 }
 
 /// Puts a plugin's error where the configuration caused it.
@@ -222,6 +228,11 @@ pub(super) fn check_capabilities(
     for records in &config.records {
         if let Some(Err(error)) = instances.get(&records.plugin).map(RunningRecords::of) {
             add(records.pointer.clone(), &error);
+        }
+    }
+    for source in &config.alarm_handling.sources {
+        if let Some(Err(error)) = instances.get(&source.plugin).map(RunningAlarms::of) {
+            add(join_pointer(&source.pointer, "plugin"), &error);
         }
     }
     for (name, instance) in instances.iter().filter(|(name, _)| is_new(name)) {

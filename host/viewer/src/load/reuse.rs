@@ -100,8 +100,7 @@ impl LoadedScene {
                 let bindings = scene.overlay_bindings(name);
                 overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
             }
-            let tags = scene.telemetry_tags(name);
-            if !tags.is_empty() {
+            if let Some(tags) = scene.served_tags(name, plugin) {
                 telemetry.push(RunningTelemetry::start(plugin, &tags)?);
             }
         }
@@ -218,13 +217,14 @@ fn served<'a>(
     })
 }
 
-/// Whether it is an overlay, has records, has the chart, or simplifies models.
-fn jobs(config: &Config, name: &str) -> [bool; 4] {
+/// Whether it is an overlay, has records, has the chart, simplifies models, or has alarms.
+fn jobs(config: &Config, name: &str) -> [bool; 5] {
     [
         config.overlays.iter().any(|overlay| overlay.plugin == name),
         config.records.iter().any(|records| records.plugin == name),
         config.chart.as_ref().is_some_and(|chart| chart.plugin == name),
         config.models.values().any(|model| model.optimizer.as_deref() == Some(name)),
+        plugins::has_alarms(config, name),
     ]
 }
 

@@ -63,6 +63,7 @@ impl Viewer {
         history.follow(tags.snapshot(), now);
         let tags_millis = began.millis();
         if let Some(alarms) = alarms {
+            alarms.take_sources(&self.scene);
             alarms.step(tags.snapshot(), now, wall_clock());
         }
         let alarms_millis = began.millis() - tags_millis;

@@ -12,7 +12,9 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use busbar_link::Reconnect;
 use busbar_plugin_sdk::testing::{Recording, Watched, host, tag_spec};
-use busbar_plugin_sdk::{LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind};
+use busbar_plugin_sdk::{
+    Alarms, LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind,
+};
 use serde_json::{Value as Json, json};
 
 use crate::{OpcUa, Settings};

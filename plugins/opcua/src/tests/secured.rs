@@ -256,3 +256,41 @@ fn keys_are_renewed_before_they_are_too_old() {
     let states: Vec<_> = running.recorder.recording().links.iter().map(|link| link.0).collect();
     assert_eq!(states, [LinkState::Connecting, LinkState::Up]);
 }
+
+#[test]
+fn alarms_of_a_secured_server_are_current_only_once_it_is_trusted() {
+    let hot = json!({
+        "ActiveState/Id": true, "AckedState/Id": false, "Retain": true, "Severity": 500
+    });
+    let alarms = json!({"conditions": ["ns=2;s=Hot"], "alarms": {"ns=2;s=Hot": hot}});
+    let policies = ["Basic256Sha256/SignAndEncrypt"];
+    let Some(setting) = Setting::new("server", &policies, &alarms) else { return };
+    let security = setting.security("client", "Basic256Sha256", "SignAndEncrypt");
+    let settings = with(security, "alarms", json!(true));
+    let mut running = setting.start(&settings);
+    running.wait_for_link(LinkState::Down, "trusted");
+    let report = running.plugin.alarms(0).unwrap();
+    assert!(report.fault.unwrap().contains("trusted"), "it says which check failed");
+    assert_eq!(report.alarms.unwrap(), []);
+    setting.trust("server");
+    running.wait_for(1, Value::F64(5.0));
+    let deadline = std::time::Instant::now() + PATIENCE;
+    let report = loop {
+        let report = running.plugin.alarms(0).unwrap();
+        if report.fault.is_none() || std::time::Instant::now() > deadline {
+            break report;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(report.fault, None);
+    assert!(report.alarms.unwrap()[0].is_active);
+}
+
+#[test]
+fn an_instance_without_the_setting_says_that_it_mirrors_no_alarms() {
+    let settings = json!({"url": "opc.tcp://127.0.0.1:1/test"});
+    let settings: Settings = serde_json::from_value(settings).unwrap();
+    let mut plugin = OpcUa::create(settings, host()).unwrap();
+    let error = plugin.alarms(0).unwrap_err().to_string();
+    assert!(error.contains("\"alarms\": true"), "{error}");
+}

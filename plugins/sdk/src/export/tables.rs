@@ -9,7 +9,8 @@ use super::{Capability, Instance, Table, instance};
 use crate::border::{given, given_mut, guard};
 use crate::overlay::RawDescription;
 use crate::{
-    Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator, Telemetry,
+    Alarms, Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator,
+    Telemetry,
 };
 
 /// `busbar.mesh-optimizer/1-draft` of a type.
@@ -401,6 +402,33 @@ pub const fn records<P: Records>() -> Capability {
             struct_size: size_of::<abi::BusbarRecords>() as u32,
             reserved: 0,
             describe: Some(describe::<P>),
+            read: Some(read::<P>),
+        }),
+    }
+}
+
+/// `busbar.alarms/1-draft` of a type.
+pub const fn alarms<P: Alarms>() -> Capability {
+    unsafe extern "C" fn read<P: Alarms>(
+        plugin: *const abi::BusbarPlugin,
+        known_revision: u64,
+        output: *mut abi::BusbarTextOutput,
+        error: *mut abi::BusbarError,
+    ) -> abi::BusbarStatus {
+        // SAFETY: the host passes what `create` made, and valid pointers.
+        unsafe {
+            guard(error, || {
+                let plugin = instance::<P>(plugin)?.plugin.write();
+                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
+                crate::alarms::read(&mut *plugin, known_revision, output)
+            })
+        }
+    }
+    Capability {
+        id: abi::ALARMS_ID,
+        table: Table::Alarms(abi::BusbarAlarms {
+            struct_size: size_of::<abi::BusbarAlarms>() as u32,
+            reserved: 0,
             read: Some(read::<P>),
         }),
     }

@@ -1,0 +1,216 @@
+//! Alarms that another system decides on, as it reports them.
+
+use std::collections::HashSet;
+
+use busbar_tags::SourceTime;
+use serde::{Deserialize, Serialize};
+
+use crate::{Standing, State};
+
+/// Alarms of one report.
+pub const MAX_SOURCE_ALARMS: usize = 5_000;
+/// Bytes of an id, a name, a source or a message.
+pub const MAX_SOURCE_ALARM_TEXT: usize = 512;
+/// Bytes of why a source is not current.
+const MAX_REASON_BYTES: usize = 512;
+/// The most urgent severity (OPC 10000-5, 6.4.2).
+pub const MAX_SEVERITY: u16 = 1000;
+
+/// What a source of alarms says.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SourceReport {
+    /// Grows with every change of any alarm; never 0.
+    pub revision: u64,
+    /// How long ago the source last gave a sign of life, milliseconds; `None` where it never
+    /// did.
+    pub heard_millis: Option<u64>,
+    /// Why the source is not current; the alarms are as they last were known.
+    pub fault: Option<String>,
+    /// Alarms that it has beyond those that it reports.
+    pub left_out: u64,
+    /// All of interest; `None` where they are as the caller knows them.
+    pub alarms: Option<Vec<SourceAlarm>>,
+}
+
+/// How far a source vouches for what it says of an alarm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SourceQuality {
+    /// It holds.
+    #[default]
+    Good,
+    /// It may not hold.
+    Uncertain,
+    /// Nobody knows.
+    Bad,
+}
+
+/// An alarm as its source has it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SourceAlarm {
+    /// Unique in the source.
+    pub id: String,
+    /// What it is called; may be empty.
+    pub name: String,
+    /// What it is about, as the source calls it.
+    pub source: String,
+    /// What happened, for people; may be empty.
+    pub message: String,
+    /// 1 to [`MAX_SEVERITY`], the most urgent.
+    pub severity: u16,
+    /// Whether its condition holds.
+    pub is_active: bool,
+    /// Whether an operator has yet to see it.
+    pub is_unacknowledged: bool,
+    /// Whether an operator has yet to confirm it (OPC 10000-9, 5.7.2).
+    pub is_unconfirmed: bool,
+    /// Whether an operator shelved it.
+    pub is_shelved: bool,
+    /// Whether it is suppressed by design.
+    pub is_suppressed: bool,
+    /// Whether it is out of service.
+    pub is_out_of_service: bool,
+    /// When it came to be so, nanoseconds since 1970-01-01 UTC.
+    pub unix_nanos: Option<i64>,
+    /// How far the source vouches for it.
+    pub quality: SourceQuality,
+}
+
+/// The rule that a report breaks.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("its report of alarms: {0}")]
+pub struct SourceFault(String);
+
+impl SourceReport {
+    /// Whether it is such as a plugin may give to who knows a revision, 0 for none.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn check(&self, known: u64) -> Result<(), SourceFault> {
+        let rule = |holds: bool, what: &str| match holds {
+            true => Ok(()),
+            false => Err(SourceFault(what.to_owned())),
+        };
+        rule(self.revision > 0, "its revision is 0")?;
+        let fault = self.fault.as_deref().unwrap_or("-");
+        rule(is_line(fault, 1, MAX_REASON_BYTES), "its fault is empty, too long or not one line")?;
+        let Some(alarms) = &self.alarms else {
+            return rule(self.revision == known, "it is of another revision, and has no alarms");
+        };
+        rule(alarms.len() <= MAX_SOURCE_ALARMS, "it has more than 5,000 alarms")?;
+        let mut ids = HashSet::with_capacity(alarms.len());
+        for alarm in alarms {
+            alarm.check().map_err(|what| SourceFault(what.to_owned()))?;
+            rule(ids.insert(alarm.id.as_str()), "two alarms have the same id")?;
+        }
+        Ok(())
+    }
+}
+
+impl SourceAlarm {
+    fn check(&self) -> Result<(), &'static str> {
+        let line = |text: &str, least| is_line(text, least, MAX_SOURCE_ALARM_TEXT);
+        if !line(&self.id, 1) || !line(&self.source, 0) {
+            return Err("the id or source of an alarm is empty, too long or not one line");
+        }
+        if !line(&self.name, 0) || !line(&self.message, 0) {
+            return Err("the name or message of an alarm is too long or not one line");
+        }
+        if !(1..=MAX_SEVERITY).contains(&self.severity) {
+            return Err("the severity of an alarm is not 1 to 1000");
+        }
+        Ok(())
+    }
+
+    /// What its state rests on.
+    pub fn standing(&self) -> Standing {
+        Standing {
+            is_active: self.is_active,
+            is_unacknowledged: self.is_unacknowledged,
+            is_latched: false,
+            is_shelved: self.is_shelved,
+            shelved_until: None,
+            is_suppressed: self.is_suppressed,
+            is_out_of_service: self.is_out_of_service,
+        }
+    }
+
+    /// When it came to be so.
+    pub fn since(&self) -> Option<SourceTime> {
+        self.unix_nanos.map(SourceTime)
+    }
+
+    /// Its state in words. What a source reports although nothing is wrong any more, it
+    /// keeps for a reason of its own.
+    pub fn state_name(&self) -> &'static str {
+        match self.standing().state() {
+            State::A if self.is_unconfirmed => "returned, unconfirmed",
+            State::A => "returned, kept by its source",
+            State::C if self.is_unconfirmed => "acknowledged, unconfirmed",
+            state => state.name(),
+        }
+    }
+}
+
+/// Whether a text is one line of so many bytes.
+fn is_line(text: &str, least: usize, most: usize) -> bool {
+    (least..=most).contains(&text.len()) && !text.chars().any(char::is_control)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alarm(id: &str) -> SourceAlarm {
+        SourceAlarm { id: id.to_owned(), severity: 500, ..SourceAlarm::default() }
+    }
+
+    fn report(alarms: Vec<SourceAlarm>) -> SourceReport {
+        SourceReport { revision: 3, alarms: Some(alarms), ..SourceReport::default() }
+    }
+
+    #[track_caller]
+    fn check(report: &SourceReport, expected: &str) {
+        let fault = report.check(3).map_or_else(|fault| fault.to_string(), |()| "fine".to_owned());
+        assert!(fault.contains(expected), "{fault}");
+    }
+
+    #[test]
+    fn reports_keep_their_rules() {
+        check(&report(vec![alarm("a"), alarm("b")]), "fine");
+        check(&report(vec![alarm("a"), alarm("a")]), "the same id");
+        check(&report(vec![alarm("")]), "is empty");
+        check(&report(vec![alarm("a\nb")]), "not one line");
+        check(&report(vec![alarm(&"x".repeat(MAX_SOURCE_ALARM_TEXT + 1))]), "too long");
+        check(&report(vec![SourceAlarm { severity: 0, ..alarm("a") }]), "1 to 1000");
+        check(&report(vec![SourceAlarm { severity: 1001, ..alarm("a") }]), "1 to 1000");
+        let long = "m".repeat(MAX_SOURCE_ALARM_TEXT + 1);
+        check(&report(vec![SourceAlarm { message: long, ..alarm("a") }]), "message");
+        let many = (0..=MAX_SOURCE_ALARMS).map(|number| alarm(&number.to_string()));
+        check(&report(many.collect()), "more than 5,000");
+        check(&SourceReport { revision: 0, ..report(Vec::new()) }, "revision is 0");
+        check(&SourceReport { fault: Some(String::new()), ..report(Vec::new()) }, "its fault");
+        let same = SourceReport { alarms: None, ..report(Vec::new()) };
+        check(&same, "fine");
+        check(&SourceReport { revision: 4, ..same }, "another revision");
+    }
+
+    #[test]
+    fn states_are_those_of_the_source() {
+        let with = |is_active, is_unacknowledged| SourceAlarm {
+            is_active,
+            is_unacknowledged,
+            ..alarm("a")
+        };
+        assert_eq!(with(true, true).standing().state(), State::B);
+        assert_eq!(with(true, false).standing().state(), State::C);
+        assert_eq!(with(false, true).standing().state(), State::D);
+        assert_eq!(with(false, false).state_name(), "returned, kept by its source");
+        let unconfirmed = SourceAlarm { is_unconfirmed: true, ..with(false, false) };
+        assert_eq!(unconfirmed.state_name(), "returned, unconfirmed");
+        let shelved = SourceAlarm { is_shelved: true, ..with(true, true) };
+        assert_eq!(shelved.standing().state(), State::G);
+        let out = SourceAlarm { is_out_of_service: true, ..shelved };
+        assert_eq!(out.state_name(), "out of service");
+    }
+}

@@ -1,0 +1,32 @@
+//! The table of alarms.
+
+use busbar_plugin_sdk::abi;
+
+use super::text;
+use crate::fault::At;
+use crate::tables::{SHORT, honest_table};
+
+/// As it is, and as the lie has it.
+pub(super) static TABLE: [abi::BusbarAlarms; 2] =
+    [alarms(size_of::<abi::BusbarAlarms>() as u32), alarms(SHORT)];
+
+const fn alarms(struct_size: u32) -> abi::BusbarAlarms {
+    abi::BusbarAlarms { struct_size, reserved: 0, read: Some(read as _) }
+}
+
+unsafe extern "C" fn read(
+    plugin: *const abi::BusbarPlugin,
+    known_revision: u64,
+    output: *mut abi::BusbarTextOutput,
+    error: *mut abi::BusbarError,
+) -> abi::BusbarStatus {
+    let honest = honest_table::<abi::BusbarAlarms>(abi::ALARMS_ID).and_then(|table| table.read);
+    let Some(read) = honest else { return abi::BUSBAR_INTERNAL };
+    // SAFETY: handed on as it came.
+    let done = unsafe { read(plugin, known_revision, output, error) };
+    if done == abi::BUSBAR_OK {
+        // SAFETY: the SDK found it good and wrote it.
+        unsafe { text(At::ReadAlarms, output) };
+    }
+    done
+}

@@ -1,0 +1,238 @@
+//! The alarms of a server as it has them, for the host to show (OPC 10000-9).
+//!
+//! Events tell of each condition; a refresh tells of all that are of interest, and what it
+//! leaves out is gone. What was known stays while the server is lost, with the reason.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use async_opcua::types::{NodeId, StatusCode, Variant};
+use busbar_plugin_sdk::{
+    AlarmQuality, AlarmReport, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, Quality, SourceAlarm,
+    ValueKind,
+};
+
+use crate::conditions::{Field, Told};
+use crate::convert::{quality_of, time_of};
+
+/// Conditions that are kept; the most severe of them are reported.
+const MAX_KEPT: usize = 20_000;
+/// The most urgent severity (OPC 10000-5, 6.4.2).
+const MAX_SEVERITY: u16 = 1000;
+/// Bytes of why the server is lost.
+const MAX_REASON_BYTES: usize = 512;
+
+/// What the server's thread knows, and the host asks for.
+#[derive(Clone)]
+pub(crate) struct Mirror(Arc<Mutex<State>>);
+
+struct State {
+    revision: u64,
+    heard: Option<Instant>,
+    /// Why the conditions are not current; none while they are.
+    fault: Option<String>,
+    kept: BTreeMap<String, Kept>,
+    /// Grows with each refresh, and how many of those have not ended.
+    round: u64,
+    open_rounds: u32,
+    /// What is left out, and why.
+    unreadable: Option<&'static str>,
+}
+
+struct Kept {
+    alarm: SourceAlarm,
+    /// The round in which it was told last.
+    round: u64,
+}
+
+impl Default for Mirror {
+    fn default() -> Self {
+        Self(Arc::new(Mutex::new(State {
+            revision: 1,
+            heard: None,
+            fault: Some("not connected yet".to_owned()),
+            kept: BTreeMap::new(),
+            round: 0,
+            open_rounds: 0,
+            unreadable: None,
+        })))
+    }
+}
+
+impl Mirror {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is known stays, and is not current any more.
+    pub(crate) fn lose(&self, why: &str) {
+        let mut state = self.state();
+        state.fault = Some(line(why, MAX_REASON_BYTES));
+        state.open_rounds = 0;
+    }
+
+    /// The subscription of events lives.
+    pub(crate) fn confirm(&self) {
+        self.state().heard = Some(Instant::now());
+    }
+
+    /// The server is asked for all conditions of interest.
+    pub(crate) fn begin_refresh(&self) {
+        let mut state = self.state();
+        state.round += 1;
+        state.open_rounds += 1;
+        state.unreadable = None;
+    }
+
+    /// It told them: those that it left out are of no interest (OPC 10000-9, 5.5.7).
+    pub(crate) fn end_refresh(&self) {
+        let mut state = self.state();
+        state.open_rounds = state.open_rounds.saturating_sub(1);
+        if state.open_rounds > 0 {
+            return;
+        }
+        let (count, round) = (state.kept.len(), state.round);
+        state.kept.retain(|_, kept| kept.round == round);
+        if state.kept.len() != count {
+            state.revision += 1;
+        }
+        state.heard = Some(Instant::now());
+        state.fault = state.unreadable.map(str::to_owned);
+    }
+
+    /// Takes what an event says of a condition, whose id is as of these namespaces.
+    pub(crate) fn take(&self, namespaces: &[String], condition: &NodeId, told: &Told<'_>) {
+        let Some(alarm) = alarm_of(namespaces, condition, told) else { return };
+        let mut state = self.state();
+        let round = state.round;
+        if !is_retained(told) {
+            let gone = state.kept.remove(&alarm.id).is_some();
+            state.revision += u64::from(gone);
+            return;
+        }
+        let is_new = !state.kept.contains_key(&alarm.id);
+        if alarm.id.len() > MAX_SOURCE_ALARM_TEXT {
+            state.refuse("a condition has an id of more than 512 bytes, and is left out");
+        } else if is_new && state.kept.len() >= MAX_KEPT {
+            state.refuse("more than 20,000 conditions are of interest: the rest is left out");
+        } else {
+            state.revision += 1;
+            state.kept.insert(alarm.id.clone(), Kept { alarm, round });
+        }
+    }
+
+    /// As the host is told.
+    pub(crate) fn report(&self, known_revision: u64) -> AlarmReport {
+        let state = self.state();
+        let alarms = (state.revision != known_revision).then(|| state.most_severe());
+        AlarmReport {
+            revision: state.revision,
+            heard_millis: state.heard.map(|heard| heard.elapsed().as_millis() as u64),
+            fault: state.fault.clone(),
+            left_out: state.kept.len().saturating_sub(MAX_SOURCE_ALARMS) as u64,
+            alarms,
+        }
+    }
+}
+
+impl State {
+    /// What is known is not all: that is not current.
+    fn refuse(&mut self, why: &'static str) {
+        self.unreadable = Some(why);
+        self.fault = Some(why.to_owned());
+    }
+
+    fn most_severe(&self) -> Vec<SourceAlarm> {
+        let mut alarms: Vec<&SourceAlarm> = self.kept.values().map(|kept| &kept.alarm).collect();
+        alarms.sort_by_key(|alarm| std::cmp::Reverse(alarm.severity));
+        alarms.into_iter().take(MAX_SOURCE_ALARMS).cloned().collect()
+    }
+}
+
+/// An event as an alarm; none where its condition is no alarm, such as a dialog.
+fn alarm_of(namespaces: &[String], condition: &NodeId, told: &Told<'_>) -> Option<SourceAlarm> {
+    let is = |field: Field| told.is(field);
+    let is_active = is(Field::ActiveState)?;
+    let quality = match told.quality {
+        Variant::StatusCode(status) => *status,
+        _ => StatusCode::Good,
+    };
+    let at = match told.time {
+        Variant::DateTime(time) => time_of(time),
+        _ => None,
+    };
+    let severity = match told.value(Field::Severity, ValueKind::I64) {
+        Some(busbar_plugin_sdk::Value::I64(severity)) => severity as u16,
+        // A mandatory field that is missing hides nothing.
+        _ => MAX_SEVERITY,
+    };
+    let source = match (text(told.source_name()), told.source_node()) {
+        (name, Variant::NodeId(node)) if name.is_empty() => id_of(namespaces, node),
+        (name, _) => name,
+    };
+    Some(SourceAlarm {
+        id: id_of(namespaces, condition),
+        name: text(told.condition_name()),
+        source: line(&source, MAX_SOURCE_ALARM_TEXT),
+        message: text(told.message()),
+        severity: severity.clamp(1, MAX_SEVERITY),
+        is_active,
+        is_unacknowledged: is(Field::AckedState) == Some(false),
+        is_unconfirmed: is(Field::ConfirmedState) == Some(false),
+        is_shelved: is(Field::ShelvingState) == Some(true),
+        is_suppressed: is(Field::SuppressedState) == Some(true),
+        is_out_of_service: is(Field::OutOfServiceState) == Some(true),
+        unix_nanos: at.and_then(unix_nanos),
+        quality: match quality_of(quality) {
+            Quality::Good => AlarmQuality::Good,
+            Quality::Uncertain(_) => AlarmQuality::Uncertain,
+            Quality::Bad(_) => AlarmQuality::Bad,
+        },
+    })
+}
+
+/// Whether a condition is of interest. One that does not say so is while it is active or
+/// waits for somebody.
+fn is_retained(told: &Told<'_>) -> bool {
+    let waits =
+        told.is(Field::ActiveState) == Some(true) || told.is(Field::AckedState) == Some(false);
+    told.is(Field::Retain).unwrap_or(waits)
+}
+
+/// A node by the URI of its namespace, whose number may be another after a restart.
+fn id_of(namespaces: &[String], node: &NodeId) -> String {
+    let by_number = node.to_string();
+    let uri = namespaces.get(usize::from(node.namespace)).filter(|_| node.namespace > 0);
+    match (uri, by_number.split_once(';')) {
+        (Some(uri), Some((_, rest))) => {
+            let uri = uri.replace('%', "%25").replace(';', "%3B");
+            line(&format!("nsu={uri};{rest}"), usize::MAX)
+        }
+        _ => line(&by_number, usize::MAX),
+    }
+}
+
+fn text(variant: &Variant) -> String {
+    match variant {
+        Variant::String(text) => line(text.as_ref(), MAX_SOURCE_ALARM_TEXT),
+        Variant::LocalizedText(text) => line(text.text.as_ref(), MAX_SOURCE_ALARM_TEXT),
+        _ => String::new(),
+    }
+}
+
+/// A text as one line of at most so many bytes.
+fn line(text: &str, max_bytes: usize) -> String {
+    let printable = |c: char| if c.is_control() { ' ' } else { c };
+    let mut line: String = text.chars().map(printable).collect();
+    line.truncate(line.floor_char_boundary(max_bytes));
+    line
+}
+
+fn unix_nanos(time: SystemTime) -> Option<i64> {
+    i64::try_from(time.duration_since(UNIX_EPOCH).ok()?.as_nanos()).ok()
+}
+
+#[cfg(test)]
+#[path = "mirror_tests.rs"]
+mod tests;
