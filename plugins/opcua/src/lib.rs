@@ -11,6 +11,7 @@ mod convert;
 mod fault;
 mod guard;
 mod identity;
+mod import;
 mod link;
 mod node;
 mod points;
@@ -31,7 +32,8 @@ use std::time::SystemTime;
 
 use busbar_link::{IoLoop, TcpDial};
 use busbar_plugin_sdk::{
-    Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    Command, CommandExit, CommandInfo, Error, Host, Plugin, SampleSink, Streams, TagSpec,
+    Telemetry, Worker, export_plugin,
 };
 use tokio::time::sleep;
 
@@ -98,4 +100,20 @@ impl Telemetry for OpcUa {
     }
 }
 
-export_plugin!(OpcUa: telemetry);
+impl Command for OpcUa {
+    const COMMANDS: &'static [CommandInfo] = &[CommandInfo {
+        name: "points",
+        help: "list the variables of the server as points for `busbar import`",
+    }];
+
+    fn run(
+        &self,
+        _name: &str,
+        arguments: &[&str],
+        streams: &Streams<'_>,
+    ) -> Result<CommandExit, Error> {
+        import::run(&self.config, arguments, streams)
+    }
+}
+
+export_plugin!(OpcUa: telemetry, command);
