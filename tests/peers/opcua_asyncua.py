@@ -16,6 +16,8 @@ from asyncua import Server, ua
 from asyncua.crypto.permission_rules import SimpleRoleRuleset, User, UserRole
 from asyncua.server.user_managers import UserManager
 
+import opcua_space
+
 NAMESPACE = "urn:busbar:test"
 APPLICATION = "urn:busbar:test:server"
 
@@ -153,6 +155,12 @@ async def serve(port, spec):
         await peer.add(node)
     for name in spec.get("conditions", []):
         await peer.add_condition(name)
+    if "space" in spec:
+        await opcua_space.build(server, 2)
+        opcua_space.limit(**spec["space"])
+    for depth in range(spec.get("depth", 0)):
+        folder = await folder.add_folder(2, f"{depth}")
+        await folder.add_variable(2, "V", 1.0)
     await server.start()
     for name, fields in spec.get("alarms", {}).items():
         await peer.alarm(name, fields)

@@ -42,7 +42,11 @@ pub(crate) enum Command {
     Optimize(OptimizeOptions),
     /// Be the devices of a configuration, so that it can be viewed without them
     Simulate(SimulateOptions),
-    /// Make a scene from a model and a point list
+    /// Make a scene from a model and a point list, or the point list from a device
+    ///
+    /// With --from the device of a configured plugin instance is asked what it has, with the
+    /// instance's settings: `busbar import site.json --from plc --out points.csv` writes a point
+    /// list, `--out tags.json` the tags as a configuration has them.
     Import(ImportOptions),
     /// Show a configuration as a web page, for the iframe of an HMI
     ///
@@ -316,13 +320,25 @@ pub(crate) struct OptimizeOptions {
 
 #[derive(Debug, Args)]
 pub(crate) struct ImportOptions {
-    /// Model file, .glb or .gltf
-    pub(crate) model: PathBuf,
+    /// Model file, .glb or .gltf; with --from a configuration
+    #[arg(value_name = "MODEL|CONFIG")]
+    pub(crate) source: PathBuf,
     /// Point list, CSV: a column `tag`, columns `address.…`, others as they are there
-    pub(crate) points: PathBuf,
-    /// Scene to write; reports are written beside it
-    #[arg(long, value_name = "F.json")]
-    pub(crate) out: PathBuf,
+    #[arg(required_unless_present = "from")]
+    pub(crate) points: Option<PathBuf>,
+    /// Scene to write, with reports beside it; with --from a point list, .csv, or tags, .json
+    /// [default with --from: a list to standard output]
+    #[arg(long, value_name = "F", required_unless_present = "from")]
+    pub(crate) out: Option<PathBuf>,
+    /// Ask the device of this plugin instance for its points, and make no scene
+    #[arg(
+        long,
+        value_name = "INSTANCE",
+        conflicts_with_all = [
+            "points", "plugin", "overlay", "optimizer", "plugins", "id", "skip_bad_rows"
+        ]
+    )]
+    pub(crate) from: Option<String>,
     /// Plugin that brings tags: name in the scene, its id, its settings; V is JSON, or else text
     #[arg(long, value_name = "NAME=ID[,K=V...]", value_parser = parse_instance)]
     pub(crate) plugin: Vec<PluginInstance>,
@@ -341,9 +357,12 @@ pub(crate) struct ImportOptions {
     /// Leave out rows that have faults, and tell them
     #[arg(long)]
     pub(crate) skip_bad_rows: bool,
-    /// Replace the scene and its reports if they are there
+    /// Replace what is written if it is there
     #[arg(long)]
     pub(crate) force: bool,
+    /// What the plugin gets besides, such as nodes to begin at
+    #[arg(last = true, requires = "from")]
+    pub(crate) arguments: Vec<String>,
 }
 
 /// Exit codes: 0 done, perhaps without some of the input, 1 input or environment at fault,

@@ -62,11 +62,7 @@ pub(crate) fn run(mut words: Vec<OsString>) -> anyhow::Result<ExitCode> {
             if report.exit == CommandExit::Done {
                 sink.finish()?;
             }
-            Ok(ExitCode::from(match report.exit {
-                CommandExit::Done => 0,
-                CommandExit::InputAtFault => EXIT_INPUT,
-                CommandExit::WrongUse => EXIT_USAGE,
-            }))
+            Ok(exit_code(&report))
         }
         // Whoever reads the output has enough.
         Err(CommandError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
@@ -91,8 +87,17 @@ fn open(path: &Path) -> anyhow::Result<File> {
     File::open(path).with_context(place)
 }
 
+/// The program's exit code for what a command came to.
+pub(crate) fn exit_code(report: &CommandReport) -> ExitCode {
+    ExitCode::from(match report.exit {
+        CommandExit::Done => 0,
+        CommandExit::InputAtFault => EXIT_INPUT,
+        CommandExit::WrongUse => EXIT_USAGE,
+    })
+}
+
 /// Prints what a command says of its input.
-fn tell(file: &str, report: &CommandReport) {
+pub(crate) fn tell(file: &str, report: &CommandReport) {
     for diagnostic in &report.diagnostics {
         let place = diagnostic.line.map_or(file.to_owned(), |line| format!("{file}:{line}"));
         let kind = match diagnostic.level {

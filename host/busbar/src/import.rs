@@ -1,5 +1,7 @@
 //! `busbar import`.
 
+mod device;
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,26 +13,34 @@ use crate::arguments::ImportOptions;
 use crate::{output, plugin};
 
 pub(crate) fn run(options: &ImportOptions) -> anyhow::Result<ExitCode> {
-    let reports = ["csv", "md"].map(|extension| beside(&options.out, extension));
+    match (&options.from, &options.points, &options.out) {
+        (Some(instance), ..) => device::run(options, instance),
+        (None, Some(points), Some(out)) => make_scene(options, points, out),
+        _ => bail!("a scene needs a point list and --out\n  remedy: name both, or add --from"),
+    }
+}
+
+fn make_scene(options: &ImportOptions, points: &Path, out: &Path) -> anyhow::Result<ExitCode> {
+    let reports = ["csv", "md"].map(|extension| beside(out, extension));
     let [report_csv, report_markdown] = &reports;
     if !options.force {
-        check_free([&options.out, report_csv, report_markdown])?;
+        check_free(&[out, report_csv, report_markdown])?;
     }
     let scene = import_scene(&SceneRequest {
-        model: options.model.clone(),
-        points: options.points.clone(),
-        out: options.out.clone(),
+        model: options.source.clone(),
+        points: points.to_owned(),
+        out: out.to_owned(),
         id: options.id.clone(),
         plugins: options.plugin.clone(),
         overlays: options.overlay.clone(),
         optimizer: options.optimizer.clone(),
-        plugin_directories: directories(options)?,
+        plugin_directories: directories(options, out)?,
         skips_bad_rows: options.skip_bad_rows,
     })?;
-    write_checked(&options.out, &scene.text)?;
+    write_checked(out, &scene.text)?;
     output::write_file(report_csv, scene.report_csv.as_bytes())?;
     output::write_file(report_markdown, scene.report_markdown.as_bytes())?;
-    let list = options.points.display().to_string();
+    let list = points.display().to_string();
     for fault in &scene.skipped {
         output::line(&fault.render(&list).replacen(": error: ", ": warning: skipped: ", 1));
     }
@@ -42,7 +52,7 @@ pub(crate) fn run(options: &ImportOptions) -> anyhow::Result<ExitCode> {
     let doubtful = scene.tags - scene.bound;
     output::result(&format!(
         "{}: {} tags, {} bound, {doubtful} in doubt; {} has the reasons",
-        options.out.display(),
+        out.display(),
         scene.tags,
         scene.bound,
         report_markdown.display(),
@@ -55,7 +65,7 @@ fn beside(out: &Path, extension: &str) -> PathBuf {
     out.with_extension(format!("import.{extension}"))
 }
 
-fn check_free(paths: [&Path; 3]) -> anyhow::Result<()> {
+fn check_free(paths: &[&Path]) -> anyhow::Result<()> {
     match paths.iter().find(|path| path.symlink_metadata().is_ok()) {
         Some(path) => bail!(
             "'{}' is there already\n  remedy: name another --out, or add --force to replace it",
@@ -66,11 +76,11 @@ fn check_free(paths: [&Path; 3]) -> anyhow::Result<()> {
 }
 
 /// Those asked for; else `plugins` beside the scene; else those of this program.
-fn directories(options: &ImportOptions) -> anyhow::Result<Vec<PathBuf>> {
+fn directories(options: &ImportOptions, out: &Path) -> anyhow::Result<Vec<PathBuf>> {
     if !options.plugins.is_empty() {
         return Ok(options.plugins.clone());
     }
-    let own = options.out.with_file_name("plugins");
+    let own = out.with_file_name("plugins");
     if own.is_dir() { Ok(vec![own]) } else { plugin::default_directories() }
 }
 

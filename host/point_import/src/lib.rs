@@ -36,4 +36,4 @@ pub use matching::{
     Candidate, MAX_CANDIDATES, MAX_LISTED, MIN_CONFIDENCE, MIN_MARGIN, Proposal, TagName, propose,
 };
 pub use point::{Point, PointType};
-pub use scene::{FOV_DEGREES, PluginInstance, SceneParts, assign_plugins, place, scene};
+pub use scene::{FOV_DEGREES, PluginInstance, SceneParts, assign_plugins, place, scene, tags};

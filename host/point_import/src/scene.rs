@@ -134,8 +134,6 @@ pub fn scene(parts: &SceneParts, points: &[Point], proposals: &[Proposal]) -> Va
     if let Some(optimizer) = &parts.optimizer {
         model["optimizer"] = json!(optimizer);
     }
-    let tags: Map<String, Value> =
-        points.iter().map(|point| (point.tag.clone(), tag(point))).collect();
     let bound = points.iter().zip(proposals).filter_map(|(point, proposal)| {
         let node = proposal.node.as_ref()?;
         Some(json!({ "tag": point.tag, "node": node, "role": role(point) }))
@@ -146,7 +144,7 @@ pub fn scene(parts: &SceneParts, points: &[Point], proposals: &[Proposal]) -> Va
         "plugins": plugins,
         "models": { MODEL: model },
         "scene": [{ "id": parts.id, "model": MODEL }],
-        "tags": tags,
+        "tags": tags_of(points),
         "bindings": bound.collect::<Vec<_>>(),
         "overlays": parts.overlays,
     });
@@ -156,6 +154,15 @@ pub fn scene(parts: &SceneParts, points: &[Point], proposals: &[Proposal]) -> Va
         scene["view"] = json!({ "camera": CAMERA });
     }
     scene
+}
+
+/// Points as tags of a configuration, `{"tags": {...}}`, without a scene.
+pub fn tags(points: &[Point]) -> Value {
+    json!({ "tags": tags_of(points) })
+}
+
+fn tags_of(points: &[Point]) -> Map<String, Value> {
+    points.iter().map(|point| (point.tag.clone(), tag(point))).collect()
 }
 
 fn tag(point: &Point) -> Value {

@@ -1,7 +1,10 @@
 //! Commands that plugins offer, found by their names.
 
+use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, PluginCatalog, PluginOptions};
 use serde_json::{Value, json};
+
+use crate::POINTS_COMMAND;
 
 /// A command and the plugin that offers it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,8 +17,8 @@ pub struct OfferedCommand {
     pub plugin: String,
 }
 
-/// The commands that plugins of some directories offer, in order of their libraries, and
-/// why some plugins could not be asked.
+/// The commands that plugins of some directories offer without settings, in order of their
+/// libraries, and why some plugins could not be asked.
 pub fn offered_commands(catalog: &PluginCatalog) -> (Vec<OfferedCommand>, Vec<String>) {
     let (mut offered, mut remarks) = (Vec::new(), Vec::new());
     for info in catalog.plugins().filter(|info| Plugin::offer_commands(info)) {
@@ -24,11 +27,16 @@ pub fn offered_commands(catalog: &PluginCatalog) -> (Vec<OfferedCommand>, Vec<St
             .create(&info.id, &info.id, &json!({}), &PluginOptions::default())
             .and_then(|plugin| plugin.commands());
         match asked {
-            Ok(commands) => offered.extend(commands.into_iter().map(|command| OfferedCommand {
-                name: command.name,
-                help: command.help,
-                plugin: info.id.clone(),
-            })),
+            Ok(commands) => {
+                let typed = commands.into_iter().filter(|command| command.name != POINTS_COMMAND);
+                offered.extend(typed.map(|command| OfferedCommand {
+                    name: command.name,
+                    help: command.help,
+                    plugin: info.id.clone(),
+                }));
+            }
+            // Its commands are those of configured instances.
+            Err(PluginError::Settings { .. }) => {}
             Err(error) => remarks.push(format!("{error}; {}", error.remedy())),
         }
     }

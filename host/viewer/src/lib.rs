@@ -73,8 +73,8 @@ pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use graphics::graphics_device;
 pub use load::{
-    LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, Reload, ReloadError, SimulatedDevice,
-    SimulatedDevices, plugin_catalog,
+    DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND, PointSource,
+    Reload, ReloadError, SimulatedDevice, SimulatedDevices, plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{

@@ -8,6 +8,7 @@ mod hlod;
 mod models;
 mod moving;
 mod plugins;
+mod points;
 mod reuse;
 mod simulate;
 
@@ -29,6 +30,7 @@ use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
 pub(crate) use hlod::HlodGroup;
+pub use points::{DevicePoints, POINTS_COMMAND, PointSource};
 use reuse::Reuse;
 pub use reuse::{Reload, ReloadError};
 pub use simulate::{SimulatedDevice, SimulatedDevices};

@@ -7,6 +7,7 @@
 mod addressing;
 mod block;
 mod board;
+mod browse;
 mod control;
 mod convert;
 mod link;
@@ -98,18 +99,31 @@ impl Telemetry for Iec61850 {
 }
 
 impl Command for Iec61850 {
-    const COMMANDS: &'static [CommandInfo] = &[CommandInfo {
-        name: "scl",
-        help: "list what an IED of an SCL file has (IEC 61850-6), as points for `busbar import`",
-    }];
+    const COMMANDS: &'static [CommandInfo] = &[
+        CommandInfo {
+            name: "scl",
+            help: "list what an IED of an SCL file has (IEC 61850-6), as points for `busbar import`",
+        },
+        CommandInfo {
+            name: "points",
+            help: "list what the server has, as points for `busbar import`",
+        },
+    ];
 
     fn run(
         &self,
-        _name: &str,
+        name: &str,
         arguments: &[&str],
         streams: &Streams<'_>,
     ) -> Result<CommandExit, Error> {
-        scl::run(arguments, streams)
+        match (name, &self.config) {
+            ("points", Ok(config)) => browse::run(config, arguments, streams),
+            ("points", Err(fault)) => {
+                streams.diagnose(LogLevel::Error, None, fault.message());
+                Ok(CommandExit::InputAtFault)
+            }
+            _ => scl::run(arguments, streams),
+        }
     }
 }
 

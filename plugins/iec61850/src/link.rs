@@ -16,7 +16,7 @@ use crate::session::{Event, Parameters, Session, SessionFault};
 use crate::settings::Config;
 
 /// Bytes that are read at once.
-const CHUNK_BYTES: usize = 16 * 1024;
+pub(crate) const CHUNK_BYTES: usize = 16 * 1024;
 /// A connection that held so long deserves a quick second try.
 const STABLE_AFTER: Duration = Duration::from_secs(10);
 
@@ -38,7 +38,7 @@ pub(crate) enum LinkFault {
 }
 
 /// The event loop's time.
-fn now() -> Instant {
+pub(crate) fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }
 
@@ -75,18 +75,10 @@ impl Link {
     }
 
     async fn serve(&mut self, endpoint: &Endpoint) -> Result<Infallible, LinkFault> {
-        let parameters = self.parameters()?;
+        let parameters = parameters(&self.config)?;
         let stream = self.dial.dial(endpoint, self.config.connect_timeout).await?;
         let key = fastrand::u16(..);
         self.converse(endpoint, stream, Session::new(&parameters, key, now())).await
-    }
-
-    /// The password is read anew each time, so that one that was replaced is found.
-    fn parameters(&self) -> Result<Parameters, LinkFault> {
-        let Config { selectors, password, timeout, test, .. } = &self.config;
-        let read = password.as_ref().map(|secret| secret.read()).transpose();
-        let password = read.map_err(LinkFault::Password)?.map(|text| text.reveal().to_owned());
-        Ok(Parameters { selectors: selectors.clone(), password, timeout: *timeout, test: *test })
     }
 
     async fn converse(
@@ -99,7 +91,7 @@ impl Link {
         let mut chunk = vec![0; CHUNK_BYTES];
         loop {
             self.advance(&mut session)?;
-            self.write(&mut stream, session.take_output()).await?;
+            send(&mut stream, session.take_output(), self.config.timeout).await?;
             let deadline = self.deadline(&session);
             // In this order, so that simulated time repeats itself.
             tokio::select! {
@@ -159,21 +151,29 @@ impl Link {
         outcome?;
         change.map_or(Ok(()), |what| Err(LinkFault::Changed(what)))
     }
+}
 
-    async fn write(
-        &self,
-        stream: &mut Box<dyn ByteStream>,
-        bytes: Vec<u8>,
-    ) -> Result<(), LinkFault> {
-        if bytes.is_empty() {
-            return Ok(());
-        }
-        let limit = self.config.timeout;
-        let lost = |error: std::io::Error| LinkFault::Lost(in_words(&error));
-        let writing = async {
-            stream.write_all(&bytes).await?;
-            stream.flush().await
-        };
-        timeout(limit, writing).await.map_err(|_| LinkFault::Blocked(limit))?.map_err(lost)
+/// The password is read anew each time, so that one that was replaced is found.
+pub(crate) fn parameters(config: &Config) -> Result<Parameters, LinkFault> {
+    let Config { selectors, password, timeout, test, .. } = config;
+    let read = password.as_ref().map(|secret| secret.read()).transpose();
+    let password = read.map_err(LinkFault::Password)?.map(|text| text.reveal().to_owned());
+    Ok(Parameters { selectors: selectors.clone(), password, timeout: *timeout, test: *test })
+}
+
+/// Sends bytes within a limit.
+pub(crate) async fn send(
+    stream: &mut Box<dyn ByteStream>,
+    bytes: Vec<u8>,
+    limit: Duration,
+) -> Result<(), LinkFault> {
+    if bytes.is_empty() {
+        return Ok(());
     }
+    let lost = |error: std::io::Error| LinkFault::Lost(in_words(&error));
+    let writing = async {
+        stream.write_all(&bytes).await?;
+        stream.flush().await
+    };
+    timeout(limit, writing).await.map_err(|_| LinkFault::Blocked(limit))?.map_err(lost)
 }

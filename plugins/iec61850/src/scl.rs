@@ -18,7 +18,7 @@ use crate::locate::VALUES;
 /// Longest file, bytes.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 /// Rows of a list, as many as a plugin serves.
-const MAX_ROWS: usize = 100_000;
+pub(crate) const MAX_ROWS: usize = 100_000;
 /// Levels of data objects in each other, and of structures in them.
 const MAX_LEVELS: usize = 8;
 const USAGE: &str = "busbar scl FILE [--out POINTS.csv] -- [IED] [all]: 'all' lists all status \
@@ -27,12 +27,12 @@ const HEADER: &str = "tag,type,unit,address.reference,address.fc\n";
 
 /// A value that can be a tag.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Row {
+pub(crate) struct Row {
     /// Such as `IED1LD0/MMXU1.PhV.phsA`.
-    reference: String,
-    constraint: &'static str,
-    kind: &'static str,
-    unit: String,
+    pub(crate) reference: String,
+    pub(crate) constraint: &'static str,
+    pub(crate) kind: &'static str,
+    pub(crate) unit: String,
 }
 
 /// Reads a file and writes the list.
@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &[&str], streams: &Streams<'_>) -> Result<CommandEx
         streams.diagnose(LogLevel::Warning, None, &text);
     }
     tell_blocks(&model, streams);
-    let written = write(&rows, &mut io::BufWriter::new(streams.output()));
+    let written = write_rows(&rows, &mut io::BufWriter::new(streams.output()));
     written.map_err(|error| Error::failed(error.to_string()))?;
     Ok(CommandExit::Done)
 }
@@ -236,7 +236,8 @@ fn tell_blocks(model: &IedModel, streams: &Streams<'_>) {
     }
 }
 
-fn write(rows: &[Row], output: &mut impl Write) -> io::Result<()> {
+/// Writes a point list, of [`MAX_ROWS`] at most.
+pub(crate) fn write_rows(rows: &[Row], output: &mut impl Write) -> io::Result<()> {
     output.write_all(HEADER.as_bytes())?;
     for Row { reference, constraint, kind, unit } in rows.iter().take(MAX_ROWS) {
         let (reference, unit) = (cell(reference), cell(unit));

@@ -11,6 +11,7 @@ mod convert;
 mod fault;
 mod guard;
 mod identity;
+mod import;
 mod link;
 mod mirror;
 mod node;
@@ -32,7 +33,8 @@ use std::time::SystemTime;
 
 use busbar_link::{IoLoop, TcpDial};
 use busbar_plugin_sdk::{
-    AlarmReport, Alarms, Error, Host, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    AlarmReport, Alarms, Command, CommandExit, CommandInfo, Error, Host, Plugin, SampleSink,
+    Streams, TagSpec, Telemetry, Worker, export_plugin,
 };
 use tokio::time::sleep;
 
@@ -115,4 +117,20 @@ impl Alarms for OpcUa {
     }
 }
 
-export_plugin!(OpcUa: telemetry, alarms);
+impl Command for OpcUa {
+    const COMMANDS: &'static [CommandInfo] = &[CommandInfo {
+        name: "points",
+        help: "list the variables of the server as points for `busbar import`",
+    }];
+
+    fn run(
+        &self,
+        _name: &str,
+        arguments: &[&str],
+        streams: &Streams<'_>,
+    ) -> Result<CommandExit, Error> {
+        import::run(&self.config, arguments, streams)
+    }
+}
+
+export_plugin!(OpcUa: telemetry, alarms, command);

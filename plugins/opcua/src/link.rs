@@ -138,7 +138,7 @@ impl Link {
 }
 
 /// A future whose panic is a fault.
-struct CatchPanic<F>(std::pin::Pin<Box<F>>);
+pub(crate) struct CatchPanic<F>(pub(crate) std::pin::Pin<Box<F>>);
 
 impl<T, F: Future<Output = Result<T, Fault>>> Future for CatchPanic<F> {
     type Output = Result<T, Fault>;

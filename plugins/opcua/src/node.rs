@@ -72,7 +72,6 @@ impl NodeAddress {
 
     /// The address of a node of a server with these namespaces: by URI, which outlives a
     /// server's restart, where an index need not.
-    #[cfg(test)]
     pub(crate) fn lasting(node: &NodeId, namespaces: &[String]) -> Self {
         let uri = namespaces.get(usize::from(node.namespace)).filter(|_| node.namespace > 0);
         let namespace = match uri {

@@ -12,6 +12,11 @@ use crate::{Error, LogLevel, Plugin};
 pub const MAX_CHUNK: usize = abi::BUSBAR_MAX_CHUNK;
 
 /// Offers subcommands of the program: `busbar NAME FILE` gets here.
+///
+/// One that is called `points` lists what the device of a configured instance has, as a point
+/// list for `busbar import` (CSV: `tag`, `type`, `address.FIELD` and more columns). Only `busbar
+/// import CONFIG --from INSTANCE` runs it, with the instance's settings and an empty input. What
+/// waits for a device reads the input meanwhile, which tells the host that it goes on.
 pub trait Command: Plugin {
     /// What it offers, at most 16.
     const COMMANDS: &'static [CommandInfo];

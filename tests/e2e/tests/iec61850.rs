@@ -98,6 +98,35 @@ fn values_are_those_of_the_server() {
 }
 
 #[test]
+fn what_a_server_has_is_imported_and_is_live() {
+    let Some(mut server) = Server::start() else { return };
+    set_values(&mut server);
+    let mut scene = scene(server.port);
+    scene.config["plugins"]["ied"]["network"] = json!(true);
+    scene.config["tags"] = json!({});
+    let tags = scene.path("tags.json");
+    let mut import = busbar();
+    import.arg("import").arg(scene.write()).args(["--from", "ied", "--out"]).arg(&tags);
+    let output = finish(&mut import).expect_code(0);
+    assert!(output.stderr.contains("ied: 18 tags"), "{}", output.stderr);
+    let imported: Value =
+        serde_json::from_slice(&std::fs::read(&tags).expect("it was written")).expect("it is JSON");
+    scene.config["tags"] = imported["tags"].clone();
+    finish(busbar().arg("check").arg(scene.write())).expect_code(0);
+    finish(&mut scene.rendering(2.0)).expect_code(0);
+    let stats = scene.stats();
+    for (id, value, quality) in [
+        ("XCBR1.Pos", json!("closed"), "good"),
+        ("MMXU1.TotW", json!(63_500_000.0), "uncertain"),
+        ("XCBR1.OpCnt", json!(1234), "good"),
+    ] {
+        let tag = stats.tag(&format!("IED1LD0/{id}"));
+        assert_eq!((&tag.value, tag.quality.as_str()), (&value, quality), "{id}");
+    }
+    assert!(stats.tags().all(|(_, tag)| tag.reason.as_deref() != Some("configuration")));
+}
+
+#[test]
 fn a_server_that_is_killed_or_hangs_leaves_nothing_good() {
     for signal in [Signal::KILL, Signal::STOP] {
         let Some(mut server) = Server::start() else { return };

@@ -125,9 +125,14 @@ fn in_folder(settings: &Value, folder: &Path) -> Value {
     }
 }
 
-/// How a plugin runs. Only the source of tags or alarms needs the network by itself.
+/// Whether an instance may use the network. Only a source of tags or
+/// alarms needs it by itself.
+pub(super) fn may_use_network(config: &Config, name: &str, plugin: &PluginConfig) -> bool {
+    plugin.network.unwrap_or_else(|| serves(config, name))
+}
+
+/// How a plugin runs.
 fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions {
-    let is_source = || serves(config, name);
     let supervision = &config.supervision;
     PluginOptions {
         isolation: match plugin.isolation {
@@ -136,7 +141,7 @@ fn options(config: &Config, name: &str, plugin: &PluginConfig) -> PluginOptions 
         },
         confinement: Confinement {
             memory_bytes: u64::from(plugin.memory_megabytes) * 1_000_000,
-            network: plugin.network.unwrap_or_else(is_source),
+            network: may_use_network(config, name, plugin),
         },
         policy: RestartPolicy {
             first_delay: Duration::from_millis(supervision.restart_millis),

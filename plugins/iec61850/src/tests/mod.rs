@@ -2,7 +2,7 @@
 //! own, an independent implementation.
 
 mod hostile;
-mod peer;
+pub(crate) mod peer;
 #[cfg(target_os = "linux")]
 mod proxied;
 mod reports;

@@ -7,6 +7,6 @@ const SERVER: Script =
     Script { file: "iec61850_server.py", import: "import pyiec61850.pyiec61850" };
 
 /// Starts a server; `None`, said aloud, where there is no library.
-pub(super) fn start(spec: &Value) -> Option<Peer> {
+pub(crate) fn start(spec: &Value) -> Option<Peer> {
     SERVER.start(0, &[&spec.to_string()])
 }

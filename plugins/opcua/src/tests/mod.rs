@@ -3,7 +3,7 @@
 mod asyncua;
 mod conditions;
 mod hostile;
-mod peer;
+pub(crate) mod peer;
 #[cfg(target_os = "linux")]
 mod proxied;
 mod secured;

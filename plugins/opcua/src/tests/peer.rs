@@ -9,12 +9,12 @@ use serde_json::Value;
 const SERVER: Script = Script { file: "opcua_asyncua.py", import: "import asyncua" };
 
 /// Starts a server; `None`, said aloud, where there is no asyncua.
-pub(super) fn start(spec: &Value) -> Option<Peer> {
+pub(crate) fn start(spec: &Value) -> Option<Peer> {
     SERVER.start(0, &[&spec.to_string()])
 }
 
 /// Makes certificates with keys, `NAME.der` and `NAME.pem`, each for an application URI.
-pub(super) fn make_certificates(folder: &Path, pairs: &[(&str, &str)]) {
+pub(crate) fn make_certificates(folder: &Path, pairs: &[(&str, &str)]) {
     let mut command = Command::new(SERVER.python().expect("a peer was there before"));
     command.arg(SERVER.path()).arg("--make").arg(folder);
     for (name, uri) in pairs {

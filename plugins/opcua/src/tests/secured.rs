@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
+use busbar_plugin_sdk::abi;
 use peer_process::Peer;
 
 use super::peer::{self, make_certificates};
 use super::*;
+use crate::import::tests::{check_refused, list, points};
 
 const SERVER: &str = "urn:busbar:test:server";
 const CLIENT: &str = "urn:busbar:viewer";
@@ -293,4 +295,33 @@ fn an_instance_without_the_setting_says_that_it_mirrors_no_alarms() {
     let mut plugin = OpcUa::create(settings, host()).unwrap();
     let error = plugin.alarms(0).unwrap_err().to_string();
     assert!(error.contains("\"alarms\": true"), "{error}");
+}
+
+#[test]
+fn points_are_listed_with_the_same_security_and_the_same_users() {
+    let users = json!({"users": {"viewer": "right"}});
+    let Some(setting) = Setting::new("server", &POLICIES, &users) else { return };
+    setting.trust("server");
+    let security = setting.security("client", "Basic256Sha256", "SignAndEncrypt");
+    let user = |text: &str| json!({"name": "viewer", "password": {"file": secret(setting.folder.path(), text)}});
+    let run = points(setting.peer.port, &with(security.clone(), "user", user("right")), &[]);
+    assert_eq!(run.exit_code, Some(0), "{:?}", run.diagnostics);
+    assert!(list(&run).contains("\nTest.A,,f64,,,,nsu=urn:busbar:test;s=A,,\n"), "{}", list(&run));
+    let run = points(setting.peer.port, &with(security, "user", user("wrong")), &[]);
+    check_refused(&run, abi::BUSBAR_EXIT_INPUT, "user: ");
+    // A certificate that somebody else has, and one that is not trusted any more.
+    let other = setting.security("expired_client", "Basic256Sha256", "SignAndEncrypt");
+    check_refused(
+        &points(setting.peer.port, &with(other, "user", user("right")), &[]),
+        abi::BUSBAR_EXIT_INPUT,
+        "security: ",
+    );
+    fs::remove_file(setting.path("trusted/server.der")).unwrap();
+    setting.trust("other");
+    let security = setting.security("client", "Basic256Sha256", "SignAndEncrypt");
+    check_refused(
+        &points(setting.peer.port, &with(security, "user", user("right")), &[]),
+        abi::BUSBAR_EXIT_INPUT,
+        "is not trusted: check at the server",
+    );
 }
