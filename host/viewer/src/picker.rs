@@ -90,6 +90,11 @@ impl Picker {
         self.hover = None;
     }
 
+    /// Forgets which labels were hidden, so that it is asked anew.
+    pub(crate) fn forget_labels(&mut self) {
+        self.labels = None;
+    }
+
     /// Whether an answer is to come.
     pub(crate) fn is_busy(&self) -> bool {
         self.under_way.is_some() || !self.waiting.is_empty()
@@ -135,5 +140,10 @@ mod tests {
         picker.forget_hover();
         assert!(picker.is_new(&here));
         assert!(picker.is_new(&question(Purpose::Select, 1)), "a click always is");
+        let labels = question(Purpose::Labels, 1);
+        picker.begin(labels);
+        assert!(!picker.is_new(&labels));
+        picker.forget_labels();
+        assert!(picker.is_new(&labels), "labels are others");
     }
 }

@@ -4,7 +4,7 @@
 mod watch;
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use crate::Viewer;
@@ -14,6 +14,10 @@ use watch::Watch;
 
 /// Bytes of a fault that are kept to be shown; a file may have two hundred.
 const MAX_FAULT_BYTES: usize = 4_000;
+
+/// How long a frame waits for an edit that was just begun to be loaded: most take less, and
+/// are shown a frame earlier.
+const LOAD_GRACE: Duration = Duration::from_millis(30);
 
 /// How reloading went so far.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -102,9 +106,14 @@ impl Loading {
     /// # Errors
     /// The device's.
     pub(crate) fn step(&self, viewer: &mut Viewer) -> Option<Outcome> {
-        let outcome = match self.loaded.try_recv() {
-            Err(TryRecvError::Empty) => return None,
-            Err(TryRecvError::Disconnected) => {
+        self.step_within(Duration::ZERO, viewer)
+    }
+
+    /// As [`Loading::step`], but waits a while for it to be there.
+    fn step_within(&self, grace: Duration, viewer: &mut Viewer) -> Option<Outcome> {
+        let outcome = match self.loaded.recv_timeout(grace) {
+            Err(RecvTimeoutError::Timeout) => return None,
+            Err(RecvTimeoutError::Disconnected) => {
                 Outcome::Refused("a fault of Busbar itself; please report it".into())
             }
             Ok(Err(error)) => Outcome::Refused(error.to_string()),
@@ -143,7 +152,9 @@ impl Reloader {
     /// Between frames: begins to load a file that has changed and settled, and shows it once
     /// it is loaded. What became of it, when that is known.
     pub fn step(&mut self, viewer: &mut Viewer) -> Option<Outcome> {
+        let mut grace = Duration::ZERO;
         if self.loading.is_none() {
+            grace = LOAD_GRACE;
             let since = self.watch.settled()?;
             let wake = std::sync::Arc::clone(&self.wake);
             match Loading::begin(viewer, &self.path, since, move || wake()) {
@@ -155,7 +166,7 @@ impl Reloader {
                 }
             }
         }
-        let outcome = self.loading.as_ref()?.step(viewer)?;
+        let outcome = self.loading.as_ref()?.step_within(grace, viewer)?;
         self.loading = None;
         // It may have changed meanwhile.
         (self.wake)();

@@ -420,8 +420,13 @@ impl Viewer {
         self.cpu_millis = prepared_millis + self.last.cpu_millis;
         self.note_detail();
         self.pace.note(&self.last);
-        self.rests = self.shown.replace(view) == Some(view);
-        self.labelled = labelled.nodes();
+        // What was never seen elsewhere rests from the first.
+        self.rests = self.shown.replace(view).is_none_or(|before| before == view);
+        let labelled = labelled.nodes();
+        if self.labelled != labelled {
+            self.picker.forget_labels();
+            self.labelled = labelled;
+        }
         self.states = overlaid.states;
         self.step_picks()?;
         self.count_frame(started);

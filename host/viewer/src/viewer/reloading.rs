@@ -1,5 +1,6 @@
 //! A changed configuration in place of the one that is shown.
 
+use busbar_renderer::give_back_freed_memory;
 use busbar_tags::Renumbering;
 
 use super::*;
@@ -45,7 +46,10 @@ impl Viewer {
         before.instances.values().for_each(Plugin::quit);
         // Waiting for processes is not the frame's business; without a thread it has to be.
         let end = std::thread::Builder::new().name("reload end".into());
-        drop(end.spawn(move || drop(before)));
+        drop(end.spawn(move || {
+            drop(before);
+            give_back_freed_memory();
+        }));
         tracing::info!("the configuration is loaded again: {changes}");
         Ok(())
     }
