@@ -87,7 +87,9 @@ impl Alarming {
         });
         let (mut log, mut tail) = (None, VecDeque::new());
         let log_remark = match rules.map(AlarmLog::open) {
-            None if logs && !alarms.set.specs().is_empty() => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
+            None if logs && !alarms.set.specs().is_empty() => {
+                Some("no audit log: name one in \"alarm_handling\"".to_owned())
+            }
             None => None,
             Some(Err(error)) => {
                 tracing::error!("{error}");
@@ -184,7 +186,7 @@ impl Alarming {
         }
         let result = match self.sources.get(alarm) {
             Some((source, _)) => {
-                Err(format!("'{}' decides on this alarm: acknowledge it there", source.name()))
+                Err(format!("'{}' decides on this alarm: act on it there", source.name()))
             }
             None => self.perform(alarm, action_of(action)),
         };
