@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use busbar_viewer::reload::{Outcome, Reloader};
 use busbar_viewer::{AlarmState, AlarmStats, LoadedScene, RendererOptions, Viewer};
 use e2e::peer::python;
 use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
@@ -22,6 +23,7 @@ const SLACK: Duration = Duration::from_secs(10);
 /// The address in the example of the page.
 const EXAMPLE_PORT: &str = ":4840/";
 const TRANSFORMER: &str = "=S12D1T1-TA1";
+const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
 /// Ids of the states of a shelf (OPC 10000-6, Annex A).
 const UNSHELVED: u32 = 2930;
 const TIMED_SHELVED: u32 = 2929;
@@ -252,4 +254,31 @@ fn a_source_that_has_no_alarms_is_told_where_it_is_named() {
     let said = finish(&mut command).expect_code(1);
     let said = said.stdout + &said.stderr;
     assert!(said.contains("no plugin 'plk'") && said.contains("'plc'"), "{said}");
+}
+
+#[test]
+fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
+    let Some(server) = Server::start(0, &only_hot(true, false)) else { return };
+    let mut scene = scene(server.port, "process");
+    let path = scene.write();
+    let mut view = View::open(&path);
+    view.until_current(AlarmState::B);
+    let pid = |view: &View| view.viewer.stats().plugins.iter().find(|one| one.name == "plc")?.pid;
+    let before = pid(&view);
+    let mut reloader = Reloader::start(&path, || {}).expect("a file can be watched");
+    let source = &mut scene.config["alarm_handling"]["sources"][0];
+    source["severities"] = json!({ "critical": 700, "high": 600, "medium": 500 });
+    source["equipment"] = json!({ "S12D1T1.Oil": RELAY });
+    scene.write();
+    let outcome = wait_for("the edit", MAX_WAIT, || {
+        view.frame(Vec::new());
+        assert_eq!(view.viewer.stats().alarms.len(), 1, "it is kept");
+        reloader.step(&mut view.viewer)
+    });
+    assert_eq!(outcome, Outcome::Shown);
+    let alarm = view.until_current(AlarmState::B);
+    assert_eq!(alarm.priority, "critical");
+    assert_eq!(pid(&view), before, "the plugin goes on");
+    view.key(Key::F8);
+    assert_eq!(view.viewer.stats().picked.as_deref(), Some(RELAY));
 }
