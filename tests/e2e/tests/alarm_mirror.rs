@@ -121,6 +121,13 @@ impl View {
         self.frame(vec![event(false)]);
     }
 
+    /// The plugin's process, if it has one now.
+    fn plugin_pid(&self) -> Option<Pid> {
+        let stats = self.viewer.stats();
+        let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc")?;
+        Pid::from_raw(plugin.pid? as i32)
+    }
+
     /// Draws until the alarms are such.
     fn until(&mut self, what: &str, holds: impl Fn(&[AlarmStats]) -> bool) -> Vec<AlarmStats> {
         wait_for(what, MAX_WAIT, || {
@@ -230,13 +237,25 @@ fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
     scene.config["supervision"] = json!({ "restart_millis": 3000 });
     let mut view = View::open(&scene.write());
     view.until_current(AlarmState::B);
-    let stats = view.viewer.stats();
-    let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc").expect("it is there");
-    let pid = plugin.pid.and_then(|pid| Pid::from_raw(pid as i32)).expect("it has a process");
+    let pid = view.plugin_pid().expect("it has a process");
     kill_process(pid, Signal::KILL).expect("it runs");
     let doubt = view.until_stale();
     assert!(doubt.starts_with("stale "), "{doubt}");
     view.until_current(AlarmState::B);
+
+    // One that is started anew while the server is away knows nothing of them.
+    server.process.signal(Signal::KILL);
+    view.until_stale();
+    let second = view.plugin_pid().expect("it has a process");
+    kill_process(second, Signal::KILL).expect("it runs");
+    let mut polls_after = 20;
+    wait_for("polls of a third process", MAX_WAIT, || {
+        view.until_stale();
+        std::thread::sleep(Duration::from_millis(100));
+        let is_third = view.plugin_pid().is_some_and(|pid| pid != second);
+        polls_after -= i32::from(is_third);
+        (polls_after == 0).then_some(())
+    });
 }
 
 #[test]
@@ -263,8 +282,7 @@ fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
     let path = scene.write();
     let mut view = View::open(&path);
     view.until_current(AlarmState::B);
-    let pid = |view: &View| view.viewer.stats().plugins.iter().find(|one| one.name == "plc")?.pid;
-    let before = pid(&view);
+    let before = view.plugin_pid();
     let mut reloader = Reloader::start(&path, || {}).expect("a file can be watched");
     let source = &mut scene.config["alarm_handling"]["sources"][0];
     source["severities"] = json!({ "critical": 700, "high": 600, "medium": 500 });
@@ -278,7 +296,7 @@ fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
     assert_eq!(outcome, Outcome::Shown);
     let alarm = view.until_current(AlarmState::B);
     assert_eq!(alarm.priority, "critical");
-    assert_eq!(pid(&view), before, "the plugin goes on");
+    assert_eq!(view.plugin_pid(), before, "the plugin goes on");
     view.key(Key::F8);
     assert_eq!(view.viewer.stats().picked.as_deref(), Some(RELAY));
 }
