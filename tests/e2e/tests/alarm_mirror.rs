@@ -69,7 +69,7 @@ fn only_hot(active: bool, acked: bool) -> Value {
 fn example() -> Value {
     let page = std::fs::read_to_string(workspace_path("plugins/opcua/README.md"));
     let page = page.expect("it is there");
-    let (_, rest) = page.split_once("### Example of mirrored alarms").expect("it has an example");
+    let (_, rest) = page.split_once("### Mirrored alarms: an example").expect("it has an example");
     let lines = rest.lines().skip_while(|line| !line.starts_with("    "));
     let text: String = lines.take_while(|line| line.starts_with("    ")).collect();
     serde_json::from_str(&text).expect("it is JSON")
