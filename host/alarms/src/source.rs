@@ -28,7 +28,8 @@ pub struct SourceReport {
     pub fault: Option<String>,
     /// Alarms that it has beyond those that it reports.
     pub left_out: u64,
-    /// All of interest; `None` where they are as the caller knows them.
+    /// All of interest; `None` where they are as the caller knows them, or where the fault
+    /// keeps them from being known.
     pub alarms: Option<Vec<SourceAlarm>>,
 }
 
@@ -95,7 +96,8 @@ impl SourceReport {
         let fault = self.fault.as_deref().unwrap_or("-");
         rule(is_line(fault, 1, MAX_REASON_BYTES), "its fault is empty, too long or not one line")?;
         let Some(alarms) = &self.alarms else {
-            return rule(self.revision == known, "it is of another revision, and has no alarms");
+            let may_lack = self.revision == known || self.fault.is_some();
+            return rule(may_lack, "it is of another revision, and has no alarms");
         };
         rule(alarms.len() <= MAX_SOURCE_ALARMS, "it has more than 5,000 alarms")?;
         let mut ids = HashSet::with_capacity(alarms.len());
@@ -192,7 +194,9 @@ mod tests {
         check(&SourceReport { fault: Some(String::new()), ..report(Vec::new()) }, "its fault");
         let same = SourceReport { alarms: None, ..report(Vec::new()) };
         check(&same, "fine");
-        check(&SourceReport { revision: 4, ..same }, "another revision");
+        check(&SourceReport { revision: 4, ..same.clone() }, "another revision");
+        let fault = Some("not connected yet".to_owned());
+        check(&SourceReport { revision: 4, fault, ..same }, "fine");
     }
 
     #[test]

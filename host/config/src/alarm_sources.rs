@@ -100,7 +100,7 @@ impl AlarmSourceConfig {
 }
 
 fn pointer_of(index: usize) -> String {
-    join_pointer("/alarm_handling/sources", &index.to_string())
+    join_pointer("/alarm_handling/sources", index)
 }
 
 /// Each source, with its pointer.

@@ -86,7 +86,7 @@ fn buttons(ui: &mut Ui, model: &AlarmModel, detail: &AlarmDetail, commands: &mut
         commands.push(Command::Reveal(equipment.clone()));
     }
     if let Some(who) = &detail.decided_by {
-        let how = if detail.can_ask { "a button asks it." } else { "acknowledge it there." };
+        let how = if detail.can_ask { "a button asks it." } else { "act on it there." };
         let words = format!("{who} decides: {how}");
         ui.label(RichText::new(words).color(theme::of(ui.ctx()).faint_ink));
     }

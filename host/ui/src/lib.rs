@@ -6,6 +6,7 @@
 mod alarm_banner;
 mod alarm_detail;
 mod alarm_keys;
+mod alarm_lamps;
 mod alarm_mark;
 mod alarm_model;
 mod alarm_panel;

@@ -4,6 +4,7 @@ mod hosting;
 mod listing;
 mod rows;
 mod sources;
+mod sourcing;
 mod succession;
 mod words;
 
@@ -24,7 +25,6 @@ pub(crate) use self::listing::SourcedTint;
 pub(crate) use self::rows::{Rows, beacons, nodes_in_alarm};
 use self::sources::Sources;
 use crate::load::LoadedScene;
-use crate::stats::AlarmStats;
 
 /// What happened last that is kept to be shown.
 const MAX_TAIL: usize = 200;
@@ -87,7 +87,9 @@ impl Alarming {
         });
         let (mut log, mut tail) = (None, VecDeque::new());
         let log_remark = match rules.map(AlarmLog::open) {
-            None if logs && !alarms.set.specs().is_empty() => Some("no audit log: name one in \"alarm_handling\"".to_owned()),
+            None if logs && !alarms.set.specs().is_empty() => {
+                Some("no audit log: name one in \"alarm_handling\"".to_owned())
+            }
             None => None,
             Some(Err(error)) => {
                 tracing::error!("{error}");
@@ -150,23 +152,6 @@ impl Alarming {
         self.follow();
     }
 
-    /// Takes over how other systems have their alarms.
-    pub(crate) fn take_sources(&mut self, scene: &LoadedScene) {
-        if self.sources.step(scene) {
-            self.note_instances(scene);
-        }
-    }
-
-    /// Notes the instances of equipment that had no alarm before.
-    fn note_instances(&mut self, scene: &LoadedScene) {
-        let nodes = self.sources.iter().filter_map(|(_, sourced)| sourced.node);
-        let new: BTreeSet<NodeIndex> =
-            nodes.filter(|node| !self.instances.contains_key(node)).collect();
-        if !new.is_empty() {
-            self.instances.extend(instances_of(&scene.graph, new.iter()));
-        }
-    }
-
     /// What is on the disk by now, and how alarms stand.
     fn follow(&mut self) {
         if let Some(log) = &mut self.log {
@@ -184,7 +169,7 @@ impl Alarming {
         }
         let result = match self.sources.get(alarm) {
             Some((source, _)) => {
-                Err(format!("'{}' decides on this alarm: acknowledge it there", source.name()))
+                Err(format!("'{}' decides on this alarm: act on it there", source.name()))
             }
             None => self.perform(alarm, action_of(action)),
         };
@@ -239,36 +224,6 @@ impl Alarming {
     /// Colour on equipment in alarm.
     pub(crate) fn tints(&self) -> &[OverlayTint] {
         &self.listing.tints
-    }
-
-    /// The same of alarms that other systems decide on.
-    pub(crate) fn sourced_tints(&self) -> &[SourcedTint] {
-        &self.listing.sourced_tints
-    }
-
-    /// Id of an alarm.
-    pub(crate) fn id_of(&self, alarm: AlarmHandle) -> Option<String> {
-        let spec = self.table.set().spec(alarm).map(|spec| spec.id.clone());
-        spec.or_else(|| self.sources.get(alarm).map(|(source, sourced)| sourced.id(source)))
-    }
-
-    /// Alarms that other systems decide on, for statistics.
-    pub(crate) fn sourced_stats(&self) -> impl Iterator<Item = AlarmStats> {
-        self.sources.iter().map(|(source, sourced)| AlarmStats {
-            id: sourced.id(source),
-            state: sourced.alarm.standing().state(),
-            priority: sourced.priority.name(),
-            certain: sourced.is_certain(source),
-            occurrences: 0,
-            source: Some(source.name().to_owned()),
-            doubt: source.doubt_of(&sourced.alarm),
-        })
-    }
-
-    /// How an alarm stands, whoever decides on it.
-    fn state_of(&self, alarm: AlarmHandle) -> Option<State> {
-        let own = self.table.status(alarm).map(|status| status.state);
-        own.or_else(|| Some(self.sources.get(alarm)?.1.alarm.standing().state()))
     }
 
     /// Instances of equipment in unacknowledged alarm, which are drawn in full detail; none

@@ -1136,7 +1136,8 @@ typedef struct BusbarAlarms {
   // Zero.
   uint32_t reserved;
   // `[main-thread]` Writes as JSON how the alarms stand. Where their revision is still
-  // the known one, the report may be without alarms; 0 is never a revision. Returns at
+  // the known one, or they are not known at all, the report may be without alarms; 0 is
+  // never a revision. Returns at
   // once with what is known. Fails with `BUSBAR_BUFFER_TOO_SMALL` when it does not fit,
   // and says in `len` what it takes.
   BusbarStatus (*read)(const struct BusbarPlugin *plugin,

@@ -25,7 +25,8 @@ pub struct BusbarAlarms {
     /// Zero.
     pub reserved: u32,
     /// `[main-thread]` Writes as JSON how the alarms stand. Where their revision is still
-    /// the known one, the report may be without alarms; 0 is never a revision. Returns at
+    /// the known one, or they are not known at all, the report may be without alarms; 0 is
+    /// never a revision. Returns at
     /// once with what is known. Fails with `BUSBAR_BUFFER_TOO_SMALL` when it does not fit,
     /// and says in `len` what it takes.
     pub read: Option<

@@ -33,6 +33,8 @@ struct State {
     /// Why the conditions are not current; none while they are.
     fault: Option<String>,
     kept: BTreeMap<String, Kept>,
+    /// Whether all were told once: before that nothing is known, not that there is none.
+    is_told: bool,
     /// Grows with each refresh, and how many of those have not ended.
     round: u64,
     open_rounds: u32,
@@ -53,6 +55,7 @@ impl Default for Mirror {
             heard: None,
             fault: Some("not connected yet".to_owned()),
             kept: BTreeMap::new(),
+            is_told: false,
             round: 0,
             open_rounds: 0,
             unreadable: None,
@@ -97,7 +100,7 @@ impl Mirror {
         if state.kept.len() != count {
             state.revision += 1;
         }
-        state.heard = Some(Instant::now());
+        (state.heard, state.is_told) = (Some(Instant::now()), true);
         state.fault = state.unreadable.map(str::to_owned);
     }
 
@@ -125,7 +128,8 @@ impl Mirror {
     /// As the host is told.
     pub(crate) fn report(&self, known_revision: u64) -> AlarmReport {
         let state = self.state();
-        let alarms = (state.revision != known_revision).then(|| state.most_severe());
+        let is_news = state.is_told && state.revision != known_revision;
+        let alarms = is_news.then(|| state.most_severe());
         AlarmReport {
             revision: state.revision,
             heard_millis: state.heard.map(|heard| heard.elapsed().as_millis() as u64),

@@ -47,6 +47,14 @@ fn take(mirror: &Mirror, name: &str, event: &Event) {
     mirror.take(&namespaces(), &NodeId::new(2, name), &event.told());
 }
 
+/// A mirror that was told that there is nothing.
+fn calm() -> Mirror {
+    let mirror = Mirror::default();
+    mirror.begin_refresh();
+    mirror.end_refresh();
+    mirror
+}
+
 fn ids(mirror: &Mirror) -> Vec<String> {
     let alarms = mirror.report(0).alarms.unwrap();
     alarms.into_iter().map(|alarm| alarm.id).collect()
@@ -54,7 +62,7 @@ fn ids(mirror: &Mirror) -> Vec<String> {
 
 #[test]
 fn an_event_is_an_alarm_with_all_that_it_says() {
-    let mirror = Mirror::default();
+    let mirror = calm();
     let mut event = alarm(true, 700);
     event.quality = Variant::StatusCode(StatusCode::UncertainInitialValue);
     event.fields[EVENT_FIELDS - 2] = Variant::from(LocalizedText::new("en", "Oil\nhot"));
@@ -79,6 +87,7 @@ fn an_event_is_an_alarm_with_all_that_it_says() {
 fn what_a_refresh_leaves_out_is_gone_and_what_is_lost_stays() {
     let mirror = Mirror::default();
     assert!(mirror.report(0).fault.is_some(), "nothing was heard yet");
+    assert_eq!(mirror.report(0).alarms, None, "nor is it known that there is none");
     mirror.begin_refresh();
     take(&mirror, "Hot", &alarm(true, 1));
     take(&mirror, "Cold", &alarm(true, 1));
@@ -126,7 +135,7 @@ fn a_mirror_that_lacks_a_condition_is_not_current() {
 
 #[test]
 fn a_dialog_is_no_alarm() {
-    let mirror = Mirror::default();
+    let mirror = calm();
     take(&mirror, "Question", &Event::of(&[(Field::Retain, true)], 500));
     assert!(ids(&mirror).is_empty());
 }

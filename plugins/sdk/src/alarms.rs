@@ -36,7 +36,8 @@ pub struct AlarmReport {
     /// Alarms that the source has beyond [`MAX_SOURCE_ALARMS`]; the least severe are left out.
     pub left_out: u64,
     /// All that are active, unacknowledged, held back or otherwise of interest; `None` where
-    /// they are as the caller knows them.
+    /// they are as the caller knows them, or where the fault keeps them from being known: what
+    /// was known before, such as by this plugin's process before it was restarted, stays shown.
     pub alarms: Option<Vec<SourceAlarm>>,
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use busbar_viewer::reload::{Outcome, Reloader};
 use busbar_viewer::{AlarmState, AlarmStats, LoadedScene, RendererOptions, Viewer};
 use e2e::peer::python;
 use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
@@ -22,6 +23,7 @@ const SLACK: Duration = Duration::from_secs(10);
 /// The address in the example of the page.
 const EXAMPLE_PORT: &str = ":4840/";
 const TRANSFORMER: &str = "=S12D1T1-TA1";
+const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
 /// Ids of the states of a shelf (OPC 10000-6, Annex A).
 const UNSHELVED: u32 = 2930;
 const TIMED_SHELVED: u32 = 2929;
@@ -67,7 +69,7 @@ fn only_hot(active: bool, acked: bool) -> Value {
 fn example() -> Value {
     let page = std::fs::read_to_string(workspace_path("plugins/opcua/README.md"));
     let page = page.expect("it is there");
-    let (_, rest) = page.split_once("### Example of mirrored alarms").expect("it has an example");
+    let (_, rest) = page.split_once("### Mirrored alarms: an example").expect("it has an example");
     let lines = rest.lines().skip_while(|line| !line.starts_with("    "));
     let text: String = lines.take_while(|line| line.starts_with("    ")).collect();
     serde_json::from_str(&text).expect("it is JSON")
@@ -117,6 +119,13 @@ impl View {
             |pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
         self.frame(vec![event(true)]);
         self.frame(vec![event(false)]);
+    }
+
+    /// The plugin's process, if it has one now.
+    fn plugin_pid(&self) -> Option<Pid> {
+        let stats = self.viewer.stats();
+        let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc")?;
+        Pid::from_raw(plugin.pid? as i32)
     }
 
     /// Draws until the alarms are such.
@@ -228,13 +237,25 @@ fn alarms_of_a_plugin_that_dies_are_stale_until_it_is_back() {
     scene.config["supervision"] = json!({ "restart_millis": 3000 });
     let mut view = View::open(&scene.write());
     view.until_current(AlarmState::B);
-    let stats = view.viewer.stats();
-    let plugin = stats.plugins.iter().find(|plugin| plugin.name == "plc").expect("it is there");
-    let pid = plugin.pid.and_then(|pid| Pid::from_raw(pid as i32)).expect("it has a process");
+    let pid = view.plugin_pid().expect("it has a process");
     kill_process(pid, Signal::KILL).expect("it runs");
     let doubt = view.until_stale();
     assert!(doubt.starts_with("stale "), "{doubt}");
     view.until_current(AlarmState::B);
+
+    // One that is started anew while the server is away knows nothing of them.
+    server.process.signal(Signal::KILL);
+    view.until_stale();
+    let second = view.plugin_pid().expect("it has a process");
+    kill_process(second, Signal::KILL).expect("it runs");
+    let mut polls_after = 20;
+    wait_for("polls of a third process", MAX_WAIT, || {
+        view.until_stale();
+        std::thread::sleep(Duration::from_millis(100));
+        let is_third = view.plugin_pid().is_some_and(|pid| pid != second);
+        polls_after -= i32::from(is_third);
+        (polls_after == 0).then_some(())
+    });
 }
 
 #[test]
@@ -252,4 +273,30 @@ fn a_source_that_has_no_alarms_is_told_where_it_is_named() {
     let said = finish(&mut command).expect_code(1);
     let said = said.stdout + &said.stderr;
     assert!(said.contains("no plugin 'plk'") && said.contains("'plc'"), "{said}");
+}
+
+#[test]
+fn a_reload_drops_no_alarm_and_places_it_by_the_new_rules() {
+    let Some(server) = Server::start(0, &only_hot(true, false)) else { return };
+    let mut scene = scene(server.port, "process");
+    let path = scene.write();
+    let mut view = View::open(&path);
+    view.until_current(AlarmState::B);
+    let before = view.plugin_pid();
+    let mut reloader = Reloader::start(&path, || {}).expect("a file can be watched");
+    let source = &mut scene.config["alarm_handling"]["sources"][0];
+    source["severities"] = json!({ "critical": 700, "high": 600, "medium": 500 });
+    source["equipment"] = json!({ "S12D1T1.Oil": RELAY });
+    scene.write();
+    let outcome = wait_for("the edit", MAX_WAIT, || {
+        view.frame(Vec::new());
+        assert_eq!(view.viewer.stats().alarms.len(), 1, "it is kept");
+        reloader.step(&mut view.viewer)
+    });
+    assert_eq!(outcome, Outcome::Shown);
+    let alarm = view.until_current(AlarmState::B);
+    assert_eq!(alarm.priority, "critical");
+    assert_eq!(view.plugin_pid(), before, "the plugin goes on");
+    view.key(Key::F8);
+    assert_eq!(view.viewer.stats().picked.as_deref(), Some(RELAY));
 }

@@ -53,6 +53,7 @@ impl Reader {
     pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
         let alarms = RunningAlarms::of(plugin)?;
         let shared = Arc::new(Shared::default());
+        shared.state().health.fault = Some("not asked yet".to_owned());
         let (theirs, plugin) = (shared.clone(), plugin.clone());
         let id = plugin.info().id.clone();
         let work = move || run(&plugin, &alarms, &theirs);
