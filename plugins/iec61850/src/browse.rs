@@ -81,7 +81,7 @@ pub(crate) fn run(
         streams.diagnose(LogLevel::Error, None, &named);
         return Ok(CommandExit::InputAtFault);
     }
-    let text = format!("{} tags; units are in its SCL file alone", found.rows.len());
+    let text = format!("tags: {}; their units are in its SCL file alone", found.rows.len());
     streams.diagnose(LogLevel::Info, None, &text);
     let rows: Vec<_> = found.rows.into_iter().collect();
     let written = write_rows(&rows, &mut std::io::BufWriter::new(streams.output()));
