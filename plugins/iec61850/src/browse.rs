@@ -33,7 +33,7 @@ const MAX_NAMED: usize = 20;
 /// How long all of it may take.
 const MAX_TIME: Duration = Duration::from_secs(600);
 /// How often the host hears that it goes on, and is asked whether to stop.
-const BEAT: Duration = Duration::from_secs(1);
+const BEAT: Duration = Duration::from_millis(200);
 
 /// Asks a server and writes the list, of the logical devices that the arguments name, or of
 /// all.

@@ -36,7 +36,7 @@ const MAX_ROOTS: usize = 64;
 /// How long all of it may take.
 const MAX_TIME: Duration = Duration::from_secs(600);
 /// How often the host hears that it goes on, and is asked whether to stop.
-const BEAT: Duration = Duration::from_secs(1);
+const BEAT: Duration = Duration::from_millis(200);
 const USAGE: &str = "busbar import CONFIG --from INSTANCE [--out POINTS.csv|TAGS.json] -- [NODE...]: \
                      each NODE, such as nsu=urn:plc;s=Station, is browsed instead of the folder Objects";
 
