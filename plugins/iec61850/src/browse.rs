@@ -33,7 +33,7 @@ const MAX_NAMED: usize = 20;
 /// How long all of it may take.
 const MAX_TIME: Duration = Duration::from_secs(600);
 /// How often the host hears that it goes on, and is asked whether to stop.
-const BEAT: Duration = Duration::from_secs(1);
+const BEAT: Duration = Duration::from_millis(200);
 
 /// Asks a server and writes the list, of the logical devices that the arguments name, or of
 /// all.
@@ -81,7 +81,7 @@ pub(crate) fn run(
         streams.diagnose(LogLevel::Error, None, &named);
         return Ok(CommandExit::InputAtFault);
     }
-    let text = format!("{} tags; units are in its SCL file alone", found.rows.len());
+    let text = format!("tags: {}; their units are in its SCL file alone", found.rows.len());
     streams.diagnose(LogLevel::Info, None, &text);
     let rows: Vec<_> = found.rows.into_iter().collect();
     let written = write_rows(&rows, &mut std::io::BufWriter::new(streams.output()));

@@ -36,7 +36,7 @@ const MAX_ROOTS: usize = 64;
 /// How long all of it may take.
 const MAX_TIME: Duration = Duration::from_secs(600);
 /// How often the host hears that it goes on, and is asked whether to stop.
-const BEAT: Duration = Duration::from_secs(1);
+const BEAT: Duration = Duration::from_millis(200);
 const USAGE: &str = "busbar import CONFIG --from INSTANCE [--out POINTS.csv|TAGS.json] -- [NODE...]: \
                      each NODE, such as nsu=urn:plc;s=Station, is browsed instead of the folder Objects";
 
@@ -95,7 +95,7 @@ fn tell(listing: &Listing, streams: &Streams<'_>) {
         streams.diagnose(LogLevel::Warning, None, remark);
     }
     let (tags, others) = (listing.rows.len(), listing.refused.len());
-    let text = format!("{tags} tags; {others} variables cannot be tags");
+    let text = format!("tags: {tags}; variables that cannot be tags: {others}");
     streams.diagnose(LogLevel::Info, None, &text);
     for (path, reason) in &listing.refused {
         streams.diagnose(LogLevel::Info, None, &format!("no tag: {path}: {reason}"));
@@ -103,7 +103,7 @@ fn tell(listing: &Listing, streams: &Streams<'_>) {
 }
 
 /// The list of the first server that can be asked, or what is wrong with each.
-async fn of_any(
+pub(crate) async fn of_any(
     world: &World,
     config: &Config,
     roots: &[NodeAddress],

@@ -15,6 +15,7 @@ use tokio::io::{AsyncRead, AsyncWriteExt, DuplexStream, ReadBuf, duplex};
 use tokio::task::yield_now;
 
 use crate::board::Board;
+use crate::import::of_any;
 use crate::link::{Link, World};
 use crate::points::Points;
 use crate::settings::Settings;
@@ -43,11 +44,7 @@ pub fn converse(
     let config = settings.parse()?;
     let points = Points::parse(tags, &config)?;
     let (_stop, stopped) = tokio::sync::watch::channel(false);
-    let [first, second] = connections.map(<[u8]>::to_vec);
-    let world = World {
-        dial: Arc::new(Memory(Mutex::new(vec![second, first]))),
-        wall_clock: || SystemTime::UNIX_EPOCH + Duration::from_secs(1_767_323_045),
-    };
+    let world = world(connections);
     let board = Board::new(points, config.confirm_unchanged, sink.clone(), host());
     let board = Rc::new(RefCell::new(board));
     let sink = sink.clone();
@@ -56,6 +53,31 @@ pub fn converse(
     let mut said = String::new();
     io_loop.run_until(std::future::pending(), async { said = link.serve_once().await });
     Ok(said)
+}
+
+/// Asks such a server what it has: the point list, or why there is none.
+///
+/// # Errors
+/// The reason, in words.
+pub fn browse(settings: Settings, connections: [&[u8]; 2]) -> Result<Vec<u8>, String> {
+    let config = settings.parse().map_err(|error| error.to_string())?;
+    let io_loop = IoLoop::new(1).map_err(|error| error.to_string())?;
+    let (world, mut listed) = (world(connections), Err(Vec::new()));
+    io_loop.run_until(std::future::pending(), async {
+        listed = of_any(&world, &config, &[]).await;
+    });
+    let listing = listed.map_err(|faults| faults.join("; "))?;
+    let mut list = Vec::new();
+    listing.write(&mut list).map_err(|error| error.to_string())?;
+    Ok(list)
+}
+
+fn world(connections: [&[u8]; 2]) -> World {
+    let [first, second] = connections.map(<[u8]>::to_vec);
+    World {
+        dial: Arc::new(Memory(Mutex::new(vec![second, first]))),
+        wall_clock: || SystemTime::UNIX_EPOCH + Duration::from_secs(1_767_323_045),
+    }
 }
 
 /// The bytes of connections to come, the next one last.

@@ -108,7 +108,7 @@ fn what_a_server_has_is_imported_and_is_live() {
     let mut import = busbar();
     import.arg("import").arg(scene.write()).args(["--from", "ied", "--out"]).arg(&tags);
     let output = finish(&mut import).expect_code(0);
-    assert!(output.stderr.contains("ied: 18 tags"), "{}", output.stderr);
+    assert!(output.stderr.contains("ied: tags: 18"), "{}", output.stderr);
     let imported: Value =
         serde_json::from_slice(&std::fs::read(&tags).expect("it was written")).expect("it is JSON");
     scene.config["tags"] = imported["tags"].clone();

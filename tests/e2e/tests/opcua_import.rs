@@ -111,7 +111,7 @@ fn what_a_server_has_is_imported_and_is_live() {
 
     let output = run(&scene, &tags, server.port).expect_code(0);
     assert!(
-        output.stderr.contains("plc: 26 tags; 7 variables cannot be tags"),
+        output.stderr.contains("plc: tags: 26; variables that cannot be tags: 7"),
         "{}",
         output.stderr
     );

@@ -181,7 +181,7 @@ impl Walk {
 }
 
 fn is_property(reference: &ReferenceDescription) -> bool {
-    reference.reference_type_id == NodeId::from(ReferenceTypeId::HasProperty)
+    reference.reference_type_id == ReferenceTypeId::HasProperty
 }
 
 /// `A.B`; a name in one line, without blanks around it.

@@ -33,7 +33,7 @@ const ATTRIBUTES: [AttributeId; 6] = [
 
 /// What can be tags, and what cannot.
 #[derive(Debug, Default)]
-pub(super) struct Listing {
+pub(crate) struct Listing {
     pub(super) rows: Vec<Row>,
     /// Paths of variables, and why they are no tags.
     pub(super) refused: Vec<(String, String)>,
@@ -198,6 +198,10 @@ impl Listing {
     ) {
         let variable = known.variable;
         let node = NodeAddress::lasting(&variable.node, namespaces).to_string();
+        let read_back = NodeAddress::parse(&node).ok().and_then(|node| node.resolve(namespaces));
+        if read_back.as_ref() != Some(&variable.node) {
+            return self.refuse(variable, "its node id cannot be written as an address".into());
+        }
         let indices: Vec<_> = match shape {
             None => vec![None],
             Some(count) => (0..count).map(Some).collect(),
@@ -228,16 +232,20 @@ impl Listing {
         for row in self.rows.iter_mut().filter(|row| count[&row.tag] > 1) {
             row.tag = format!("{} ({})", row.tag, one_line(row.node.clone()));
         }
-        let refused = &mut self.refused;
-        self.rows.retain(|row| {
-            let fits = row.tag.len() <= MAX_NAME_BYTES;
-            if !fits {
-                let why = format!("its id would have more than {MAX_NAME_BYTES} bytes");
-                refused.push((row.tag.clone(), why));
-            }
-            fits
-        });
         self.rows.sort_by(|a, b| a.tag.cmp(&b.tag));
+        let (refused, mut last) = (&mut self.refused, None);
+        self.rows.retain(|row| {
+            let why = if row.tag.len() > MAX_NAME_BYTES {
+                format!("its id would have more than {MAX_NAME_BYTES} bytes")
+            } else if last.as_ref() == Some(&row.tag) {
+                "another variable is called like it, node and all".to_owned()
+            } else {
+                last = Some(row.tag.clone());
+                return true;
+            };
+            refused.push((row.tag.clone(), why));
+            false
+        });
         self.refused.sort();
         if self.rows.len() > MAX_ROWS {
             self.rows.truncate(MAX_ROWS);
@@ -249,7 +257,7 @@ impl Listing {
     }
 
     /// Writes it as CSV (RFC 4180).
-    pub(super) fn write(&self, output: &mut impl Write) -> io::Result<()> {
+    pub(crate) fn write(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(output, "{HEADER}")?;
         for row in &self.rows {
             let states = match row.meaning.states.is_empty() {

@@ -2,6 +2,7 @@
 //! 5.8.3).
 
 use std::collections::BTreeMap;
+use std::slice;
 
 use async_opcua::types::{
     BrowseDescription, BrowseDirection, BrowseNextRequest, BrowseRequest, BrowseResult,
@@ -13,7 +14,7 @@ use crate::client::{Client, answer};
 use crate::fault::Fault;
 
 /// References of all nodes that are asked for together.
-const MAX_REFERENCES: usize = 1_000_000;
+const MAX_REFERENCES: usize = 400_000;
 /// Nodes of one request, where the server allows that.
 const MAX_BATCH: usize = 100;
 /// References of one node in one answer, which the server is asked for at most.
@@ -52,8 +53,8 @@ impl<'a> Browser<'a> {
         &mut self,
         node: &NodeId,
     ) -> Result<BTreeMap<String, NodeId>, Fault> {
-        let nodes = [node.clone()];
-        let (mut results, _) = self.references(&nodes, Direction::Properties).await?;
+        let (mut results, _) =
+            self.references(slice::from_ref(node), Direction::Properties).await?;
         let references = results.pop().and_then(Result::ok).unwrap_or_default();
         let named = references.iter().filter_map(|reference| {
             Some((reference.browse_name.name.to_string(), self.here(reference)?))
@@ -63,7 +64,7 @@ impl<'a> Browser<'a> {
 
     /// The type above a data type.
     pub(super) async fn supertype(&mut self, node: &NodeId) -> Result<Option<NodeId>, Fault> {
-        let (mut results, _) = self.references(&[node.clone()], Direction::Supertype).await?;
+        let (mut results, _) = self.references(slice::from_ref(node), Direction::Supertype).await?;
         let references = results.pop().and_then(Result::ok).unwrap_or_default();
         Ok(references.first().and_then(|reference| self.here(reference)))
     }
@@ -108,7 +109,7 @@ impl<'a> Browser<'a> {
                 let has_no_place =
                     matches!(result, Err(status) if *status == StatusCode::BadNoContinuationPoints);
                 if has_no_place && batch.len() > 1 {
-                    let alone = self.batch_of(std::slice::from_ref(node), direction).await?;
+                    let alone = self.batch_of(slice::from_ref(node), direction).await?;
                     *result = alone.into_iter().next().unwrap_or_else(|| Ok(Vec::new()));
                 }
             }

@@ -78,7 +78,7 @@ fn everything_that_can_be_a_tag_is_listed_and_the_rest_is_named() {
     let run = points(peer.port, &json!({}), &[]);
     assert_eq!((run.exit_code, list(&run)), (Some(0), LIST), "{:?}", run.diagnostics);
     let mut said = run.diagnostics.iter().map(|(_, message)| message.as_str());
-    assert_eq!(said.next(), Some("26 tags; 7 variables cannot be tags"));
+    assert_eq!(said.next(), Some("tags: 26; variables that cannot be tags: 7"));
     for ((path, reason), said) in REFUSED.iter().zip(said.by_ref()) {
         let wanted = format!("no tag: Station.{path}: {reason}");
         assert!(said.starts_with(&wanted), "{wanted}: {said}");
