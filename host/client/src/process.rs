@@ -51,10 +51,7 @@ impl Spare {
     ///
     /// # Errors
     /// In words, with its process, killed: no memory or descriptors, or it has ended.
-    pub(crate) fn begin(
-        self,
-        wanted: &Wanted,
-    ) -> Result<(Viewer, PictureReader), (String, Child)> {
+    pub(crate) fn begin(self, wanted: &Wanted) -> Result<(Viewer, PictureReader), (String, Child)> {
         match self.tell(wanted) {
             Ok(memory) => {
                 let reader = PictureReader::new(memory.clone());

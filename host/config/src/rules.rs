@@ -11,8 +11,8 @@ use serde_json::{Map, Value};
 use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{
-    MAX_NAME_BYTES, alarm_rules, join_pointer, moving, plugins, scene_rules, simulate, suggest,
-    theta,
+    MAX_NAME_BYTES, alarm_rules, join_pointer, moving, plugins, scene_rules, service, simulate,
+    suggest, theta,
 };
 
 /// One of the parts of a direction is at least so long.
@@ -34,6 +34,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     crate::equipment::check(document, &equipment, rules.report);
     alarm_rules::check(document, &equipment, rules.report);
     plugins::check_roles(document, rules.report);
+    service::check(document, rules.report);
 }
 
 struct Rules<'d, 'r, 'p> {
