@@ -1,5 +1,4 @@
 //! Names the library by the version of its interface, which programs linked with it ask for.
-#![expect(clippy::print_stdout, reason = "Cargo reads it")]
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -133,10 +133,10 @@ impl ApplicationHandler<Wake> for Application<'_> {
                 open.window.request_redraw();
             }
             WindowEvent::RedrawRequested => {
-                if let Some(reloader) = &mut self.reloader {
-                    if reloader.step(&mut open.viewer) == Some(Outcome::Shown) {
-                        self.telling.follow(open.viewer.scene());
-                    }
+                if let Some(reloader) = &mut self.reloader
+                    && reloader.step(&mut open.viewer) == Some(Outcome::Shown)
+                {
+                    self.telling.follow(open.viewer.scene());
                 }
                 let drawn = open.draw();
                 match drawn {
