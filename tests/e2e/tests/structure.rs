@@ -171,6 +171,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "faults",
         &[
+            "busbar_plugin_check",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_tags",
