@@ -171,7 +171,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "faults",
         &[
-            "busbar_plugin_check",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_tags",
@@ -206,6 +205,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
+            "busbar_plugin_check",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_plugin_sdk",
