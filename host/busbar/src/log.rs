@@ -10,14 +10,16 @@ use std::io::{self, Stderr, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::PathBuf;
 
+use busbar_viewer::{LogConfig, LogFormatConfig};
 use clap::{Args, ValueEnum};
 use tracing::{Level, Metadata};
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::fmt::format::debug_fn;
 use tracing_subscriber::fmt::{FormatFields, MakeWriter};
 use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::reload::{Handle, Layer as Reloaded};
 use tracing_subscriber::util::SubscriberInitExt;
-use tracing_subscriber::{EnvFilter, Layer, fmt};
+use tracing_subscriber::{EnvFilter, Layer, Registry, fmt};
 
 use limit::Limit;
 use rotating::RotatingFile;
@@ -60,41 +62,100 @@ pub(crate) enum LogFormat {
     Json,
 }
 
-/// Starts the log. Lines that wait are written when the guard is dropped.
-pub(crate) fn start(options: &LogOptions) -> Option<WorkerGuard> {
-    let stderr = io::stderr();
-    let is_journal = is_journal();
-    let terminal = fmt::layer().compact().with_writer(LeveledStderr { stderr, is_journal });
-    let terminal = match is_journal {
-        // The journal has time and level of its own.
-        true => terminal.with_ansi(false).without_time().with_level(false).boxed(),
-        false => terminal.boxed(),
-    };
-    let file = options.log.as_ref().map(|path| {
-        let limit = options.log_megabytes * BYTES_PER_MEGABYTE;
-        let file = RotatingFile::new(path.clone(), limit, options.log_files as usize);
-        NonBlockingBuilder::default()
+impl From<LogFormatConfig> for LogFormat {
+    fn from(format: LogFormatConfig) -> Self {
+        match format {
+            LogFormatConfig::Text => Self::Text,
+            LogFormatConfig::Json => Self::Json,
+        }
+    }
+}
+
+/// A file that the log goes into.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct LogFile {
+    path: PathBuf,
+    format: LogFormat,
+    megabytes: u64,
+    files: u64,
+}
+
+type FileLayer = Option<Box<dyn Layer<Registry> + Send + Sync>>;
+
+/// The log of this process. Lines that wait are written when it is dropped.
+pub(crate) struct Log {
+    is_by_arguments: bool,
+    file: Option<LogFile>,
+    layer: Handle<FileLayer, Registry>,
+    guard: Option<WorkerGuard>,
+}
+
+impl Log {
+    /// Starts it, with a file where arguments name one.
+    pub(crate) fn start(options: &LogOptions) -> Self {
+        let file = options.log.as_ref().map(|path| LogFile {
+            path: path.clone(),
+            format: options.log_format,
+            megabytes: options.log_megabytes,
+            files: options.log_files,
+        });
+        let (layer, guard) = file.as_ref().map(LogFile::open).unzip();
+        let (file_layer, layer) = Reloaded::new(layer);
+        let stderr = io::stderr();
+        let is_journal = is_journal();
+        let terminal = fmt::layer().compact().with_writer(LeveledStderr { stderr, is_journal });
+        let terminal = match is_journal {
+            // The journal has time and level of its own.
+            true => terminal.with_ansi(false).without_time().with_level(false).boxed(),
+            false => terminal.boxed(),
+        };
+        let level = EnvFilter::try_from_env(LEVEL_VARIABLE).unwrap_or_else(|_| "info".into());
+        tracing_subscriber::registry()
+            .with(file_layer)
+            .with(level)
+            .with(Limit::default())
+            .with(terminal)
+            .init();
+        Self { is_by_arguments: file.is_some(), file, layer, guard }
+    }
+
+    /// Goes into the file that a configuration names, unless arguments name one.
+    pub(crate) fn follow(&mut self, wanted: Option<(PathBuf, &LogConfig)>) {
+        let wanted = wanted.map(|(path, log)| LogFile {
+            path,
+            format: log.format.into(),
+            megabytes: u64::from(log.megabytes),
+            files: u64::from(log.files),
+        });
+        if self.is_by_arguments || wanted == self.file {
+            return;
+        }
+        let (layer, guard) = wanted.as_ref().map(LogFile::open).unzip();
+        match self.layer.reload(layer) {
+            // Lines that wait for the file before are written now.
+            Ok(()) => (self.file, self.guard) = (wanted, guard),
+            Err(error) => tracing::error!("the log goes where it went before: {error}"),
+        }
+    }
+}
+
+impl LogFile {
+    /// What writes into it, by a thread of its own.
+    fn open(&self) -> (Box<dyn Layer<Registry> + Send + Sync>, WorkerGuard) {
+        let limit = self.megabytes * BYTES_PER_MEGABYTE;
+        let file = RotatingFile::new(self.path.clone(), limit, self.files as usize);
+        let (writer, guard) = NonBlockingBuilder::default()
             .lossy(true)
             .buffered_lines_limit(MAX_WAITING_LINES)
             .thread_name("log")
-            .finish(file)
-    });
-    let (writer, guard) = file.unzip();
-    let file = writer.map(|writer| {
+            .finish(file);
         let layer = fmt::layer().with_ansi(false).with_writer(writer);
-        match options.log_format {
+        let layer = match self.format {
             LogFormat::Text => layer.boxed(),
             LogFormat::Json => layer.json().flatten_event(true).boxed(),
-        }
-    });
-    let level = EnvFilter::try_from_env(LEVEL_VARIABLE).unwrap_or_else(|_| "info".into());
-    tracing_subscriber::registry()
-        .with(level)
-        .with(Limit::default())
-        .with(terminal)
-        .with(file)
-        .init();
-    guard
+        };
+        (layer, guard)
+    }
 }
 
 /// Starts the log of a plugin's process: the viewer reads level and message, and adds the rest.

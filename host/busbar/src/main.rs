@@ -15,13 +15,16 @@ mod plugin;
 mod render;
 mod serve;
 mod simulate;
+mod systemd;
 mod view;
 
+use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use arguments::{Arguments, Command, PluginCommand};
+use log::Log;
 
 /// Input or environment at fault.
 const EXIT_INPUT: u8 = 1;
@@ -30,14 +33,8 @@ const EXIT_INTERNAL: u8 = 3;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let _guard = match arguments.command {
-        Command::PluginHost => {
-            log::start_of_plugin();
-            None
-        }
-        _ => log::start(&arguments.log),
-    };
-    match std::panic::catch_unwind(|| run(arguments)) {
+    // After a panic nothing of this is looked at again.
+    match std::panic::catch_unwind(AssertUnwindSafe(|| run(arguments))) {
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
             output::error(&error);
@@ -52,8 +49,15 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    let log = match arguments.command {
+        Command::PluginHost => {
+            log::start_of_plugin();
+            None
+        }
+        _ => Some(Log::start(&arguments.log)),
+    };
     match arguments.command {
-        Command::View(options) => view::run(&options),
+        Command::View(options) => view::run(&options, log),
         Command::Render(options) => render::run(&options),
         Command::Check { config } => check::run(&config),
         Command::Doctor(options) => doctor::run(&options),

@@ -9,13 +9,14 @@ use anyhow::{Context, bail};
 use axum::Router;
 use axum::http::header::CONTENT_TYPE;
 use axum::routing::get;
-use busbar_viewer::{Health, Viewer};
+use busbar_viewer::{Health, MetricsConfig, Viewer};
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
 use prometheus_client::registry::{Registry, Unit};
+use tokio::sync::oneshot;
 
 /// How often what costs something is looked at.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -28,9 +29,51 @@ type Labels = Vec<(&'static str, String)>;
 type Gauges = Family<Labels, Gauge>;
 type Counters = Family<Labels, Counter<u64, AtomicU64>>;
 
-/// What is told of a view.
+/// Numbers that are served where arguments want it, or else the configuration.
 #[derive(Default)]
-pub(crate) struct Metrics {
+pub(crate) struct ServedMetrics {
+    is_by_arguments: bool,
+    served: Option<(SocketAddr, Metrics)>,
+}
+
+impl ServedMetrics {
+    /// Serves them where arguments say so.
+    ///
+    /// # Errors
+    /// As [`Metrics::serve`].
+    pub(crate) fn start(address: Option<SocketAddr>, public: bool) -> anyhow::Result<Self> {
+        let serve = |address| anyhow::Ok((address, Metrics::serve(address, public)?));
+        let served = address.map(serve).transpose()?;
+        Ok(Self { is_by_arguments: served.is_some(), served })
+    }
+
+    /// Serves them where a configuration says so. Where that cannot be, all stays as it was:
+    /// a view is worth more than its numbers.
+    pub(crate) fn follow(&mut self, wanted: Option<MetricsConfig>) {
+        let address = wanted.map(|wanted| wanted.address);
+        if self.is_by_arguments || address == self.served.as_ref().map(|(served, _)| *served) {
+            return;
+        }
+        let serve = |wanted: MetricsConfig| {
+            anyhow::Ok((wanted.address, Metrics::serve(wanted.address, wanted.public)?))
+        };
+        match wanted.map(serve).transpose() {
+            Ok(served) => self.served = served,
+            Err(error) => tracing::error!("{error:#}"),
+        }
+    }
+
+    /// Takes the numbers of the frame that was just drawn.
+    pub(crate) fn note(&mut self, viewer: &Viewer) {
+        if let Some((_, metrics)) = &mut self.served {
+            metrics.note(viewer);
+        }
+    }
+}
+
+/// What is told of a view, until it is dropped.
+#[derive(Default)]
+struct Metrics {
     frame_seconds: Option<Histogram>,
     frames: Counter<u64, AtomicU64>,
     tags: Gauges,
@@ -44,11 +87,13 @@ pub(crate) struct Metrics {
     faulty: Gauge,
     memory: Gauge,
     looked_at: Option<Instant>,
+    /// Ends serving with it.
+    _serves: Option<oneshot::Sender<()>>,
 }
 
 impl Metrics {
     /// Serves them at an address; unless it may be `public`, of this machine alone.
-    pub(crate) fn serve(address: SocketAddr, public: bool) -> anyhow::Result<Self> {
+    fn serve(address: SocketAddr, public: bool) -> anyhow::Result<Self> {
         if !address.ip().is_loopback() && !public {
             bail!(
                 "{address} can be reached from other machines\n  remedy: serve metrics at \
@@ -59,8 +104,12 @@ impl Metrics {
             format!("metrics cannot be served at {address}; choose another port")
         })?;
         listener.set_nonblocking(true)?;
-        let metrics =
-            Self { frame_seconds: Some(Histogram::new(FRAME_SECONDS)), ..Self::default() };
+        let (serves, ended) = oneshot::channel();
+        let metrics = Self {
+            frame_seconds: Some(Histogram::new(FRAME_SECONDS)),
+            _serves: Some(serves),
+            ..Self::default()
+        };
         let registry = Arc::new(metrics.registry());
         let page = move || {
             let registry = Arc::clone(&registry);
@@ -76,7 +125,11 @@ impl Metrics {
             let served = runtime.and_then(|runtime| {
                 runtime.block_on(async {
                     let listener = tokio::net::TcpListener::from_std(listener)?;
-                    axum::serve(listener, Router::new().route("/metrics", get(page))).await
+                    let served = axum::serve(listener, Router::new().route("/metrics", get(page)));
+                    tokio::select! {
+                        served = served => served,
+                        _ = ended => Ok(()),
+                    }
                 })
             });
             if let Err(error) = served {
@@ -119,7 +172,7 @@ impl Metrics {
     }
 
     /// Takes the numbers of the frame that was just drawn.
-    pub(crate) fn note(&mut self, viewer: &Viewer) {
+    fn note(&mut self, viewer: &Viewer) {
         if let Some(histogram) = &self.frame_seconds {
             histogram.observe(viewer.frame_time().as_secs_f64());
         }

@@ -11,12 +11,16 @@ use anyhow::{Context, anyhow, bail};
 use busbar_web::{Options, Server, Token};
 
 use crate::arguments::ServeOptions;
+use crate::systemd::Watchdog;
 use crate::{output, simulate};
 
 /// Where the token is looked for when no file is named.
 const TOKEN_VARIABLE: &str = "BUSBAR_TOKEN";
 /// How often it is looked whether it is to end.
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
+/// Without a look at the viewer for so long, systemd's watchdog is fed no more: pages show
+/// nothing that is live.
+const MAX_SILENCE: Duration = Duration::from_secs(5);
 
 pub(crate) fn run(options: &ServeOptions) -> anyhow::Result<ExitCode> {
     let ending = simulate::ending_by_signal()?;
@@ -41,12 +45,17 @@ pub(crate) fn run(options: &ServeOptions) -> anyhow::Result<ExitCode> {
         true => format!("http://{address}/?token={}", token.reveal()),
         false => format!("http://{address}/"),
     });
+    let mut watchdog = Watchdog::default();
     while !ending.load(Ordering::Relaxed) {
         if let Some(failure) = server.failure() {
             bail!("{failure}");
         }
+        if server.silence() < MAX_SILENCE {
+            watchdog.feed();
+        }
         std::thread::sleep(LOOK_PERIOD);
     }
+    watchdog.end();
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use busbar_viewer::reload::Reloader;
+use busbar_viewer::reload::{Outcome, Reloader};
 use busbar_viewer::{LoadedScene, RendererOptions, Viewer};
-use sd_notify::NotifyState;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -16,11 +15,11 @@ use winit::window::{Window, WindowId};
 
 use crate::arguments::ViewOptions;
 use crate::kiosk::Kiosk;
-use crate::metrics::Metrics;
+use crate::log::Log;
+use crate::metrics::ServedMetrics;
+use crate::systemd::Watchdog;
 use crate::{check, output, render};
 
-/// How often systemd is told that frames go on.
-const FEED_PERIOD: Duration = Duration::from_secs(1);
 const TITLE: &str = "Busbar";
 /// Live values are drawn this often without any input.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
@@ -29,10 +28,11 @@ const OPERATOR_VARIABLE: &str = "BUSBAR_OPERATOR";
 /// With input, frames come no faster than this: a display may not pace them.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
-pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
-    let metrics = options.metrics.map(|address| Metrics::serve(address, options.metrics_public));
-    let metrics = metrics.transpose()?;
+pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<ExitCode> {
+    let metrics = ServedMetrics::start(options.metrics, options.metrics_public)?;
     let scene = check::load(&options.config)?;
+    let mut telling = Telling { log, metrics };
+    telling.follow(&scene);
     let event_loop = EventLoop::<Wake>::with_user_event().build().map_err(|error| {
         // Its own text names source files of the build machine.
         tracing::debug!("{error}");
@@ -47,9 +47,9 @@ pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
         scene: Some(scene),
         window: None,
         reloader: reloader.ok(),
-        metrics,
+        telling,
         kiosk: options.kiosk.then(|| Kiosk::on(options.monitor.clone())),
-        fed_at: None,
+        watchdog: Watchdog::default(),
         started: Instant::now(),
         next_frame: Instant::now(),
         result: Ok(ExitCode::SUCCESS),
@@ -61,16 +61,31 @@ pub(crate) fn run(options: &ViewOptions) -> anyhow::Result<ExitCode> {
 /// Something is to be done that no window event told.
 struct Wake;
 
+/// What it tells of itself, as arguments want it or else the configuration.
+struct Telling {
+    log: Option<Log>,
+    metrics: ServedMetrics,
+}
+
+impl Telling {
+    fn follow(&mut self, scene: &LoadedScene) {
+        if let Some(log) = &mut self.log {
+            log.follow(scene.log());
+        }
+        self.metrics.follow(scene.metrics());
+    }
+}
+
 struct Application<'a> {
     options: &'a ViewOptions,
     /// Until the window is there.
     scene: Option<LoadedScene>,
     window: Option<OpenWindow>,
     reloader: Option<Reloader>,
-    metrics: Option<Metrics>,
+    telling: Telling,
     kiosk: Option<Kiosk>,
-    /// When systemd was last told that frames go on.
-    fed_at: Option<Instant>,
+    /// Fed by frames.
+    watchdog: Watchdog,
     started: Instant,
     next_frame: Instant,
     result: anyhow::Result<ExitCode>,
@@ -118,19 +133,19 @@ impl ApplicationHandler<Wake> for Application<'_> {
                 open.window.request_redraw();
             }
             WindowEvent::RedrawRequested => {
-                if let Some(reloader) = &mut self.reloader {
-                    reloader.step(&mut open.viewer);
+                if let Some(reloader) = &mut self.reloader
+                    && reloader.step(&mut open.viewer) == Some(Outcome::Shown)
+                {
+                    self.telling.follow(open.viewer.scene());
                 }
                 let drawn = open.draw();
                 match drawn {
                     Ok(repaint_after) => {
-                        if let Some(metrics) = &mut self.metrics {
-                            metrics.note(&open.viewer);
-                        }
+                        self.telling.metrics.note(&open.viewer);
                         if let Some(kiosk) = &mut self.kiosk {
                             kiosk.step(&open.window);
                         }
-                        feed_watchdog(&mut self.fed_at);
+                        self.watchdog.feed();
                         let wait = repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD);
                         self.next_frame = Instant::now() + wait;
                     }
@@ -157,7 +172,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
 
 impl Application<'_> {
     fn close(&mut self, event_loop: &ActiveEventLoop) {
-        notify(NotifyState::Stopping);
+        self.watchdog.end();
         if let Some(open) = self.window.take() {
             let stats = open.viewer.stats();
             self.result = match &self.options.stats {
@@ -220,25 +235,6 @@ impl OpenWindow {
             self.announced = true;
         }
         Ok(frame.repaint_after)
-    }
-}
-
-/// Tells systemd, where it started this, that frames go on; the first time also that there
-/// is a view.
-fn feed_watchdog(fed_at: &mut Option<Instant>) {
-    if fed_at.is_none() {
-        notify(NotifyState::Ready);
-    }
-    if fed_at.is_none_or(|at| at.elapsed() >= FEED_PERIOD) {
-        *fed_at = Some(Instant::now());
-        notify(NotifyState::Watchdog);
-    }
-}
-
-fn notify(state: NotifyState<'_>) {
-    // Without systemd there is nobody to be told.
-    if let Err(error) = sd_notify::notify(false, &[state]) {
-        tracing::debug!("systemd is not told: {error}");
     }
 }
 

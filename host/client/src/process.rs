@@ -23,73 +23,6 @@ const FIRST_MESSAGE: Duration = Duration::from_millis(500);
 const PIECE_BYTES: usize = 1 << 16;
 const MAX_PIECES: usize = 64;
 
-/// A viewer that is not told yet what to show: it loads graphics drivers and waits.
-pub(crate) struct Spare {
-    child: Child,
-    socket: UnixStream,
-    program: String,
-}
-
-impl Spare {
-    /// Starts one.
-    ///
-    /// # Errors
-    /// In words: no such program, or no memory or descriptors for it.
-    pub(crate) fn start(program: &OsStr) -> Result<Self, String> {
-        let shown = program.to_string_lossy().into_owned();
-        let text = |error: io::Error| cannot_start(&shown, &error);
-        let (socket, theirs) = UnixStream::pair().map_err(text)?;
-        socket.set_write_timeout(Some(FIRST_MESSAGE)).map_err(text)?;
-        let mut command = Command::new(program);
-        command.arg(COMMAND).stdin(OwnedFd::from(theirs)).stdout(Stdio::null());
-        // Signals of a terminal are for the program; the viewer ends with its socket.
-        let child = command.process_group(0).spawn().map_err(text)?;
-        Ok(Self { child, socket, program: shown })
-    }
-
-    /// Says what it is to show.
-    ///
-    /// # Errors
-    /// In words, with its process, killed: no memory or descriptors, or it has ended.
-    pub(crate) fn begin(
-        self,
-        wanted: &Wanted,
-    ) -> Result<(Viewer, PictureReader), (String, Child)> {
-        match self.tell(wanted) {
-            Ok(memory) => {
-                let reader = PictureReader::new(memory.clone());
-                let decoder = framing::Decoder::new(MAX_MESSAGE_BYTES);
-                let Self { child, socket, .. } = self;
-                let (unsent, sent) = (Vec::new(), 0);
-                Ok((Viewer { child, socket, memory, decoder, unsent, sent }, reader))
-            }
-            Err(error) => {
-                let words = cannot_start(&self.program, &error);
-                Err((words, self.into_child()))
-            }
-        }
-    }
-
-    fn tell(&self, wanted: &Wanted) -> io::Result<PictureMemory> {
-        let (file, memory) = PictureMemory::create()?;
-        let begin = framing::encode(&ToViewer::Begin(wanted.begin()), MAX_MESSAGE_BYTES);
-        let begin = begin.map_err(io::Error::other)?;
-        socket::send(&self.socket, &begin, &[file.as_fd()])?;
-        Ok(memory)
-    }
-
-    /// Its process, killed, to be waited for.
-    pub(crate) fn into_child(mut self) -> Child {
-        // Not there any more is as good.
-        let _ = self.child.kill();
-        self.child
-    }
-}
-
-fn cannot_start(program: &str, error: &io::Error) -> String {
-    format!("no viewer '{program}' can be started: {error}")
-}
-
 /// A viewer that runs.
 pub(crate) struct Viewer {
     child: Child,
@@ -101,6 +34,36 @@ pub(crate) struct Viewer {
 }
 
 impl Viewer {
+    /// Starts one, and says what it is to show.
+    ///
+    /// # Errors
+    /// In words: no such program, or no memory or descriptors for it.
+    pub(crate) fn start(program: &OsStr, wanted: &Wanted) -> Result<(Self, PictureReader), String> {
+        let shown = program.to_string_lossy().into_owned();
+        let text = |error: io::Error| format!("no viewer '{shown}' can be started: {error}");
+        let (socket, theirs) = UnixStream::pair().map_err(text)?;
+        socket.set_write_timeout(Some(FIRST_MESSAGE)).map_err(text)?;
+        let (file, memory) = PictureMemory::create().map_err(text)?;
+        let mut command = Command::new(program);
+        command.arg(COMMAND).stdin(OwnedFd::from(theirs)).stdout(Stdio::null());
+        // Signals of a terminal are for the program; the viewer ends with its socket.
+        let child = command.process_group(0).spawn().map_err(text)?;
+        let reader = PictureReader::new(memory.clone());
+        let decoder = framing::Decoder::new(MAX_MESSAGE_BYTES);
+        let mut viewer = Self { child, socket, memory, decoder, unsent: Vec::new(), sent: 0 };
+        let begin = framing::encode(&ToViewer::Begin(wanted.begin()), MAX_MESSAGE_BYTES);
+        let begun = begin
+            .and_then(|begin| socket::send(&viewer.socket, &begin, &[file.as_fd()]).map_err(text));
+        match begun {
+            Ok(()) => Ok((viewer, reader)),
+            Err(error) => {
+                viewer.kill();
+                let _ = viewer.child.wait();
+                Err(error)
+            }
+        }
+    }
+
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
@@ -159,6 +122,11 @@ impl Viewer {
         Ok(())
     }
 
+    pub(crate) fn kill(&mut self) {
+        // Not there any more is as good.
+        let _ = self.child.kill();
+    }
+
     /// Lets it end by itself, as it does without the program: its process, to be waited for.
     pub(crate) fn let_go(self) -> Child {
         self.child
@@ -166,8 +134,7 @@ impl Viewer {
 
     /// Its process, ended, to be waited for; its pictures stay with whoever shows them.
     pub(crate) fn into_child(mut self) -> Child {
-        // Not there any more is as good.
-        let _ = self.child.kill();
+        self.kill();
         self.child
     }
 }

@@ -11,7 +11,7 @@ use busbar_protocol::pictures::now;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::events::Event;
-use crate::process::{Spare, Viewer, ending};
+use crate::process::{Viewer, ending};
 use crate::restarts::Restarts;
 use crate::shared::{Shared, lock, lower};
 
@@ -22,9 +22,6 @@ const MAX_START: Duration = Duration::from_secs(300);
 /// From a viewer's start to its first sign of life at most: it may have to wait for the disk
 /// and the processor. From there to the first picture it shows signs of life by itself.
 const MAX_START_SILENCE: Duration = Duration::from_secs(10);
-/// From one viewer that is made ready in vain to the next at least: one that is often late on
-/// a busy machine is not to make it busier.
-const SPARE_PERIOD: Duration = Duration::from_secs(30);
 /// Viewers that were killed and are not gone yet; with more, none is started.
 const MAX_DYING: usize = 8;
 /// How long the end of a viewer is waited for when a view is closed.
@@ -43,10 +40,6 @@ pub(crate) struct Watch {
     patience: Patience,
     restarts: Restarts,
     viewer: Option<Running>,
-    /// One that is ready to take the place of one that is silent.
-    spare: Option<Spare>,
-    /// When one was last made ready in vain.
-    spared_at: Option<Instant>,
     /// When the next is to be started, without one.
     due: Instant,
     dying: Vec<Child>,
@@ -76,8 +69,6 @@ impl Watch {
             patience,
             restarts,
             viewer: None,
-            spare: None,
-            spared_at: None,
             due: Instant::now(),
             dying: Vec::new(),
             is_lost: false,
@@ -105,14 +96,7 @@ impl Watch {
     fn start(&mut self) {
         let wanted = lock(&self.shared.wanted).clone();
         lock(&self.shared.outbox).begin_anew(&wanted);
-        let spare = self.spare.take().map_or_else(|| Spare::start(&self.program), Ok);
-        let begun = spare.and_then(|spare| {
-            spare.begin(&wanted).map_err(|(why, child)| {
-                self.dying.push(child);
-                why
-            })
-        });
-        match begun {
+        match Viewer::start(&self.program, &wanted) {
             Ok((viewer, reader)) => {
                 lock(&self.shared.frames).follow(reader);
                 self.shared.viewer_id.store(viewer.id(), Ordering::Release);
@@ -210,12 +194,11 @@ impl Watch {
 
     /// Notes silence, and ends a viewer that hangs.
     fn look_for_life(&mut self) {
-        let Some(Running { viewer, started, is_ready, .. }) = &self.viewer else { return };
-        let (started, is_ready) = (*started, *is_ready);
+        let Some(running) = &self.viewer else { return };
+        let memory = running.viewer.memory();
         let since = |then: u64| Duration::from_nanos(now().saturating_sub(then));
-        let silence = since(viewer.memory().last_beat()).min(started.elapsed());
-        let age = since(viewer.memory().last_confirmed());
-        let patience = match is_ready {
+        let silence = since(memory.last_beat()).min(running.started.elapsed());
+        let patience = match running.is_ready {
             true => self.patience.hung,
             false => self.patience.hung.max(MAX_START_SILENCE),
         };
@@ -223,13 +206,13 @@ impl Watch {
             let why = format!("silent for {} ms", silence.as_millis());
             return self.lose(&why);
         }
-        if !is_ready {
-            if started.elapsed() >= MAX_START {
+        if !running.is_ready {
+            if running.started.elapsed() >= MAX_START {
                 self.lose(&format!("no picture within {} s", MAX_START.as_secs()));
             }
             return;
         }
-        self.keep_spare(silence >= self.patience.silent);
+        let age = since(memory.last_confirmed());
         let is_silent = age >= self.patience.silent;
         if is_silent && !std::mem::replace(&mut self.is_lost, true) {
             let words = format!("no picture for {} ms", age.as_millis());
@@ -238,22 +221,6 @@ impl Watch {
         } else if !is_silent && std::mem::replace(&mut self.is_lost, false) {
             self.shared.tell(Event::Recovered { is_another: false, how: "it goes on".into() });
             self.shared.tell(Event::Frame);
-        }
-    }
-
-    /// Makes a viewer ready while the one there is silent, and lets it go once that goes on.
-    fn keep_spare(&mut self, is_silent: bool) {
-        if !is_silent {
-            if let Some(spare) = self.spare.take() {
-                self.spared_at = Some(Instant::now());
-                self.dying.push(spare.into_child());
-            }
-        } else if self.spare.is_none()
-            && self.dying.len() < MAX_DYING
-            && self.spared_at.is_none_or(|at| at.elapsed() >= SPARE_PERIOD)
-        {
-            // Why there can be none is told when one is needed.
-            self.spare = Spare::start(&self.program).ok();
         }
     }
 
@@ -285,7 +252,6 @@ impl Watch {
     /// Lets the viewer end by itself, so that what operators did gets to the disk, and ends
     /// it where it does not.
     fn close(&mut self) {
-        self.dying.extend(self.spare.take().map(Spare::into_child));
         self.dying.extend(self.viewer.take().map(|running| running.viewer.let_go()));
         if !self.reap() {
             self.dying.iter_mut().for_each(|child| drop(child.kill()));

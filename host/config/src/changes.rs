@@ -68,6 +68,10 @@ pub enum Section {
     View,
     /// The cache.
     Cache,
+    /// The log file.
+    Log,
+    /// Numbers that are served.
+    Metrics,
 }
 
 impl Section {
@@ -89,6 +93,8 @@ impl Section {
             Self::Cameras => "cameras",
             Self::View => "view",
             Self::Cache => "cache",
+            Self::Log => "log",
+            Self::Metrics => "metrics",
         }
     }
 }
@@ -152,7 +158,21 @@ impl Changes {
         changes.compare_named(Section::Cameras, &before.cameras, &after.cameras);
         changes.compare(Section::View, before.view == after.view);
         changes.compare(Section::Cache, before.cache == after.cache);
+        changes.compare(Section::Log, before.log == after.log);
+        changes.compare(Section::Metrics, before.metrics == after.metrics);
         changes
+    }
+
+    /// Counts models whose file has other content among what changed.
+    pub fn add_models(&mut self, names: impl IntoIterator<Item = String>) {
+        let (section, kind) = (Section::Models, ChangeKind::Changed);
+        for name in names {
+            let named = |of: &Change| of.section == section && of.name.as_ref() == Some(&name);
+            if !self.all.iter().any(named) {
+                self.all.push(Change { section, name: Some(name), kind });
+            }
+        }
+        self.all.sort_by_key(|change| change.section);
     }
 
     /// Each in turn.

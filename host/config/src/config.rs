@@ -11,6 +11,7 @@ use crate::changes::Fingerprints;
 use crate::equipment::EquipmentConfig;
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
+use crate::service::{LogConfig, MetricsConfig};
 use crate::simulate::SimulateConfig;
 use crate::{Diagnostic, Positions};
 
@@ -55,6 +56,10 @@ pub struct Config {
     pub view: ViewConfig,
     /// Where results of optimisers are kept.
     pub cache: CacheConfig,
+    /// The log file of `busbar view`, if any.
+    pub log: Option<LogConfig>,
+    /// Where numbers about it are served, if anywhere.
+    pub metrics: Option<MetricsConfig>,
     /// Of what goes once it is loaded.
     pub fingerprints: Fingerprints,
     /// Where everything stands in the text.

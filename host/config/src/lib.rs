@@ -30,6 +30,7 @@ mod scenario;
 mod scene;
 mod scene_rules;
 mod schema;
+mod service;
 mod simulate;
 mod structure;
 mod suggest;
@@ -60,6 +61,7 @@ pub use scenario::{
 };
 pub use scene::{SceneConfig, SceneNodes};
 pub use schema::schema;
+pub use service::{LogConfig, LogFormatConfig, MetricsConfig};
 pub use simulate::{SimulateConfig, SimulatedShape};
 
 use report::Report;

@@ -54,6 +54,12 @@ pub const MAX_SOURCE_RULES: usize = 10_000;
 pub const MAX_SOURCE_SEVERITY: u16 = 1_000;
 /// The most files of the alarm log.
 pub const MAX_LOG_FILES: u32 = 1_000;
+/// The largest file of a view's log, in 10^6 bytes.
+pub const MAX_VIEW_LOG_MEGABYTES: u32 = 10_000;
+/// The most files of a view's log.
+pub const MAX_VIEW_LOG_FILES: u32 = 1_000;
+/// The longest network address, in bytes.
+pub const MAX_ADDRESS_BYTES: usize = 64;
 /// The most pieces of equipment that have names of their own.
 pub const MAX_EQUIPMENT: usize = 1_000_000;
 /// The most aliases of one piece of equipment.

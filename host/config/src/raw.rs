@@ -13,6 +13,7 @@ use crate::equipment::RawEquipment;
 use crate::limits::*;
 use crate::moving::RawMovingPart;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
+use crate::service::{RawLog, RawMetrics};
 use crate::simulate::RawSimulate;
 use crate::theta::RawTheta;
 
@@ -104,6 +105,13 @@ pub(crate) struct RawConfig {
     /// Where results of optimisers are kept, so that the next start is quick.
     #[serde(default)]
     pub(crate) cache: RawCache,
+    /// The log file of `busbar view`.
+    #[serde(default)]
+    pub(crate) log: RawLog,
+    /// Numbers about `busbar view` for Prometheus; where missing none are served.
+    #[serde(default)]
+    #[schemars(with = "RawMetrics")]
+    pub(crate) metrics: Option<RawMetrics>,
 }
 
 /// A model file and how it is simplified.

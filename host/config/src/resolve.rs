@@ -12,6 +12,7 @@ use crate::moving::RawMovingPart;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
 use crate::scene::SceneConfig;
+use crate::service::RawMetrics;
 use crate::{Diagnostic, Positions, join_pointer};
 
 /// A value that the schema accepts and the raw types refuse, such as `720.0`
@@ -107,6 +108,8 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             max_megabytes: raw.cache.max_megabytes,
             pointer: "/cache".to_owned(),
         },
+        log: raw.log.resolve(),
+        metrics: raw.metrics.and_then(RawMetrics::resolve),
         fingerprints: Fingerprints::default(),
         positions,
         warnings,

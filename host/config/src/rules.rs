@@ -12,7 +12,7 @@ use crate::placing_rules::{self, Equipment};
 use crate::report::Report;
 use crate::{
     MAX_NAME_BYTES, alarm_rules, alarm_sources, join_pointer, moving, plugins, scene_rules,
-    simulate, suggest, theta,
+    service, simulate, suggest, theta,
 };
 
 /// One of the parts of a direction is at least so long.
@@ -36,6 +36,7 @@ pub(crate) fn check(document: &Value, report: &mut Report<'_>) {
     alarm_rules::check(document, &equipment, rules.report);
     alarm_sources::check(document, &equipment, rules.report);
     plugins::check_roles(document, rules.report);
+    service::check(document, rules.report);
 }
 
 struct Rules<'d, 'r, 'p> {

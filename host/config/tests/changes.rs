@@ -52,6 +52,19 @@ fn each_part_is_told_by_its_name() {
     check("/overlays", json!([]), "overlays changed");
     check("/cameras/all/eye/0", json!(3), "cameras: all changed");
     check("/view/background", json!("#bbbbbb"), "view changed");
+    let mut after = document();
+    after["log"] = json!({ "file": "busbar.log" });
+    after["metrics"] = json!({ "address": "127.0.0.1:9187" });
+    assert_eq!(changes(&after).to_string(), "log changed; metrics changed");
+}
+
+#[test]
+fn models_whose_files_changed_are_told_among_models_once() {
+    let mut after = document();
+    after["models"] = json!({ "m": { "file": "m.glb" } });
+    let mut changes = changes(&after);
+    changes.add_models(["m", "n"].map(String::from));
+    assert_eq!(changes.to_string(), "models: m added, n changed");
 }
 
 #[test]

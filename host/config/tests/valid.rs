@@ -2,8 +2,9 @@
 
 use busbar_config::{
     AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, EndConfig, Isolation,
-    LimitConfig, PriorityConfig, QualityConfig, Severity, StateConfig, TagType, ThemeConfig,
-    ThetaConfig, ThetaLevelConfig, WatchConfig, parse, schema,
+    LimitConfig, LogConfig, LogFormatConfig, MetricsConfig, PriorityConfig, QualityConfig,
+    Severity, StateConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, WatchConfig, parse,
+    schema,
 };
 use serde_json::json;
 
@@ -36,6 +37,18 @@ fn the_example_becomes_typed_values() {
     assert_eq!(config.view.background, [0xd8, 0xda, 0xdd]);
     assert_eq!((config.view.samples, config.view.size), (1, [640, 480]));
     assert_eq!(config.view.theta_scale, 0.5);
+}
+
+#[test]
+fn log_and_metrics_are_where_they_are_asked_for() {
+    assert_eq!((example().log, example().metrics), (None, None));
+    let asked = r#""version": 1, "log": { "file": "a/b.log", "format": "json", "files": 3 },
+        "metrics": { "address": "[::1]:9187" },"#;
+    let config = parse(&EXAMPLE.replace("\"version\": 1,", asked)).unwrap();
+    let (file, format) = ("a/b.log".to_owned(), LogFormatConfig::Json);
+    assert_eq!(config.log, Some(LogConfig { file, format, megabytes: 16, files: 3 }));
+    let address = "[::1]:9187".parse().unwrap();
+    assert_eq!(config.metrics, Some(MetricsConfig { address, public: false }));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -29,13 +30,15 @@ impl Installed {
         for (from, to) in [
             (source.join("include/busbar.h"), "include/busbar.h"),
             (source.join("busbar.pc"), "lib/pkgconfig/busbar.pc"),
-            (built_folder().join("libbusbar.so"), "lib/libbusbar.so"),
+            (built_folder().join("libbusbar.so"), "lib/libbusbar.so.0"),
             (built_folder().join("libbusbar.a"), "lib/libbusbar.a"),
         ] {
             let to = folder.path().join(to);
             std::fs::create_dir_all(to.parent().unwrap()).unwrap();
             std::fs::copy(&from, &to).unwrap_or_else(|error| panic!("{from:?}: {error}"));
         }
+        // Programs are linked with the one, and ask for the other when they run.
+        symlink("libbusbar.so.0", folder.path().join("lib/libbusbar.so")).unwrap();
         Self(folder)
     }
 

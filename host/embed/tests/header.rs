@@ -90,10 +90,26 @@ fn layout_is_the_same_in_c_and_cpp() {
     }
 }
 
+/// As Cargo built it.
+fn library() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    test.ancestors().nth(2).unwrap().join("libbusbar.so")
+}
+
+#[test]
+fn the_library_is_named_by_the_version_of_its_interface() {
+    let mut readelf = Command::new("readelf");
+    let output = readelf.env("LC_ALL", "C").arg("-d").arg(library()).output();
+    let output = output.expect("readelf runs; install binutils");
+    let listed = String::from_utf8(output.stdout).unwrap();
+    let name = listed.lines().find(|line| line.contains("(SONAME)"));
+    let wanted = format!("[libbusbar.so.{}]", env!("CARGO_PKG_VERSION_MAJOR"));
+    assert!(name.is_some_and(|name| name.ends_with(&wanted)), "{listed}");
+}
+
 #[test]
 fn the_library_exports_what_is_kept_and_no_more() {
-    let test = std::env::current_exe().unwrap();
-    let library = test.ancestors().nth(2).unwrap().join("libbusbar.so");
+    let library = library();
     let mut nm = Command::new("nm");
     let output = nm.args(["-D", "--defined-only", "--format=posix"]).arg(&library).output();
     let output = output.expect("nm runs; install binutils");

@@ -58,25 +58,6 @@ impl Instance {
     }
 }
 
-/// Loader and drivers, kept loaded: while it is there, a device is opened in less time. A
-/// software rasteriser with its compiler takes 100 ms to load.
-pub struct LoadedDrivers {
-    _instance: Arc<Instance>,
-}
-
-impl LoadedDrivers {
-    /// Loads them, and lets them look for devices.
-    ///
-    /// # Errors
-    /// As [`crate::Gpu::headless`], but for devices, which are not chosen yet.
-    pub fn load() -> Result<Self, GpuError> {
-        let instance = Instance::open(false, ValidationLog::default(), None)?;
-        // SAFETY: the instance lives.
-        unsafe { instance.raw.enumerate_physical_devices() }.map_err(at("listing devices"))?;
-        Ok(Self { _instance: instance })
-    }
-}
-
 impl Drop for Instance {
     fn drop(&mut self) {
         // SAFETY: everything made from the instance holds an Arc of it, so

@@ -44,7 +44,6 @@ pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
 pub use heap::give_back_freed_memory;
 pub use image::{Image, ImageDescription, ImageKind};
-pub use instance::LoadedDrivers;
 pub use paint::{Paint, PaintPass};
 pub use pass::{ClearColor, DepthAfter, Draw, DrawCount, Pass, Targets, Viewport};
 pub use pipeline::{

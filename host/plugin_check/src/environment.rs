@@ -77,8 +77,8 @@ pub(crate) fn descriptors() -> usize {
     std::fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
 }
 
-/// Bytes that the C library's heap has handed out.
-pub(crate) fn heap_bytes() -> usize {
+/// Bytes that the C library's heap has handed out, to this whole process.
+pub fn heap_bytes() -> usize {
     // SAFETY: it only reads the allocator's own counts.
     let info = unsafe { libc::mallinfo2() };
     info.uordblks + info.hblkhd

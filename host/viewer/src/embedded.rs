@@ -12,14 +12,11 @@ mod offscreen;
 mod watch;
 
 use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
 use std::time::Instant;
 
 pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
 use busbar_protocol::pictures::PictureMemory;
-
-use busbar_renderer::LoadedDrivers;
 
 use crate::reload::{Loading, Outcome};
 use crate::{LoadError, LoadedScene, Viewer};
@@ -41,12 +38,7 @@ pub struct Embedded {
     is_visible: bool,
     /// Until the first frame of a scene is done, which may take long.
     starting: Option<Beater>,
-    /// Until the device is open.
-    drivers: Option<Drivers>,
 }
-
-/// Those of the graphics, while they are loaded beside all else.
-type Drivers = JoinHandle<Option<LoadedDrivers>>;
 
 /// What the loop around a view has to do itself.
 #[derive(Default)]
@@ -65,10 +57,6 @@ impl Embedded {
     /// # Errors
     /// In words: no such socket, or a host program of another release.
     pub fn accept() -> Result<Self, String> {
-        // Before anything is asked: this process may be one that is kept ready. What is
-        // missing is told when the device is opened.
-        let load = || LoadedDrivers::load().ok();
-        let drivers = std::thread::Builder::new().name("drivers".into()).spawn(load).ok();
         let (channel, begin, memory) = Channel::accept()?;
         if begin.version != PROTOCOL_VERSION {
             return Err(format!(
@@ -87,7 +75,6 @@ impl Embedded {
             next_reload: None,
             is_visible: true,
             starting: None,
-            drivers,
         })
     }
 
@@ -143,9 +130,7 @@ impl Embedded {
         &mut self,
         open: impl FnOnce() -> Result<Viewer, E>,
     ) -> Result<Viewer, E> {
-        let drivers = self.drivers.take().map(JoinHandle::join);
         let mut viewer = open().inspect_err(|error| self.fail(&error.to_string()))?;
-        drop(drivers);
         self.settle_in(&mut viewer);
         Ok(viewer)
     }

@@ -22,6 +22,7 @@ mod equipment;
 mod equipment_tree;
 mod error;
 mod faceplate;
+mod file_version;
 mod flags;
 mod graphics;
 mod ground_marks;
@@ -56,7 +57,9 @@ mod viewer;
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
 pub use busbar_chart as charts;
-pub use busbar_config::{Diagnostic, MAX_THETA_SCALE, Severity, schema};
+pub use busbar_config::{
+    Diagnostic, LogConfig, LogFormatConfig, MAX_THETA_SCALE, MetricsConfig, Severity, schema,
+};
 pub use busbar_plugin_host::{
     Catalog, CommandExit, CommandReport, DiagnosticLevel, FaultKind, LoadRules, PluginInfo,
     Refused, Simulation, SimulationStatus, sign_library,

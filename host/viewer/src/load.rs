@@ -20,7 +20,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_config::{Config, Diagnostic, QualityConfig, Section, Severity};
+use busbar_config::{
+    Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
+};
 use busbar_geometry::CollapseStacks;
 use busbar_plugin_host::{OverlayBinding, PluginError, TelemetryTag};
 use busbar_plugin_process::{Plugin, PluginCatalog, RunningTelemetry};
@@ -37,6 +39,7 @@ pub use simulate::{SimulatedDevice, SimulatedDevices};
 
 use crate::cursors::policy_of;
 use crate::equipment::Equipment;
+use crate::file_version::FileVersion;
 use crate::moving::MovingParts;
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
@@ -109,6 +112,8 @@ pub(crate) struct Made {
     by_error: bool,
     /// Whether its optimiser did its part.
     is_complete: bool,
+    /// Which content of its file it is; that of files beside it is not looked at.
+    file: FileVersion,
     /// Where it was taken apart: of each mesh the range of its pieces.
     pieces: Vec<Range<u32>>,
 }
@@ -337,6 +342,23 @@ impl LoadedScene {
     /// The theta policies of the configuration's models.
     pub(crate) fn policies(&self) -> Vec<ThetaPolicy> {
         policies_of(&self.config)
+    }
+
+    /// The files of the configuration's models, and which content of each was read.
+    pub(crate) fn model_files(&self) -> impl Iterator<Item = (PathBuf, FileVersion)> {
+        let models = self.config.models.values().zip(&self.models);
+        models.map(|(model, loaded)| (self.folder.join(&model.file), loaded.made.file))
+    }
+
+    /// The log file that the configuration asks for, and where it is.
+    pub fn log(&self) -> Option<(PathBuf, &LogConfig)> {
+        let log = self.config.log.as_ref()?;
+        Some((self.folder.join(&log.file), log))
+    }
+
+    /// Where the configuration wants numbers served.
+    pub fn metrics(&self) -> Option<MetricsConfig> {
+        self.config.metrics
     }
 
     /// How many models the configuration has.

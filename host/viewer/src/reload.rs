@@ -1,5 +1,5 @@
-//! Hot reload: the configuration file is watched, loaded beside the frames when it changed,
-//! and shown where it has no fault. One that has leaves the scene as it is.
+//! Hot reload: the configuration file and its models are watched, loaded beside the frames when
+//! one changed, and shown where it has no fault. One that has leaves the scene as it is.
 
 mod watch;
 
@@ -133,6 +133,8 @@ pub struct Reloader {
     path: PathBuf,
     watch: Watch,
     loading: Option<Loading>,
+    /// Whether the models of what is shown are watched.
+    follows_models: bool,
     wake: std::sync::Arc<dyn Fn() + Send + Sync>,
 }
 
@@ -146,12 +148,15 @@ impl Reloader {
         let wake: std::sync::Arc<dyn Fn() + Send + Sync> = std::sync::Arc::new(wake);
         let path = std::path::absolute(path)?;
         let watch = Watch::start(&path, std::sync::Arc::clone(&wake))?;
-        Ok(Self { path, watch, loading: None, wake })
+        Ok(Self { path, watch, loading: None, follows_models: false, wake })
     }
 
     /// Between frames: begins to load a file that has changed and settled, and shows it once
     /// it is loaded. What became of it, when that is known.
     pub fn step(&mut self, viewer: &mut Viewer) -> Option<Outcome> {
+        if !std::mem::replace(&mut self.follows_models, true) {
+            self.watch.follow_models(viewer.model_files());
+        }
         let mut grace = Duration::ZERO;
         if self.loading.is_none() {
             grace = LOAD_GRACE;
@@ -168,6 +173,7 @@ impl Reloader {
         }
         let outcome = self.loading.as_ref()?.step_within(grace, viewer)?;
         self.loading = None;
+        self.follows_models = outcome != Outcome::Shown;
         // It may have changed meanwhile.
         (self.wake)();
         if let Outcome::Refused(fault) = &outcome {

@@ -110,6 +110,11 @@ impl Hub {
         self.told.subscribe()
     }
 
+    /// Since the viewer was last looked at.
+    pub(crate) fn silence(&self) -> Duration {
+        lock(&self.shown).looked.elapsed()
+    }
+
     /// Why there never was a scene, once that is known.
     pub(crate) fn failure(&self) -> Option<String> {
         self.failure.borrow().clone()

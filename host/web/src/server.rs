@@ -120,6 +120,12 @@ impl Server {
         self.hub.viewer()
     }
 
+    /// How long nobody looked at what the viewer shows: more than moments where this hangs. A
+    /// viewer that hangs is seen, and started again.
+    pub fn silence(&self) -> Duration {
+        self.hub.silence()
+    }
+
     /// Why there never was a scene to serve, once that is known. Later on the viewer is
     /// started again and again instead.
     pub fn failure(&self) -> Option<String> {

@@ -2,6 +2,7 @@
 //! goes on undisturbed, and one that has faults changes nothing.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -265,6 +266,45 @@ fn a_bad_edit_changes_nothing_and_says_what_helps() {
     }
     view.scene.write_text(&good);
     assert_eq!(view.outcome(), Outcome::Same, "what is shown");
+    assert_eq!(view.stats().reloads.fault, None);
+}
+
+#[test]
+fn an_edited_model_shows_and_a_bad_one_changes_nothing() {
+    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let scene = scene(peer.port);
+    // Models of its own, to be written.
+    let models = scene.path("models");
+    let built = fs::canonicalize(&models).expect("they are built");
+    fs::remove_file(&models).expect("it is a link");
+    fs::create_dir(&models).expect("the folder can be written");
+    let names =
+        ["breaker", "disconnector", "transformer", "yard"].map(|name| format!("{name}.glb"));
+    for name in &names {
+        fs::copy(built.join(name), models.join(name)).expect("it can be copied");
+    }
+    let mut view = View::open(scene);
+    let (first, processes) = (view.picture(), view.processes());
+    let (edited, other) = (models.join("yard.glb"), built.join("disconnector.glb"));
+
+    fs::copy(&other, &edited).expect("it can be written");
+    assert_eq!(view.outcome(), Outcome::Shown);
+    assert!(!is_same(&view.picture(), &first), "another model");
+    assert_eq!(view.processes(), processes, "no plugin is started again");
+    assert_eq!(view.stats().quality.bad, 0, "no value is lost");
+    let second = view.picture();
+
+    let whole = fs::read(built.join("yard.glb")).expect("it is built");
+    fs::write(&edited, &whole[..whole.len() / 2]).expect("it can be written");
+    let Outcome::Refused(fault) = view.outcome() else { panic!("half a model is shown") };
+    assert!(fault.contains("yard.glb") && fault.contains("remedy"), "{fault}");
+    view.wait_for_picture("the model before", &second);
+
+    // As programs write that replace files.
+    fs::write(models.join("new"), &whole).expect("it can be written");
+    fs::rename(models.join("new"), &edited).expect("it can be replaced");
+    assert_eq!(view.outcome(), Outcome::Shown);
+    view.wait_for_picture("the first picture", &first);
     assert_eq!(view.stats().reloads.fault, None);
 }
 

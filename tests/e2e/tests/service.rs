@@ -177,6 +177,73 @@ fn numbers_are_served_as_another_parser_reads_them() {
     assert!(output.stderr.contains("--metrics-public"), "{}", output.stderr);
 }
 
+/// An address of this machine that nobody has.
+fn free_address() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    listener.local_addr().expect("it has one").to_string()
+}
+
+#[test]
+fn log_and_numbers_follow_the_configuration_unless_arguments_say_where() {
+    let Some(display) = Display::start(SCREEN) else { return };
+    let mut scene = scene();
+    let [first, second] = [free_address(), free_address()];
+    scene.config["log"] = json!({ "file": "first.log" });
+    scene.config["metrics"] = json!({ "address": first });
+    let process = start(&mut view(&scene, &display, &[]));
+    let log = |scene: &Scene, name: &str| fs::read_to_string(scene.path(name)).unwrap_or_default();
+    wait_for("numbers", MAX_WAIT, || page(&first));
+
+    scene.config["log"] = json!({ "file": "second.log", "format": "json" });
+    scene.config["metrics"] = json!({ "address": second });
+    scene.write();
+    wait_for("numbers elsewhere", MAX_WAIT, || page(&second));
+    assert_eq!(page(&first), None, "not there any more");
+    // What is refused is told in the log that is used now.
+    scene.write_text("{");
+    wait_for("a line", MAX_WAIT, || log(&scene, "second.log").contains("not loaded").then_some(()));
+    let text = log(&scene, "second.log");
+    let line = text.lines().next().expect("a line");
+    assert!(serde_json::from_str::<Value>(line).is_ok(), "{line}");
+    let was = log(&scene, "first.log");
+    assert!(was.contains("loaded again") && !was.contains("not loaded"), "{was}");
+
+    // An address that is taken costs the numbers, and not the view.
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("it has one").to_string();
+    scene.config["metrics"] = json!({ "address": address });
+    scene.write();
+    wait_for("a line", MAX_WAIT, || log(&scene, "second.log").contains(&address).then_some(()));
+    assert!(page(&second).is_some(), "they stay where they were");
+    drop(process);
+
+    let own = scene.path("own.log").display().to_string();
+    scene.config["log"] = json!({ "file": "third.log" });
+    scene.config["metrics"] = json!({ "address": first });
+    let arguments = ["--log", &own, "--metrics", &second];
+    let _process = start(&mut view(&scene, &display, &arguments));
+    wait_for("numbers", MAX_WAIT, || page(&second));
+    assert_eq!(page(&first), None, "arguments go before");
+    assert!(!scene.path("third.log").exists() && scene.path("own.log").exists());
+}
+
+#[test]
+fn a_served_view_feeds_the_watchdog() {
+    let scene = scene();
+    let socket = scene.path("notify");
+    let systemd = UnixDatagram::bind(&socket).expect("a socket");
+    systemd.set_read_timeout(Some(MAX_WAIT)).expect("a time");
+    let mut command = busbar();
+    command.arg("serve").arg(scene.write()).args(["--listen", "127.0.0.1:0"]);
+    let _process = Process::start(command.env("NOTIFY_SOCKET", &socket));
+    let (mut told, mut bytes) = (String::new(), [0; 256]);
+    while told.matches("WATCHDOG=1").count() < 3 {
+        let count = systemd.recv(&mut bytes).expect("looking at the viewer feeds it");
+        told += &String::from_utf8_lossy(&bytes[..count]);
+    }
+    assert!(told.starts_with("READY=1"), "{told}");
+}
+
 #[test]
 fn a_kiosk_fills_its_screen_whatever_becomes_of_it_and_feeds_the_watchdog() {
     let Some(display) = Display::start(SCREEN) else { return };

@@ -213,6 +213,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_gltf_import",
+            "busbar_plugin_check",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_plugin_sdk",

@@ -12,6 +12,10 @@ const PROGRAM: &str = "busbar";
 const LIBRARY_PACKAGE: &str = "busbar_embed";
 /// What the library is called.
 const LIBRARY: &str = "busbar";
+/// What programs are linked with: a link to the library by the name that they ask for.
+const LINK_NAME: &str = "lib/libbusbar.so";
+/// Its name as the library itself says it (SONAME).
+const RUN_NAME: &str = concat!("libbusbar.so.", env!("CARGO_PKG_VERSION_MAJOR"));
 /// Where plugins are: a configuration names this folder.
 const PLUGINS: &str = "lib/busbar/plugins";
 
@@ -33,6 +37,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     for (from, to) in files(workspace, *profile) {
         put(&from, &prefix.join(to))?;
     }
+    put(&workspace.library(*profile, LIBRARY), &prefix.join("lib").join(RUN_NAME))?;
+    link(&prefix.join(LINK_NAME))?;
     let plugins = workspace.plugins.iter().map(|name| workspace.library(*profile, name));
     replace_libraries(&prefix.join(PLUGINS), &plugins.collect::<Vec<_>>())?;
     println!("installed below {}; plugins are in {PLUGINS}", prefix.display());
@@ -41,7 +47,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
 }
 
 /// Each file, and where it goes below the prefix.
-fn files(workspace: &Workspace, profile: Profile) -> [(PathBuf, &'static str); 7] {
+fn files(workspace: &Workspace, profile: Profile) -> [(PathBuf, &'static str); 6] {
     let library = workspace.library(profile, LIBRARY);
     [
         (workspace.program(profile, PROGRAM), "bin/busbar"),
@@ -50,8 +56,18 @@ fn files(workspace: &Workspace, profile: Profile) -> [(PathBuf, &'static str); 7
         (workspace.path("config/busbar-kiosk.service"), "lib/systemd/system/busbar-kiosk.service"),
         (workspace.path("config/busbar-serve.service"), "lib/systemd/system/busbar-serve.service"),
         (library.with_extension("a"), "lib/libbusbar.a"),
-        (library, "lib/libbusbar.so"),
     ]
+}
+
+/// Puts a link to [`RUN_NAME`] in place of whatever is there.
+fn link(at: &Path) -> Result<()> {
+    let removed = std::fs::remove_file(at);
+    let is_free = removed.or_else(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => Ok(()),
+        _ => Err(error),
+    });
+    let linked = is_free.and_then(|()| std::os::unix::fs::symlink(RUN_NAME, at));
+    linked.with_context(|| format!("cannot write {}: may you?", at.display()))
 }
 
 fn put(from: &Path, to: &Path) -> Result<()> {

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use super::reuse::Reuse;
 use super::{Faults, LoadProgress, LoadedModel, Made, cache};
 use crate::LoadMillis;
+use crate::file_version::{FileVersion, version};
 use crate::stacks::StackBuilder;
 
 /// The models of a configuration, before their stacks are built.
@@ -30,8 +31,8 @@ pub(super) struct ImportedModels {
 
 /// Where a model comes from.
 pub(super) enum ModelSource {
-    /// From its file.
-    New(Box<Model>),
+    /// From this content of its file.
+    New(Box<Model>, FileVersion),
     /// From the scene before, which has it already.
     Known(Box<LoadedModel>, ModelParts),
     /// Its file cannot be imported, as a fault says.
@@ -42,7 +43,7 @@ impl ModelSource {
     /// What it adds to a scene.
     pub(super) fn parts(&self) -> ModelParts {
         match self {
-            Self::New(model) => ModelParts::of(model),
+            Self::New(model, _) => ModelParts::of(model),
             Self::Known(_, parts) => parts.clone(),
             Self::Failed => ModelParts::of(&Model::default()),
         }
@@ -52,7 +53,7 @@ impl ModelSource {
 impl ImportedModels {
     /// Whether any has no stacks yet.
     pub(super) fn has_new(&self) -> bool {
-        self.models.iter().any(|source| matches!(source, ModelSource::New(_)))
+        self.models.iter().any(|source| matches!(source, ModelSource::New(..)))
     }
 }
 
@@ -72,10 +73,14 @@ pub(super) fn import(
             if let Some((known, parts)) = reuse.model(name) {
                 return Ok((ModelSource::Known(Box::new(known.clone()), parts), Vec::new()));
             }
-            let imported = import_file(&folder.join(&model.file), &ImportLimits::default());
+            let file = folder.join(&model.file);
+            // Before it is read: an edit meanwhile is news.
+            let read = version(&file);
+            let imported = import_file(&file, &ImportLimits::default());
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
-            imported
-                .map(|imported| (ModelSource::New(Box::new(imported.model)), imported.report.notes))
+            imported.map(|imported| {
+                (ModelSource::New(Box::new(imported.model), read), imported.report.notes)
+            })
         })
         .collect();
     let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes: Vec::new() };
@@ -133,7 +138,7 @@ pub(super) fn take_apart(
                 graph.take_apart(model, &known.made.pieces, &boxes);
                 continue;
             }
-            ModelSource::New(made) if following.contains(name) => made,
+            ModelSource::New(made, _) if following.contains(name) => made,
             _ => continue,
         };
         let meshes = &mut made.meshes;
@@ -179,8 +184,8 @@ impl Optimising<'_> {
         for (((name, configured), source), index) in
             config.models.iter().zip(imported.models).zip(0..)
         {
-            let model = match source {
-                ModelSource::New(model) => *model,
+            let (model, file) = match source {
+                ModelSource::New(model, file) => (*model, file),
                 ModelSource::Known(known, _) => {
                     loaded.push(*known);
                     continue;
@@ -227,6 +232,7 @@ impl Optimising<'_> {
                         made: Made {
                             by_error,
                             is_complete,
+                            file,
                             pieces: imported.pieces.remove(&index).unwrap_or_default(),
                         },
                     });

@@ -11,7 +11,7 @@ const MAX_SUGGESTIONS: usize = 8;
 /// Finds faults of models that have no such part.
 pub(super) fn check(config: &Config, imported: &ImportedModels, faults: &mut Faults<'_>) {
     for (model, source) in config.models.values().zip(&imported.models) {
-        let ModelSource::New(imported) = source else { continue };
+        let ModelSource::New(imported, _) = source else { continue };
         let nodes = &imported.nodes;
         let absent = |part: &str| nodes.iter().all(|node| node.name != part);
         for part in model.moving_parts.iter().filter(|part| absent(&part.part)) {

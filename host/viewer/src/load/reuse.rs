@@ -13,6 +13,7 @@ use busbar_scene::{ModelIndex, ModelParts};
 
 use super::models::following_error;
 use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
+use crate::file_version::version;
 use crate::stacks::millis_since;
 use crate::{LoadError, LoadMillis};
 
@@ -71,8 +72,8 @@ impl Reload {
 impl LoadedScene {
     /// Loads a configuration in place of this one, beside whoever shows this one, and starts
     /// the plugins that are new or get other settings, tags or bindings. None where nothing
-    /// is otherwise than it was. Whether model files, or others that the configuration names,
-    /// have another content is not looked at.
+    /// is otherwise than it was. Models whose files were written since are loaded anew; whether
+    /// others that the configuration names have another content is not looked at.
     ///
     /// # Errors
     /// Every fault of the file, of the files it names, and of what it asks of plugins. This
@@ -81,7 +82,8 @@ impl LoadedScene {
         let start = Instant::now();
         let config = read_config(path)?;
         let is_elsewhere = self.folder != folder_of(path);
-        let changes = Changes::between(&self.config, &config);
+        let mut changes = Changes::between(&self.config, &config);
+        changes.add_models(self.edited_models());
         if changes.is_empty() && !is_elsewhere {
             return Ok(None);
         }
@@ -105,6 +107,15 @@ impl LoadedScene {
             }
         }
         Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))
+    }
+
+    /// Models whose files have another content than was read. One that is away is being
+    /// replaced, or is gone: what is shown stays.
+    fn edited_models(&self) -> Vec<String> {
+        let files = self.config.models.keys().zip(self.model_files());
+        let is_edited = |path: &Path, read| version(path).is_some_and(|now| Some(now) != read);
+        let edited = files.filter(|(_, (path, read))| is_edited(path, *read));
+        edited.map(|(name, _)| name.clone()).collect()
     }
 }
 
@@ -140,11 +151,13 @@ impl<'a> Reuse<'a> {
         };
         let plugins = names.filter(goes_on).cloned().collect();
         let following = following_error(config);
+        let edited: BTreeSet<String> = scene.edited_models().into_iter().collect();
         let numbered = scene.config.models.keys().zip(0..);
         let models: BTreeMap<String, usize> = numbered
             .filter(|(name, index)| {
                 let made = &scene.models[*index].made;
                 made.is_complete
+                    && !edited.contains(*name)
                     && made.by_error == following.contains(name)
                     && is_same_model(&scene.config, config, name)
             })

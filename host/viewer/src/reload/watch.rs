@@ -1,33 +1,46 @@
-//! When a file has changed and settled.
+//! When a file has changed and settled: the configuration, or a model that it names.
 //!
-//! Its folder is watched, since editors replace files by renaming others, and so is the
-//! folder that a link leads to. Where folders tell nothing (some network drives), the file
-//! is looked at now and then.
+//! Folders are watched, since editors replace files by renaming others, and so are those that
+//! links lead to. Where folders tell nothing (some network drives), files are looked at now
+//! and then.
 
-use std::collections::BTreeSet;
-use std::fs::Metadata;
-use std::os::unix::fs::MetadataExt;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 use notify::{RecommendedWatcher, RecursiveMode, Watcher};
+
+use crate::file_version::{FileVersion, version};
 
 /// How long a file must stay as it is before it is read: editors write in several steps.
 pub const SETTLE: Duration = Duration::from_millis(50);
 /// How often it is looked at where nobody tells of it.
 const LOOK_PERIOD: Duration = Duration::from_secs(2);
+/// Folders that are watched; files elsewhere are looked at now and then.
+const MAX_FOLDERS: usize = 64;
 
-/// What tells a file from the one before: where it is, its length, when it was written.
-type Version = Option<(u64, u64, u64, i64, i64)>;
+/// Files, and as what each is known.
+type Versions = BTreeMap<PathBuf, FileVersion>;
 
-/// When a change settled that nobody has asked for yet.
-type Settled = Mutex<Option<Instant>>;
+/// What the thread and who asks it share.
+#[derive(Default)]
+struct Shared {
+    /// When a change settled that nobody has asked for yet.
+    settled: Mutex<Option<Instant>>,
+    /// Models to follow from now on, in place of those before.
+    models: Mutex<Option<Versions>>,
+}
 
-/// Watches one file, until it is dropped.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Watches one configuration and its models, until it is dropped.
 pub(super) struct Watch {
-    settled: Arc<Settled>,
+    shared: Arc<Shared>,
+    events: SyncSender<()>,
 }
 
 impl Watch {
@@ -35,19 +48,20 @@ impl Watch {
     pub(super) fn start(path: &Path, wake: Arc<dyn Fn() + Send + Sync>) -> std::io::Result<Self> {
         // One event that waits says all.
         let (sender, events) = sync_channel(1);
+        let told = sender.clone();
         let watcher = notify::recommended_watcher(move |_| {
-            let _ = sender.try_send(());
+            let _ = told.try_send(());
         });
         let watcher = watcher
             .inspect_err(|error| {
                 tracing::info!("the configuration is looked at now and then: {error}")
             })
             .ok();
-        let settled = Arc::<Settled>::default();
+        let shared = Arc::<Shared>::default();
         let mut watched = Watched {
             path: path.to_owned(),
-            seen: version(path),
-            settled: Arc::downgrade(&settled),
+            seen: Versions::from([(path.to_owned(), version(path))]),
+            shared: Arc::downgrade(&shared),
             wake,
             folders: BTreeSet::new(),
             watcher,
@@ -55,20 +69,26 @@ impl Watch {
         watched.watch_folders();
         let run = move || watched.run(&events);
         std::thread::Builder::new().name("configuration watch".into()).spawn(run)?;
-        Ok(Self { settled })
+        Ok(Self { shared, events: sender })
     }
 
     /// When a change settled that was not told yet.
     pub(super) fn settled(&self) -> Option<Instant> {
-        self.settled.lock().unwrap_or_else(PoisonError::into_inner).take()
+        lock(&self.shared.settled).take()
+    }
+
+    /// From now on also tells of models, as what they are shown, and of no others.
+    pub(super) fn follow_models(&self, models: impl Iterator<Item = (PathBuf, FileVersion)>) {
+        *lock(&self.shared.models) = Some(models.collect());
+        let _ = self.events.try_send(());
     }
 }
 
 struct Watched {
     path: PathBuf,
-    /// As it was told, or at the start.
-    seen: Version,
-    settled: Weak<Settled>,
+    /// As they were told, or at the start.
+    seen: Versions,
+    shared: Weak<Shared>,
     wake: Arc<dyn Fn() + Send + Sync>,
     folders: BTreeSet<PathBuf>,
     watcher: Option<RecommendedWatcher>,
@@ -77,42 +97,70 @@ struct Watched {
 impl Watched {
     /// Until nobody asks any more, which is seen within [`LOOK_PERIOD`].
     fn run(mut self, events: &Receiver<()>) {
-        while self.settled.strong_count() > 0 {
-            match events.recv_timeout(LOOK_PERIOD) {
-                Err(RecvTimeoutError::Disconnected) => std::thread::sleep(LOOK_PERIOD),
-                Ok(()) | Err(RecvTimeoutError::Timeout) => {}
+        while let Some(shared) = self.shared.upgrade() {
+            let models = lock(&shared.models).take();
+            drop(shared);
+            if let Some(models) = models {
+                self.follow(models);
             }
-            let mut now = version(&self.path);
-            if now == self.seen {
-                continue;
-            }
-            // Until it stays as it is.
-            loop {
-                std::thread::sleep(SETTLE);
-                let later = version(&self.path);
-                if later == now {
-                    break;
-                }
-                now = later;
-            }
-            self.watch_folders();
-            self.seen = now;
-            let Some(settled) = self.settled.upgrade() else { return };
-            // A file that is away is being replaced, or is gone: what is shown stays.
-            if now.is_some() {
-                *settled.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
-                (self.wake)();
+            self.look();
+            if events.recv_timeout(LOOK_PERIOD) == Err(RecvTimeoutError::Disconnected) {
+                std::thread::sleep(LOOK_PERIOD);
             }
         }
     }
 
-    /// Watches the folder of the file, and that of the file that a link leads to.
+    /// The configuration stays; a model counts as it is shown.
+    fn follow(&mut self, models: Versions) {
+        let own = self.seen.remove(&self.path).unwrap_or_default();
+        self.seen = models;
+        self.seen.insert(self.path.clone(), own);
+        self.watch_folders();
+    }
+
+    /// Tells what changed, once it stays as it is.
+    fn look(&mut self) {
+        let mut now = self.versions();
+        if now == self.seen {
+            return;
+        }
+        loop {
+            std::thread::sleep(SETTLE);
+            let later = self.versions();
+            if later == now {
+                break;
+            }
+            now = later;
+        }
+        self.watch_folders();
+        // A file that is away is being replaced, or is gone: what is shown stays.
+        let is_news = now
+            .iter()
+            .any(|(path, version)| version.is_some() && self.seen.get(path) != Some(version));
+        self.seen = now;
+        if let Some(shared) = self.shared.upgrade().filter(|_| is_news) {
+            *lock(&shared.settled) = Some(Instant::now());
+            (self.wake)();
+        }
+    }
+
+    fn versions(&self) -> Versions {
+        self.seen.keys().map(|path| (path.clone(), version(path))).collect()
+    }
+
+    /// Watches the folders of the files, and of those that links lead to.
     fn watch_folders(&mut self) {
         let Some(watcher) = &mut self.watcher else { return };
-        let target = self.path.canonicalize().ok();
-        let files = [Some(self.path.clone()), target].into_iter().flatten();
-        let folders: BTreeSet<PathBuf> =
-            files.filter_map(|file| file.parent().map(Path::to_owned)).collect();
+        let mut folders = BTreeSet::new();
+        let others = self.seen.keys().filter(|path| **path != self.path);
+        for file in std::iter::once(&self.path).chain(others) {
+            let files = [Some(file.clone()), file.canonicalize().ok()];
+            let parents = files.iter().flatten().filter_map(|file| file.parent());
+            folders.extend(parents.map(Path::to_owned));
+            if folders.len() >= MAX_FOLDERS {
+                break;
+            }
+        }
         for folder in self.folders.difference(&folders) {
             // One that is gone is watched no more in any case.
             let _ = watcher.unwatch(folder);
@@ -126,11 +174,6 @@ impl Watched {
             }
         }
     }
-}
-
-fn version(path: &Path) -> Version {
-    let of = |file: Metadata| (file.dev(), file.ino(), file.len(), file.mtime(), file.mtime_nsec());
-    std::fs::metadata(path).ok().map(of)
 }
 
 #[cfg(test)]
@@ -190,6 +233,36 @@ mod tests {
         std::thread::sleep(SETTLE * 3);
         fs::write(elsewhere.path().join("real.json"), "56").unwrap();
         assert!(next(&watch, &woken, PATIENCE).is_some(), "what the link leads to");
+    }
+
+    #[test]
+    fn models_are_followed_as_what_they_are_shown() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, model] = ["scene.json", "a.glb"].map(|name| folder.path().join(name));
+        fs::write(&path, "0").unwrap();
+        fs::write(&model, "shown").unwrap();
+        let shown = version(&model);
+        let (sender, woken) = channel();
+        let wake = move || {
+            let _ = sender.send(());
+        };
+        let watch = Watch::start(&path, Arc::new(wake)).unwrap();
+        // Between its loading and here.
+        fs::write(&model, "edited").unwrap();
+        watch.follow_models([(model.clone(), shown)].into_iter());
+        assert!(next(&watch, &woken, PATIENCE).is_some());
+        fs::write(&model, "edited again").unwrap();
+        assert!(next(&watch, &woken, PATIENCE).is_some());
+        fs::remove_file(&model).unwrap();
+        assert!(next(&watch, &woken, SETTLE * 4).is_none(), "away");
+        fs::write(&model, "back").unwrap();
+        assert!(next(&watch, &woken, PATIENCE).is_some());
+        watch.follow_models(std::iter::empty());
+        std::thread::sleep(SETTLE * 2);
+        fs::write(&model, "of no use any more").unwrap();
+        assert!(next(&watch, &woken, SETTLE * 4).is_none());
+        fs::write(&path, "1").unwrap();
+        assert!(next(&watch, &woken, PATIENCE).is_some(), "the configuration");
     }
 
     #[test]

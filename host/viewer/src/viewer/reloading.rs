@@ -1,9 +1,12 @@
 //! A changed configuration in place of the one that is shown.
 
+use std::path::PathBuf;
+
 use busbar_renderer::give_back_freed_memory;
 use busbar_tags::Renumbering;
 
 use super::*;
+use crate::file_version::FileVersion;
 use crate::load::Reload;
 use crate::numbers::Numbers;
 
@@ -265,9 +268,19 @@ impl Viewer {
         }
     }
 
+    /// What is shown.
+    pub fn scene(&self) -> &LoadedScene {
+        &self.scene
+    }
+
     /// What is shown, for a thread that loads another configuration in its place.
     pub(crate) fn shared_scene(&self) -> LoadedScene {
         self.scene.clone()
+    }
+
+    /// The files of the models shown, and which content of each it is.
+    pub(crate) fn model_files(&self) -> impl Iterator<Item = (PathBuf, FileVersion)> {
+        self.scene.model_files()
     }
 
     /// How the configuration was reloaded so far.

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use busbar_plugin_check::heap_bytes;
 use busbar_viewer::reload::{Outcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
 use e2e::peer::{Peer, calm_values};
@@ -71,7 +72,7 @@ impl Holdings {
             descriptors: entries("/proc/self/fd"),
             threads: entries("/proc/self/task"),
             children: children.sum(),
-            heap: heap_in_use(),
+            heap: heap_bytes(),
             memory: kilobytes.expect("it says so") * 1024,
         }
     }
@@ -83,14 +84,6 @@ impl Holdings {
             && self.children <= warm.children
             && self.memory <= warm.memory + MAX_MORE_MEMORY
     }
-}
-
-/// What malloc has given out, in all its arenas.
-#[expect(unsafe_code, reason = "glibc tells it by a call in C")]
-fn heap_in_use() -> usize {
-    // SAFETY: takes nothing, and returns numbers.
-    let info = unsafe { libc::mallinfo2() };
-    info.uordblks + info.hblkhd
 }
 
 struct View {
