@@ -25,6 +25,9 @@ const QUICK: Duration = Duration::from_millis(120);
 const SHARPENED: usize = 8;
 const MIN_SHARPENED: usize = 2;
 const MAX_SHARPENED: usize = 96;
+/// What a tile of much detail takes without loss: the sky is quick on any line, and says
+/// nothing of what comes below it.
+const SHARP_TILE_BYTES: u64 = 8_000;
 
 /// What one page has, and how it keeps up.
 #[derive(Debug)]
@@ -53,6 +56,7 @@ struct Sent {
 struct Flight {
     number: u32,
     sent: Instant,
+    bytes: u64,
     /// Since when there was what it shows.
     since: Option<Instant>,
 }
@@ -126,14 +130,14 @@ impl Pacing {
             self.sent[tile] = Sent { number: picture.number, lossy };
         }
         let since = self.unsent_since.take();
-        self.in_flight = Some(Flight { number: picture.number as u32, sent: now, since });
+        self.in_flight = Some(Flight { number: picture.number as u32, sent: now, bytes: 0, since });
         self.last_sent = Some(now);
     }
 
-    /// It is encoded, and on its way from here on.
-    pub(crate) fn note_away(&mut self, now: Instant) {
+    /// It is encoded as so many bytes, and on its way from here on.
+    pub(crate) fn note_away(&mut self, bytes: usize, now: Instant) {
         if let Some(flight) = &mut self.in_flight {
-            flight.sent = now;
+            (flight.sent, flight.bytes) = (now, bytes as u64);
         }
     }
 
@@ -148,7 +152,8 @@ impl Pacing {
             self.sharpened = (self.sharpened / 2).max(MIN_SHARPENED);
         } else if took < QUICK {
             self.quality = (self.quality + 5).min(MAX_QUALITY);
-            self.sharpened = (self.sharpened * 2).min(MAX_SHARPENED);
+            let most = (self.sharpened * 2).min(tiles_in_time(flight.bytes, took));
+            self.sharpened = most.clamp(self.sharpened, MAX_SHARPENED);
         }
         true
     }
@@ -165,6 +170,12 @@ impl Pacing {
         let rested = self.sent.iter().filter_map(|sent| sent.lossy).min()? + REST;
         Some(gap.map_or(rested, |gap| gap.max(rested)))
     }
+}
+
+/// Tiles that a line takes in [`SLOW`] which took so many bytes in that time.
+fn tiles_in_time(bytes: u64, took: Duration) -> usize {
+    let millis = (took.as_millis() as u64).max(1);
+    (bytes * SLOW.as_millis() as u64 / millis / SHARP_TILE_BYTES) as usize
 }
 
 #[cfg(test)]
@@ -264,6 +275,29 @@ mod tests {
         assert_eq!(*slow.last().unwrap(), Format::Jpeg(MIN_QUALITY));
         let quick: Vec<_> = (0..30).map(|_| turn(50)).collect();
         assert_eq!(*quick.last().unwrap(), Format::Jpeg(MAX_QUALITY));
+    }
+
+    /// What is sent sharply after pictures of so many bytes took so long: most tiles at once.
+    fn sharpened_after(bytes: usize, took: u64) -> usize {
+        let (mut pacing, mut picture, mut now) = (Pacing::new(), picture(1), Instant::now());
+        for _ in 0..9 {
+            picture = picture_after(&picture);
+            pacing.note_change(now);
+            let next = pacing.next(&picture, now).unwrap();
+            pacing.note_sent(&picture, &next.tiles, next.format, now);
+            pacing.note_away(bytes, now);
+            now += Duration::from_millis(took);
+            assert!(pacing.note_shown(picture.number as u32, now));
+        }
+        pacing.next(&picture, now + REST).unwrap().tiles.len()
+    }
+
+    #[test]
+    fn what_is_made_sharp_at_once_is_what_the_line_takes() {
+        assert_eq!(sharpened_after(40_000, 320), MIN_SHARPENED);
+        assert_eq!(sharpened_after(1_000, 50), SHARPENED, "little on any line says nothing");
+        assert_eq!(sharpened_after(40_000, 100), 15);
+        assert_eq!(sharpened_after(400_000, 50), MAX_SHARPENED);
     }
 
     fn picture_after(before: &Picture) -> Picture {

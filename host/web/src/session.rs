@@ -278,7 +278,7 @@ impl Session {
         self.encoding = None;
         let fault = |why: &str| End { code: close_code::ERROR, why: why.to_owned() };
         let bytes = encoded.ok_or_else(|| fault("a picture cannot be encoded"))?;
-        self.pacing.note_away(Instant::now());
+        self.pacing.note_away(bytes.len(), Instant::now());
         let sent = self.out.try_send(Message::Binary(bytes.into()));
         sent.map_err(|_| fault("the page does not read"))
     }
