@@ -26,6 +26,8 @@ const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const SEED_VARIABLE: &str = "BUSBAR_RELOAD_SEED";
 /// After so many the good one is restored, and the picture must be the first one again.
 const BETWEEN_LOOKS: usize = 20;
+/// After so many what is held is told.
+const BETWEEN_REPORTS: usize = 500;
 /// Looks after which nothing may grow any more.
 const WARM: usize = 2;
 const MAX_WAIT: Duration = Duration::from_secs(120);
@@ -180,11 +182,18 @@ fn the_scene_outlives_whatever_is_written() {
             warm = Some(Holdings::now());
         }
         // What was replaced ends beside the frames.
-        wait_for(&format!("{bound:?} after {number}"), MAX_WAIT, || {
+        let until = Instant::now() + MAX_WAIT;
+        loop {
             view.frame();
             let now = Holdings::now();
-            (number <= BETWEEN_LOOKS * WARM || now.is_bounded_by(bound, number)).then_some(())
-        });
+            if number <= BETWEEN_LOOKS * WARM || now.is_bounded_by(bound, number) {
+                break;
+            }
+            assert!(Instant::now() < until, "{now:?} after {number}, and at first {bound:?}");
+        }
+        if number % BETWEEN_REPORTS == 0 {
+            println!("{number}: {:?}", Holdings::now());
+        }
     }
     let seconds = view.started.elapsed().as_secs();
     println!(
