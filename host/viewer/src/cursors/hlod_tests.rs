@@ -163,3 +163,19 @@ fn a_group_that_holds_what_is_to_be_in_full_detail_is_taken_apart_however_far() 
     cursors.set_full_detail(BTreeSet::new());
     assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
 }
+
+#[test]
+fn what_is_marked_is_drawn_by_itself_as_coarse_as_it_may_be() {
+    let (mut cursors, models) = groups();
+    let far = |cursors: &mut Cursors| {
+        step(cursors, &models, 1_000.0, &|_| true);
+        step(cursors, &models, 1_000.0, &|_| true)
+    };
+    assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
+    cursors.set_marked([3].into());
+    let apart = [Drawn::Group(1), Drawn::Instance(2), Drawn::Instance(3)];
+    assert_eq!(far(&mut cursors), apart);
+    cursors.for_each_drawn(|drawn, place, _| assert_ne!(place.cursor, 0, "{drawn:?}"));
+    cursors.set_marked(BTreeSet::new());
+    assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
+}
