@@ -76,7 +76,7 @@ impl Mesh {
     }
 
     /// One mesh a piece. The corners of a triangle are in one piece.
-    fn divide(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
+    pub(crate) fn divide(self, piece_of_position: &[u32], pieces: u32) -> Vec<Self> {
         let mut divided = vec![Self::default(); pieces as usize];
         let mut new_position = Vec::with_capacity(self.positions.len());
         for (index, (&position, &piece)) in self.positions.iter().zip(piece_of_position).enumerate()

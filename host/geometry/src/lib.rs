@@ -12,6 +12,7 @@ mod sequence;
 mod slender;
 mod stacks;
 mod statistics;
+mod thin_out;
 mod weld;
 
 pub use merge::{MergePart, merge};

@@ -78,6 +78,19 @@ impl Mesh {
         triangle.map(|wedge| self.wedges.position[wedge as usize])
     }
 
+    /// Gives back room that stayed empty.
+    pub(crate) fn shrink_to_fit(&mut self) {
+        let Self { positions, wedges, triangles, sections, features } = self;
+        positions.shrink_to_fit();
+        wedges.position.shrink_to_fit();
+        wedges.normal.shrink_to_fit();
+        wedges.uv.shrink_to_fit();
+        wedges.section.shrink_to_fit();
+        triangles.shrink_to_fit();
+        sections.shrink_to_fit();
+        features.shrink_to_fit();
+    }
+
     /// Puts the wedges of each position together, in order of their first one.
     pub fn group_wedges(&mut self) {
         let of_wedges = &self.wedges.position;

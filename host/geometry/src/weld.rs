@@ -287,13 +287,7 @@ impl Welder {
     fn finish(mut self) -> (Mesh, WeldReport) {
         self.report.positions = self.mesh.positions.len();
         self.report.wedges = self.mesh.wedges.len();
-        let Mesh { positions, wedges, triangles, .. } = &mut self.mesh;
-        triangles.shrink_to_fit();
-        positions.shrink_to_fit();
-        wedges.position.shrink_to_fit();
-        wedges.normal.shrink_to_fit();
-        wedges.uv.shrink_to_fit();
-        wedges.section.shrink_to_fit();
+        self.mesh.shrink_to_fit();
         self.mesh.group_wedges();
         (self.mesh, self.report)
     }

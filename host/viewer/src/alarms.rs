@@ -20,8 +20,8 @@ use busbar_tags::{Change, Moment, Snapshot, SourceTime};
 use busbar_ui::{AlarmAction, AlarmList};
 
 pub(crate) use self::hosting::{action_from, action_to};
-use self::listing::Listing;
 pub(crate) use self::listing::SourcedTint;
+use self::listing::{InAlarm, Listing};
 pub(crate) use self::rows::{Rows, beacons, nodes_in_alarm};
 use self::sources::Sources;
 use crate::load::LoadedScene;
@@ -226,11 +226,14 @@ impl Alarming {
         &self.listing.tints
     }
 
-    /// Instances of equipment in unacknowledged alarm, which are drawn in full detail; none
-    /// where that is as when it was last asked.
-    pub(crate) fn changed_detail(&mut self) -> Option<BTreeSet<usize>> {
-        let nodes = self.listing.take_unacknowledged()?;
-        Some(nodes.iter().filter_map(|node| self.instances.get(node)).flatten().copied().collect())
+    /// Instances of equipment in unacknowledged alarm, which are drawn in full detail, and in
+    /// any, which are drawn by themselves; none where that is as when it was last asked.
+    pub(crate) fn changed_detail(&mut self) -> Option<[BTreeSet<usize>; 2]> {
+        let InAlarm { unacknowledged, all } = self.listing.take_in_alarm()?;
+        let instances = |nodes: &BTreeSet<NodeIndex>| {
+            nodes.iter().filter_map(|node| self.instances.get(node)).flatten().copied().collect()
+        };
+        Some([instances(unacknowledged), instances(all)])
     }
 
     /// The state that an operator sees.

@@ -75,6 +75,8 @@ pub(crate) struct Cursors {
     full: BTreeSet<usize>,
     /// Instances that are elsewhere than proxies show them: their groups are not drawn as one.
     apart: BTreeSet<usize>,
+    /// Instances that must be seen, which proxies may leave out: neither are their groups.
+    marked: BTreeSet<usize>,
     /// How many times over errors may show that policies bound, 1 or more.
     coarseness: f32,
     /// Instances that are not shown where they are wanted, or on their way there.
@@ -200,6 +202,7 @@ impl Cursors {
             eye: None,
             full: BTreeSet::new(),
             apart: BTreeSet::new(),
+            marked: BTreeSet::new(),
             coarseness: 1.0,
             moving: Vec::new(),
             morphs: Morphs::default(),
@@ -211,7 +214,7 @@ impl Cursors {
     }
 
     /// Goes on as those of a scene before: what was set by hand, by model, and the scale; and,
-    /// where the instances of the graph are the same, which are in full detail and apart.
+    /// where the instances of the graph are the same, which are in full detail, apart and marked.
     /// `model_before`: the index that a model had.
     pub(crate) fn inherit(
         &mut self,
@@ -226,6 +229,7 @@ impl Cursors {
         (self.scale, self.coarseness) = (before.scale, before.coarseness);
         if same_instances {
             (self.full, self.apart) = (before.full.clone(), before.apart.clone());
+            self.marked.clone_from(&before.marked);
         }
     }
 
@@ -256,6 +260,14 @@ impl Cursors {
     pub(crate) fn set_full_detail(&mut self, instances: BTreeSet<usize>) {
         if self.full != instances {
             self.full = instances;
+            self.eye = None;
+        }
+    }
+
+    /// Shows these instances of the graph, by their indices, whatever else is shown as one.
+    pub(crate) fn set_marked(&mut self, instances: BTreeSet<usize>) {
+        if self.marked != instances {
+            self.marked = instances;
             self.eye = None;
         }
     }

@@ -29,6 +29,12 @@ pub(crate) const STRIDE_METRES: f32 = 0.2;
 const STRIDES: usize = 30;
 /// Frames before the counted ones: levels of detail are resolved on the way.
 const WARM_UP_ROUNDS: usize = 2;
+/// From above all stations, however many there are.
+pub(crate) const BIRD: &str = "bird";
+/// From above one station that fills the picture as all of them do from [`BIRD`].
+pub(crate) const FILLING: &str = "filling";
+/// On foot; what the processor takes then is asked for of some stations alone.
+const WALKING: &str = "walking";
 /// Pixels of error that theta may show.
 pub(crate) const MAX_ERROR_PX: f64 = 0.5;
 
@@ -41,10 +47,12 @@ pub(crate) struct Many {
     pub(crate) millis: Series,
     pub(crate) cpu_millis: Series,
     pub(crate) peak_bytes: u64,
+    /// Of the picture's pixels, those of the second pose that are not as the first pixel.
+    pub(crate) covered_share: f64,
 }
 
 /// Measures one station, some and all, from above all of them and from within one, in leaps
-/// and as one walks.
+/// and as one walks; and one that fills the picture.
 pub(crate) fn measure(
     scenes: &Scenes,
     ours: &Recipe,
@@ -59,17 +67,27 @@ pub(crate) fn measure(
     };
     let birds = orbit(all, POSES, 1.0);
     let strides = stride(scenes.bounds, STRIDES, STRIDE_METRES);
-    let views = [("bird", birds), ("within", walk(scenes.bounds, POSES)), ("walking", strides)];
+    let views = [
+        (BIRD, birds),
+        ("within", walk(scenes.bounds, POSES)),
+        (WALKING, strides),
+        (FILLING, orbit(scenes.bounds, POSES, 1.0)),
+    ];
     let mut found = Vec::new();
     for stations in [1, SOME_STATIONS, STATIONS] {
         let path = configuration(stations, scenes.bounds, folder)?;
-        // What the processor takes is asked for of some alone.
-        let count = if stations == SOME_STATIONS { views.len() } else { views.len() - 1 };
-        for (view, cameras) in &views[..count] {
+        let is_asked = |view: &str| match view {
+            WALKING => stations == SOME_STATIONS,
+            FILLING => stations == 1,
+            _ => true,
+        };
+        for (view, cameras) in views.iter().filter(|(view, _)| is_asked(view)) {
             let mut drawer = Drawer::start(ours, core, &path, 1)?;
-            drawer
-                .picture(cameras[1], &pictures.join(format!("stations_{stations}_{view}.png")))?;
-            found.push(measure_view(&mut drawer, cameras, rounds, stations, view)?);
+            let picture = pictures.join(format!("stations_{stations}_{view}.png"));
+            drawer.picture(cameras[1], &picture)?;
+            let mut many = measure_view(&mut drawer, cameras, rounds, stations, view)?;
+            many.covered_share = covered_share(&picture)?;
+            found.push(many);
         }
     }
     Ok(found)
@@ -99,7 +117,16 @@ fn measure_view(
         millis: Series::of(millis),
         cpu_millis: Series::of(cpu_millis),
         peak_bytes: drawer.peak_bytes()?,
+        covered_share: 0.0,
     })
+}
+
+/// Of a picture's pixels, those that are not as the first, which shows the background.
+fn covered_share(picture: &Path) -> Result<f64> {
+    let picture = image::open(picture)?.into_rgba8();
+    let background = picture.get_pixel(0, 0);
+    let covered = picture.pixels().filter(|pixel| *pixel != background).count();
+    Ok(covered as f64 / picture.pixels().len() as f64)
 }
 
 /// From one station to the next, in x and z.

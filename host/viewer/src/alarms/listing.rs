@@ -32,9 +32,16 @@ pub(super) struct Listing {
     /// Of the alarms of other systems: unacknowledged ones and all annunciated, a priority
     /// each.
     pub(super) sourced_counts: [[usize; 2]; 4],
-    /// Equipment in unacknowledged alarm, and whether that changed.
-    unacknowledged: BTreeSet<NodeIndex>,
+    /// Equipment in alarm, and whether that changed.
+    in_alarm: InAlarm,
     has_changed: bool,
+}
+
+/// Equipment in alarm.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct InAlarm {
+    pub(super) unacknowledged: BTreeSet<NodeIndex>,
+    pub(super) all: BTreeSet<NodeIndex>,
 }
 
 /// The alarms at a piece of equipment.
@@ -61,7 +68,7 @@ pub(crate) struct SourcedTint {
 struct Gathered {
     ranked: Vec<Ranked>,
     places: BTreeMap<NodeIndex, Place>,
-    unacknowledged: BTreeSet<NodeIndex>,
+    in_alarm: InAlarm,
 }
 
 /// An annunciated alarm: by priority, then the newest first.
@@ -72,8 +79,9 @@ impl Gathered {
         let (priority, _, _, is_unacknowledged) = ranked;
         self.ranked.push(ranked);
         let Some(node) = node else { return };
+        self.in_alarm.all.insert(node);
         if is_unacknowledged {
-            self.unacknowledged.insert(node);
+            self.in_alarm.unacknowledged.insert(node);
         }
         let own = Place { priority, is_unacknowledged, is_doubtful: !is_certain, count: 1 };
         self.places.entry(node).and_modify(|place| place.join(own)).or_insert(own);
@@ -95,7 +103,7 @@ impl Listing {
         self.held.clear();
         self.list_own(table, nodes, &mut gathered);
         self.list_sourced(sources, &mut gathered);
-        let Gathered { mut ranked, places, unacknowledged } = gathered;
+        let Gathered { mut ranked, places, in_alarm } = gathered;
         ranked.sort_unstable_by_key(|&(priority, occurred, alarm, _)| (priority, occurred, alarm));
         let urgent = ranked.iter().find(|(.., is_unacknowledged)| *is_unacknowledged);
         self.most_urgent = urgent.map(|(_, _, alarm, _)| *alarm);
@@ -104,8 +112,8 @@ impl Listing {
         self.places = places.into_iter().collect();
         self.places.sort_by_key(|(_, place)| (place.priority, !place.is_unacknowledged));
         self.places.truncate(MAX_BEACONS);
-        self.has_changed |= unacknowledged != self.unacknowledged;
-        self.unacknowledged = unacknowledged;
+        self.has_changed |= in_alarm != self.in_alarm;
+        self.in_alarm = in_alarm;
     }
 
     fn list_own(
@@ -161,9 +169,9 @@ impl Listing {
         }
     }
 
-    /// Equipment in unacknowledged alarm, if that changed since it was last asked for.
-    pub(super) fn take_unacknowledged(&mut self) -> Option<&BTreeSet<NodeIndex>> {
-        std::mem::take(&mut self.has_changed).then_some(&self.unacknowledged)
+    /// Equipment in alarm, if that changed since it was last asked for.
+    pub(super) fn take_in_alarm(&mut self) -> Option<&InAlarm> {
+        std::mem::take(&mut self.has_changed).then_some(&self.in_alarm)
     }
 }
 

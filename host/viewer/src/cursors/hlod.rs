@@ -115,7 +115,7 @@ impl Cursors {
         let by_hand = |&model: &u32| self.by_hand[model as usize].is_some();
         let within = &self.groups[group].instances;
         let has_any = |of: &BTreeSet<usize>| of.range(within.clone()).next().is_some();
-        let is_special = has_any(&self.full) || has_any(&self.apart);
+        let is_special = [&self.full, &self.apart, &self.marked].into_iter().any(has_any);
         self.scale == 1.0 && !is_special && !self.groups[group].models.iter().any(by_hand)
     }
 

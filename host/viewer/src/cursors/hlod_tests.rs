@@ -13,10 +13,17 @@ const OUTER_ERROR: f64 = 0.05;
 
 /// Four strips at 0 m; two groups of two in one of four.
 pub(super) fn groups() -> (Cursors, Vec<LoadedModel>) {
+    grouped([(0..4, 3, 1, OUTER_ERROR), (0..2, 2, 2, INNER_ERROR), (2..4, 3, 2, INNER_ERROR)])
+}
+
+/// Four strips at 0 m in groups: instances, the group after, proxy, error.
+fn grouped<const N: usize>(
+    groups: [(Range<u32>, u32, usize, f64); N],
+) -> (Cursors, Vec<LoadedModel>) {
     let policy = ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.1));
     let (graph, mut models) = row_of(&[0.0; 4], None);
     models.extend([loaded(strip()), loaded(strip())]);
-    let group = |instances: Range<u32>, after, model, base_error| HlodGroup {
+    let group = |(instances, after, model, base_error): (Range<u32>, _, _, _)| HlodGroup {
         group: Group {
             nodes: instances.start * 2..instances.end * 2,
             instances,
@@ -29,11 +36,7 @@ pub(super) fn groups() -> (Cursors, Vec<LoadedModel>) {
         base_error,
         policy: policy.clone(),
     };
-    let groups = [
-        group(0..4, 3, 1, OUTER_ERROR),
-        group(0..2, 2, 2, INNER_ERROR),
-        group(2..4, 3, 2, INNER_ERROR),
-    ];
+    let groups = groups.map(group);
     (Cursors::new(&graph, &models, vec![policy.clone()], &groups, 1.0), models)
 }
 
@@ -73,6 +76,22 @@ fn the_farther_the_more_stand_as_one_and_back() {
         assert_eq!(at(1.0), ALL);
         assert_eq!(at(200.0), [Drawn::Group(0)]);
     }
+}
+
+#[test]
+fn proxies_of_a_group_follow_each_other() {
+    let (mut cursors, models) = grouped([(0..4, 2, 1, OUTER_ERROR), (0..4, 2, 2, INNER_ERROR)]);
+    let mut at = |metres, ready: fn(Place) -> bool| step(&mut cursors, &models, metres, &ready);
+    for _ in 0..2 {
+        assert_eq!(at(1.0, |_| true), ALL);
+        assert_eq!(at(30.0, |_| true), [Drawn::Group(1)]);
+        assert_eq!(at(200.0, |_| false), [Drawn::Group(1)], "until the other is there");
+        assert_eq!(at(201.0, |_| true), [Drawn::Group(0)]);
+        assert_eq!(at(30.0, |_| false), [Drawn::Group(0)]);
+        assert_eq!(at(31.0, |_| true), [Drawn::Group(1)]);
+    }
+    assert_eq!(at(200.0, |_| true), [Drawn::Group(0)]);
+    assert_eq!(at(1.0, |_| true), ALL, "past the one between");
 }
 
 #[test]
@@ -142,5 +161,21 @@ fn a_group_that_holds_what_is_to_be_in_full_detail_is_taken_apart_however_far() 
         assert_eq!(place.cursor == 0, drawn == Drawn::Instance(3), "{drawn:?}");
     });
     cursors.set_full_detail(BTreeSet::new());
+    assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
+}
+
+#[test]
+fn what_is_marked_is_drawn_by_itself_as_coarse_as_it_may_be() {
+    let (mut cursors, models) = groups();
+    let far = |cursors: &mut Cursors| {
+        step(cursors, &models, 1_000.0, &|_| true);
+        step(cursors, &models, 1_000.0, &|_| true)
+    };
+    assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
+    cursors.set_marked([3].into());
+    let apart = [Drawn::Group(1), Drawn::Instance(2), Drawn::Instance(3)];
+    assert_eq!(far(&mut cursors), apart);
+    cursors.for_each_drawn(|drawn, place, _| assert_ne!(place.cursor, 0, "{drawn:?}"));
+    cursors.set_marked(BTreeSet::new());
     assert_eq!(far(&mut cursors), [Drawn::Group(0)]);
 }

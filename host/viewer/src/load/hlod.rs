@@ -1,28 +1,41 @@
 //! Hierarchical level of detail: groups of equipment that are drawn as one mesh where
 //! they are far away. A hundred substations then cost a hundred draws, not a hundred
-//! thousand.
+//! thousand. A group has proxies for several errors, each of few islands for many
+//! ([`busbar_geometry::Mesh::thinned`]): to the cursors they are groups within each other.
+
+mod materials;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use busbar_geometry::{CollapseStacks, MergePart, merge};
+use busbar_geometry::{CollapseSequence, CollapseStacks, MergePart, Mesh, NO_FEATURE, merge};
 use busbar_scene::{
-    AlphaMode, Detail, Group, Material, MeshInstance, SceneGraph, Sight, Texture, ThetaPolicy,
-    find_groups, first_after, greatest_stretch,
+    Detail, Group, Material, MeshInstance, SceneGraph, Sight, ThetaPolicy, find_groups,
+    first_after, greatest_stretch,
 };
 use glam::Mat4;
 use rayon::prelude::*;
 
+use self::materials::Materials;
 use super::LoadedModel;
-use crate::color::linear_from_srgb;
 
 /// The most triangles that a proxy has for each mesh instance that it stands for: where
 /// there are more, what an instance costs by itself is little beside them.
 const MAX_TRIANGLES_PER_INSTANCE: u64 = 128;
 /// The most that all proxies of a scene have together: some 100 MB.
 const MAX_PROXY_TRIANGLES: u64 = 1 << 20;
-/// The most materials that a proxy may have: each is a draw call.
-const MAX_PROXY_MATERIALS: usize = 64;
+/// The most levels of the policy that a group has proxies for, and one within another, which
+/// is drawn as one with that before it is much farther away.
+const MAX_LEVELS: usize = 12;
+const MAX_INNER_LEVELS: usize = 4;
+/// Of the triangles of a proxy, the most that the next one has: others are not worth their
+/// memory.
+const GREATEST_SHARE: f64 = 0.7;
+/// Islands that show less than a square with a side of so many errors are thinned out: where
+/// an error may be half a pixel, one and a half.
+const ISLAND_ERRORS: f64 = 3.0;
+/// A proxy of no more triangles is the last.
+const FEWEST_TRIANGLES: u64 = 64;
 
 /// A group that can be drawn as one mesh, its proxy.
 #[derive(Clone, Debug)]
@@ -30,7 +43,7 @@ pub(crate) struct HlodGroup {
     pub(crate) group: Group,
     /// Index of the proxy, a model with one mesh in the group's own space.
     pub(crate) model: usize,
-    /// By how much the proxy differs at its finest from what it stands for, metres.
+    /// By how much the proxy differs from what it stands for, metres.
     pub(crate) base_error: f64,
     /// Of each of its instances that goes down.
     pub(crate) policy: ThetaPolicy,
@@ -54,18 +67,24 @@ pub(super) fn build(
     let mut kinds: Vec<u32> = groups.iter().map(|group| group.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let made: Vec<Option<Proxy>> = kinds
+    let made: Vec<Vec<Proxy>> = kinds
         .par_iter()
-        .map(|&kind| Proxy::of(graph, &groups[kind as usize], policy, policies, models))
+        .map(|&kind| {
+            let group = &groups[kind as usize];
+            let is_inner = groups[..kind as usize].iter().any(|outer| outer.after > kind);
+            let max_levels = if is_inner { MAX_INNER_LEVELS } else { MAX_LEVELS };
+            Proxy::all_of(graph, group, (policy, max_levels), policies, models)
+        })
         .collect();
     let mut left = MAX_PROXY_TRIANGLES;
-    let mut proxies = HashMap::new();
-    for (kind, proxy) in kinds.into_iter().zip(made) {
-        let Some(proxy) = proxy else { continue };
-        let Some(rest) = left.checked_sub(proxy.triangles()) else { continue };
-        left = rest;
-        proxies.insert(kind, (models.len(), proxy.base_error));
-        models.push(proxy.into_model());
+    let mut proxies: HashMap<u32, Vec<(usize, f64)>> = HashMap::new();
+    for (kind, made) in kinds.into_iter().zip(made) {
+        for proxy in made.into_iter().rev() {
+            let Some(rest) = left.checked_sub(proxy.triangles()) else { break };
+            left = rest;
+            proxies.entry(kind).or_default().push((models.len(), proxy.error));
+            models.push(proxy.into_model());
+        }
     }
     keep(groups, &proxies, policy)
 }
@@ -88,17 +107,18 @@ impl<'a> Policies<'a> {
     }
 }
 
-/// The groups that have a proxy.
+/// The groups that have proxies, once for each, the coarsest outermost.
 fn keep(
     groups: Vec<Group>,
-    proxies: &HashMap<u32, (usize, f64)>,
+    proxies: &HashMap<u32, Vec<(usize, f64)>>,
     policy: &ThetaPolicy,
 ) -> Vec<HlodGroup> {
-    let hlod = |group: Group| {
-        let &(model, base_error) = proxies.get(&group.kind)?;
-        Some(HlodGroup { group, model, base_error, policy: policy.clone() })
-    };
-    let mut kept: Vec<HlodGroup> = groups.into_iter().filter_map(hlod).collect();
+    let mut kept = Vec::new();
+    for group in groups {
+        kept.extend(proxies.get(&group.kind).into_iter().flatten().map(|&(model, base_error)| {
+            HlodGroup { group: group.clone(), model, base_error, policy: policy.clone() }
+        }));
+    }
     let starts: Vec<u32> = kept.iter().map(|hlod| hlod.group.instances.start).collect();
     for HlodGroup { group, .. } in &mut kept {
         group.after = first_after(&starts, group.instances.end);
@@ -108,21 +128,21 @@ fn keep(
 
 /// A proxy in the making.
 struct Proxy {
-    stacks: CollapseStacks,
-    materials: Vec<Material>,
-    base_error: f64,
+    mesh: Mesh,
+    materials: Arc<[Material]>,
+    error: f64,
 }
 
 impl Proxy {
-    /// The proxy of a group; `None` where it has too many materials, or nothing is to
-    /// be seen of it from afar.
-    fn of(
+    /// The proxies of a group, the finest first; none where it has too many materials, or
+    /// nothing is to be seen of it from afar.
+    fn all_of(
         graph: &SceneGraph,
         group: &Group,
-        policy: &ThetaPolicy,
+        (policy, max_levels): (&ThetaPolicy, usize),
         policies: Policies<'_>,
         models: &[LoadedModel],
-    ) -> Option<Self> {
+    ) -> Vec<Self> {
         let range = group.instances.start as usize..group.instances.end as usize;
         let instances = &graph.instances()[range];
         let group_from_world = group.world_from_group.inverse();
@@ -135,32 +155,88 @@ impl Proxy {
                 Member::of(instance, policies.of(instance), group, placed, models)
             })
             .collect();
-        let base_error = base_error(&members, policy)?;
+        Whole::of(&members, policy).map_or_else(Vec::new, |whole| whole.proxies(policy, max_levels))
+    }
+
+    fn triangles(&self) -> u64 {
+        self.mesh.triangles.len() as u64
+    }
+
+    fn into_model(self) -> LoadedModel {
+        let positions = self.mesh.positions.len() as u32;
+        let nothing_collapses = CollapseSequence::new(Vec::new(), positions).unwrap_or_default();
+        LoadedModel {
+            name: String::new(),
+            stacks: vec![Arc::new(CollapseStacks::build(self.mesh, &nothing_collapses))],
+            materials: self.materials,
+            ..LoadedModel::default()
+        }
+    }
+}
+
+/// All members of a group as one mesh that goes down as they do.
+struct Whole {
+    stacks: CollapseStacks,
+    materials: Vec<Material>,
+    /// The level at which it was put together.
+    level: u32,
+}
+
+impl Whole {
+    fn of(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<Self> {
+        let (level, error) = finest(members, policy)?;
         let mut materials = Materials::default();
         let of_sections: Vec<Vec<u32>> =
             members.iter().map(|member| materials.of_sections(member)).collect::<Option<_>>()?;
         let parts: Vec<MergePart<'_>> = members
             .iter()
             .zip(&of_sections)
-            .map(|(member, materials)| member.part(base_error, materials))
+            .map(|(member, materials)| member.part(error, materials))
             .collect();
         let (mesh, sequence) = merge(&parts, materials.merged.len() as u32).ok()?;
         let stacks = CollapseStacks::build(mesh, &sequence);
-        Some(Self { stacks, materials: materials.merged, base_error })
+        Some(Self { stacks, materials: materials.merged, level })
     }
 
-    fn triangles(&self) -> u64 {
-        self.stacks.mesh().triangles.len() as u64
-    }
-
-    fn into_model(self) -> LoadedModel {
-        LoadedModel {
-            name: String::new(),
-            stacks: vec![Arc::new(self.stacks)],
-            materials: self.materials.into(),
-            ..LoadedModel::default()
+    /// One a level, from where it was put together, where it has fewer triangles by far.
+    fn proxies(self, policy: &ThetaPolicy, max_levels: usize) -> Vec<Proxy> {
+        let materials: Arc<[Material]> = self.materials.into();
+        let mut proxies: Vec<Proxy> = Vec::new();
+        let mut most_triangles = u64::MAX;
+        for level in (self.level..).take(max_levels) {
+            let Detail::Error(error) = policy.detail(level) else { break };
+            let Some(mesh) = thinned(&self.stacks, error) else { break };
+            let proxy = Proxy { mesh, materials: Arc::clone(&materials), error };
+            let triangles = proxy.triangles();
+            if triangles <= most_triangles {
+                most_triangles = (triangles as f64 * GREATEST_SHARE) as u64;
+                proxies.push(proxy);
+            }
+            if triangles <= FEWEST_TRIANGLES {
+                break;
+            }
         }
+        proxies
     }
+}
+
+/// The mesh at an error of so many metres, few islands of it for many that are small beside
+/// that.
+fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
+    let cursor = stacks.cursor_within(error as f32);
+    let sections = stacks.mesh().sections.len() as u32;
+    let as_it_is = MergePart {
+        stacks,
+        cursors: cursor..cursor,
+        transform: Mat4::IDENTITY,
+        stretch: 1.0,
+        materials: &(0..sections).collect::<Vec<u32>>(),
+        first_feature: Some(0),
+        feature: NO_FEATURE,
+    };
+    let (mesh, _) = merge(&[as_it_is], sections).ok()?;
+    let mesh = mesh.thinned((ISLAND_ERRORS * error) as f32);
+    (!mesh.triangles.is_empty()).then_some(mesh)
 }
 
 /// A mesh instance of a group, in the group's space.
@@ -219,9 +295,9 @@ impl<'a> Member<'a> {
     }
 }
 
-/// The least error, of those of the policy's levels, at which the members have few
-/// enough triangles and yet some.
-fn base_error(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<f64> {
+/// The policy's finest level, and its error, at which the members have few enough
+/// triangles and yet some.
+fn finest(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<(u32, f64)> {
     let max_triangles = members.len() as u64 * MAX_TRIANGLES_PER_INSTANCE;
     // Many members show the same mesh at the same size.
     let mut counted: HashMap<(*const CollapseStacks, u32), u64> = HashMap::new();
@@ -237,86 +313,8 @@ fn base_error(members: &[Member<'_>], policy: &ThetaPolicy) -> Option<f64> {
             })
             .sum();
         if triangles <= max_triangles {
-            return (triangles > 0).then_some(metres);
+            return (triangles > 0).then_some((level, metres));
         }
     }
     None
-}
-
-/// The materials of a proxy: those of its members, each once.
-#[derive(Default)]
-struct Materials {
-    merged: Vec<Material>,
-    /// By the models' addresses and their own numbers.
-    known: HashMap<(*const LoadedModel, Option<u32>), u32>,
-}
-
-impl Materials {
-    /// Of each section of a member's mesh; `None` where there are too many.
-    fn of_sections(&mut self, member: &Member<'_>) -> Option<Vec<u32>> {
-        let sections = member.stacks.mesh().sections.iter();
-        sections.map(|section| self.of_section(member.model, section.material)).collect()
-    }
-
-    fn of_section(&mut self, model: &LoadedModel, material: Option<u32>) -> Option<u32> {
-        let key = (std::ptr::from_ref(model), material);
-        if let Some(&known) = self.known.get(&key) {
-            return Some(known);
-        }
-        let own = material.and_then(|material| model.materials.get(material as usize));
-        let far = own.map_or_else(Material::default, |own| seen_from_afar(own, &model.textures));
-        let known = self.merged.iter().position(|merged| *merged == far);
-        if known.is_none() && self.merged.len() >= MAX_PROXY_MATERIALS {
-            return None;
-        }
-        let index = known.unwrap_or_else(|| {
-            self.merged.push(far);
-            self.merged.len() - 1
-        });
-        self.known.insert(key, index as u32);
-        Some(index as u32)
-    }
-}
-
-/// A material whose texture is less than a pixel: its mean colour.
-fn seen_from_afar(material: &Material, textures: &[Texture]) -> Material {
-    let texture = |reference: Option<busbar_scene::TextureRef>| {
-        reference.and_then(|reference| textures.get(reference.texture as usize))
-    };
-    let [r, g, b, a] = texture(material.base_color_texture)
-        .map_or([1.0; 4], |texture| mean(texture, linear_from_srgb));
-    let color = material.base_color;
-    let [_, green, blue, _] = texture(material.metallic_roughness_texture)
-        .map_or([1.0; 4], |texture| mean(texture, share));
-    let cuts = matches!(material.alpha, AlphaMode::Mask(_));
-    Material {
-        name: String::new(),
-        base_color: [color[0] * r, color[1] * g, color[2] * b, color[3] * a],
-        base_color_texture: None,
-        metallic: material.metallic * blue,
-        roughness: material.roughness * green,
-        metallic_roughness_texture: None,
-        // What is cut out in part would be there whole or not at all.
-        alpha: if cuts && a < 1.0 { AlphaMode::Blend } else { material.alpha },
-        ..material.clone()
-    }
-}
-
-/// The mean of each channel: of colours as `decode` reads a byte, and of alpha.
-fn mean(texture: &Texture, decode: fn(u8) -> f32) -> [f32; 4] {
-    let values: [f64; 256] = std::array::from_fn(|byte| f64::from(decode(byte as u8)));
-    let mut sums = [0.0_f64; 4];
-    for &[r, g, b, a] in texture.rgba8.as_chunks::<4>().0 {
-        for (sum, byte) in sums.iter_mut().zip([r, g, b]) {
-            *sum += values[usize::from(byte)];
-        }
-        sums[3] += f64::from(share(a));
-    }
-    let pixels = (texture.rgba8.len() / 4).max(1) as f64;
-    sums.map(|sum| (sum / pixels) as f32)
-}
-
-/// A byte as 0 to 1.
-fn share(byte: u8) -> f32 {
-    f32::from(byte) / 255.0
 }

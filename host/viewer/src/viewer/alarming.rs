@@ -31,10 +31,13 @@ impl Viewer {
         mirrored.map_err(ViewError::Alarm)
     }
 
-    /// Draws equipment in unacknowledged alarm in full detail, however far it is.
+    /// Draws equipment in unacknowledged alarm in full detail, however far it is, and what
+    /// is in alarm by itself: a proxy may leave it out.
     pub(super) fn force_detail(&mut self) {
-        if let Some(instances) = self.alarms.as_mut().and_then(Alarming::changed_detail) {
-            self.cursors.set_full_detail(instances);
+        let changed = self.alarms.as_mut().and_then(Alarming::changed_detail);
+        if let Some([unacknowledged, all]) = changed {
+            self.cursors.set_full_detail(unacknowledged);
+            self.cursors.set_marked(all);
         }
     }
 }
