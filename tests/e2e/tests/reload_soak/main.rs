@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use busbar_plugin_check::heap_bytes;
+use busbar_plugin_check::{heap_bytes, trim_heap};
 use busbar_viewer::reload::{Outcome, Reloader};
 use busbar_viewer::{AlarmAction, LoadedScene, Picture, Viewer};
 use e2e::peer::{Peer, calm_values};
@@ -38,8 +38,7 @@ const MAX_MORE_THREADS: usize = 8;
 const HEAP_VARIES: usize = 1_000_000;
 /// It may be so much more for each configuration, bytes: no leak worth the name hides here.
 const MAX_MORE_HEAP_EACH: usize = 400;
-/// What the heap keeps that is free, between what is in use, bytes: it is most where the device
-/// was made anew.
+/// What the heap cannot give back although it is free, between what is in use, bytes.
 const MAX_MORE_MEMORY: u64 = 150_000_000;
 
 fn asked(variable: &str) -> Option<u64> {
@@ -60,6 +59,7 @@ struct Holdings {
 
 impl Holdings {
     fn now() -> Self {
+        trim_heap();
         let entries = |path: &str| fs::read_dir(path).expect("it is there").count();
         let status = fs::read_to_string("/proc/self/status").expect("it is there");
         let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
