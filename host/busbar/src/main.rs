@@ -26,6 +26,10 @@ use clap::Parser;
 use arguments::{Arguments, Command, PluginCommand};
 use log::Log;
 
+/// Models are many megabytes.
+#[global_allocator]
+static HEAP: busbar_viewer::LargePages = busbar_viewer::LargePages;
+
 /// Input or environment at fault.
 const EXIT_INPUT: u8 = 1;
 /// Busbar at fault.

@@ -44,7 +44,8 @@ mod uniform;
 mod words;
 
 pub use busbar_gpu::{
-    Cure, GpuError, MAX_STAGES, StageMillis, ValidationLog, WindowHandles, give_back_freed_memory,
+    Cure, GpuError, LargePages, MAX_STAGES, StageMillis, ValidationLog, WindowHandles,
+    give_back_freed_memory,
 };
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;
