@@ -15,11 +15,10 @@ const HEAP_BLOCK_BYTES: libc::c_int = 32 << 20;
 /// measured to take up to two fifths of a frame. What was freed before, by loading,
 /// frames have no use for: that goes.
 pub(crate) fn keep_freed_memory() {
+    give_back_freed_memory();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: the first frees what malloc holds free, the others set two numbers that it
-    // reads, all under its own lock.
+    // SAFETY: they set two numbers that malloc reads, under its own lock.
     unsafe {
-        libc::malloc_trim(0);
         libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
         libc::mallopt(libc::M_MMAP_THRESHOLD, HEAP_BLOCK_BYTES);
     }
@@ -43,7 +42,7 @@ const HUGE_PAGE_BYTES: usize = 2 << 20;
 
 /// The system's heap, which asks for huge pages under large blocks (madvise(2),
 /// `MADV_HUGEPAGE`): loading touches hundreds of megabytes once, and where the system does
-/// not give huge pages by itself, faulting them in by 4 KiB took a fifth of it.
+/// not give huge pages by itself, faulting them in by 4 KiB took a tenth of a start.
 pub struct LargePages;
 
 // SAFETY: the system's heap does it all; what is said of its memory changes neither its
@@ -85,15 +84,9 @@ fn advised(block: *mut u8, bytes: usize) -> *mut u8 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::slice;
 
-    /// Fills a block and looks whether it is as it was; as a pattern, its own places.
-    fn check(block: *mut u8, filled: usize) {
-        for place in (0..filled).step_by(4093) {
-            // SAFETY: callers say how much of the block they filled.
-            assert_eq!(unsafe { block.add(place).read() }, (place % 251) as u8, "{place}");
-        }
-    }
+    use super::*;
 
     #[test]
     fn blocks_of_all_sizes_keep_what_is_in_them_as_they_grow_and_shrink() {
@@ -101,16 +94,17 @@ mod tests {
             let sizes = [LARGE_BLOCK_BYTES - 1, LARGE_BLOCK_BYTES, 5 * HUGE_PAGE_BYTES + 7];
             for (size, next) in sizes.iter().flat_map(|&a| sizes.map(|b| (a, b))) {
                 let layout = Layout::from_size_align(size, align).unwrap();
+                let pattern: Vec<u8> = (0..size).map(|place| (place % 251) as u8).collect();
+                let kept = size.min(next);
                 // SAFETY: each block is used within its size and freed once, by its layout.
                 unsafe {
                     let block = LargePages.alloc_zeroed(layout);
-                    assert!(block.align_offset(align) == 0);
-                    for place in 0..size {
-                        assert_eq!(block.add(place).read(), 0);
-                        block.add(place).write((place % 251) as u8);
-                    }
+                    assert_eq!(block.align_offset(align), 0);
+                    let bytes = slice::from_raw_parts_mut(block, size);
+                    assert!(bytes.iter().all(|&byte| byte == 0));
+                    bytes.copy_from_slice(&pattern);
                     let block = LargePages.realloc(block, layout, next);
-                    check(block, size.min(next));
+                    assert!(slice::from_raw_parts(block, kept) == &pattern[..kept]);
                     LargePages.dealloc(block, Layout::from_size_align(next, align).unwrap());
                 }
             }

@@ -84,12 +84,6 @@ pub fn heap_bytes() -> usize {
     info.uordblks + info.hblkhd
 }
 
-/// Lets the C library's heap give back what is free in it.
-pub fn trim_heap() {
-    // SAFETY: it only unmaps what nothing uses.
-    unsafe { libc::malloc_trim(0) };
-}
-
 /// Bytes of this process in RAM.
 pub(crate) fn resident_bytes() -> usize {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();

@@ -27,7 +27,7 @@ mod schema;
 mod supervise;
 mod text;
 
-pub use environment::{heap_bytes, trim_heap};
+pub use environment::heap_bytes;
 pub use finding::Finding;
 pub use report::{CaseResult, Report, Verdict};
 pub use request::{Options, RequestError, Sample, SampleTag};
