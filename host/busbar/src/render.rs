@@ -11,8 +11,9 @@ use image::{ImageFormat, RgbaImage};
 use crate::arguments::{Pixel, RenderOptions};
 use crate::{EXIT_INTERNAL, check, output};
 
-/// Frames drawn at least, so that panels have their sizes and times a median.
-const MIN_FRAMES: u32 = 3;
+/// Frames of a picture with panels or labels, so that they have their sizes; and of one whose
+/// times are wanted, so that they have a median.
+const SETTLING_FRAMES: u32 = 3;
 
 pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     let scene = check::load(&options.config)?;
@@ -27,11 +28,12 @@ pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     }
     viewer.set_wireframe(options.wireframe);
 
-    draw(&mut viewer, options.seconds)?;
+    let is_timed = options.stats.is_some();
+    draw(&mut viewer, options.seconds, is_timed)?;
     if let Some(Pixel(pixel)) = options.pick {
         let picked = viewer.pick(pixel)?;
         output::result(picked.as_deref().unwrap_or("nothing"));
-        draw(&mut viewer, Duration::ZERO)?;
+        draw(&mut viewer, Duration::ZERO, is_timed)?;
     }
     let stats = viewer.stats();
     output::write_file(&options.out, &png(viewer.read_picture()?)?)?;
@@ -41,10 +43,15 @@ pub(crate) fn run(options: &RenderOptions) -> anyhow::Result<ExitCode> {
     Ok(verdict(&stats.validation_messages))
 }
 
-fn draw(viewer: &mut Viewer, wanted: Duration) -> anyhow::Result<()> {
+/// Draws for as long as asked, and until another frame would show the same.
+fn draw(viewer: &mut Viewer, wanted: Duration, is_timed: bool) -> anyhow::Result<()> {
     let start = Instant::now();
     let mut frames = 0;
-    while frames < MIN_FRAMES || start.elapsed() < wanted {
+    let is_done = |viewer: &Viewer, frames| {
+        let settles = is_timed || viewer.paints_over_scene();
+        frames >= if settles { SETTLING_FRAMES } else { 1 }
+    };
+    while !is_done(viewer, frames) || start.elapsed() < wanted {
         let input = viewer.headless_input(start.elapsed().as_secs_f64());
         viewer.frame(input)?;
         frames += 1;

@@ -4,12 +4,15 @@
 //! from its indices are nearly all false borders. Positions are welded when
 //! they are bit-equal (with -0 read as 0), within one feature of one mesh.
 
+mod points;
+
 use std::hash::BuildHasher;
 
 use glam::{Vec2, Vec3};
 use hashbrown::{DefaultHashBuilder, HashTable};
 use thiserror::Error;
 
+use self::points::Points;
 use crate::{Mesh, NO_FEATURE, Section};
 
 /// One primitive as a file gives it: parallel vertex arrays and indices.
@@ -28,6 +31,18 @@ pub struct RawPrimitive {
     pub triangles: Vec<[u32; 3]>,
     /// Index into the model's materials.
     pub material: Option<u32>,
+}
+
+impl RawPrimitive {
+    /// What a triangle belongs to, or [`NO_FEATURE`].
+    fn feature_of(&self, corners: [u32; 3]) -> u32 {
+        self.features.get(corners[0] as usize).copied().unwrap_or(NO_FEATURE)
+    }
+
+    /// Whether a corner of a triangle belongs to something else by itself.
+    fn is_foreign(&self, corner: u32, feature: u32) -> bool {
+        self.features.get(corner as usize).is_some_and(|&own| own != feature)
+    }
 }
 
 /// What welding did, for the import report.
@@ -96,13 +111,15 @@ pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError
     if corner_total > (u32::MAX - 1) as usize {
         return Err(WeldError::TooLarge);
     }
-    let with_features = primitives.iter().any(|primitive| !primitive.features.is_empty());
-    let mut welder = Welder { with_features, ..Welder::default() };
-    welder.reserve(primitives);
+    let vertex_total: usize = primitives.iter().map(|p| p.positions.len()).sum();
+    if vertex_total > (u32::MAX - 1) as usize - corner_total {
+        return Err(WeldError::TooLarge);
+    }
     for (index, primitive) in primitives.iter().enumerate() {
         check(index, primitive)?;
-        welder.add(primitive);
     }
+    let mut welder = Welder::with_room_for(primitives);
+    primitives.iter().for_each(|primitive| welder.add(primitive));
     Ok(welder.finish())
 }
 
@@ -148,14 +165,14 @@ const NEW: u32 = u32::MAX;
 /// more of; those beyond are found by hash.
 const MAX_CHAIN: usize = 16;
 
-#[derive(Default)]
 struct Welder {
     mesh: Mesh,
     report: WeldReport,
     with_features: bool,
+    /// Which vertices are at one point, and the mesh's position there once it has one.
+    points: Points,
+    positions: Vec<u32>,
     hasher: DefaultHashBuilder,
-    /// Indices into the mesh's positions, found by what they name.
-    positions: HashTable<u32>,
     /// Of each position the last of its first wedges, of each wedge the one before it.
     last_wedges: Vec<u32>,
     wedges_before: Vec<u32>,
@@ -164,33 +181,63 @@ struct Welder {
 }
 
 impl Welder {
+    /// Room for as many positions and wedges as there are vertices: growing costs more
+    /// than filling. What stays empty is given back in the end.
+    fn with_room_for(primitives: &[RawPrimitive]) -> Self {
+        let vertices = primitives.iter().map(|primitive| primitive.positions.len()).sum();
+        let triangles = primitives.iter().map(|primitive| primitive.triangles.len()).sum();
+        let points = Points::of(primitives);
+        let mut mesh = Mesh::default();
+        mesh.triangles.reserve_exact(triangles);
+        mesh.positions.reserve_exact(vertices);
+        mesh.wedges.position.reserve_exact(vertices);
+        mesh.wedges.normal.reserve_exact(vertices);
+        mesh.wedges.uv.reserve_exact(vertices);
+        mesh.wedges.section.reserve_exact(vertices);
+        Self {
+            mesh,
+            report: WeldReport::default(),
+            with_features: primitives.iter().any(|primitive| !primitive.features.is_empty()),
+            positions: vec![NEW; points.len()],
+            points,
+            hasher: DefaultHashBuilder::default(),
+            last_wedges: Vec::with_capacity(vertices),
+            wedges_before: Vec::with_capacity(vertices),
+            more_wedges: HashTable::new(),
+        }
+    }
+
     fn add(&mut self, primitive: &RawPrimitive) {
         let section = self.mesh.sections.len() as u32;
         let first_triangle = self.mesh.triangles.len() as u32;
+        let first_vertex = self.points.begin(primitive);
         let mut referenced = vec![false; primitive.positions.len()];
         // Most vertices are met six times; their wedge is looked up once.
         let mut wedge_of_vertex = vec![NEW; primitive.positions.len()];
         for &corners in &primitive.triangles {
-            for vertex in corners {
-                let seen = &mut referenced[vertex as usize];
+            let points = corners.map(|v| clean(primitive.positions[v as usize]));
+            let feature = primitive.feature_of(corners);
+            let mut vertices = corners.map(|vertex| first_vertex + vertex);
+            for (corner, vertex) in corners.into_iter().zip(&mut vertices) {
+                let seen = &mut referenced[corner as usize];
                 self.report.vertices_in += usize::from(!*seen);
                 *seen = true;
+                if primitive.is_foreign(corner, feature) {
+                    *vertex = self.points.next_foreign();
+                }
             }
-            let points = corners.map(|v| clean(primitive.positions[v as usize]));
             if points[0] == points[1] || points[1] == points[2] || points[2] == points[0] {
                 self.report.coincident_triangles += 1;
                 continue;
             }
-            let feature_of = |v: u32| primitive.features.get(v as usize).copied();
-            let feature = feature_of(corners[0]).unwrap_or(NO_FEATURE);
             let wedges = std::array::from_fn(|i| {
                 let vertex = corners[i] as usize;
                 let normal = primitive.normals.get(vertex).copied().filter(|n| is_usable(*n));
-                let own = normal.is_some() && feature_of(corners[i]).is_none_or(|f| f == feature);
+                let own = normal.is_some() && vertices[i] == first_vertex + corners[i];
                 if own && wedge_of_vertex[vertex] != NEW {
                     return wedge_of_vertex[vertex];
                 }
-                let position = self.position(points[i], feature);
+                let position = self.position(vertices[i], points[i], feature);
                 let normal = normal.unwrap_or_else(|| face_normal(points));
                 let uv = primitive.uvs.get(vertex).copied().unwrap_or(Vec2::ZERO);
                 let wedge = self.wedge(position, normal, uv, section);
@@ -209,41 +256,18 @@ impl Welder {
         });
     }
 
-    /// Room for as many positions and wedges as there are vertices: growing costs more
-    /// than filling. What stays empty is given back in the end.
-    fn reserve(&mut self, primitives: &[RawPrimitive]) {
-        let vertices = primitives.iter().map(|primitive| primitive.positions.len()).sum();
-        let triangles = primitives.iter().map(|primitive| primitive.triangles.len()).sum();
-        let Self { mesh, positions, hasher, .. } = self;
-        positions.reserve(vertices, |&i| hasher.hash_one(position_key_at(mesh, i)));
-        mesh.triangles.reserve_exact(triangles);
-        mesh.positions.reserve_exact(vertices);
-        mesh.wedges.position.reserve_exact(vertices);
-        mesh.wedges.normal.reserve_exact(vertices);
-        mesh.wedges.uv.reserve_exact(vertices);
-        mesh.wedges.section.reserve_exact(vertices);
-        self.last_wedges.reserve_exact(vertices);
-        self.wedges_before.reserve_exact(vertices);
-    }
-
-    fn position(&mut self, point: Vec3, feature: u32) -> u32 {
-        let Self { mesh, positions, last_wedges, hasher, .. } = self;
-        let wanted = position_key(point, feature);
-        let entry = positions.entry(
-            hasher.hash_one(wanted),
-            |&i| position_key_at(mesh, i) == wanted,
-            |&i| hasher.hash_one(position_key_at(mesh, i)),
-        );
-        *entry
-            .or_insert_with(|| {
-                mesh.positions.push(point);
-                last_wedges.push(NEW);
-                if self.with_features {
-                    mesh.features.push(feature);
-                }
-                mesh.positions.len() as u32 - 1
-            })
-            .get()
+    /// The position of a vertex, numbered by first use.
+    fn position(&mut self, vertex: u32, point: Vec3, feature: u32) -> u32 {
+        let position = &mut self.positions[self.points.first_at(vertex) as usize];
+        if *position == NEW {
+            *position = self.mesh.positions.len() as u32;
+            self.mesh.positions.push(point);
+            self.last_wedges.push(NEW);
+            if self.with_features {
+                self.mesh.features.push(feature);
+            }
+        }
+        *position
     }
 
     fn wedge(&mut self, position: u32, normal: Vec3, uv: Vec2, section: u32) -> u32 {
@@ -302,17 +326,6 @@ fn add_wedge(mesh: &mut Mesh, position: u32, normal: Vec3, uv: Vec2, section: u3
     wedges.position.len() as u32 - 1
 }
 
-/// What makes two points one position.
-fn position_key(point: Vec3, feature: u32) -> [u32; 4] {
-    let [x, y, z] = point.to_array().map(f32::to_bits);
-    [x, y, z, feature]
-}
-
-fn position_key_at(mesh: &Mesh, position: u32) -> [u32; 4] {
-    let feature = mesh.features.get(position as usize).copied().unwrap_or(NO_FEATURE);
-    position_key(mesh.positions[position as usize], feature)
-}
-
 /// What makes two vertices one wedge.
 fn wedge_key(position: u32, normal: Vec3, uv: Vec2, section: u32) -> [u32; 7] {
     let [x, y, z] = normal.to_array().map(f32::to_bits);
@@ -342,129 +355,4 @@ fn is_usable(normal: Vec3) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn quad_with_seam() -> RawPrimitive {
-        // Two triangles that share an edge in space but not in the vertex array.
-        let p = [(0., 0.), (1., 0.), (1., 1.), (0., 0.), (1., 1.), (0., 1.)];
-        RawPrimitive {
-            positions: p.iter().map(|&(x, y)| Vec3::new(x, y, -0.0)).collect(),
-            normals: vec![Vec3::Z; 3].into_iter().chain(vec![Vec3::X; 3]).collect(),
-            triangles: vec![[0, 1, 2], [3, 4, 5]],
-            ..Default::default()
-        }
-    }
-
-    #[test]
-    fn welds_positions_and_keeps_wedges_on_a_seam() {
-        let (mesh, report) = weld(&[quad_with_seam()]).unwrap();
-        assert_eq!(mesh.positions.len(), 4);
-        assert_eq!(mesh.wedges.len(), 6);
-        assert_eq!(report.vertices_in, 6);
-        assert_eq!(mesh.topology().triangles, vec![[0, 1, 2], [0, 2, 3]]);
-    }
-
-    /// A fan around one point, whose corner there has another normal in each triangle.
-    #[test]
-    fn a_position_may_have_many_wedges_and_each_is_found_again() {
-        let count = 4 * MAX_CHAIN;
-        let ring = |i: usize| Vec3::new(1.0, i as f32, 0.0);
-        let normal = |i: usize| Vec3::new(0.0, i as f32, 1.0);
-        let twice = || (0..count).chain(0..count);
-        let primitive = RawPrimitive {
-            positions: twice().flat_map(|i| [Vec3::ZERO, ring(i), ring(i + 1)]).collect(),
-            normals: twice().flat_map(|i| [normal(i), Vec3::Z, Vec3::Z]).collect(),
-            triangles: (0..2 * count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-            ..Default::default()
-        };
-        let (mesh, _) = weld(&[primitive]).unwrap();
-        assert_eq!(mesh.positions.len(), 1 + count + 1);
-        assert_eq!(mesh.wedges.len(), count + count + 1);
-        let of_middle =
-            mesh.triangles.iter().map(|&[middle, ..]| mesh.wedges.normal[middle as usize]);
-        assert!(of_middle.eq(twice().map(normal)));
-        assert_eq!(mesh.triangles[..count], mesh.triangles[count..]);
-    }
-
-    #[test]
-    fn negative_zero_and_zero_are_one_position() {
-        let mut primitive = quad_with_seam();
-        primitive.positions[3].x = -0.0;
-        let (mesh, _) = weld(&[primitive]).unwrap();
-        assert_eq!(mesh.positions.len(), 4);
-    }
-
-    #[test]
-    fn primitives_weld_to_each_other_but_keep_their_sections() {
-        let mut second = quad_with_seam();
-        second.material = Some(1);
-        let (mesh, report) = weld(&[quad_with_seam(), second]).unwrap();
-        assert_eq!(mesh.positions.len(), 4);
-        assert_eq!(mesh.wedges.len(), 12);
-        assert_eq!(mesh.sections.len(), 2);
-        assert_eq!(mesh.sections[1].first_triangle, 2);
-        assert_eq!(report.coincident_triangles, 0);
-    }
-
-    #[test]
-    fn features_do_not_weld_to_each_other() {
-        let mut primitive = quad_with_seam();
-        primitive.features = vec![3, 3, 3, 8, 8, 8];
-        let (mesh, _) = weld(&[primitive]).unwrap();
-        assert_eq!(mesh.positions.len(), 6);
-        let features: Vec<_> = mesh.triangles.iter().map(|&t| mesh.feature(t)).collect();
-        assert_eq!(features, vec![Some(3), Some(8)]);
-    }
-
-    #[test]
-    fn a_triangle_belongs_to_the_feature_of_its_first_corner() {
-        let mut primitive = quad_with_seam();
-        primitive.features = vec![3, 8, 8, 8, 3, 3];
-        let (mesh, _) = weld(&[primitive, quad_with_seam()]).unwrap();
-        let corners = mesh.triangles.iter().map(|&t| mesh.corner_positions(t));
-        let features: Vec<_> = corners.map(|t| t.map(|p| mesh.features[p as usize])).collect();
-        assert_eq!(features, vec![[3; 3], [8; 3], [NO_FEATURE; 3], [NO_FEATURE; 3]]);
-        assert_eq!(mesh.feature(mesh.triangles[2]), None);
-    }
-
-    #[test]
-    fn coincident_corners_drop_the_triangle_and_are_counted() {
-        let mut primitive = quad_with_seam();
-        primitive.triangles.push([0, 3, 1]);
-        let (mesh, report) = weld(&[primitive]).unwrap();
-        assert_eq!(mesh.triangles.len(), 2);
-        assert_eq!(report.coincident_triangles, 1);
-    }
-
-    #[test]
-    fn unreferenced_vertices_are_not_positions() {
-        let mut primitive = quad_with_seam();
-        primitive.positions.push(Vec3::splat(9.0));
-        primitive.normals.push(Vec3::Z);
-        let (mesh, _) = weld(&[primitive]).unwrap();
-        assert_eq!(mesh.positions.len(), 4);
-    }
-
-    #[test]
-    fn missing_normals_become_flat_ones() {
-        let mut primitive = quad_with_seam();
-        primitive.normals.clear();
-        let (mesh, _) = weld(&[primitive]).unwrap();
-        assert!(mesh.wedges.normal.iter().all(|&n| n == Vec3::Z));
-        assert_eq!(mesh.wedges.len(), 4);
-    }
-
-    #[test]
-    fn bad_input_is_named() {
-        let mut primitive = quad_with_seam();
-        primitive.triangles[1] = [0, 1, 99];
-        assert!(matches!(
-            weld(&[primitive]),
-            Err(WeldError::IndexOutOfRange { triangle: 1, vertex: 99, count: 6, .. })
-        ));
-        let mut primitive = quad_with_seam();
-        primitive.positions[2].y = f32::NAN;
-        assert_eq!(weld(&[primitive]), Err(WeldError::NotFinite { primitive: 0, vertex: 2 }));
-    }
-}
+mod tests;

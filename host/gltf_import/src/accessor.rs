@@ -143,6 +143,9 @@ impl<'a> Accessor<'a> {
 
     /// The largest index stored; 0 where none is.
     pub(crate) fn largest_index(&self) -> u32 {
+        if let Some(base) = self.plain(ComponentType::U32) {
+            return base.iter().map(plain_index).max().unwrap_or(0);
+        }
         let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
         let indices = stored.flat_map(Elements::iter).map(|b| read_index(b, self.component_type));
         indices.max().unwrap_or(0)
@@ -153,6 +156,9 @@ impl<'a> Accessor<'a> {
         &self,
         accept: impl Fn([f32; N]) -> bool,
     ) -> Option<usize> {
+        if let Some(base) = self.plain(ComponentType::F32) {
+            return base.iter().position(|bytes| !accept(plain_floats(bytes)));
+        }
         let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
         stored.flat_map(Elements::iter).position(|bytes| !accept(self.decode(bytes)))
     }
@@ -171,13 +177,40 @@ impl<'a> Accessor<'a> {
     }
 
     /// An index element (`SCALAR`, unsigned).
-    pub(crate) fn index_at(&self, element: usize) -> u32 {
+    fn index_at(&self, element: usize) -> u32 {
         self.element(element).map_or(0, |bytes| read_index(bytes, self.component_type))
     }
 
-    /// The first `N` components of an element, as floats.
-    pub(crate) fn floats_at<const N: usize>(&self, element: usize) -> [f32; N] {
+    /// The index elements of triangles, by the places of their corners.
+    pub(crate) fn triangles(&self, places: impl Iterator<Item = [usize; 3]>) -> Vec<[u32; 3]> {
+        match self.plain(ComponentType::U32) {
+            Some(base) => {
+                places.map(|corners| corners.map(|place| plain_index(base.get(place)))).collect()
+            }
+            None => places.map(|corners| corners.map(|place| self.index_at(place))).collect(),
+        }
+    }
+
+    /// The first `N` components of elements, as floats.
+    pub(crate) fn floats<const N: usize, T>(
+        &self,
+        elements: impl Iterator<Item = usize>,
+        make: impl Fn([f32; N]) -> T,
+    ) -> Vec<T> {
+        // One way for what files mostly hold, without a question an element.
+        match self.plain(ComponentType::F32) {
+            Some(base) => elements.map(|e| make(plain_floats(base.get(e)))).collect(),
+            None => elements.map(|e| make(self.floats_at(e))).collect(),
+        }
+    }
+
+    fn floats_at<const N: usize>(&self, element: usize) -> [f32; N] {
         self.element(element).map_or([0.0; N], |bytes| self.decode(bytes))
+    }
+
+    /// The elements, where they are of this type and none is replaced.
+    fn plain(&self, component_type: ComponentType) -> Option<Elements<'a>> {
+        self.base.filter(|_| self.sparse.is_none() && self.component_type == component_type)
     }
 
     fn element(&self, element: usize) -> Option<&'a [u8]> {
@@ -249,6 +282,15 @@ impl<'a> Sparse<'a> {
         }
         None
     }
+}
+
+fn plain_index(bytes: &[u8]) -> u32 {
+    bytes.first_chunk().map_or(u32::MAX, |&bytes| u32::from_le_bytes(bytes))
+}
+
+fn plain_floats<const N: usize>(bytes: &[u8]) -> [f32; N] {
+    let (components, _) = bytes.as_chunks::<4>();
+    std::array::from_fn(|i| components.get(i).map_or(0.0, |&bytes| f32::from_le_bytes(bytes)))
 }
 
 fn read_index(bytes: &[u8], component_type: ComponentType) -> u32 {

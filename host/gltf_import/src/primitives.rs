@@ -142,17 +142,14 @@ impl<'a> Primitive<'a> {
         vertices: impl ExactSizeIterator<Item = usize> + Clone,
         triangles: Vec<[u32; 3]>,
     ) -> RawPrimitive {
-        let positions = vertices.clone().map(|v| Vec3::from_array(self.positions.floats_at(v)));
         let normals = self.normals.map(|normals| {
-            let normal = |v| unit_normal(Vec3::from_array(normals.floats_at(v)));
-            vertices.clone().map(normal).collect()
+            normals.floats(vertices.clone(), |normal| unit_normal(Vec3::from_array(normal)))
         });
-        let uvs =
-            self.uvs.map(|uvs| vertices.clone().map(|v| Vec2::from(uvs.floats_at(v))).collect());
+        let uvs = self.uvs.map(|uvs| uvs.floats(vertices.clone(), Vec2::from_array));
         let features =
             self.features.map(|features| vertices.clone().map(|v| features.at(v)).collect());
         RawPrimitive {
-            positions: positions.collect(),
+            positions: self.positions.floats(vertices.clone(), Vec3::from_array),
             normals: normals.unwrap_or_default(),
             uvs: uvs.unwrap_or_default(),
             features: features.unwrap_or_default(),
@@ -167,16 +164,16 @@ impl<'a> Primitive<'a> {
 
     /// Corners as vertex indices (glTF 2.0, section 3.7.2.1).
     fn triangles(&self) -> Vec<[u32; 3]> {
-        let vertex = |corner: usize| match &self.indices {
-            Some(indices) => indices.index_at(corner),
-            None => corner as u32,
-        };
         let corners = |i: usize| match self.mode {
             Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
             Mode::TriangleFan => [i + 1, i + 2, 0],
             _ => [3 * i, 3 * i + 1, 3 * i + 2],
         };
-        (0..self.triangle_count()).map(|i| corners(i).map(vertex)).collect()
+        let places = (0..self.triangle_count()).map(corners);
+        match &self.indices {
+            Some(indices) => indices.triangles(places),
+            None => places.map(|corners| corners.map(|place| place as u32)).collect(),
+        }
     }
 }
 

@@ -41,6 +41,12 @@ impl Viewer {
         read?.ok_or(ViewError::Render(RenderError::NoPicture))
     }
 
+    /// Whether the last frame had panels, labels or anything else over the scene: those
+    /// take a few frames to find their sizes and places.
+    pub fn paints_over_scene(&self) -> bool {
+        !self.painted.is_empty()
+    }
+
     /// Chooses cursors for where the camera is, and moves those that are ready. `now`:
     /// when the frame is, seconds.
     pub(super) fn move_cursors(&mut self, now: f64) {
