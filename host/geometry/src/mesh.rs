@@ -1,5 +1,7 @@
 //! A triangle mesh with welded positions and the wedges that split them.
 
+mod valid;
+
 use std::ops::Range;
 
 use glam::{Mat4, Vec2, Vec3};

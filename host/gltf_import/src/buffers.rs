@@ -73,6 +73,11 @@ impl<'a> Buffers<'a> {
         Ok(Self { root, buffers, total_bytes })
     }
 
+    /// All that decides meshes: the document, then the buffers.
+    pub(crate) fn content(&self, json: &'a [u8]) -> Vec<&'a [u8]> {
+        std::iter::once(json).chain(self.buffers.iter().copied()).collect()
+    }
+
     /// Bytes of all buffers together; those that several share count once.
     pub(crate) fn total_bytes(&self) -> u64 {
         self.total_bytes

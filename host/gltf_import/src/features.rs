@@ -94,6 +94,19 @@ impl<'a> FeatureNamer<'a> {
         Ok(keys.into_iter().map(|key| names.unique(self.own_name(key))).collect())
     }
 
+    /// Counts the features of a mesh that has its names already.
+    pub(crate) fn count(&mut self, features: usize) -> Result<(), Fault> {
+        let left =
+            u32::try_from(features).ok().and_then(|features| self.left.checked_sub(features));
+        self.left = left.ok_or_else(|| self.too_many())?;
+        Ok(())
+    }
+
+    fn too_many(&self) -> Fault {
+        let (count, limit) = (u64::from(self.limit) + 1, self.limit.into());
+        Fault::TooMany { what: "features", count, limit }
+    }
+
     /// The features that triangles have.
     fn collect(
         &mut self,
@@ -111,9 +124,7 @@ impl<'a> FeatureNamer<'a> {
                 }
                 last = feature;
                 if found.insert((table, feature), 0).is_none() {
-                    let (count, limit) = (u64::from(self.limit) + 1, self.limit.into());
-                    let too_many = Fault::TooMany { what: "features", count, limit };
-                    self.left = self.left.checked_sub(1).ok_or(too_many)?;
+                    self.count(1)?;
                 }
             }
         }

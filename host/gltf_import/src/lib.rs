@@ -18,6 +18,7 @@ mod extensions;
 mod features;
 mod files;
 mod images;
+mod known;
 mod ktx2_image;
 mod limits;
 mod materials;
@@ -38,10 +39,11 @@ use gltf::json::Root;
 
 use crate::buffers::Buffers;
 use crate::files::Files;
-use crate::meshes::{Builder, Checker};
+use crate::meshes::{Builder, Checker, Keeping};
 use crate::report::Notes;
 
 pub use crate::error::{Fault, ImportError};
+pub use crate::known::{BuiltMesh, MIN_KEPT_TRIANGLES, MeshKeeper};
 pub use crate::limits::{
     ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES, MAX_FILE_BYTES,
     MAX_JSON_BYTES, MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES,
@@ -74,6 +76,18 @@ pub struct Imported {
 /// [`ImportError`]: file, what, where and remedy, for files that cannot be
 /// read, contradict themselves or exceed the limits.
 pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<Imported, ImportError> {
+    import_kept_file(path, limits, None)
+}
+
+/// As [`import_file`], with somebody who keeps large meshes between imports.
+///
+/// # Errors
+/// As [`import_file`].
+pub fn import_kept_file(
+    path: &Path,
+    limits: &ImportLimits,
+    keeper: Option<&dyn MeshKeeper>,
+) -> Result<Imported, ImportError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -81,7 +95,7 @@ pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<Imported, Impor
     let named = |error: ImportError| ImportError { file: path.to_owned(), ..error };
     let bytes = files::read_regular(path, limits.max_file_bytes)
         .map_err(|fault| named(fault.at("the whole file")))?;
-    import_bytes(&bytes, Some(folder), limits).map_err(named)
+    import_guarded(&bytes, Some(folder), limits, keeper).map_err(named)
 }
 
 /// Imports the bytes of a `.gltf` or `.glb` file. Relative URIs resolve in
@@ -94,8 +108,18 @@ pub fn import_bytes(
     base: Option<&Path>,
     limits: &ImportLimits,
 ) -> Result<Imported, ImportError> {
+    import_guarded(bytes, base, limits, None)
+}
+
+fn import_guarded(
+    bytes: &[u8],
+    base: Option<&Path>,
+    limits: &ImportLimits,
+    keeper: Option<&dyn MeshKeeper>,
+) -> Result<Imported, ImportError> {
     // The closure only reads, and what it builds is dropped when it unwinds.
-    catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits))).unwrap_or_else(|panic| {
+    let imported = catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits, keeper)));
+    imported.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("without a message");
         Err(Fault::Panicked(text.to_owned()).at("the whole file"))
@@ -106,6 +130,7 @@ fn import(
     bytes: &[u8],
     base: Option<&Path>,
     limits: &ImportLimits,
+    keeper: Option<&dyn MeshKeeper>,
 ) -> Result<Imported, ImportError> {
     let (count, limit) = (bytes.len() as u64, limits.max_file_bytes);
     if count > limit {
@@ -129,7 +154,8 @@ fn import(
     let decoded = images::decode(&root, sources, &buffers, &files, limits, &mut notes)?;
     materials.forget_roughness_of(&decoded.stands_in);
     let mut report = ImportReport::default();
-    let mut builder = Builder::new(checker);
+    let content = || buffers.content(container.json);
+    let mut builder = Builder::new(checker, keeper.map(|keeper| Keeping::of(keeper, &content)));
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
     let mut model_mesh = vec![None; root.meshes.len()];
     for mesh in shown {

@@ -1,9 +1,10 @@
 //! Meshes: everything is checked first, without building anything; what is
 //! built then cannot fail halfway with memory taken.
 
+use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
-use busbar_geometry::{Mesh, WeldReport, weld};
+use busbar_geometry::weld;
 use gltf::json::Root;
 
 use crate::ImportLimits;
@@ -12,6 +13,7 @@ use crate::buffers::Buffers;
 use crate::error::{Fault, ImportError};
 use crate::extensions::{Extensions, PropertyTable, STRUCTURAL_METADATA};
 use crate::features::{FeatureIds, FeatureNamer, NameTables};
+use crate::known::{BuiltMesh, MIN_KEPT_TRIANGLES, MeshKeeper};
 use crate::limits::MAX_COORDINATE;
 use crate::name_table::NameTable;
 use crate::primitives::{Place, Primitive};
@@ -201,39 +203,77 @@ impl<'a> Checker<'a> {
     }
 }
 
+/// Who keeps large meshes, and of which content.
+pub(crate) struct Keeping<'a> {
+    keeper: &'a dyn MeshKeeper,
+    content: &'a dyn Fn() -> Vec<&'a [u8]>,
+    /// Worked out once a mesh is large enough.
+    digest: OnceCell<u128>,
+}
+
+impl<'a> Keeping<'a> {
+    pub(crate) fn of(keeper: &'a dyn MeshKeeper, content: &'a dyn Fn() -> Vec<&'a [u8]>) -> Self {
+        Self { keeper, content, digest: OnceCell::new() }
+    }
+
+    fn digest(&self) -> u128 {
+        *self.digest.get_or_init(|| self.keeper.digest(&(self.content)()))
+    }
+
+    fn find(&self, mesh: usize) -> Option<BuiltMesh> {
+        self.keeper.find(self.digest(), mesh)
+    }
+
+    fn keep(&self, mesh: usize, built: &BuiltMesh) {
+        self.keeper.keep(self.digest(), mesh, built);
+    }
+}
+
 /// Builds checked meshes, and names their features.
 pub(crate) struct Builder<'a> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
     extensions: &'a Extensions,
     namer: FeatureNamer<'a>,
+    keeping: Option<Keeping<'a>>,
 }
 
-/// A mesh, the names of its features, and what welding did.
-pub(crate) type BuiltMesh = (Mesh, Vec<String>, WeldReport);
-
 impl<'a> Builder<'a> {
-    pub(crate) fn new(checker: Checker<'a>) -> Self {
+    pub(crate) fn new(checker: Checker<'a>, keeping: Option<Keeping<'a>>) -> Self {
         let Checker { root, buffers, extensions, limits, tables, .. } = checker;
         let namer = FeatureNamer::new(tables, limits);
-        Self { root, buffers, extensions, namer }
+        Self { root, buffers, extensions, namer, keeping }
     }
 
-    /// Reads and welds one mesh.
+    /// A mesh that was kept, or reads and welds it.
     pub(crate) fn build(&mut self, mesh: usize) -> Result<BuiltMesh, ImportError> {
         let here = || format!("/meshes/{mesh}");
-        let (mut primitives, mut tables) = (Vec::new(), Vec::new());
-        for (index, json) in self.root.meshes[mesh].primitives.iter().enumerate() {
-            let place = Place { mesh, primitive: index };
-            let primitive = Primitive::new(self.root, self.buffers, self.extensions, json, place)?;
-            if let Some(primitive) = primitive {
-                tables.push(primitive.features.and_then(|features| features.table));
-                primitives.push(primitive.read());
-            }
+        let primitives = self.primitives(mesh)?;
+        let triangles: usize = primitives.iter().map(Primitive::triangle_count).sum();
+        let keeping = self.keeping.as_ref().filter(|_| triangles >= MIN_KEPT_TRIANGLES);
+        if let Some(built) = keeping.and_then(|keeping| keeping.find(mesh)) {
+            self.namer.count(built.1.len()).map_err(|fault| fault.at(here()))?;
+            return Ok(built);
         }
-        let names = self.namer.name(&mut primitives, &tables).map_err(|f| f.at(here()))?;
-        let (mesh, report) =
-            weld(&primitives).map_err(|e| Fault::Invalid(e.to_string()).at(here()))?;
-        Ok((mesh, names, report))
+        let table = |primitive: &Primitive<'_>| primitive.features.and_then(|f| f.table);
+        let tables: Vec<_> = primitives.iter().map(table).collect();
+        let mut read: Vec<_> = primitives.iter().map(Primitive::read).collect();
+        let names = self.namer.name(&mut read, &tables).map_err(|f| f.at(here()))?;
+        let (welded, report) = weld(&read).map_err(|e| Fault::Invalid(e.to_string()).at(here()))?;
+        drop(read);
+        let built = (welded, names, report);
+        if let Some(keeping) = keeping {
+            keeping.keep(mesh, &built);
+        }
+        Ok(built)
+    }
+
+    fn primitives(&self, mesh: usize) -> Result<Vec<Primitive<'a>>, ImportError> {
+        let of_mesh = self.root.meshes[mesh].primitives.iter().enumerate();
+        let primitives = of_mesh.map(|(index, json)| {
+            let place = Place { mesh, primitive: index };
+            Primitive::new(self.root, self.buffers, self.extensions, json, place).transpose()
+        });
+        primitives.flatten().collect()
     }
 }

@@ -7,8 +7,9 @@ use std::time::SystemTime;
 
 use crate::CacheError;
 
-/// Of cache files.
-pub(crate) const EXTENSION: &str = "stacks";
+/// Of files with stacks, and with welded meshes.
+pub(crate) const STACKS: &str = "stacks";
+pub(crate) const MESH: &str = "mesh";
 
 /// Entries looked at when room is made; more than any cache of full files has.
 const MAX_ENTRIES: usize = 1 << 20;
@@ -41,9 +42,8 @@ pub(crate) fn evict(directory: &Path, limit_bytes: u64) -> std::io::Result<()> {
     for entry in std::fs::read_dir(directory)?.take(MAX_ENTRIES) {
         let path = entry?.path();
         // Another process may have removed it meanwhile.
-        if let (true, Ok(metadata)) =
-            (path.extension().is_some_and(|e| e == EXTENSION), path.metadata())
-        {
+        let is_ours = path.extension().is_some_and(|e| e == STACKS || e == MESH);
+        if let (true, Ok(metadata)) = (is_ours, path.metadata()) {
             let used = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             entries.push(Entry { used, bytes: metadata.len(), path });
         }

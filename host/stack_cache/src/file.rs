@@ -132,12 +132,13 @@ fn check(header: &Header, key: CacheKey, mesh: &Mesh, length: u64) -> Result<(),
     }
 }
 
-fn array<T: Pod>(file: &mut impl Read, count: u64) -> std::io::Result<Vec<T>> {
+/// Elements from a file that is known to have them.
+pub(crate) fn array<T: Pod>(file: &mut impl Read, count: u64) -> std::io::Result<Vec<T>> {
     let mut values = vec![T::zeroed(); count as usize];
     file.read_exact(bytemuck::cast_slice_mut(&mut values))?;
     Ok(values)
 }
 
-fn halves(value: u128) -> [u64; 2] {
+pub(crate) fn halves(value: u128) -> [u64; 2] {
     [value as u64, (value >> 64) as u64]
 }

@@ -5,6 +5,8 @@ use std::fmt;
 use busbar_geometry::Mesh;
 use twox_hash::XxHash3_128;
 
+use crate::welded::section_words;
+
 /// What decides a result besides the mesh, as a content hash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Maker([u64; 2]);
@@ -65,9 +67,4 @@ impl fmt::Display for CacheKey {
 pub(crate) fn digest(bytes: &[u8]) -> [u64; 3] {
     let hash = XxHash3_128::oneshot(bytes);
     [bytes.len() as u64, hash as u64, (hash >> 64) as u64]
-}
-
-fn section_words(section: &busbar_geometry::Section) -> [u32; 4] {
-    let (named, material) = section.material.map_or((0, 0), |material| (1, material));
-    [named, material, section.first_triangle, section.triangle_count]
 }

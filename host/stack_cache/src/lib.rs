@@ -1,4 +1,4 @@
-//! Collapse stacks on disk, by content.
+//! Collapse stacks on disk, by content, and welded meshes.
 //!
 //! Invariant: nothing that is read is trusted. A file that is shorter, longer,
 //! altered, of another version or of another mesh is reported as damaged, and
@@ -13,18 +13,20 @@ mod directory;
 mod file;
 mod key;
 pub mod probe;
+mod welded;
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use busbar_geometry::{CollapseStacks, Mesh, StackTables};
+use busbar_geometry::{CollapseStacks, Mesh, StackTables, WeldReport};
 use thiserror::Error;
 
 pub use key::{CacheKey, Maker};
+pub use welded::{MeshKey, WeldedMesh, content_digest};
 
-/// A directory of stacks, one file a mesh.
+/// A directory of stacks and welded meshes, one file each.
 #[derive(Clone, Debug)]
 pub struct StackCache {
     directory: PathBuf,
@@ -89,23 +91,10 @@ impl StackCache {
 
     /// Looks for the stacks of a mesh.
     pub fn load(&self, key: CacheKey, mesh: &mut Mesh) -> Lookup {
-        let path = self.path(key);
-        let mut file = match File::open(&path) {
-            Ok(file) => file,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Lookup::Absent,
-            Err(error) => return Lookup::Damaged(format!("it cannot be read: {error}")),
-        };
-        let length = match file.metadata() {
-            Ok(metadata) => metadata.len(),
-            Err(error) => return Lookup::Damaged(format!("it cannot be read: {error}")),
-        };
-        match restore(&mut file, length, key, mesh) {
-            Ok(stacks) => {
-                // For the order of eviction; a read-only cache does without.
-                let _ = file.set_modified(SystemTime::now());
-                Lookup::Found(Box::new(stacks))
-            }
-            Err(reason) => Lookup::Damaged(reason),
+        match open(&self.path(key), |file, length| restore(file, length, key, mesh)) {
+            None => Lookup::Absent,
+            Some(Ok(stacks)) => Lookup::Found(Box::new(stacks)),
+            Some(Err(reason)) => Lookup::Damaged(reason),
         }
     }
 
@@ -120,13 +109,39 @@ impl StackCache {
         ranks: &[u32],
         tables: &StackTables,
     ) -> Result<(), CacheError> {
+        self.write(&self.path(key), &file::bytes(key, ranks, tables))
+    }
+
+    /// Looks for a welded mesh; none if there is none.
+    ///
+    /// # Errors
+    /// Why its file cannot be used.
+    pub fn load_mesh(&self, key: MeshKey) -> Result<Option<WeldedMesh>, String> {
+        let path = self.mesh_path(key);
+        open(&path, |file, length| welded::read(file, length, key)).transpose()
+    }
+
+    /// Keeps a welded mesh.
+    ///
+    /// # Errors
+    /// When the file cannot be written; a half-written one never shows.
+    pub fn store_mesh(
+        &self,
+        key: MeshKey,
+        mesh: &Mesh,
+        feature_names: &[String],
+        report: WeldReport,
+    ) -> Result<(), CacheError> {
+        let bytes = welded::bytes(key, mesh, feature_names, report);
+        self.write(&self.mesh_path(key), &bytes)
+    }
+
+    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
         let fault = |source| CacheError::Write { directory: self.directory.clone(), source };
-        let bytes = file::bytes(key, ranks, tables);
-        let path = self.path(key);
         let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
         let written = File::create(&temporary)
-            .and_then(|mut file| file.write_all(&bytes))
-            .and_then(|()| std::fs::rename(&temporary, &path));
+            .and_then(|mut file| file.write_all(bytes))
+            .and_then(|()| std::fs::rename(&temporary, path));
         if let Err(error) = written {
             let _ = std::fs::remove_file(&temporary);
             return Err(fault(error));
@@ -134,10 +149,35 @@ impl StackCache {
         directory::evict(&self.directory, self.limit_bytes).map_err(fault)
     }
 
-    /// The file of a mesh.
+    /// The file of a mesh's stacks.
     pub fn path(&self, key: CacheKey) -> PathBuf {
-        self.directory.join(format!("{key}.{}", directory::EXTENSION))
+        self.directory.join(format!("{key}.{}", directory::STACKS))
     }
+
+    /// The file of a welded mesh.
+    pub fn mesh_path(&self, key: MeshKey) -> PathBuf {
+        self.directory.join(format!("{key}.{}", directory::MESH))
+    }
+}
+
+/// What a file holds, by what reads one of its length; none if there is no file.
+fn open<T>(
+    path: &Path,
+    read: impl FnOnce(&mut File, u64) -> Result<T, String>,
+) -> Option<Result<T, String>> {
+    let unreadable = |error: std::io::Error| format!("it cannot be read: {error}");
+    let mut file = match File::open(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
+        Err(error) => return Some(Err(unreadable(error))),
+    };
+    let length = file.metadata().map_err(unreadable).map(|metadata| metadata.len());
+    let found = length.and_then(|length| read(&mut file, length));
+    if found.is_ok() {
+        // For the order of eviction; a read-only cache does without.
+        let _ = file.set_modified(SystemTime::now());
+    }
+    Some(found)
 }
 
 /// Reads a file of this length and puts its stacks together; the mesh is taken if all

@@ -2,7 +2,7 @@
 
 use busbar_geometry::{CollapseStacks, Mesh, StackTables};
 
-use crate::{CacheKey, file, restore};
+use crate::{CacheKey, MeshKey, WeldedMesh, file, restore, welded};
 
 /// A whole file, with the checksum of whatever is in it.
 pub fn file(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u8> {
@@ -16,4 +16,18 @@ pub fn file(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u8> {
 pub fn read(mut bytes: &[u8], key: CacheKey, mesh: &mut Mesh) -> Result<CollapseStacks, String> {
     let length = bytes.len() as u64;
     restore(&mut bytes, length, key, mesh)
+}
+
+/// A whole file of a welded mesh, with the checksum of whatever is in it.
+pub fn mesh_file(key: MeshKey, welded: &WeldedMesh) -> Vec<u8> {
+    welded::bytes(key, &welded.mesh, &welded.feature_names, welded.report)
+}
+
+/// Reads such a file.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn read_mesh(mut bytes: &[u8], key: MeshKey) -> Result<WeldedMesh, String> {
+    let length = bytes.len() as u64;
+    welded::read(&mut bytes, length, key)
 }

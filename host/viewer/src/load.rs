@@ -193,9 +193,14 @@ impl LoadedScene {
         // Beside each other: starting the processes of plugins is mostly waiting.
         progress("plugins and models", 0, 1);
         let mut import_faults = Faults::of(&config);
+        let mut notes = Vec::new();
+        let is_new = |name: &String| reuse.model(name).is_none();
+        let cache = config.models.keys().any(is_new);
+        let cache = cache.then(|| cache::open(&config.cache, &folder, &mut notes)).flatten();
+        let known = (reuse, cache.as_ref());
         let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
             || timed(|| plugins::create(&config, &folder, reuse, &mut faults)),
-            || timed(|| models::import(&config, &folder, reuse, progress, &mut import_faults)),
+            || timed(|| models::import(&config, &folder, known, progress, &mut import_faults)),
         );
         faults.found.append(&mut import_faults.found);
         millis.insert("plugins".into(), plugin_millis);
@@ -235,15 +240,13 @@ impl LoadedScene {
         millis.insert("scene".into(), millis_since(start));
 
         plugins::check_capabilities(&config, &instances, tags.specs(), reuse, &mut faults);
-        let mut notes = std::mem::take(&mut imported.notes);
+        notes.append(&mut imported.notes);
         let fatal = faults.found.iter().any(|d| d.severity == Severity::Error);
         let mut cached_meshes = 0;
         let mut pipeline_cache = reuse.scene().and_then(|scene| scene.pipeline_cache.clone());
         let mut models = if fatal {
             Vec::new()
         } else {
-            let cache = imported.has_new().then(|| cache::open(&config.cache, &folder, &mut notes));
-            let cache = cache.flatten();
             pipeline_cache =
                 cache.as_ref().map(|cache| cache.directory().to_owned()).or(pipeline_cache);
             let mut stage = models::Optimising {

@@ -1,10 +1,12 @@
-//! The cache of optimised models, and what its results depend on.
+//! The cache of welded meshes and of optimised models, and what its results depend on.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use busbar_config::{CacheConfig, join_pointer};
+use busbar_gltf_import::{BuiltMesh, MeshKeeper};
 use busbar_plugin_process::Plugin;
-use busbar_stack_cache::{Maker, StackCache};
+use busbar_stack_cache::{Maker, MeshKey, StackCache, WeldedMesh, content_digest};
 use serde_json::Value;
 
 /// The largest plugin library whose results are kept.
@@ -53,4 +55,48 @@ pub(super) fn maker(plugin: &Plugin, settings: &Value) -> std::io::Result<Maker>
     let settings = settings.to_string();
     let parts = [info.id.as_bytes(), info.version.as_bytes(), &library, settings.as_bytes()];
     Ok(Maker::of(&parts))
+}
+
+/// Welded meshes in the cache.
+pub(super) struct KeptMeshes<'a> {
+    cache: &'a StackCache,
+    /// What was wrong with it.
+    notes: Mutex<Vec<String>>,
+}
+
+impl<'a> KeptMeshes<'a> {
+    pub(super) fn of(cache: &'a StackCache) -> Self {
+        Self { cache, notes: Mutex::default() }
+    }
+
+    pub(super) fn into_notes(self) -> Vec<String> {
+        self.notes.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note(&self, note: String) {
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner).push(note);
+    }
+}
+
+impl MeshKeeper for KeptMeshes<'_> {
+    fn digest(&self, content: &[&[u8]]) -> u128 {
+        content_digest(content)
+    }
+
+    fn find(&self, content: u128, mesh: usize) -> Option<BuiltMesh> {
+        let key = MeshKey::of(content, mesh);
+        let found = self.cache.load_mesh(key).unwrap_or_else(|reason| {
+            let path = self.cache.mesh_path(key);
+            self.note(format!("{} is built anew: {reason}", path.display()));
+            None
+        });
+        found.map(|WeldedMesh { mesh, feature_names, report }| (mesh, feature_names, report))
+    }
+
+    fn keep(&self, content: u128, mesh: usize, (welded, names, report): &BuiltMesh) {
+        let key = MeshKey::of(content, mesh);
+        if let Err(error) = self.cache.store_mesh(key, welded, names, *report) {
+            self.note(error.to_string());
+        }
+    }
 }

@@ -7,14 +7,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, ThetaConfig, join_pointer};
 use busbar_geometry::Mesh;
-use busbar_gltf_import::{ImportError, ImportLimits, import_file};
+use busbar_gltf_import::{ImportError, ImportLimits, MeshKeeper, import_kept_file};
 use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
 use busbar_stack_cache::{Maker, StackCache};
 use rayon::prelude::*;
 
+use super::cache::{self, KeptMeshes};
 use super::reuse::Reuse;
-use super::{Faults, LoadProgress, LoadedModel, Made, cache};
+use super::{Faults, LoadProgress, LoadedModel, Made};
 use crate::LoadMillis;
 use crate::file_version::{FileVersion, version};
 use crate::stacks::StackBuilder;
@@ -50,21 +51,16 @@ impl ModelSource {
     }
 }
 
-impl ImportedModels {
-    /// Whether any has no stacks yet.
-    pub(super) fn has_new(&self) -> bool {
-        self.models.iter().any(|source| matches!(source, ModelSource::New(..)))
-    }
-}
-
 /// Imports the model files that are not known, each on a thread of its own.
 pub(super) fn import(
     config: &Config,
     folder: &Path,
-    reuse: &Reuse<'_>,
+    (reuse, cache): (&Reuse<'_>, Option<&StackCache>),
     progress: &LoadProgress<'_>,
     faults: &mut Faults<'_>,
 ) -> ImportedModels {
+    let kept = cache.map(KeptMeshes::of);
+    let keeper = kept.as_ref().map(|kept| kept as &dyn MeshKeeper);
     let done = AtomicUsize::new(0);
     let models: Vec<_> = config.models.iter().collect();
     let results: Vec<Result<(ModelSource, Vec<String>), ImportError>> = models
@@ -76,14 +72,15 @@ pub(super) fn import(
             let file = folder.join(&model.file);
             // Before it is read: an edit meanwhile is news.
             let read = version(&file);
-            let imported = import_file(&file, &ImportLimits::default());
+            let imported = import_kept_file(&file, &ImportLimits::default(), keeper);
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
             imported.map(|imported| {
                 (ModelSource::New(Box::new(imported.model), read), imported.report.notes)
             })
         })
         .collect();
-    let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes: Vec::new() };
+    let notes = kept.map_or_else(Vec::new, KeptMeshes::into_notes);
+    let mut all = ImportedModels { models: Vec::new(), pieces: BTreeMap::new(), notes };
     for ((name, model), result) in models.into_iter().zip(results) {
         match result {
             Ok((source, notes)) => {
