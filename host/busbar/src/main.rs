@@ -53,6 +53,9 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    if matches!(arguments.command, Command::View(_) | Command::Render(_) | Command::Embedded) {
+        busbar_viewer::load_within_one_heap();
+    }
     let log = match arguments.command {
         Command::PluginHost => {
             log::start_of_plugin();

@@ -47,6 +47,20 @@ impl Mesh {
         (0..above.len() as u32).map(|position| root(&mut above, position)).collect()
     }
 
+    /// The island of each position, numbered from 0, and how many there are; a position that
+    /// no triangle uses is one by itself.
+    pub(crate) fn island_numbers(&self) -> (Vec<u32>, usize) {
+        let mut numbers = self.island_roots();
+        let mut count = 0;
+        for position in 0..numbers.len() {
+            // A root is the least of its island: it has its number before the others come.
+            let root = numbers[position] as usize;
+            numbers[position] = if root == position { count } else { numbers[root] };
+            count += u32::from(root == position);
+        }
+        (numbers, count as usize)
+    }
+
     /// The island of each position, or [`ABSENT`] where no triangle uses it; and the
     /// islands in order of their first triangles.
     fn find_islands(&self) -> (Vec<u32>, Vec<Island>) {

@@ -67,25 +67,25 @@ impl Tube {
 impl Mesh {
     /// The points of all islands (connected components) that are slender and round.
     pub fn slender_points(&self) -> Vec<SlenderPoint> {
-        let roots = self.island_roots();
-        let mut tubes = vec![Tube::NONE; self.positions.len()];
+        let (island_of, islands) = self.island_numbers();
+        let island = |corners: [u32; 3]| island_of[corners[0] as usize] as usize;
+        let mut tubes = vec![Tube::NONE; islands];
         for &triangle in &self.triangles {
             let (corners, normal) = self.facing(triangle);
-            let tube = &mut tubes[roots[corners[0] as usize] as usize];
+            let tube = &mut tubes[island(corners)];
             tube.area += normal.length();
             tube.facing += normal;
-            for corner in corners {
-                let at = self.positions[corner as usize];
-                tube.bounds = tube.bounds.union(Bounds { min: at, max: at });
-            }
+            let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
+            let around = Bounds { min: a.min(b).min(c), max: a.max(b).max(c) };
+            tube.bounds = tube.bounds.union(around);
         }
         if !tubes.iter().any(Tube::is_slender) {
             return Vec::new();
         }
-        let root_of = |corners: [u32; 3]| roots[corners[0] as usize] as usize;
-        let of_slender = |corners: &[u32; 3]| tubes[root_of(*corners)].is_slender();
-        let all = self.triangles.iter().map(|&triangle| self.facing(triangle));
-        let faces: Vec<_> = all.filter(|(corners, _)| of_slender(corners)).collect();
+        let slender: Vec<bool> = tubes.iter().map(Tube::is_slender).collect();
+        let is_slender = |triangle: &&[u32; 3]| slender[island(self.corner_positions(**triangle))];
+        let faces: Vec<_> =
+            self.triangles.iter().filter(is_slender).map(|&t| self.facing(t)).collect();
         let mut outward = vec![Vec3::ZERO; self.positions.len()];
         for &(corners, normal) in &faces {
             // By angles, so that it does not matter which way a flat side is cut in two; and
@@ -97,19 +97,19 @@ impl Mesh {
         }
         outward.iter_mut().for_each(|direction| *direction = direction.normalize_or_zero());
         for (corners, normal) in faces {
-            let tube = &mut tubes[root_of(corners)];
+            let tube = &mut tubes[island(corners)];
             let least = ROUND_COSINE * normal.length();
             if corners.iter().all(|&corner| outward[corner as usize].dot(normal) >= least) {
                 tube.round_area += normal.length();
             }
         }
-        let point = |(position, &root): (u32, &u32)| {
-            let tube = &tubes[root as usize];
+        let point = |(position, &island): (u32, &u32)| {
+            let tube = &tubes[island as usize];
             let outward = outward[position as usize];
-            let is_one = tube.is_slender() && tube.is_round() && outward != Vec3::ZERO;
+            let is_one = outward != Vec3::ZERO && tube.is_slender() && tube.is_round();
             is_one.then(|| SlenderPoint { position, outward, radius: tube.radius() })
         };
-        (0..).zip(&roots).filter_map(point).collect()
+        (0..).zip(&island_of).filter_map(point).collect()
     }
 
     /// The positions of a triangle's corners; its normal, as long as its area is large.

@@ -19,7 +19,7 @@ mod tests;
 
 use std::ops::Range;
 
-use crate::{Mesh, theta_to_cursor};
+use crate::{Mesh, SlenderPoint, theta_to_cursor};
 
 pub use build::removal_ranks;
 pub(crate) use deaths::death_indices;
@@ -36,6 +36,7 @@ pub const NEVER: u32 = u32::MAX;
 pub struct CollapseStacks {
     mesh: Mesh,
     tables: StackTables,
+    slender: Vec<SlenderPoint>,
 }
 
 /// The mesh at one cursor: live triangles in import order.
@@ -57,6 +58,11 @@ impl CollapseStacks {
     /// What is known beyond the mesh.
     pub fn tables(&self) -> &StackTables {
         &self.tables
+    }
+
+    /// The points of what is slender and round in the mesh as imported.
+    pub fn slender_points(&self) -> &[SlenderPoint] {
+        &self.slender
     }
 
     /// Positions of the mesh, V.

@@ -1,6 +1,7 @@
 //! The heap under models of many megabytes, and under a software rasteriser.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Memory that a frame of a million triangles takes, and more.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -12,15 +13,57 @@ const HEAP_BLOCK_BYTES: libc::c_int = 32 << 20;
 /// Lets the heap keep what a frame frees. A software rasteriser takes a frame's
 /// triangles from the heap; by default glibc may give that memory back to the
 /// system after each frame and fault it in again in the next, which was
-/// measured to take up to two fifths of a frame. What was freed before, by loading,
-/// frames have no use for: that goes.
+/// measured to take up to two fifths of a frame. What was freed before, by loading on other
+/// threads, frames cannot have: that goes.
 pub(crate) fn keep_freed_memory() {
-    give_back_freed_memory();
+    if !IS_ONE_HEAP.load(Ordering::Relaxed) {
+        give_back_freed_memory();
+    }
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: they set two numbers that malloc reads, under its own lock.
     unsafe {
         libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
         libc::mallopt(libc::M_MMAP_THRESHOLD, HEAP_BLOCK_BYTES);
+    }
+}
+
+/// Whether all threads take from one heap.
+static IS_ONE_HEAP: AtomicBool = AtomicBool::new(false);
+
+/// What a scene of a million triangles and its first frame take.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const FIRST_HEAP_BYTES: libc::c_int = 384 << 20;
+/// Makes the heap grow, as what it has at first is smaller.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const FIRST_BLOCK_BYTES: usize = 1 << 20;
+/// What glibc has by default.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const TOP_PAD_BYTES: libc::c_int = 128 << 10;
+
+/// Has all threads take from one heap, under huge pages, that keeps what is freed: for a
+/// program that loads one scene and shows it. Each stage of loading takes what the one before
+/// it freed, where it would be given back and faulted in again, a third of a start from the
+/// cache. To be called first of all. Once the first frame is drawn,
+/// [`give_back_freed_memory`].
+pub fn load_within_one_heap() {
+    IS_ONE_HEAP.store(true, Ordering::Relaxed);
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: mallopt sets numbers that malloc reads, under its own lock; the block is freed
+    // once. Advice changes no content, and is given for what lies between a block of the heap
+    // and its end.
+    unsafe {
+        libc::mallopt(libc::M_ARENA_MAX, 1);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
+        libc::mallopt(libc::M_MMAP_THRESHOLD, HEAP_BLOCK_BYTES);
+        libc::mallopt(libc::M_TOP_PAD, FIRST_HEAP_BYTES);
+        let block = libc::malloc(FIRST_BLOCK_BYTES).cast::<u8>();
+        libc::mallopt(libc::M_TOP_PAD, TOP_PAD_BYTES);
+        let bytes = (libc::sbrk(0) as usize).saturating_sub(block as usize);
+        // A block that is none of the heap's is not below its end, or far below.
+        if !block.is_null() && bytes <= 2 * FIRST_HEAP_BYTES as usize {
+            advised(block, bytes);
+        }
+        libc::free(block.cast());
     }
 }
 

@@ -42,7 +42,7 @@ pub use compute::{ComputeDescription, ComputePass, ComputePipeline, Dispatch};
 pub use error::{Cure, GpuError};
 pub use format::Format;
 pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
-pub use heap::{LargePages, give_back_freed_memory};
+pub use heap::{LargePages, give_back_freed_memory, load_within_one_heap};
 pub use image::{Image, ImageDescription, ImageKind};
 pub use paint::{Paint, PaintPass};
 pub use pass::{ClearColor, DepthAfter, Draw, DrawCount, Pass, Targets, Viewport};

@@ -45,7 +45,7 @@ mod words;
 
 pub use busbar_gpu::{
     Cure, GpuError, LargePages, MAX_STAGES, StageMillis, ValidationLog, WindowHandles,
-    give_back_freed_memory,
+    give_back_freed_memory, load_within_one_heap,
 };
 pub use camera::CameraView;
 pub use content::MAX_UPLOAD_BYTES_PER_FRAME;

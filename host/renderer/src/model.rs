@@ -83,7 +83,7 @@ impl GpuModel {
         stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
-        let (vertices, is_slender) = vertices_of(mesh);
+        let (vertices, is_slender) = vertices_of(stacks);
         let vertices = match vertices.as_slice() {
             [] => None,
             vertices => Some(recorder.upload_slice(arena, bytemuck::cast_slice(vertices))?),
@@ -116,7 +116,8 @@ fn ball_around(mesh: &Mesh) -> Ball {
 /// Wedges are the vertices: a position with one set of attributes each. What is slender is
 /// round to the eye, too: its normals lead away from its axis. Whether there is any comes
 /// with them.
-fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, bool) {
+fn vertices_of(stacks: &CollapseStacks) -> (Vec<Vertex>, bool) {
+    let mesh = stacks.mesh();
     let wedges = &mesh.wedges;
     let mut vertices: Vec<Vertex> = wedges
         .position
@@ -128,12 +129,12 @@ fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, bool) {
             normal_v: unit_at_most(*normal).extend(uv.y).to_array(),
         })
         .collect();
-    let slender = mesh.slender_points();
+    let slender = stacks.slender_points();
     if slender.is_empty() {
         return (vertices, false);
     }
     let mut of_positions = vec![Vec3::ZERO; mesh.positions.len()];
-    for point in &slender {
+    for point in slender {
         of_positions[point.position as usize] = point.outward * (SLENDER + point.radius);
     }
     for (vertex, &position) in vertices.iter_mut().zip(&wedges.position) {

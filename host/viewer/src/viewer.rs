@@ -25,7 +25,7 @@ use busbar_plugin_process::Plugin;
 use busbar_renderer::{
     CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, Instances, PickState,
     Picture, PixelArea, RenderError, Renderer, RendererOptions, SectionPlane, Wanted,
-    WindowHandles,
+    WindowHandles, give_back_freed_memory,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
@@ -430,6 +430,10 @@ impl Viewer {
         self.states = overlaid.states;
         self.step_picks()?;
         self.count_frame(started);
+        if self.frames == 1 && !self.settles {
+            // What loading took, nobody needs again.
+            give_back_freed_memory();
+        }
         let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
         let is_coming = self.cursors.is_morphing()
             || self.chart.as_ref().is_some_and(ShownChart::is_coming)

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{CollapseStacks, StackTables, TablesError, deaths};
 use crate::mesh::scatter;
-use crate::{CollapseSequence, Mesh};
+use crate::{CollapseSequence, Mesh, SlenderPoint};
 
 /// How many wedges of the surviving position a wedge may choose its parent
 /// from. Bounds the build on a mesh whose positions have very many wedges, and
@@ -27,6 +27,7 @@ impl CollapseStacks {
         let death_index = deaths::find(&mesh, sequence, max_depth);
         let ranks = removal_ranks(sequence);
         mesh.group_wedges();
+        let slender = slender_points(&mesh, &ranks);
         scatter_positions(&mut mesh, &ranks);
         for position in &mut mesh.wedges.position {
             *position = ranks[*position as usize];
@@ -42,7 +43,7 @@ impl CollapseStacks {
             errors: StackTables::sample_errors(sequence.entries().iter().map(|e| e.error)),
             max_depth,
         };
-        Self { mesh, tables }
+        Self { mesh, tables, slender }
     }
 
     /// Puts a mesh and the tables that were once built for it together again.
@@ -68,9 +69,10 @@ impl CollapseStacks {
             mesh.wedges.position.iter().map(|&position| ranks[position as usize]).collect();
         check_parents(&of_wedges, ranks.len() - collapses, &tables)?;
         let mut mesh = std::mem::take(mesh);
+        let slender = slender_points(&mesh, ranks);
         mesh.wedges.position = of_wedges;
         scatter_positions(&mut mesh, ranks);
-        Ok(Self { mesh, tables })
+        Ok(Self { mesh, tables, slender })
     }
 }
 
@@ -101,6 +103,14 @@ pub fn removal_ranks(sequence: &CollapseSequence) -> Vec<u32> {
         *rank = number;
     }
     ranks
+}
+
+/// By their numbers in order of removal, of a mesh that has its own yet: neighbours lie
+/// together in that.
+fn slender_points(mesh: &Mesh, ranks: &[u32]) -> Vec<SlenderPoint> {
+    let mut points = mesh.slender_points();
+    points.iter_mut().for_each(|point| point.position = ranks[point.position as usize]);
+    points
 }
 
 fn scatter_positions(mesh: &mut Mesh, ranks: &[u32]) {
