@@ -1,5 +1,6 @@
 //! The file format: a header, then arrays, in the machine's byte order.
 
+use std::borrow::Cow;
 use std::io::Read;
 
 use busbar_geometry::{Mesh, StackTables};
@@ -48,8 +49,12 @@ impl Header {
     }
 }
 
-/// A whole file.
-pub(crate) fn bytes(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u8> {
+/// A whole file, in the parts that it is written in.
+pub(crate) fn parts<'a>(
+    key: CacheKey,
+    ranks: &'a [u32],
+    tables: &'a StackTables,
+) -> Vec<Cow<'a, [u8]>> {
     let mut header = Header {
         magic: MAGIC,
         version: VERSION,
@@ -64,10 +69,8 @@ pub(crate) fn bytes(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u
     };
     let arrays = arrays(ranks, tables);
     header.checksum = header.checksum(arrays.map(digest));
-    let mut bytes = Vec::with_capacity(header.file_bytes() as usize);
-    bytes.extend_from_slice(bytemuck::bytes_of(&header));
-    arrays.iter().for_each(|array| bytes.extend_from_slice(array));
-    bytes
+    let header = Cow::Owned(bytemuck::bytes_of(&header).to_vec());
+    std::iter::once(header).chain(arrays.map(Cow::Borrowed)).collect()
 }
 
 /// Reads ranks and tables from a file of this length; says in words what is wrong.

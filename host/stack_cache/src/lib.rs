@@ -15,6 +15,7 @@ mod key;
 pub mod probe;
 mod welded;
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -109,7 +110,7 @@ impl StackCache {
         ranks: &[u32],
         tables: &StackTables,
     ) -> Result<(), CacheError> {
-        self.write(&self.path(key), &file::bytes(key, ranks, tables))
+        self.write(&self.path(key), &file::parts(key, ranks, tables))
     }
 
     /// Looks for a welded mesh; none if there is none.
@@ -132,15 +133,14 @@ impl StackCache {
         feature_names: &[String],
         report: WeldReport,
     ) -> Result<(), CacheError> {
-        let bytes = welded::bytes(key, mesh, feature_names, report);
-        self.write(&self.mesh_path(key), &bytes)
+        self.write(&self.mesh_path(key), &welded::parts(key, mesh, feature_names, report))
     }
 
-    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
+    fn write(&self, path: &Path, parts: &[Cow<'_, [u8]>]) -> Result<(), CacheError> {
         let fault = |source| CacheError::Write { directory: self.directory.clone(), source };
         let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
         let written = File::create(&temporary)
-            .and_then(|mut file| file.write_all(bytes))
+            .and_then(|mut file| parts.iter().try_for_each(|part| file.write_all(part)))
             .and_then(|()| std::fs::rename(&temporary, path));
         if let Err(error) = written {
             let _ = std::fs::remove_file(&temporary);

@@ -6,7 +6,7 @@ use crate::{CacheKey, MeshKey, WeldedMesh, file, restore, welded};
 
 /// A whole file, with the checksum of whatever is in it.
 pub fn file(key: CacheKey, ranks: &[u32], tables: &StackTables) -> Vec<u8> {
-    file::bytes(key, ranks, tables)
+    file::parts(key, ranks, tables).concat()
 }
 
 /// Reads a file. The mesh is taken if all goes well.
@@ -20,7 +20,7 @@ pub fn read(mut bytes: &[u8], key: CacheKey, mesh: &mut Mesh) -> Result<Collapse
 
 /// A whole file of a welded mesh, with the checksum of whatever is in it.
 pub fn mesh_file(key: MeshKey, welded: &WeldedMesh) -> Vec<u8> {
-    welded::bytes(key, &welded.mesh, &welded.feature_names, welded.report)
+    welded::parts(key, &welded.mesh, &welded.feature_names, welded.report).concat()
 }
 
 /// Reads such a file.

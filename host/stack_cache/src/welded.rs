@@ -2,6 +2,7 @@
 //! million triangles takes longer than drawing them. A header, then arrays, in the
 //! machine's byte order.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io::Read;
 
@@ -19,8 +20,9 @@ const MAGIC: u64 = 0x6275_7362_6172_4d57;
 /// Grows when the format changes, or what import or welding make of a file.
 const VERSION: u64 = 1;
 
-/// Arrays of a file.
-const ARRAYS: usize = 10;
+/// Arrays of a file: those as long as the mesh, then sections, ends of names, and names.
+const ARRAYS: usize = LARGE_ARRAYS + 3;
+const LARGE_ARRAYS: usize = 7;
 
 /// What the parts of a content are known by.
 pub fn content_digest(parts: &[&[u8]]) -> u128 {
@@ -64,7 +66,7 @@ struct Header {
     magic: u64,
     version: u64,
     key: [u64; 2],
-    /// Elements of each of [`arrays`].
+    /// Elements of each of the arrays.
     counts: [u64; ARRAYS],
     /// Of [`WeldReport`].
     report: [u64; 4],
@@ -72,7 +74,7 @@ struct Header {
     checksum: [u64; 2],
 }
 
-/// Bytes of an element of each of [`arrays`].
+/// Bytes of an element of each of the arrays.
 const ELEMENT_BYTES: [u64; ARRAYS] = [12, 4, 4, 12, 8, 4, 12, 16, 4, 1];
 
 impl Header {
@@ -82,20 +84,20 @@ impl Header {
         sizes.try_fold(size_of::<Self>() as u64, |sum, bytes| sum.checked_add(bytes?))
     }
 
-    fn checksum(&self, digests: [[u64; 3]; ARRAYS]) -> [u64; 2] {
+    fn checksum(&self, digests: impl Iterator<Item = [u64; 3]>) -> [u64; 2] {
         let mut text = bytemuck::bytes_of(&Self { checksum: [0; 2], ..*self }).to_vec();
-        text.extend_from_slice(bytemuck::cast_slice(&digests));
+        digests.for_each(|digest| text.extend_from_slice(bytemuck::cast_slice(&digest)));
         halves(XxHash3_128::oneshot(&text))
     }
 }
 
-/// A whole file.
-pub(crate) fn bytes(
+/// A whole file, in the parts that it is written in.
+pub(crate) fn parts<'a>(
     key: MeshKey,
-    mesh: &Mesh,
+    mesh: &'a Mesh,
     feature_names: &[String],
     report: WeldReport,
-) -> Vec<u8> {
+) -> Vec<Cow<'a, [u8]>> {
     let no_uvs = mesh.wedges.uv.iter().all(|&uv| uv == Vec2::ZERO);
     let uvs = if no_uvs { &[] } else { &mesh.wedges.uv[..] };
     let sections: Vec<[u32; 4]> = mesh.sections.iter().map(section_words).collect();
@@ -106,8 +108,13 @@ pub(crate) fn bytes(
             Some(*end)
         })
         .collect();
-    let names = feature_names.concat();
-    let arrays = arrays(mesh, uvs, &sections, (&name_ends, names.as_bytes()));
+    let large = large_arrays(mesh, uvs).map(Cow::Borrowed);
+    let small = [
+        bytemuck::cast_slice(&sections).to_vec(),
+        bytemuck::cast_slice(&name_ends).to_vec(),
+        feature_names.concat().into_bytes(),
+    ];
+    let arrays: Vec<Cow<'_, [u8]>> = large.into_iter().chain(small.map(Cow::Owned)).collect();
     let mut header = Header {
         magic: MAGIC,
         version: VERSION,
@@ -116,20 +123,13 @@ pub(crate) fn bytes(
         report: report_words(report),
         checksum: [0; 2],
     };
-    header.checksum = header.checksum(arrays.map(digest));
-    let mut bytes = Vec::with_capacity(header.file_bytes().unwrap_or(0) as usize);
-    bytes.extend_from_slice(bytemuck::bytes_of(&header));
-    arrays.iter().for_each(|array| bytes.extend_from_slice(array));
-    bytes
+    header.checksum = header.checksum(arrays.iter().map(|array| digest(array)));
+    let header = Cow::Owned(bytemuck::bytes_of(&header).to_vec());
+    std::iter::once(header).chain(arrays).collect()
 }
 
-/// What lies after the header, in order.
-fn arrays<'a>(
-    mesh: &'a Mesh,
-    uvs: &'a [Vec2],
-    sections: &'a [[u32; 4]],
-    (name_ends, names): (&'a [u32], &'a [u8]),
-) -> [&'a [u8]; ARRAYS] {
+/// What lies after the header, in order, before sections and names.
+fn large_arrays<'a>(mesh: &'a Mesh, uvs: &'a [Vec2]) -> [&'a [u8]; LARGE_ARRAYS] {
     [
         bytemuck::cast_slice(&mesh.positions),
         bytemuck::cast_slice(&mesh.features),
@@ -138,9 +138,6 @@ fn arrays<'a>(
         bytemuck::cast_slice(uvs),
         bytemuck::cast_slice(&mesh.wedges.section),
         bytemuck::cast_slice(&mesh.triangles),
-        bytemuck::cast_slice(sections),
-        bytemuck::cast_slice(name_ends),
-        names,
     ]
 }
 
@@ -169,8 +166,10 @@ pub(crate) fn read(file: &mut impl Read, length: u64, key: MeshKey) -> Result<We
     let names: Vec<u8> = array(file, counts[9]).map_err(unreadable)?;
     let uvs = std::mem::take(&mut wedges.uv);
     let mut mesh = Mesh { positions, wedges, triangles, sections: Vec::new(), features };
-    let digests = arrays(&mesh, &uvs, &sections, (&name_ends, &names)).map(digest);
-    if header.checksum(digests) != header.checksum {
+    let small: [&[u8]; 3] =
+        [bytemuck::cast_slice(&sections), bytemuck::cast_slice(&name_ends), &names];
+    let arrays = large_arrays(&mesh, &uvs).into_iter().chain(small);
+    if header.checksum(arrays.map(digest)) != header.checksum {
         return Err("its checksum is wrong".into());
     }
     mesh.wedges.uv =

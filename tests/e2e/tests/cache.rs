@@ -1,8 +1,14 @@
 //! Results of optimisers on disk: found again, never trusted, never needed.
 
+mod common;
+
 use std::fs;
 use std::path::PathBuf;
 
+use busbar_geometry::{RawPrimitive, weld};
+use busbar_gltf_export::write_glb;
+use busbar_scene::Model;
+use common::{merged_yard, scene_of};
 use e2e::{Output, Scene, Stats, busbar, finish};
 use serde_json::json;
 
@@ -26,10 +32,14 @@ fn render(scene: &Scene) -> (Output, Stats, Vec<u8>) {
 
 /// Kept results; compiled pipelines lie beside them.
 fn files(scene: &Scene) -> Vec<PathBuf> {
+    files_like(scene, "stacks")
+}
+
+fn files_like(scene: &Scene, extension: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(scene.path("cache")).expect("the cache is there");
     let files = entries.map(|entry| entry.expect("it can be read").path());
     let mut files: Vec<_> =
-        files.filter(|path| path.extension() == Some("stacks".as_ref())).collect();
+        files.filter(|path| path.extension() == Some(extension.as_ref())).collect();
     files.sort();
     files
 }
@@ -99,4 +109,59 @@ fn a_cache_of_no_size_keeps_nothing() {
     scene.config["cache"] = json!({ "directory": "cache", "max_megabytes": 0 });
     render(&scene);
     assert!(!scene.path("cache").exists());
+}
+
+/// Hills of 51,200 triangles, in the yard's paint.
+fn hills() -> Model {
+    const SIDE: u32 = 160;
+    let at = |i: u32| {
+        let [x, z] = [i % (SIDE + 1), i / (SIDE + 1)].map(|steps| steps as f32 * 0.05);
+        glam::Vec3::new(x, 0.4 * x.sin() * z.cos(), z)
+    };
+    let cell = |i: u32| {
+        let corner = i / SIDE * (SIDE + 1) + i % SIDE;
+        let [a, b, c, d] = [corner, corner + 1, corner + SIDE + 1, corner + SIDE + 2];
+        [[a, c, b], [b, c, d]]
+    };
+    let ground = RawPrimitive {
+        positions: (0..(SIDE + 1) * (SIDE + 1)).map(at).collect(),
+        triangles: (0..SIDE * SIDE).flat_map(cell).collect(),
+        material: Some(0),
+        ..RawPrimitive::default()
+    };
+    Model {
+        meshes: vec![weld(&[ground]).expect("it is a mesh").0],
+        features: Vec::new(),
+        ..merged_yard()
+    }
+}
+
+#[test]
+fn a_large_mesh_is_kept_as_welded_and_welded_anew_where_its_file_is_damaged_or_edited() {
+    let mut scene = scene_of(&hills(), [320, 180]);
+    scene.config["cache"] = json!({ "directory": "cache" });
+    let (_, _, picture) = render(&scene);
+    let kept = files_like(&scene, "mesh");
+    assert_eq!(kept.len(), 1);
+    let bytes = fs::read(&kept[0]).expect("it is there");
+    let (output, _, again) = render(&scene);
+    assert!(again == picture && !output.stderr.contains("built anew"), "{}", output.stderr);
+
+    let mut altered = bytes.clone();
+    let middle = altered.len() / 2;
+    altered[middle] ^= 1;
+    fs::write(&kept[0], altered).expect("it can be written");
+    let (output, _, again) = render(&scene);
+    assert!(again == picture);
+    let note = format!("{} is built anew: its checksum is wrong", kept[0].display());
+    assert!(output.stderr.contains(&note), "{}", output.stderr);
+    assert_eq!(fs::read(&kept[0]).expect("it is there"), bytes, "it was kept again");
+
+    let mut edited = hills();
+    edited.meshes[0].positions.iter_mut().for_each(|position| position.y *= 2.0);
+    let file = write_glb(&edited).expect("it can be written");
+    fs::write(scene.path("model.glb"), file).expect("it can be written");
+    let (_, _, other) = render(&scene);
+    assert!(other != picture, "the old mesh is not shown for the new file");
+    assert_eq!(files_like(&scene, "mesh").len(), 2);
 }

@@ -5,10 +5,10 @@
 use std::sync::OnceLock;
 
 use busbar_geometry::{
-    Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, StackTables, removal_ranks,
-    weld,
+    Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, StackTables, WeldReport,
+    removal_ranks, weld,
 };
-use busbar_stack_cache::{CacheKey, Maker, probe};
+use busbar_stack_cache::{CacheKey, Maker, MeshKey, WeldedMesh, content_digest, probe};
 use glam::Vec3;
 
 /// Quads of the mesh, a strip.
@@ -20,11 +20,17 @@ struct Subject {
     key: CacheKey,
 }
 
+/// Of inputs about files of welded meshes.
+const MESH: u8 = 255;
+
 /// The first byte says what the rest is: changes of a good file, tables whose checksum is
-/// right, or collapses.
+/// right, or collapses; or changes of a welded mesh.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
     let Some((&kind, rest)) = bytes.split_first() else { return false };
     let subject = subject();
+    if kind == MESH {
+        return is_mesh_read(subject, rest);
+    }
     match kind % 3 {
         0 => is_read(subject, &changed(&good_file(subject), rest)),
         1 => {
@@ -58,6 +64,50 @@ fn is_read(subject: &Subject, bytes: &[u8]) -> bool {
         Err(reason) => {
             assert!(!reason.is_empty());
             assert_eq!(mesh.positions, subject.mesh.positions, "the mesh is left");
+            false
+        }
+    }
+}
+
+/// A file of the mesh with other bytes, or one whose checksum is right over other indices:
+/// what is taken can be made stacks of and shown.
+fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
+    let Some((&kind, rest)) = bytes.split_first() else { return false };
+    let key = MeshKey::of(content_digest(&[b"a file"]), 0);
+    let mut welded = WeldedMesh {
+        mesh: subject.mesh.clone(),
+        feature_names: vec!["T1".into()],
+        report: WeldReport::default(),
+    };
+    let file = if kind % 2 == 0 {
+        changed(&probe::mesh_file(key, &welded), rest)
+    } else {
+        let mesh = &mut welded.mesh;
+        for change in rest.chunks_exact(3) {
+            let (at, value) = (usize::from(change[1]), u32::from(change[2]));
+            let place = match change[0] % 6 {
+                0 => mesh.triangles.as_flattened_mut().get_mut(at),
+                1 => mesh.wedges.position.get_mut(at),
+                2 => mesh.wedges.section.get_mut(at),
+                3 => mesh.sections.get_mut(at).map(|section| &mut section.first_triangle),
+                4 => mesh.sections.get_mut(at).map(|section| &mut section.triangle_count),
+                _ => {
+                    mesh.features = vec![value; at];
+                    None
+                }
+            };
+            place.map_or((), |place| *place = value);
+        }
+        probe::mesh_file(key, &welded)
+    };
+    match probe::read_mesh(&file, key) {
+        Ok(WeldedMesh { mesh, .. }) => {
+            let positions = mesh.positions.len() as u32;
+            check(&CollapseStacks::build(mesh, &CollapseSequence::none(positions)));
+            true
+        }
+        Err(reason) => {
+            assert!(!reason.is_empty());
             false
         }
     }
