@@ -12,6 +12,8 @@ use crate::RenderError;
 use crate::features::{FeatureKit, MeshFeatures};
 use crate::frustum::Ball;
 use crate::material::{GpuMaterial, MaterialKit};
+use crate::resolver::Source;
+use crate::slender::SlenderWedges;
 
 /// Names an uploaded model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -54,8 +56,15 @@ pub(crate) struct GpuMesh {
     pub(crate) ball: Ball,
     /// Whether any section blends.
     pub(crate) blends: bool,
-    /// Whether it holds conductors, wires or rods.
-    pub(crate) is_slender: bool,
+    /// Conductors, wires and rods; `None` where it holds none.
+    pub(crate) slender: Option<Arc<SlenderWedges>>,
+}
+
+impl GpuMesh {
+    /// What its triangles are resolved from.
+    pub(crate) fn source(&self) -> Source<'_> {
+        Source { stacks: &self.stacks, slender: self.slender.as_ref() }
+    }
 }
 
 impl GpuModel {
@@ -83,7 +92,7 @@ impl GpuModel {
         stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
-        let (vertices, is_slender) = vertices_of(mesh);
+        let (vertices, slender) = vertices_of(mesh);
         let vertices = match vertices.as_slice() {
             [] => None,
             vertices => Some(recorder.upload_slice(arena, bytemuck::cast_slice(vertices))?),
@@ -94,7 +103,7 @@ impl GpuModel {
             features: feature_kit.upload(recorder, mesh)?,
             ball: ball_around(mesh),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
-            is_slender,
+            slender: slender.map(Arc::new),
         })
     }
 
@@ -114,9 +123,9 @@ fn ball_around(mesh: &Mesh) -> Ball {
 }
 
 /// Wedges are the vertices: a position with one set of attributes each. What is slender is
-/// round to the eye, too: its normals lead away from its axis. Whether there is any comes
-/// with them.
-fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, bool) {
+/// round to the eye, too: its normals lead away from its axis. Which are, if any, comes with
+/// them.
+fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, Option<SlenderWedges>) {
     let wedges = &mesh.wedges;
     let mut vertices: Vec<Vertex> = wedges
         .position
@@ -130,7 +139,7 @@ fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, bool) {
         .collect();
     let slender = mesh.slender_points();
     if slender.is_empty() {
-        return (vertices, false);
+        return (vertices, None);
     }
     let mut of_positions = vec![Vec3::ZERO; mesh.positions.len()];
     for point in &slender {
@@ -142,7 +151,9 @@ fn vertices_of(mesh: &Mesh) -> (Vec<Vertex>, bool) {
             vertex.normal_v[..3].copy_from_slice(&normal.to_array());
         }
     }
-    (vertices, true)
+    let is_slender = |wedge: usize| of_positions[wedges.position[wedge] as usize] != Vec3::ZERO;
+    let slender = SlenderWedges::of(vertices.len(), is_slender);
+    (vertices, Some(slender))
 }
 
 /// Files hold normals of any length, and a long one says something.
