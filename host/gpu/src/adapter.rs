@@ -29,6 +29,8 @@ pub(crate) struct Adapter {
     pub(crate) filters_depth: bool,
     /// The processor draws.
     pub(crate) is_software: bool,
+    /// Nothing is written to its memory as it is.
+    pub(crate) stages_all: bool,
     rank: u32,
 }
 
@@ -96,6 +98,7 @@ impl Adapter {
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
             filters_depth: filters_depth(instance, device),
             is_software: properties.device_type == vk::PhysicalDeviceType::CPU,
+            stages_all: false,
             rank: rank(properties.device_type),
         }))
     }

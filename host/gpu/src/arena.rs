@@ -182,6 +182,34 @@ mod tests {
     }
 
     #[test]
+    fn bytes_arrive_whether_device_memory_is_in_sight_or_not() {
+        for stages_all in [false, true] {
+            let options = GpuOptions { validation: true, stages_all, ..GpuOptions::default() };
+            let mut gpu = Gpu::headless(&options).unwrap();
+            let log = gpu.validation_log();
+            let mut arena = Arena::new("counts", BufferUsage::Counted);
+            let mut recorder = gpu.begin_transfer().unwrap();
+            let bytes = |slice: u8| vec![slice; 1000 * usize::from(slice)];
+            let slices: Vec<Slice> = (1..4)
+                .map(|slice| recorder.upload_slice(&mut arena, &bytes(slice)).unwrap())
+                .collect();
+            let single = recorder.upload_buffer("one", BufferUsage::Counted, &bytes(9)).unwrap();
+            let all = recorder.download_buffer(slices[0].buffer()).unwrap();
+            let one = recorder.download_buffer(&single).unwrap();
+            recorder.submit_and_wait().unwrap();
+            let all = all.contents().unwrap();
+            for (slice, number) in slices.iter().zip(1..) {
+                let start = slice.offset() as usize;
+                assert_eq!(all[start..start + slice.size() as usize], bytes(number));
+            }
+            assert_eq!(one.contents().unwrap(), bytes(9));
+            assert_eq!(single.is_in_sight(), !stages_all, "on a software rasteriser");
+            drop((slices, single, arena, gpu));
+            assert_eq!(log.messages(), Vec::<String>::new());
+        }
+    }
+
+    #[test]
     fn large_slices_have_blocks_of_their_own_which_go_with_them() {
         let mut gpu = open();
         let mut arena = Arena::new("vertices", BufferUsage::Vertex);

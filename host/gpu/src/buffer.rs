@@ -190,13 +190,34 @@ impl Buffer {
 
     /// Likewise, from some byte on.
     pub(crate) fn write_at(&self, start: usize, bytes: &[u8]) -> Result<(), GpuError> {
-        self.allocation()
-            .as_mut()
-            .and_then(Allocation::mapped_slice_mut)
-            .and_then(|memory| memory.get_mut(start..start + bytes.len()))
-            .ok_or(GpuError::Misuse("a write that does not fit its buffer"))?
-            .copy_from_slice(bytes);
+        self.write_by(start as u64, bytes.len() as u64, |into| into.copy_from_slice(bytes))
+    }
+
+    /// Likewise so many bytes, which `write` writes.
+    pub(crate) fn write_by(
+        &self,
+        start: u64,
+        bytes: u64,
+        write: impl FnOnce(&mut [u8]),
+    ) -> Result<(), GpuError> {
+        let range = start as usize..start.saturating_add(bytes) as usize;
+        let mut allocation = self.allocation();
+        let memory = allocation.as_mut().and_then(Allocation::mapped_slice_mut);
+        let place = memory.and_then(|memory| memory.get_mut(range));
+        write(place.ok_or(GpuError::Misuse("a write that does not fit its buffer"))?);
         Ok(())
+    }
+
+    /// Whether the processor writes to it as it is: of a software rasteriser, and where
+    /// device memory is the system's.
+    pub(crate) fn is_in_sight(&self) -> bool {
+        let is_coherent = |allocation: &Allocation| {
+            let properties = allocation.memory_properties();
+            properties.contains(vk::MemoryPropertyFlags::HOST_COHERENT)
+                && allocation.mapped_ptr().is_some()
+        };
+        let stages = self.0.device.adapter.stages_all;
+        !stages && self.allocation().as_ref().is_some_and(is_coherent)
     }
 
     /// What [`Recorder::download_buffer`](crate::Recorder::download_buffer) brought, once

@@ -24,7 +24,8 @@ impl Recorder<'_> {
         bytes: &[u8],
     ) -> Result<Buffer, GpuError> {
         let buffer = Buffer::on(self.device(), name, usage, bytes.len() as u64)?;
-        self.fill(&buffer, 0, bytes)?;
+        let write = |into: &mut [u8]| into.copy_from_slice(bytes);
+        self.fill(&buffer, 0, bytes.len() as u64, write)?;
         Ok(buffer)
     }
 
@@ -33,25 +34,54 @@ impl Recorder<'_> {
     /// # Errors
     /// When memory runs out.
     pub fn upload_slice(&mut self, arena: &mut Arena, bytes: &[u8]) -> Result<Slice, GpuError> {
-        let slice = arena.allocate(self.device(), bytes.len() as u64)?;
-        // Draws of other parts count as reads of the whole buffer.
-        let read = vk::MemoryBarrier2::default()
-            .src_stage_mask(
-                vk::PipelineStageFlags2::VERTEX_INPUT | vk::PipelineStageFlags2::COMPUTE_SHADER,
-            )
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER);
-        self.barriers(&[], &[read]);
-        self.fill(slice.buffer(), slice.offset(), bytes)?;
+        let write = |into: &mut [u8]| into.copy_from_slice(bytes);
+        self.upload_slice_by(arena, bytes.len() as u64, write)
+    }
+
+    /// A part of an arena's buffers that holds so many bytes once submitted, which `write`
+    /// writes: it is given memory in which anything may be.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn upload_slice_by(
+        &mut self,
+        arena: &mut Arena,
+        bytes: u64,
+        write: impl FnOnce(&mut [u8]),
+    ) -> Result<Slice, GpuError> {
+        let slice = arena.allocate(self.device(), bytes)?;
+        if !slice.buffer().is_in_sight() {
+            // Draws of other parts count as reads of the whole buffer.
+            let read = vk::MemoryBarrier2::default()
+                .src_stage_mask(
+                    vk::PipelineStageFlags2::VERTEX_INPUT | vk::PipelineStageFlags2::COMPUTE_SHADER,
+                )
+                .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER);
+            self.barriers(&[], &[read]);
+        }
+        self.fill(slice.buffer(), slice.offset(), bytes, write)?;
         Ok(slice)
     }
 
-    /// Copies bytes to a place in a buffer on the device, for all that reads it afterwards.
-    fn fill(&mut self, buffer: &Buffer, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
-        if bytes.is_empty() {
+    /// Has bytes written to a place in a buffer on the device, for all that reads it
+    /// afterwards. The GPU must not use the place yet.
+    fn fill(
+        &mut self,
+        buffer: &Buffer,
+        offset: u64,
+        bytes: u64,
+        write: impl FnOnce(&mut [u8]),
+    ) -> Result<(), GpuError> {
+        if bytes == 0 {
             return Ok(());
         }
-        let staging = self.stage(bytes)?;
-        let region = [vk::BufferCopy::default().dst_offset(offset).size(bytes.len() as u64)];
+        if buffer.is_in_sight() {
+            // Submitting makes it visible to the device (Vulkan specification, "Host Write
+            // Ordering Guarantees").
+            return buffer.write_by(offset, bytes, write);
+        }
+        let staging = self.stage(bytes, write)?;
+        let region = [vk::BufferCopy::default().dst_offset(offset).size(bytes)];
         // SAFETY: the commands are being recorded; both buffers hold so many
         // bytes there and live until the submission is finished.
         unsafe {
@@ -126,7 +156,7 @@ impl Recorder<'_> {
             return Err(GpuError::Misuse("a texture whose pixels do not fill its size"));
         }
         let image = Image::on(self.device(), description)?;
-        let staging = self.stage(pixels)?;
+        let staging = self.stage(needed, |into| into.copy_from_slice(pixels))?;
         self.use_image(&image, ImageUse::CopyTarget);
         self.copy_to_image(staging.raw(), &image);
         self.fill_levels(&image);
@@ -187,13 +217,12 @@ impl Recorder<'_> {
         }
     }
 
-    fn stage(&mut self, bytes: &[u8]) -> Result<Buffer, GpuError> {
-        let size = bytes.len() as u64;
+    fn stage(&mut self, size: u64, write: impl FnOnce(&mut [u8])) -> Result<Buffer, GpuError> {
         if self.staged_bytes > 0 && self.staged_bytes + size > MAX_STAGED_BYTES {
             self.flush()?;
         }
         let staging = Buffer::on(self.device(), "staging", BufferUsage::Staging, size)?;
-        staging.write(bytes)?;
+        staging.write_by(0, size, write)?;
         self.staged_bytes += size;
         Ok(staging)
     }

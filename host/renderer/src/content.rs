@@ -1,9 +1,7 @@
 //! Models and all they are drawn with; records frames and picks.
 
-use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_geometry::CollapseStacks;
 use busbar_gpu::{Arena, Binding, BufferUsage, DrawCount, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
 use rayon::prelude::*;
 
@@ -15,7 +13,7 @@ use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::layer::ready;
 use crate::material::MaterialKit;
-use crate::model::GpuModel;
+use crate::model::{GpuMesh, GpuModel};
 use crate::morph::Morpher;
 use crate::occlusion::Occlusion;
 use crate::outline::Outlines;
@@ -178,12 +176,12 @@ impl Content {
         let Self { models, cache, morpher, resolver, .. } = self;
         let missing = wanted.filter_map(|wanted| {
             let (Wanted::Mesh(at) | Wanted::Way(at)) = wanted;
-            let (key, stacks) = find(models, &at)?;
+            let (key, mesh) = find(models, &at)?;
             let (request, is_there) = match wanted {
                 Wanted::Mesh(_) => (Request::Triangles(key), cache.get(key).is_some()),
                 Wanted::Way(_) => (Request::Standing(key), morpher.is_ready(key)),
             };
-            (!is_there).then_some((request, stacks))
+            (!is_there).then_some((request, mesh.source()))
         });
         resolver.request(missing);
     }
@@ -222,12 +220,13 @@ impl Content {
             if let (true, None, Some(model)) =
                 (is_new, self.cache.get(batch.key), &self.models[batch.key.model as usize])
             {
-                missing.push((batch.key, &model.meshes[batch.key.mesh as usize].stacks));
+                missing.push((batch.key, &model.meshes[batch.key.mesh as usize]));
             }
         }
         for some in missing.chunks(MAX_RESOLVED_AT_ONCE) {
-            let resolve = |&(key, stacks): &(IndexKey, &Arc<CollapseStacks>)| {
-                (key, ResolvedTriangles::of(stacks, key.cursor))
+            let resolve = |&(key, mesh): &(IndexKey, &GpuMesh)| {
+                let slender = mesh.slender.as_deref();
+                (key, ResolvedTriangles::of(&mesh.stacks, slender, key.cursor))
             };
             let resolved: Vec<_> = some.par_iter().map(resolve).collect();
             for (key, resolved) in resolved {
@@ -457,16 +456,16 @@ impl Content {
     }
 }
 
-/// The cache's key of a mesh at a cursor, and its stacks; `None` for what is
+/// The cache's key of a mesh at a cursor, and the mesh; `None` for what is
 /// not there.
 pub(crate) fn find<'a>(
     models: &'a [Option<GpuModel>],
     at: &MeshAtCursor,
-) -> Option<(IndexKey, &'a Arc<CollapseStacks>)> {
+) -> Option<(IndexKey, &'a GpuMesh)> {
     let model = models.get(at.model.0 as usize)?.as_ref()?;
-    let stacks = &model.meshes.get(at.mesh as usize)?.stacks;
-    let cursor = at.cursor.min(stacks.collapse_count());
-    Some((IndexKey { model: at.model.0, mesh: at.mesh, cursor }, stacks))
+    let mesh = model.meshes.get(at.mesh as usize)?;
+    let cursor = at.cursor.min(mesh.stacks.collapse_count());
+    Some((IndexKey { model: at.model.0, mesh: at.mesh, cursor }, mesh))
 }
 
 pub(crate) fn millis_since(start: Instant) -> f64 {

@@ -1,12 +1,12 @@
 //! Index buffers of meshes at cursors.
 
 use std::collections::HashMap;
-use std::ops::Range;
 
 use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
 
 use crate::RenderError;
 use crate::resolver::ResolvedTriangles;
+use crate::slender::SectionRange;
 
 /// Bytes of index buffers that are kept beyond what the current frame needs.
 pub const MAX_CACHED_INDEX_BYTES: u64 = 256 << 20;
@@ -30,7 +30,7 @@ pub(crate) struct ResolvedIndices {
     /// `None` when no triangle lives.
     pub(crate) indices: Option<Slice>,
     /// For each section, its range among them.
-    pub(crate) sections: Vec<Range<u32>>,
+    pub(crate) sections: Vec<SectionRange>,
     pub(crate) triangles: u32,
     bytes: u64,
     made_at: u64,
@@ -206,7 +206,7 @@ fn upload(
     };
     Ok(ResolvedIndices {
         indices: slice,
-        sections: resolved.sections.iter().map(|range| range.start * 3..range.end * 3).collect(),
+        sections: resolved.sections.iter().map(SectionRange::indices).collect(),
         triangles: resolved.triangles.len() as u32,
         bytes: indices.len() as u64 + ENTRY_BYTES,
         made_at: clock,

@@ -38,6 +38,7 @@ mod roster;
 mod scene_pass;
 mod section;
 mod shadows;
+mod slender;
 mod stream;
 mod targets;
 mod uniform;

@@ -12,6 +12,8 @@ use crate::RenderError;
 use crate::features::{FeatureKit, MeshFeatures};
 use crate::frustum::Ball;
 use crate::material::{GpuMaterial, MaterialKit};
+use crate::resolver::Source;
+use crate::slender::SlenderWedges;
 
 /// Names an uploaded model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -54,8 +56,15 @@ pub(crate) struct GpuMesh {
     pub(crate) ball: Ball,
     /// Whether any section blends.
     pub(crate) blends: bool,
-    /// Whether it holds conductors, wires or rods.
-    pub(crate) is_slender: bool,
+    /// Conductors, wires and rods; `None` where it holds none.
+    pub(crate) slender: Option<Arc<SlenderWedges>>,
+}
+
+impl GpuMesh {
+    /// What its triangles are resolved from.
+    pub(crate) fn source(&self) -> Source<'_> {
+        Source { stacks: &self.stacks, slender: self.slender.as_ref() }
+    }
 }
 
 impl GpuModel {
@@ -83,18 +92,24 @@ impl GpuModel {
         stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
-        let (vertices, is_slender) = vertices_of(stacks);
-        let vertices = match vertices.as_slice() {
-            [] => None,
-            vertices => Some(recorder.upload_slice(arena, bytemuck::cast_slice(vertices))?),
+        let outward = slender_normals(stacks);
+        let bytes = mesh.wedges.len() * size_of::<Vertex>();
+        let write = |bytes: &mut [u8]| write_vertices(mesh, &outward, bytes);
+        let vertices = match bytes {
+            0 => None,
+            bytes => Some(recorder.upload_slice_by(arena, bytes as u64, write)?),
         };
+        let slender = (!outward.is_empty()).then(|| {
+            let of_wedge = |wedge: usize| outward[mesh.wedges.position[wedge] as usize];
+            SlenderWedges::of(mesh.wedges.len(), |wedge| of_wedge(wedge) != Vec3::ZERO)
+        });
         Ok(GpuMesh {
             stacks: Arc::clone(stacks),
             vertices,
             features: feature_kit.upload(recorder, mesh)?,
             ball: ball_around(mesh),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
-            is_slender,
+            slender: slender.map(Arc::new),
         })
     }
 
@@ -113,37 +128,38 @@ fn ball_around(mesh: &Mesh) -> Ball {
     Ball { center, radius }
 }
 
-/// Wedges are the vertices: a position with one set of attributes each. What is slender is
-/// round to the eye, too: its normals lead away from its axis. Whether there is any comes
-/// with them.
-fn vertices_of(stacks: &CollapseStacks) -> (Vec<Vertex>, bool) {
-    let mesh = stacks.mesh();
+/// Of what is slender, the normals that it is drawn with, by position: it is round to the
+/// eye, so they lead away from its axis, longer than one by its radius. Zero elsewhere, and
+/// none where nothing is slender.
+fn slender_normals(stacks: &CollapseStacks) -> Vec<Vec3> {
+    let points = stacks.slender_points();
+    if points.is_empty() {
+        return Vec::new();
+    }
+    let mut normals = vec![Vec3::ZERO; stacks.mesh().positions.len()];
+    for point in points {
+        normals[point.position as usize] = point.outward * (SLENDER + point.radius);
+    }
+    normals
+}
+
+/// Wedges are the vertices: a position with one set of attributes each. They are written in
+/// order and never read: device memory that the processor sees may be slow to read.
+fn write_vertices(mesh: &Mesh, slender: &[Vec3], into: &mut [u8]) {
     let wedges = &mesh.wedges;
-    let mut vertices: Vec<Vertex> = wedges
-        .position
-        .iter()
-        .zip(&wedges.normal)
-        .zip(&wedges.uv)
-        .map(|((&position, normal), uv)| Vertex {
-            position_u: mesh.positions[position as usize].extend(uv.x).to_array(),
-            normal_v: unit_at_most(*normal).extend(uv.y).to_array(),
-        })
-        .collect();
-    let slender = stacks.slender_points();
-    if slender.is_empty() {
-        return (vertices, false);
+    let normal_at = |position: usize, own: Vec3| match slender.get(position) {
+        Some(&normal) if normal != Vec3::ZERO => normal,
+        _ => unit_at_most(own),
+    };
+    let wedges = wedges.position.iter().zip(&wedges.normal).zip(&wedges.uv);
+    let (places, _) = into.as_chunks_mut::<{ size_of::<Vertex>() }>();
+    for (place, ((&position, &normal), uv)) in places.iter_mut().zip(wedges) {
+        let position = position as usize;
+        *place = bytemuck::cast(Vertex {
+            position_u: mesh.positions[position].extend(uv.x).to_array(),
+            normal_v: normal_at(position, normal).extend(uv.y).to_array(),
+        });
     }
-    let mut of_positions = vec![Vec3::ZERO; mesh.positions.len()];
-    for point in slender {
-        of_positions[point.position as usize] = point.outward * (SLENDER + point.radius);
-    }
-    for (vertex, &position) in vertices.iter_mut().zip(&wedges.position) {
-        let normal = of_positions[position as usize];
-        if normal != Vec3::ZERO {
-            vertex.normal_v[..3].copy_from_slice(&normal.to_array());
-        }
-    }
-    (vertices, true)
 }
 
 /// Files hold normals of any length, and a long one says something.

@@ -86,7 +86,7 @@ pub(crate) struct Shading {
     plain: Option<Pipeline>,
     /// Whether that shows only fronts, and only what does not shine by itself.
     plain_is_narrow: bool,
-    /// For meshes that hold slender things.
+    /// For what is slender.
     slender: Option<Slender>,
 }
 
@@ -99,6 +99,11 @@ struct Slender {
 impl Shading {
     fn of_one(any: Pipeline) -> Self {
         Self { any, without_features: None, plain: None, plain_is_narrow: false, slender: None }
+    }
+
+    /// Whether what is slender has pipelines of its own.
+    pub(crate) fn widens(&self) -> bool {
+        self.slender.is_some()
     }
 
     /// The fastest pipeline that will do, and its place among them.

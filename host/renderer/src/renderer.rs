@@ -121,7 +121,7 @@ impl Renderer {
             validation: options.validation,
             device: choice.device,
             pipeline_cache: choice.pipeline_cache,
-            log: ValidationLog::default(),
+            ..GpuOptions::default()
         };
         let RendererOptions { quality, samples, .. } = options;
         Self::on(Origin { gpu, quality, samples, window }, size)

@@ -9,11 +9,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use busbar_geometry::CollapseStacks;
+use busbar_geometry::{CollapseStacks, ResolvedMesh};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::RenderError;
 use crate::index_cache::IndexKey;
+use crate::slender::{SectionRange, SlenderWedges};
 
 /// Requests that are worked on or wait for their upload. What is beyond them
 /// is asked for again in a later frame.
@@ -25,18 +26,35 @@ pub const MAX_PENDING_RESOLVE_BYTES: u64 = 256 << 20;
 /// Threads that resolve. Half of the cores at most: the frames need theirs.
 const MAX_RESOLVE_THREADS: usize = 4;
 
+/// What is resolved.
+#[derive(Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub(crate) stacks: &'a Arc<CollapseStacks>,
+    /// `None` for a mesh without slender things.
+    pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
+}
+
 /// The live triangles of a mesh at a cursor, as the index buffer will hold them.
 pub(crate) struct ResolvedTriangles {
     /// Corners as wedge indices.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
-    pub(crate) sections: Vec<std::ops::Range<u32>>,
+    pub(crate) sections: Vec<SectionRange>,
 }
 
 impl ResolvedTriangles {
-    pub(crate) fn of(stacks: &CollapseStacks, cursor: u32) -> Self {
-        let resolved = stacks.resolve(cursor);
-        Self { triangles: resolved.triangles, sections: resolved.sections }
+    pub(crate) fn of(
+        stacks: &CollapseStacks,
+        slender: Option<&SlenderWedges>,
+        cursor: u32,
+    ) -> Self {
+        let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
+        let sections = sections.into_iter().map(|section| match slender {
+            Some(slender) => slender.part(&mut triangles, section),
+            None => SectionRange::without_slender(section),
+        });
+        let sections = sections.collect();
+        Self { triangles, sections }
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -67,9 +85,11 @@ impl Request {
         }
     }
 
-    fn resolve(self, stacks: &CollapseStacks) -> Resolved {
+    fn resolve(self, stacks: &CollapseStacks, slender: Option<&SlenderWedges>) -> Resolved {
         match self {
-            Self::Triangles(key) => Resolved::Triangles(ResolvedTriangles::of(stacks, key.cursor)),
+            Self::Triangles(key) => {
+                Resolved::Triangles(ResolvedTriangles::of(stacks, slender, key.cursor))
+            }
             Self::Standing(key) => Resolved::Standing(stacks.standing_wedges(key.cursor)),
         }
     }
@@ -137,23 +157,20 @@ impl Resolver {
 
     /// Replaces all requests, the most urgent first; those that were there
     /// already go on.
-    pub(crate) fn request<'a>(
-        &mut self,
-        wanted: impl Iterator<Item = (Request, &'a Arc<CollapseStacks>)>,
-    ) {
+    pub(crate) fn request<'a>(&mut self, wanted: impl Iterator<Item = (Request, Source<'a>)>) {
         let mut seen = HashSet::new();
         let wanted: Vec<_> = wanted.filter(|(request, _)| seen.insert(*request)).collect();
         self.drop_where(|request| !seen.contains(request));
-        for (request, stacks) in wanted {
-            if !self.pending.contains_key(&request) && !self.begin(request, stacks) {
+        for (request, source) in wanted {
+            if !self.pending.contains_key(&request) && !self.begin(request, source) {
                 break;
             }
         }
     }
 
     /// Gives a request to the workers, unless there are too many.
-    fn begin(&mut self, request: Request, stacks: &Arc<CollapseStacks>) -> bool {
-        let bytes = request.max_bytes(stacks);
+    fn begin(&mut self, request: Request, source: Source<'_>) -> bool {
+        let bytes = request.max_bytes(source.stacks);
         let fits = self.pending_bytes + bytes <= MAX_PENDING_RESOLVE_BYTES;
         if self.pending.len() >= MAX_PENDING_RESOLVES || !(fits || self.pending.is_empty()) {
             return false;
@@ -163,11 +180,13 @@ impl Resolver {
         self.next_ticket += 1;
         self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
-        let (stacks, sender) = (Arc::clone(stacks), self.sender.clone());
+        let (stacks, slender) = (Arc::clone(source.stacks), source.slender.map(Arc::clone));
+        let sender = self.sender.clone();
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
+                let resolved = request.resolve(&stacks, slender.as_deref());
                 // Nobody listens any more when the renderer has gone.
-                let _ = sender.send((ticket, (request, request.resolve(&stacks))));
+                let _ = sender.send((ticket, (request, resolved)));
             }
         });
         true
@@ -241,6 +260,10 @@ mod tests {
         Arc::new(CollapseStacks::build(mesh, &sequence))
     }
 
+    fn whole(stacks: &Arc<CollapseStacks>) -> Source<'_> {
+        Source { stacks, slender: None }
+    }
+
     fn mesh(cursor: u32) -> Request {
         Request::Triangles(IndexKey { model: 0, mesh: 0, cursor })
     }
@@ -264,16 +287,17 @@ mod tests {
     fn results_are_those_of_resolving_at_once() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
         let cursors = [50, 0, 7, 50, 101, 7];
-        resolver.request(cursors.iter().map(|&cursor| (mesh(cursor), &stacks)));
+        resolver.request(cursors.iter().map(|&cursor| (mesh(cursor), whole(&stacks))));
         assert_eq!(resolver.waiting(), 4, "each once");
         for _ in 0..4 {
             let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
             let expected = stacks.resolve(request.key().cursor);
             let Resolved::Triangles(resolved) = resolved else { panic!("triangles") };
             assert_eq!(resolved.triangles, expected.triangles);
-            assert_eq!(resolved.sections, expected.sections);
+            let sections: Vec<_> = resolved.sections.into_iter().map(|range| range.all).collect();
+            assert_eq!(sections, expected.sections);
         }
-        resolver.request([(way(50), &stacks)].into_iter());
+        resolver.request([(way(50), whole(&stacks))].into_iter());
         let (request, resolved) = wait_for_one(&mut resolver, u64::MAX).unwrap();
         let Resolved::Standing(standing) = resolved else { panic!("standing vertices") };
         assert_eq!((request, standing), (way(50), stacks.standing_wedges(50)));
@@ -283,15 +307,15 @@ mod tests {
     #[test]
     fn what_is_not_asked_for_again_is_dropped() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(1000));
-        resolver.request((0..100).map(|cursor| (mesh(cursor), &stacks)));
-        resolver.request([(mesh(99), &stacks), (mesh(500), &stacks)].into_iter());
+        resolver.request((0..100).map(|cursor| (mesh(cursor), whole(&stacks))));
+        resolver.request([(mesh(99), whole(&stacks)), (mesh(500), whole(&stacks))].into_iter());
         assert_eq!(resolver.waiting(), 2);
         let mut cursors =
             [(); 2].map(|()| wait_for_one(&mut resolver, u64::MAX).unwrap().0.key().cursor);
         cursors.sort_unstable();
         assert_eq!(cursors, [99, 500]);
         // Everything begun is through the queue once this one is.
-        resolver.request([(mesh(501), &stacks)].into_iter());
+        resolver.request([(mesh(501), whole(&stacks))].into_iter());
         assert_eq!(wait_for_one(&mut resolver, u64::MAX).unwrap().0, mesh(501));
         assert!(resolver.take(u64::MAX).is_none());
     }
@@ -299,21 +323,21 @@ mod tests {
     #[test]
     fn requests_are_bounded_in_number_and_bytes() {
         let (mut resolver, small) = (Resolver::new().unwrap(), stacks(2000));
-        resolver.request((0..2000).map(|cursor| (mesh(cursor), &small)));
+        resolver.request((0..2000).map(|cursor| (mesh(cursor), whole(&small))));
         assert_eq!(resolver.waiting(), MAX_PENDING_RESOLVES);
         let mut done = 0;
         while done < 2000 {
             let (finished, _) = wait_for_one(&mut resolver, u64::MAX).unwrap();
             done += 1;
             let left = (0..2000).filter(|&cursor| cursor > finished.key().cursor);
-            resolver.request(left.map(|cursor| (mesh(cursor), &small)));
+            resolver.request(left.map(|cursor| (mesh(cursor), whole(&small))));
             assert!(resolver.waiting() <= MAX_PENDING_RESOLVES);
             done = done.max(finished.key().cursor + 1);
         }
         resolver.pending_bytes = MAX_PENDING_RESOLVE_BYTES;
-        resolver.request([(mesh(0), &small)].into_iter());
+        resolver.request([(mesh(0), whole(&small))].into_iter());
         assert_eq!(resolver.waiting(), 1, "one always");
-        resolver.request([(mesh(0), &small), (mesh(1), &small)].into_iter());
+        resolver.request([(mesh(0), whole(&small)), (mesh(1), whole(&small))].into_iter());
         assert_eq!(resolver.waiting(), 1);
         resolver.pending_bytes -= MAX_PENDING_RESOLVE_BYTES;
     }
@@ -321,8 +345,8 @@ mod tests {
     #[test]
     fn a_result_waits_until_it_fits() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
-        resolver.request([(mesh(0), &stacks)].into_iter());
-        let bytes = ResolvedTriangles::of(&stacks, 0).bytes();
+        resolver.request([(mesh(0), whole(&stacks))].into_iter());
+        let bytes = ResolvedTriangles::of(&stacks, None, 0).bytes();
         let start = Instant::now();
         while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {
             assert!(resolver.take(bytes - 1).is_none());

@@ -18,7 +18,7 @@ pub(crate) enum Sections {
     Blended,
 }
 
-/// Draws a plan: a draw a section of each batch.
+/// Draws a plan: a draw a section of each batch, and one for what is slender in it.
 pub(crate) struct SceneDrawer<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a IndexCache,
@@ -121,31 +121,36 @@ impl<'a> SceneDrawer<'a> {
                 Sections::Opaque => !material.blends,
                 Sections::Blended => material.blends,
             };
-            if !is_wanted || range.is_empty() {
+            if !is_wanted {
                 continue;
             }
-            let (place, pipeline) = shading.pipeline(batch.highlights, material, mesh.is_slender);
             let cull_back = !material.double_sided && !self.shows_backs;
             let ways = [cull_back, batch.mirrored, mesh.features.is_some()];
             let features = self.feature_kit.group(mesh.features.as_ref());
             let last = self.more.unwrap_or(self.frame_group);
-            sections.push(Section {
-                order: (place, ways, material.number, [vertices.block, indices.block()]),
-                groups: [self.frame_group, features, &material.group, last],
-                draw: Draw {
-                    pipeline,
-                    groups: &[],
-                    vertices: vertices.buffer,
-                    vertex_offset: vertices.offset,
-                    first_vertex: vertices.first,
-                    instances: self.instances,
-                    indices: indices.buffer(),
-                    index_range: first_index + range.start..first_index + range.end,
-                    instance_range: batch.instances.clone(),
-                    cull_back,
-                    mirrored: batch.mirrored,
-                },
-            });
+            for (is_slender, part) in range.parts(shading.widens()) {
+                if part.is_empty() {
+                    continue;
+                }
+                let (place, pipeline) = shading.pipeline(batch.highlights, material, is_slender);
+                sections.push(Section {
+                    order: (place, ways, material.number, [vertices.block, indices.block()]),
+                    groups: [self.frame_group, features, &material.group, last],
+                    draw: Draw {
+                        pipeline,
+                        groups: &[],
+                        vertices: vertices.buffer,
+                        vertex_offset: vertices.offset,
+                        first_vertex: vertices.first,
+                        instances: self.instances,
+                        indices: indices.buffer(),
+                        index_range: first_index + part.start..first_index + part.end,
+                        instance_range: batch.instances.clone(),
+                        cull_back,
+                        mirrored: batch.mirrored,
+                    },
+                });
+            }
         }
     }
 

@@ -21,8 +21,13 @@ const VISIBLE: u8 = 8;
 
 /// A wire along x through the whole picture, in pieces as long as asked for.
 fn wire(pieces: u32) -> Mesh {
-    const SIDES: u32 = 6;
     let mut primitive = RawPrimitive { material: Some(0), ..Default::default() };
+    add_wire(&mut primitive, pieces);
+    weld(&[primitive]).unwrap().0
+}
+
+fn add_wire(primitive: &mut RawPrimitive, pieces: u32) {
+    const SIDES: u32 = 6;
     for piece in 0..pieces {
         let first = primitive.positions.len() as u32;
         for ring in 0..2 {
@@ -39,7 +44,14 @@ fn wire(pieces: u32) -> Mesh {
             primitive.triangles.extend([[a, b, b + SIDES], [a, b + SIDES, a + SIDES]]);
         }
     }
-    weld(&[primitive]).unwrap().0
+}
+
+/// A square plate behind the wire, above and below it.
+fn add_plate(primitive: &mut RawPrimitive) {
+    let first = primitive.positions.len() as u32;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    primitive.positions.extend(corners.map(|[x, y]| Vec3::new(x, y, -0.5)));
+    primitive.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|corner| first + corner)));
 }
 
 fn white() -> Material {
@@ -126,4 +138,30 @@ fn it_is_picked_where_it_is_seen() {
             assert_eq!(id == Some(7), lit(at), "{at:?}");
         }
     });
+}
+
+#[test]
+fn what_is_beside_a_wire_is_drawn_as_it_would_be_without() {
+    for samples in [1, 4] {
+        with_each_quality(samples, |renderer| {
+            let mut upload_all = |parts: &[fn(&mut RawPrimitive)]| {
+                let mut primitive = RawPrimitive { material: Some(0), ..Default::default() };
+                parts.iter().for_each(|add| add(&mut primitive));
+                upload(renderer, weld(&[primitive]).unwrap().0, &[white()], &[])
+            };
+            let wire: fn(&mut RawPrimitive) = |primitive| add_wire(primitive, 1);
+            let together = upload_all(&[wire, add_plate]);
+            let apart = [upload_all(&[add_plate]), upload_all(&[wire])];
+            let at = Mat4::from_rotation_z(0.07);
+            let one = [instance(together, at, 7)];
+            let two = apart.map(|model| instance(model, at, 7));
+            let stats = renderer.draw(&frame(&one)).unwrap();
+            assert_eq!((stats.triangles, stats.draw_calls), (14, 2));
+            let expected = picture(renderer, &frame(&two));
+            assert_eq!(picture(renderer, &frame(&one)), expected, "{samples} samples");
+            let [picked, alike] = [&one[..], &two].map(|of| renderer.pick_all(&frame(of)).unwrap());
+            assert_eq!(picked, alike);
+            assert!(picked.contains(&Some(7)) && picked.contains(&None));
+        });
+    }
 }
