@@ -8,13 +8,19 @@ use crate::DrawInstance;
 /// Changes that a list remembers; who has not seen older ones looks through all of it.
 pub const MAX_DRAW_CHANGES: usize = 1 << 14;
 
+/// In place of an index: nothing is drawn there.
+const EMPTY: u32 = u32::MAX;
+
 /// What is drawn, in numbered places that may be empty. It knows what changed, so that a
 /// frame costs by what changed and not by what there is.
 ///
 /// Its revisions are like no other list's: a copy goes its own way from where it was made.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
-    places: Vec<Option<DrawInstance>>,
+    /// Of each place its index in `drawn`, or [`EMPTY`].
+    places: Vec<u32>,
+    /// What there is, in no order, and in which place: of a great scene that is little.
+    drawn: Vec<(u32, DrawInstance)>,
     revision: u64,
     /// The revision before the first of `changes`.
     base: u64,
@@ -35,28 +41,54 @@ impl DrawList {
 
     /// What is in a place.
     pub fn get(&self, place: usize) -> Option<&DrawInstance> {
-        self.places.get(place)?.as_ref()
+        self.at(*self.places.get(place)?)
     }
 
-    /// All that is drawn.
+    /// All that is drawn, in the order of places.
     pub fn iter(&self) -> impl Iterator<Item = &DrawInstance> {
-        self.places.iter().flatten()
+        self.places.iter().filter_map(|&index| self.at(index))
+    }
+
+    /// All that is drawn, with its places, in their order.
+    pub(crate) fn placed(&self) -> impl Iterator<Item = (u32, &DrawInstance)> {
+        (0..).zip(&self.places).filter_map(|(place, &index)| Some((place, self.at(index)?)))
+    }
+
+    fn at(&self, index: u32) -> Option<&DrawInstance> {
+        // `EMPTY` is beyond all.
+        self.drawn.get(index as usize).map(|(_, drawn)| drawn)
     }
 
     /// Puts something into a place, or empties it; places up to it are made.
     pub fn set(&mut self, place: usize, drawn: Option<DrawInstance>) {
         if place >= self.places.len() {
-            self.places.resize(place + 1, None);
-        } else if self.places[place] == drawn {
+            self.places.resize(place + 1, EMPTY);
+        }
+        let index = self.places[place];
+        if self.at(index) == drawn.as_ref() {
             return;
         }
-        self.places[place] = drawn;
+        match (self.drawn.get_mut(index as usize), drawn) {
+            (Some((_, known)), Some(drawn)) => *known = drawn,
+            (None, Some(drawn)) => {
+                self.places[place] = self.drawn.len() as u32;
+                self.drawn.push((place as u32, drawn));
+            }
+            (_, None) => {
+                self.places[place] = EMPTY;
+                self.drawn.swap_remove(index as usize);
+                if let Some(&(moved, _)) = self.drawn.get(index as usize) {
+                    self.places[moved as usize] = index;
+                }
+            }
+        }
         self.note(place);
     }
 
     /// Tints what is in a place.
     pub fn set_highlight(&mut self, place: usize, highlight: [f32; 4]) {
-        if let Some(Some(drawn)) = self.places.get_mut(place)
+        let index = self.places.get(place).copied().unwrap_or(EMPTY);
+        if let Some((_, drawn)) = self.drawn.get_mut(index as usize)
             && drawn.highlight != highlight
         {
             drawn.highlight = highlight;
@@ -153,6 +185,23 @@ mod tests {
         assert_eq!(changed(&list, one), Some(vec![0, 2, 0]));
         assert_eq!(changed(&list, empty), Some(vec![2, 0, 2, 0]));
         assert_eq!((list.get(0), list.get(9)), (None, None));
+    }
+
+    #[test]
+    fn places_keep_what_is_in_them_whatever_leaves_others() {
+        let mut list = DrawList::default();
+        for place in [5, 1, 3, 0] {
+            list.set(place, drawn(place as u32));
+        }
+        list.set(1, None);
+        list.set(1, None);
+        list.set(5, None);
+        list.set(4, drawn(4));
+        let objects: Vec<u32> = list.iter().map(|drawn| drawn.object).collect();
+        assert_eq!(objects, [0, 3, 4]);
+        let held = (0..7).map(|place| list.get(place).map(|drawn| drawn.object));
+        let expected = [Some(0), None, None, Some(3), Some(4), None, None];
+        assert!(held.eq(expected));
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! what is drawn alone, not on how it came to be, so that the same frame gives the same
 //! picture.
 
+use std::collections::HashMap;
+
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
@@ -32,6 +34,8 @@ pub(crate) struct Members {
     /// Around each, world space: beside each other, since whoever looks goes through all
     /// of them while the caches hold the last picture.
     pub(crate) balls: Vec<Ball>,
+    /// Indices in [`Roster::instances`].
+    pub(crate) slots: Vec<u32>,
 }
 
 /// A list in order.
@@ -39,10 +43,12 @@ pub(crate) struct Members {
 pub(crate) struct Roster {
     /// That of the list, where it is one that is kept.
     revision: Option<u64>,
-    /// The kind in each place, `None` where it is empty.
-    kinds: Vec<Option<Kind>>,
-    /// By place; features are named, but not tinted yet.
+    /// The kind in each place that is not empty, and the index of its instance.
+    kinds: HashMap<u32, (Kind, u32), foldhash::fast::RandomState>,
+    /// In no order; features are named, but not tinted yet.
     pub(crate) instances: Vec<Instance>,
+    /// Indices of instances that are there no more.
+    free: Vec<u32>,
     /// In order.
     members: Vec<Members>,
 }
@@ -57,11 +63,11 @@ impl Roster {
         // After an error nothing is known.
         let known = self.revision.take();
         match instances {
-            Instances::Listed(listed) => self.fill(models, listed.iter().map(Some)),
+            Instances::Listed(listed) => self.fill(models, (0..).zip(listed)),
             Instances::Kept(list) => {
                 match known.and_then(|revision| list.changed_since(revision)) {
                     Some(changed) => self.follow_changes(models, list, changed)?,
-                    None => self.fill(models, (0..list.len()).map(|place| list.get(place)))?,
+                    None => self.fill(models, list.placed())?,
                 }
                 self.revision = Some(list.revision());
                 Ok(())
@@ -81,27 +87,26 @@ impl Roster {
     fn fill<'a>(
         &mut self,
         models: &[Option<GpuModel>],
-        drawn: impl Iterator<Item = Option<&'a DrawInstance>>,
+        drawn: impl Iterator<Item = (u32, &'a DrawInstance)>,
     ) -> Result<(), RenderError> {
         self.kinds.clear();
         self.instances.clear();
+        self.free.clear();
         self.members.clear();
-        let mut order: Vec<(Kind, u32)> = Vec::new();
-        let mut balls: Vec<Ball> = Vec::new();
-        for (drawn, place) in drawn.zip(0..) {
-            let drawn = drawn.map(|drawn| InOrder::of(models, drawn)).transpose()?;
-            let kind = drawn.as_ref().map(|drawn| drawn.kind);
-            order.extend(kind.map(|kind| (kind, place)));
-            self.kinds.push(kind);
-            balls.push(drawn.as_ref().map_or(Ball::default(), |drawn| drawn.ball));
-            self.instances.push(drawn.map_or(Instance::default(), |drawn| drawn.instance));
-        }
-        order.sort_unstable();
-        let of_kinds = order.chunk_by(|(a, _), (b, _)| a == b);
+        let mut order = drawn
+            .map(|(place, drawn)| Ok((place, InOrder::of(models, drawn)?)))
+            .collect::<Result<Vec<(u32, InOrder)>, RenderError>>()?;
+        order.sort_unstable_by_key(|(place, drawn)| (drawn.kind, *place));
+        self.instances.extend(order.iter().map(|(_, drawn)| drawn.instance));
+        let known = (0..).zip(&order).map(|(slot, (place, drawn))| (*place, (drawn.kind, slot)));
+        self.kinds.extend(known);
+        let mut next = 0..;
+        let of_kinds = order.chunk_by(|(_, a), (_, b)| a.kind == b.kind);
         self.members.extend(of_kinds.map(|of_kind| Members {
-            kind: of_kind[0].0,
-            places: of_kind.iter().map(|&(_, place)| place).collect(),
-            balls: of_kind.iter().map(|&(_, place)| balls[place as usize]).collect(),
+            kind: of_kind[0].1.kind,
+            places: of_kind.iter().map(|(place, _)| *place).collect(),
+            balls: of_kind.iter().map(|(_, drawn)| drawn.ball).collect(),
+            slots: next.by_ref().take(of_kind.len()).collect(),
         }));
         Ok(())
     }
@@ -112,31 +117,56 @@ impl Roster {
         list: &DrawList,
         changed: impl Iterator<Item = usize>,
     ) -> Result<(), RenderError> {
-        self.kinds.resize(list.len(), None);
-        self.instances.resize(list.len(), Instance::default());
         for place in changed {
             let drawn = list.get(place).map(|drawn| InOrder::of(models, drawn)).transpose()?;
-            let kind = drawn.as_ref().map(|drawn| drawn.kind);
-            let was = std::mem::replace(&mut self.kinds[place], kind);
-            if was != kind {
-                was.into_iter().for_each(|kind| self.leave(kind, place as u32));
-            }
-            if let Some(InOrder { kind, ball, instance }) = drawn {
-                self.instances[place] = instance;
-                self.join(kind, place as u32, ball);
+            let place = place as u32;
+            match (self.kinds.get(&place).copied(), drawn) {
+                (Some((was, slot)), Some(drawn)) => {
+                    self.instances[slot as usize] = drawn.instance;
+                    if was != drawn.kind {
+                        self.kinds.insert(place, (drawn.kind, slot));
+                        self.leave(was, place);
+                    }
+                    self.join(drawn.kind, place, drawn.ball, slot);
+                }
+                (None, Some(drawn)) => {
+                    let slot = self.take_slot(drawn.instance);
+                    self.kinds.insert(place, (drawn.kind, slot));
+                    self.join(drawn.kind, place, drawn.ball, slot);
+                }
+                (Some((was, slot)), None) => {
+                    self.kinds.remove(&place);
+                    self.free.push(slot);
+                    self.leave(was, place);
+                }
+                (None, None) => {}
             }
         }
         Ok(())
+    }
+
+    fn take_slot(&mut self, instance: Instance) -> u32 {
+        match self.free.pop() {
+            Some(slot) => {
+                self.instances[slot as usize] = instance;
+                slot
+            }
+            None => {
+                self.instances.push(instance);
+                self.instances.len() as u32 - 1
+            }
+        }
     }
 
     fn leave(&mut self, kind: Kind, place: u32) {
         let Ok(at) = self.members.binary_search_by_key(&kind, |members| members.kind) else {
             return;
         };
-        let Members { places, balls, .. } = &mut self.members[at];
+        let Members { places, balls, slots, .. } = &mut self.members[at];
         if let Ok(index) = places.binary_search(&place) {
             places.remove(index);
             balls.remove(index);
+            slots.remove(index);
         }
         if places.is_empty() {
             self.members.remove(at);
@@ -144,21 +174,22 @@ impl Roster {
     }
 
     /// Takes it in, or moves it where it is in already.
-    fn join(&mut self, kind: Kind, place: u32, ball: Ball) {
+    fn join(&mut self, kind: Kind, place: u32, ball: Ball, slot: u32) {
         match self.members.binary_search_by_key(&kind, |members| members.kind) {
             Ok(at) => {
-                let Members { places, balls, .. } = &mut self.members[at];
+                let Members { places, balls, slots, .. } = &mut self.members[at];
                 match places.binary_search(&place) {
                     Ok(index) => balls[index] = ball,
                     Err(index) => {
                         places.insert(index, place);
                         balls.insert(index, ball);
+                        slots.insert(index, slot);
                     }
                 }
             }
             Err(at) => {
-                let (places, balls) = (vec![place], vec![ball]);
-                self.members.insert(at, Members { kind, places, balls });
+                let (places, balls, slots) = (vec![place], vec![ball], vec![slot]);
+                self.members.insert(at, Members { kind, places, balls, slots });
             }
         }
     }

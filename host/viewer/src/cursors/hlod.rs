@@ -33,6 +33,7 @@ impl HlodState {
             graph.instances()[instances.clone()].iter().map(|i| i.model.0).collect();
         models.sort_unstable();
         models.dedup();
+        models.shrink_to_fit();
         Self {
             instances,
             after: group.after as usize,
