@@ -52,12 +52,12 @@ impl Plan {
         self.instances.clear();
         self.feature_highlights.clear();
         self.batches.clear();
-        for Members { kind, balls, slots, .. } in roster.members() {
+        for Members { kind, members, balls } in roster.members() {
             let start = self.instances.len() as u32;
             let mut highlights = Highlights::None;
-            let seen = slots.iter().zip(balls).filter(|(_, ball)| frustum.may_see(ball));
-            for (&slot, _) in seen {
-                let mut instance = roster.instances[slot as usize];
+            let seen = members.iter().zip(balls).filter(|(_, ball)| frustum.may_see(ball));
+            for (member, _) in seen {
+                let mut instance = roster.instances[member.slot as usize];
                 if instance.first_feature_object != 0 && !object_highlights.is_empty() {
                     let mesh = mesh_at(models, kind.key);
                     self.tint_features(&mut instance, mesh, object_highlights)?;
@@ -71,7 +71,7 @@ impl Plan {
                 mirrored: kind.mirrored,
                 highlights,
                 instances: start..self.instances.len() as u32,
-                count: slots.len() as u32,
+                count: members.len() as u32,
             });
         }
         Ok(())

@@ -4,8 +4,6 @@
 //! what is drawn alone, not on how it came to be, so that the same frame gives the same
 //! picture.
 
-use std::collections::HashMap;
-
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
@@ -29,25 +27,35 @@ pub(crate) struct Kind {
 #[derive(Debug)]
 pub(crate) struct Members {
     pub(crate) kind: Kind,
-    /// Their places, in order.
-    pub(crate) places: Vec<u32>,
+    /// In the order of their places.
+    pub(crate) members: Vec<Member>,
     /// Around each, world space: beside each other, since whoever looks goes through all
     /// of them while the caches hold the last picture.
     pub(crate) balls: Vec<Ball>,
-    /// Indices in [`Roster::instances`].
-    pub(crate) slots: Vec<u32>,
 }
+
+/// An instance of a kind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Member {
+    place: u32,
+    /// Index in [`Roster::instances`].
+    pub(crate) slot: u32,
+}
+
+/// In place of a slot: nothing is drawn there.
+const EMPTY: u32 = u32::MAX;
 
 /// A list in order.
 #[derive(Default)]
 pub(crate) struct Roster {
     /// That of the list, where it is one that is kept.
     revision: Option<u64>,
-    /// The kind in each place that is not empty, and the index of its instance.
-    kinds: HashMap<u32, (Kind, u32), foldhash::fast::RandomState>,
-    /// In no order; features are named, but not tinted yet.
+    /// Of each place the slot of what is drawn there, or [`EMPTY`].
+    slots: Vec<u32>,
+    /// By slot; features are named, but not tinted yet.
     pub(crate) instances: Vec<Instance>,
-    /// Indices of instances that are there no more.
+    kinds: Vec<Kind>,
+    /// Slots that nothing is in any more.
     free: Vec<u32>,
     /// In order.
     members: Vec<Members>,
@@ -89,24 +97,29 @@ impl Roster {
         models: &[Option<GpuModel>],
         drawn: impl Iterator<Item = (u32, &'a DrawInstance)>,
     ) -> Result<(), RenderError> {
-        self.kinds.clear();
-        self.instances.clear();
+        self.slots.clear();
         self.free.clear();
         self.members.clear();
         let mut order = drawn
             .map(|(place, drawn)| Ok((place, InOrder::of(models, drawn)?)))
             .collect::<Result<Vec<(u32, InOrder)>, RenderError>>()?;
+        let places = order.last().map_or(0, |(last, _)| last + 1);
+        self.slots.resize(places as usize, EMPTY);
         order.sort_unstable_by_key(|(place, drawn)| (drawn.kind, *place));
-        self.instances.extend(order.iter().map(|(_, drawn)| drawn.instance));
-        let known = (0..).zip(&order).map(|(slot, (place, drawn))| (*place, (drawn.kind, slot)));
-        self.kinds.extend(known);
-        let mut next = 0..;
+        for (slot, (place, _)) in (0..).zip(&order) {
+            self.slots[*place as usize] = slot;
+        }
+        self.instances = order.iter().map(|(_, drawn)| drawn.instance).collect();
+        self.kinds = order.iter().map(|(_, drawn)| drawn.kind).collect();
         let of_kinds = order.chunk_by(|(_, a), (_, b)| a.kind == b.kind);
-        self.members.extend(of_kinds.map(|of_kind| Members {
-            kind: of_kind[0].1.kind,
-            places: of_kind.iter().map(|(place, _)| *place).collect(),
-            balls: of_kind.iter().map(|(_, drawn)| drawn.ball).collect(),
-            slots: next.by_ref().take(of_kind.len()).collect(),
+        self.members.extend(of_kinds.map(|of_kind| {
+            let member =
+                |&(place, _): &(u32, InOrder)| Member { place, slot: self.slots[place as usize] };
+            Members {
+                kind: of_kind[0].1.kind,
+                members: of_kind.iter().map(member).collect(),
+                balls: of_kind.iter().map(|(_, drawn)| drawn.ball).collect(),
+            }
         }));
         Ok(())
     }
@@ -117,79 +130,73 @@ impl Roster {
         list: &DrawList,
         changed: impl Iterator<Item = usize>,
     ) -> Result<(), RenderError> {
+        self.slots.resize(list.len(), EMPTY);
         for place in changed {
             let drawn = list.get(place).map(|drawn| InOrder::of(models, drawn)).transpose()?;
-            let place = place as u32;
-            match (self.kinds.get(&place).copied(), drawn) {
-                (Some((was, slot)), Some(drawn)) => {
-                    self.instances[slot as usize] = drawn.instance;
-                    if was != drawn.kind {
-                        self.kinds.insert(place, (drawn.kind, slot));
-                        self.leave(was, place);
-                    }
-                    self.join(drawn.kind, place, drawn.ball, slot);
-                }
-                (None, Some(drawn)) => {
-                    let slot = self.take_slot(drawn.instance);
-                    self.kinds.insert(place, (drawn.kind, slot));
-                    self.join(drawn.kind, place, drawn.ball, slot);
-                }
-                (Some((was, slot)), None) => {
-                    self.kinds.remove(&place);
+            let slot = self.slots[place];
+            let kind = drawn.as_ref().map(|drawn| drawn.kind);
+            let was = self.kinds.get(slot as usize).copied();
+            if was != kind {
+                was.into_iter().for_each(|kind| self.leave(kind, place as u32));
+            }
+            match drawn {
+                Some(drawn) => self.put(place, drawn),
+                None if slot != EMPTY => {
+                    self.slots[place] = EMPTY;
                     self.free.push(slot);
-                    self.leave(was, place);
                 }
-                (None, None) => {}
+                None => {}
             }
         }
         Ok(())
     }
 
-    fn take_slot(&mut self, instance: Instance) -> u32 {
-        match self.free.pop() {
-            Some(slot) => {
-                self.instances[slot as usize] = instance;
-                slot
-            }
-            None => {
-                self.instances.push(instance);
-                self.instances.len() as u32 - 1
-            }
+    /// Puts into a place what is not among members of another kind.
+    fn put(&mut self, place: usize, InOrder { kind, ball, instance }: InOrder) {
+        let slot = match self.slots[place] {
+            EMPTY => self.free.pop().unwrap_or(self.instances.len() as u32),
+            slot => slot,
+        };
+        self.slots[place] = slot;
+        if slot as usize == self.instances.len() {
+            self.instances.push(instance);
+            self.kinds.push(kind);
+        } else {
+            (self.instances[slot as usize], self.kinds[slot as usize]) = (instance, kind);
         }
+        self.join(kind, Member { place: place as u32, slot }, ball);
     }
 
     fn leave(&mut self, kind: Kind, place: u32) {
         let Ok(at) = self.members.binary_search_by_key(&kind, |members| members.kind) else {
             return;
         };
-        let Members { places, balls, slots, .. } = &mut self.members[at];
-        if let Ok(index) = places.binary_search(&place) {
-            places.remove(index);
+        let Members { members, balls, .. } = &mut self.members[at];
+        if let Ok(index) = members.binary_search_by_key(&place, |member| member.place) {
+            members.remove(index);
             balls.remove(index);
-            slots.remove(index);
         }
-        if places.is_empty() {
+        if members.is_empty() {
             self.members.remove(at);
         }
     }
 
     /// Takes it in, or moves it where it is in already.
-    fn join(&mut self, kind: Kind, place: u32, ball: Ball, slot: u32) {
+    fn join(&mut self, kind: Kind, member: Member, ball: Ball) {
         match self.members.binary_search_by_key(&kind, |members| members.kind) {
             Ok(at) => {
-                let Members { places, balls, slots, .. } = &mut self.members[at];
-                match places.binary_search(&place) {
+                let Members { members, balls, .. } = &mut self.members[at];
+                match members.binary_search_by_key(&member.place, |member| member.place) {
                     Ok(index) => balls[index] = ball,
                     Err(index) => {
-                        places.insert(index, place);
+                        members.insert(index, member);
                         balls.insert(index, ball);
-                        slots.insert(index, slot);
                     }
                 }
             }
             Err(at) => {
-                let (places, balls, slots) = (vec![place], vec![ball], vec![slot]);
-                self.members.insert(at, Members { kind, places, balls, slots });
+                let (members, balls) = (vec![member], vec![ball]);
+                self.members.insert(at, Members { kind, members, balls });
             }
         }
     }
