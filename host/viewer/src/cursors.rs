@@ -57,7 +57,7 @@ pub(crate) enum PixelSize {
 impl Eye {
     /// What a pixel covers at least of what is within a box in the picture, at a distance in
     /// metres.
-    fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {
+    pub(crate) fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {
         match self.pixel {
             PixelSize::PerMetre { ahead, corner } => {
                 let half = (bounds.max - bounds.min) * 0.5;
