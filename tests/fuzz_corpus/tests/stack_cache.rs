@@ -96,7 +96,9 @@ fn is_mesh_read(subject: &Subject, bytes: &[u8]) -> bool {
                     None
                 }
             };
-            place.map_or((), |place| *place = value);
+            if let Some(place) = place {
+                *place = value;
+            }
         }
         probe::mesh_file(key, &welded)
     };
