@@ -1,15 +1,13 @@
 //! Results of optimisers on disk: found again, never trusted, never needed.
 
-mod common;
-
 use std::fs;
 use std::path::PathBuf;
 
 use busbar_geometry::{RawPrimitive, weld};
 use busbar_gltf_export::write_glb;
-use busbar_scene::Model;
-use common::{merged_yard, scene_of};
+use busbar_scene::{Model, ModelNode};
 use e2e::{Output, Scene, Stats, busbar, finish};
+use glam::{Mat4, Vec3};
 use serde_json::json;
 
 /// The demo's equipment with a cache in its folder.
@@ -111,12 +109,12 @@ fn a_cache_of_no_size_keeps_nothing() {
     assert!(!scene.path("cache").exists());
 }
 
-/// Hills of 51,200 triangles, in the yard's paint.
+/// Hills of 51,200 triangles.
 fn hills() -> Model {
     const SIDE: u32 = 160;
     let at = |i: u32| {
         let [x, z] = [i % (SIDE + 1), i / (SIDE + 1)].map(|steps| steps as f32 * 0.05);
-        glam::Vec3::new(x, 0.4 * x.sin() * z.cos(), z)
+        Vec3::new(x, 0.4 * x.sin() * z.cos(), z)
     };
     let cell = |i: u32| {
         let corner = i / SIDE * (SIDE + 1) + i % SIDE;
@@ -126,20 +124,36 @@ fn hills() -> Model {
     let ground = RawPrimitive {
         positions: (0..(SIDE + 1) * (SIDE + 1)).map(at).collect(),
         triangles: (0..SIDE * SIDE).flat_map(cell).collect(),
-        material: Some(0),
         ..RawPrimitive::default()
+    };
+    let node = ModelNode {
+        name: "hills".into(),
+        parent: None,
+        parent_from_node: Mat4::IDENTITY,
+        mesh: Some(0),
     };
     Model {
         meshes: vec![weld(&[ground]).expect("it is a mesh").0],
-        features: Vec::new(),
-        ..merged_yard()
+        nodes: vec![node],
+        ..Model::default()
     }
+}
+
+fn write_hills(scene: &Scene, hills: &Model) {
+    let file = write_glb(hills).expect("it can be written");
+    fs::write(scene.path("hills.glb"), file).expect("it can be written");
 }
 
 #[test]
 fn a_large_mesh_is_kept_as_welded_and_welded_anew_where_its_file_is_damaged_or_edited() {
-    let mut scene = scene_of(&hills(), [320, 180]);
-    scene.config["cache"] = json!({ "directory": "cache" });
+    let mut scene = scene();
+    write_hills(&scene, &hills());
+    scene.config = json!({
+        "version": 1,
+        "cache": { "directory": "cache" },
+        "models": { "hills": { "file": "hills.glb" } },
+        "scene": [{ "id": "hills", "model": "hills" }],
+    });
     let (_, _, picture) = render(&scene);
     let kept = files_like(&scene, "mesh");
     assert_eq!(kept.len(), 1);
@@ -159,8 +173,7 @@ fn a_large_mesh_is_kept_as_welded_and_welded_anew_where_its_file_is_damaged_or_e
 
     let mut edited = hills();
     edited.meshes[0].positions.iter_mut().for_each(|position| position.y *= 2.0);
-    let file = write_glb(&edited).expect("it can be written");
-    fs::write(scene.path("model.glb"), file).expect("it can be written");
+    write_hills(&scene, &edited);
     let (_, _, other) = render(&scene);
     assert!(other != picture, "the old mesh is not shown for the new file");
     assert_eq!(files_like(&scene, "mesh").len(), 2);
