@@ -197,10 +197,10 @@ impl LoadedScene {
         let is_new = |name: &String| reuse.model(name).is_none();
         let cache = config.models.keys().any(is_new);
         let cache = cache.then(|| cache::open(&config.cache, &folder, &mut notes)).flatten();
-        let known = (reuse, cache.as_ref());
+        let at_hand = (reuse, cache.as_ref());
         let ((instances, plugin_millis), (mut imported, import_millis)) = rayon::join(
             || timed(|| plugins::create(&config, &folder, reuse, &mut faults)),
-            || timed(|| models::import(&config, &folder, known, progress, &mut import_faults)),
+            || timed(|| models::import(&config, &folder, at_hand, progress, &mut import_faults)),
         );
         faults.found.append(&mut import_faults.found);
         millis.insert("plugins".into(), plugin_millis);
