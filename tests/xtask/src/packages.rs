@@ -38,6 +38,7 @@ const TESTS: &[Package] = &[
     package("xauth", "a display for window tests"),
     package("xdotool", "mouse and keys in window tests"),
     package("x11-utils", "window properties in window tests"),
+    package("x11-xserver-utils", "monitors that come and go in window tests"),
     package("imagemagick", "screenshots"),
     package("chromium", "a browser for tests of the web page"),
     package("systemd", "checks the units of services"),
