@@ -79,10 +79,10 @@ impl Mesh {
             let around = Bounds { min: a.min(b).min(c), max: a.max(b).max(c) };
             tube.bounds = tube.bounds.union(around);
         }
-        if !tubes.iter().any(Tube::is_slender) {
+        let slender: Vec<bool> = tubes.iter().map(Tube::is_slender).collect();
+        if !slender.contains(&true) {
             return Vec::new();
         }
-        let slender: Vec<bool> = tubes.iter().map(Tube::is_slender).collect();
         let is_slender = |triangle: &&[u32; 3]| slender[island(self.corner_positions(**triangle))];
         let faces: Vec<_> =
             self.triangles.iter().filter(is_slender).map(|&t| self.facing(t)).collect();
@@ -105,8 +105,9 @@ impl Mesh {
         }
         let point = |(position, &island): (u32, &u32)| {
             let tube = &tubes[island as usize];
+            // None of what is not slender.
             let outward = outward[position as usize];
-            let is_one = outward != Vec3::ZERO && tube.is_slender() && tube.is_round();
+            let is_one = outward != Vec3::ZERO && tube.is_round();
             is_one.then(|| SlenderPoint { position, outward, radius: tube.radius() })
         };
         (0..).zip(&island_of).filter_map(point).collect()

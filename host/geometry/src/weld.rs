@@ -108,11 +108,9 @@ pub enum WeldError {
 /// [`WeldError`] names the primitive at fault; nothing is repaired silently.
 pub fn weld(primitives: &[RawPrimitive]) -> Result<(Mesh, WeldReport), WeldError> {
     let corner_total: usize = primitives.iter().map(|p| p.triangles.len() * 3).sum();
-    if corner_total > (u32::MAX - 1) as usize {
-        return Err(WeldError::TooLarge);
-    }
     let vertex_total: usize = primitives.iter().map(|p| p.positions.len()).sum();
-    if vertex_total > (u32::MAX - 1) as usize - corner_total {
+    // Corners may become points of their own beside the vertices.
+    if corner_total + vertex_total > (u32::MAX - 1) as usize {
         return Err(WeldError::TooLarge);
     }
     for (index, primitive) in primitives.iter().enumerate() {

@@ -42,10 +42,8 @@ impl Header {
         size_of::<Self>() as u64 + words * size_of::<u32>() as u64 + self.wedges
     }
 
-    fn checksum(&self, digests: [[u64; 3]; 5]) -> [u64; 2] {
-        let mut text = bytemuck::bytes_of(&Self { checksum: [0; 2], ..*self }).to_vec();
-        text.extend_from_slice(bytemuck::cast_slice(&digests));
-        halves(XxHash3_128::oneshot(&text))
+    fn checksum(&self, digests: impl Iterator<Item = [u64; 3]>) -> [u64; 2] {
+        checksum(&Self { checksum: [0; 2], ..*self }, digests)
     }
 }
 
@@ -68,7 +66,7 @@ pub(crate) fn parts<'a>(
         checksum: [0; 2],
     };
     let arrays = arrays(ranks, tables);
-    header.checksum = header.checksum(arrays.map(digest));
+    header.checksum = header.checksum(arrays.into_iter().map(digest));
     let header = Cow::Owned(bytemuck::bytes_of(&header).to_vec());
     std::iter::once(header).chain(arrays.map(Cow::Borrowed)).collect()
 }
@@ -96,7 +94,7 @@ pub(crate) fn read(
         parent_offset: array(file, header.wedges).map_err(unreadable)?,
         max_depth: header.max_depth as u32,
     };
-    if header.checksum(arrays(&ranks, &tables).map(digest)) != header.checksum {
+    if header.checksum(arrays(&ranks, &tables).into_iter().map(digest)) != header.checksum {
         return Err("its checksum is wrong".into());
     }
     Ok((ranks, tables))
@@ -140,6 +138,13 @@ pub(crate) fn array<T: Pod>(file: &mut impl Read, count: u64) -> std::io::Result
     let mut values = vec![T::zeroed(); count as usize];
     file.read_exact(bytemuck::cast_slice_mut(&mut values))?;
     Ok(values)
+}
+
+/// Over a header whose own checksum is zero, and the digest of each array.
+pub(crate) fn checksum(header: &impl Pod, digests: impl Iterator<Item = [u64; 3]>) -> [u64; 2] {
+    let mut text = bytemuck::bytes_of(header).to_vec();
+    digests.for_each(|digest| text.extend_from_slice(bytemuck::cast_slice(&digest)));
+    halves(XxHash3_128::oneshot(&text))
 }
 
 pub(crate) fn halves(value: u128) -> [u64; 2] {

@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 use twox_hash::XxHash3_128;
 
-use crate::file::{array, halves};
+use crate::file::{array, checksum, halves};
 use crate::key::digest;
 
 /// Says what the file is, and in which byte order it was written.
@@ -85,9 +85,7 @@ impl Header {
     }
 
     fn checksum(&self, digests: impl Iterator<Item = [u64; 3]>) -> [u64; 2] {
-        let mut text = bytemuck::bytes_of(&Self { checksum: [0; 2], ..*self }).to_vec();
-        digests.for_each(|digest| text.extend_from_slice(bytemuck::cast_slice(&digest)));
-        halves(XxHash3_128::oneshot(&text))
+        checksum(&Self { checksum: [0; 2], ..*self }, digests)
     }
 }
 
