@@ -175,7 +175,7 @@ fn a_message_that_is_too_long_costs_nothing_else() {
         let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
         let settings = json!({"version": version, "qos": 2, "max_payload_bytes": 1024});
         let running = start(broker.port, &settings, vec![plain(1, ValueKind::I64, "t")]);
-        // More than the broker lets be on its way without a confirmation.
+        // More than the broker lets be on its way without a confirmation (20).
         for number in 1..=25 {
             let long = json!({"topic": "t", "payload": "x".repeat(300_000), "qos": qos});
             peer.command(&json!({ "publish": long }));
