@@ -67,7 +67,8 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     println!("{pixels} of pixels, {objects} of ids differ; {shown} show something");
     assert!(shown > 0.001, "there is something to see");
     assert!(pixels < 0.002, "{pixels}");
-    assert!(objects < 0.2 * shown, "{objects} of {shown}: half a pixel at the edges");
+    // Breakers are some four by six pixels here: half a pixel all around would be two fifths.
+    assert!(objects < 0.3 * shown, "{objects} of {shown}: half a pixel at the edges");
     // Of those that both show, all but some at the edges of a breaker are the same.
     let both = ids.iter().zip(&full_ids).filter(|(a, b)| a.is_some() && b.is_some());
     let (same, other): (Vec<_>, Vec<_>) = both.partition(|(a, b)| a == b);

@@ -34,6 +34,9 @@ const GREATEST_SHARE: f64 = 0.7;
 /// Islands that show less than a square with a side of so many errors are thinned out: where
 /// an error may be half a pixel, one and a half.
 const ISLAND_ERRORS: f64 = 3.0;
+/// Of its error, what collapses of a proxy may take: theirs are root mean squares, and no point
+/// is farther off than twice that. Who picks a far thing by its edge gets it.
+const COLLAPSES_SHARE: f64 = 0.5;
 /// A proxy of no more triangles is the last.
 const FEWEST_TRIANGLES: u64 = 64;
 
@@ -223,7 +226,7 @@ impl Whole {
 /// The mesh at an error of so many metres, few islands of it for many that are small beside
 /// that.
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
-    let cursor = stacks.cursor_within(error as f32);
+    let cursor = stacks.cursor_within((error * COLLAPSES_SHARE) as f32);
     let sections = stacks.mesh().sections.len() as u32;
     let as_it_is = MergePart {
         stacks,
@@ -277,7 +280,8 @@ impl<'a> Member<'a> {
     }
 
     fn cursor_within(&self, metres: f64) -> u32 {
-        let within = || self.stacks.cursor_within((metres / f64::from(self.stretch)) as f32);
+        let own = metres * COLLAPSES_SHARE / f64::from(self.stretch);
+        let within = || self.stacks.cursor_within(own as f32);
         self.held_at.unwrap_or_else(within)
     }
 
