@@ -3,6 +3,8 @@
 //! Collapses follow edges, so they never leave an island (a connected component): its
 //! pieces can go down and up each for itself, and the mesh stays whole.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 
 use crate::{Bounds, Mesh, Section, Wedges};
@@ -10,24 +12,38 @@ use crate::{Bounds, Mesh, Section, Wedges};
 /// Of an index that is not in a piece yet.
 const ABSENT: u32 = u32::MAX;
 
+/// When a mesh, or a piece of it, is divided further.
+#[derive(Clone, Copy, Debug)]
+pub struct PieceLimits {
+    /// With more triangles.
+    pub triangles: u32,
+    /// With more triangles, if it is wide.
+    pub triangles_if_wide: u32,
+    /// So far across, units of the mesh, it is wide.
+    pub wide: f32,
+}
+
 /// The triangles of an island and where they are.
 #[derive(Clone, Copy)]
 struct Island {
-    center: Vec3,
+    bounds: Bounds,
     triangles: u32,
+    /// A bit for each material that it has, by its number; of many some share one.
+    materials: u64,
 }
 
 impl Mesh {
-    /// The mesh as pieces of whole islands that lie near each other, each of at most
-    /// `max_triangles` unless it is one island; triangles keep their order within a
-    /// piece. A mesh of no more, or of one island, is a single piece. Positions that no
-    /// triangle uses are in the first piece.
-    pub fn into_islands(self, max_triangles: u32) -> Vec<Self> {
-        if self.triangles.len() <= max_triangles as usize {
+    /// The mesh as pieces of whole islands that lie near each other and have the same
+    /// materials, since each is drawn by itself. Each is within the limits unless
+    /// it is one island; triangles keep their order within a piece. A mesh of no more
+    /// triangles, however wide, or of one island, is a single piece. Positions that no triangle
+    /// uses are in the first piece.
+    pub fn into_islands(self, limits: PieceLimits) -> Vec<Self> {
+        if self.triangles.len() <= limits.triangles as usize {
             return vec![self];
         }
         let (island_of, islands) = self.find_islands();
-        let (piece_of, pieces) = gather(&islands, max_triangles);
+        let (piece_of, pieces) = gather(&islands, limits);
         if pieces <= 1 {
             return vec![self];
         }
@@ -66,7 +82,7 @@ impl Mesh {
     fn find_islands(&self) -> (Vec<u32>, Vec<Island>) {
         let roots = self.island_roots();
         let mut island_of_root = vec![ABSENT; roots.len()];
-        let mut boxes: Vec<(Bounds, u32)> = Vec::new();
+        let mut found: Vec<(Bounds, u32, u64)> = Vec::new();
         for &corners in &self.triangles {
             let positions = self.corner_positions(corners);
             let root = roots[positions[0] as usize] as usize;
@@ -76,17 +92,23 @@ impl Mesh {
                 max: points[0].max(points[1]).max(points[2]),
             };
             if island_of_root[root] == ABSENT {
-                island_of_root[root] = boxes.len() as u32;
-                boxes.push((around, 0));
+                island_of_root[root] = found.len() as u32;
+                found.push((around, 0, 0));
             }
-            let (bounds, triangles) = &mut boxes[island_of_root[root] as usize];
+            let (bounds, triangles, materials) = &mut found[island_of_root[root] as usize];
             *bounds = bounds.union(around);
             *triangles += 1;
+            let section = self.wedges.section[corners[0] as usize];
+            let material = self.sections[section as usize].material;
+            *materials |= 1 << (material.map_or(0, |material| material + 1) % u64::BITS);
         }
         let island_of = roots.iter().map(|&root| island_of_root[root as usize]).collect();
-        let island =
-            |(bounds, triangles): (Bounds, u32)| Island { center: bounds.center(), triangles };
-        (island_of, boxes.into_iter().map(island).collect())
+        let island = |(bounds, triangles, materials): (Bounds, u32, u64)| Island {
+            bounds,
+            triangles,
+            materials,
+        };
+        (island_of, found.into_iter().map(island).collect())
     }
 
     /// One mesh a piece. The corners of a triangle are in one piece.
@@ -148,24 +170,32 @@ pub(crate) fn root(above: &mut [u32], mut position: u32) -> u32 {
     position
 }
 
-/// The piece of each island, and how many pieces there are: halved along the longest
-/// axis until each has few enough triangles.
-fn gather(islands: &[Island], max_triangles: u32) -> (Vec<u32>, u32) {
+/// The piece of each island, and how many pieces there are: those of the same materials,
+/// halved along the longest axis until each is within the limits.
+fn gather(islands: &[Island], limits: PieceLimits) -> (Vec<u32>, u32) {
     let mut piece_of = vec![0; islands.len()];
     let mut pieces = 0;
-    let mut open = vec![(0..islands.len() as u32).collect::<Vec<u32>>()];
+    let mut of_materials: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
+    for (number, island) in (0..).zip(islands) {
+        of_materials.entry(island.materials).or_default().push(number);
+    }
+    let mut open: Vec<Vec<u32>> = of_materials.into_values().collect();
     while let Some(mut members) = open.pop() {
         let of = |&member: &u32| islands[member as usize];
         let total: u64 = members.iter().map(|member| u64::from(of(member).triangles)).sum();
-        if total <= u64::from(max_triangles) || members.len() <= 1 {
+        let boxes = members.iter().map(|member| of(member).bounds);
+        let across = boxes.reduce(Bounds::union).map_or(0.0, |bounds| bounds.radius() * 2.0);
+        let PieceLimits { triangles, triangles_if_wide, wide } = limits;
+        let most = if across > wide { triangles_if_wide } else { triangles };
+        if total <= u64::from(most) || members.len() <= 1 {
             members.iter().for_each(|&member| piece_of[member as usize] = pieces);
             pieces += 1;
             continue;
         }
-        let centers = Bounds::around(members.iter().map(|member| of(member).center));
+        let centers = Bounds::around(members.iter().map(|member| of(member).bounds.center()));
         let size = centers.map_or(Vec3::ONE, |bounds| bounds.max - bounds.min).to_array();
         let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
-        let along = |member: &u32| of(member).center.to_array()[axis];
+        let along = |member: &u32| of(member).bounds.center().to_array()[axis];
         members.sort_unstable_by(|a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
         let mut before = 0;
         let half = members.iter().position(|member| {
@@ -207,6 +237,10 @@ mod tests {
         weld(&places.iter().map(strip).collect::<Vec<_>>()).unwrap().0
     }
 
+    fn limits(triangles: u32, triangles_if_wide: u32) -> PieceLimits {
+        PieceLimits { triangles, triangles_if_wide, wide: 100.0 }
+    }
+
     type Corner = ([u32; 3], [u32; 3], [u32; 2], Option<u32>);
 
     /// All that a triangle's corners show, as bits.
@@ -235,19 +269,41 @@ mod tests {
     #[test]
     fn what_is_small_or_hangs_together_stays_whole() {
         let one = strips(&[(0, 0, 99)]);
-        assert_eq!(one.clone().into_islands(10), vec![one.clone()]);
+        let narrow = |triangles| limits(triangles, triangles);
+        assert_eq!(one.clone().into_islands(narrow(10)), vec![one.clone()]);
         let two = strips(&[(0, 0, 9), (5, 0, 9)]);
-        assert_eq!(two.clone().into_islands(40), vec![two.clone()]);
-        assert_eq!(two.into_islands(39).len(), 2);
+        assert_eq!(two.clone().into_islands(narrow(40)), vec![two.clone()]);
+        assert_eq!(two.into_islands(narrow(39)).len(), 2);
     }
 
     #[test]
     fn neighbours_stay_together() {
         let mesh = strips(&[(0, 0, 9), (20, 0, 9), (0, 1, 9), (20, 1, 9)]);
-        let pieces = mesh.into_islands(40);
+        let pieces = mesh.into_islands(limits(40, 40));
         let sizes: Vec<f32> = pieces.iter().map(|p| p.bounds().unwrap().radius()).collect();
         assert_eq!(pieces.len(), 2);
         assert!(sizes.iter().all(|&radius| radius < 10.0), "{sizes:?}");
+    }
+
+    #[test]
+    fn what_is_wide_is_divided_further() {
+        let [near, far] = [
+            strips(&[(0, 0, 9), (0, 1, 9), (0, 2, 9)]),
+            strips(&[(0, 0, 9), (2, 0, 9), (4, 0, 9)]),
+        ];
+        let count = |mesh: &Mesh| mesh.clone().into_islands(limits(50, 30)).len();
+        assert_eq!([count(&near), count(&far)], [2, 3]);
+    }
+
+    #[test]
+    fn pieces_have_one_material_where_islands_do() {
+        let mesh = strips(&[(0, 0, 9), (1, 0, 9), (2, 0, 9), (3, 0, 9)]);
+        let pieces = mesh.into_islands(limits(79, 79));
+        let materials: Vec<Vec<Option<u32>>> = pieces
+            .iter()
+            .map(|piece| piece.sections.iter().map(|section| section.material).collect())
+            .collect();
+        assert_eq!(materials, [[Some(1); 2], [Some(0); 2]]);
     }
 
     proptest! {
@@ -256,11 +312,12 @@ mod tests {
         fn pieces_are_the_mesh(
             places in prop::collection::btree_map((-9_i8..9, -9_i8..9), 0_u8..20, 1..30),
             max_triangles in 1_u32..200,
+            share_if_wide in 0.1_f32..1.0,
         ) {
             let places: Vec<_> = places.into_iter().map(|((x, z), quads)| (x, z, quads)).collect();
             let mesh = strips(&places);
             let mut expected = triangles(&mesh);
-            let pieces = mesh.clone().into_islands(max_triangles);
+            let pieces = mesh.clone().into_islands(limits(max_triangles, (max_triangles as f32 * share_if_wide) as u32));
             let mut found: Vec<_> = pieces.iter().flat_map(triangles).collect();
             expected.sort_unstable();
             found.sort_unstable();

@@ -5,6 +5,7 @@
 //! [`CollapseSequence`]; [`CollapseStacks`] then gives the mesh at any cursor.
 
 mod by_error;
+mod deviation;
 mod islands;
 mod merge;
 mod mesh;
@@ -15,6 +16,7 @@ mod statistics;
 mod thin_out;
 mod weld;
 
+pub use islands::PieceLimits;
 pub use merge::{MergePart, merge};
 pub use mesh::{Bounds, Mesh, NO_FEATURE, Section, Topology, Wedges};
 pub use sequence::{Collapse, CollapseSequence, SequenceError, theta_to_cursor};

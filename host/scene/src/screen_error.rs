@@ -11,8 +11,8 @@ const LEVELS_A_DOUBLING: f64 = 2.0;
 /// The coarsest level, whose error is some 3,000 km: nothing is left of anything.
 const MAX_LEVEL: u32 = 70;
 
-/// As coarse as the screen lets pass: no vertex moves by more than so many pixels, as
-/// far as the plugin's errors are bounds.
+/// As coarse as the screen lets pass: no error is more than so many pixels, whatever the
+/// errors of a mesh measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScreenError {
     max_pixels: f64,

@@ -204,16 +204,15 @@ impl Camera {
         view
     }
 
-    /// What a pixel covers at least, in a viewport of this size in pixels.
+    /// What a pixel covers, in a viewport of this size in pixels.
     pub(crate) fn pixel(&self, viewport: Vec2) -> PixelSize {
         let aspect = viewport.x / viewport.y.max(1.0);
         let tan_y = (self.fov_y(aspect) * 0.5).tan();
         let in_the_middle = 2.0 * tan_y / viewport.y.max(1.0);
         match self.lens {
-            // At its corners, where things are farther than they are deep.
             Lens::Perspective => {
                 let tan_diagonal = tan_y * aspect.hypot(1.0);
-                PixelSize::PerMetre(in_the_middle / tan_diagonal.hypot(1.0))
+                PixelSize::PerMetre { ahead: in_the_middle, corner: 1.0 / tan_diagonal.hypot(1.0) }
             }
             Lens::Orthographic => PixelSize::Metres(in_the_middle * self.distance),
         }
@@ -231,6 +230,11 @@ impl Camera {
         // By yaw alone, so that it holds when looking straight down too.
         let right = vec3(self.yaw.cos(), 0.0, -self.yaw.sin());
         (back, right, back.cross(right))
+    }
+
+    /// From the eye to the target, of unit length.
+    pub(crate) fn ahead(&self) -> Vec3 {
+        -self.direction()
     }
 
     /// From the target to the eye.

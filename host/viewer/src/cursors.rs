@@ -35,24 +35,37 @@ const NOWHERE: u32 = u32::MAX;
 pub(crate) struct Eye {
     /// World space, metres.
     pub(crate) position: Vec3,
+    /// Where it looks, of unit length.
+    pub(crate) ahead: Vec3,
     pub(crate) pixel: PixelSize,
 }
 
-/// What a pixel covers at least.
+/// What a pixel covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PixelSize {
-    /// Of what is a metre away, metres.
-    PerMetre(f32),
+    /// In perspective.
+    PerMetre {
+        /// Of what is a metre ahead, metres.
+        ahead: f32,
+        /// Metres ahead of what is a metre away, at the picture's corners.
+        corner: f32,
+    },
     /// Whatever the distance, metres: without perspective.
     Metres(f32),
 }
 
-impl PixelSize {
-    /// At a distance in metres.
-    pub(crate) fn at(self, distance: f32) -> f32 {
-        match self {
-            Self::PerMetre(share) => share * distance,
-            Self::Metres(metres) => metres,
+impl Eye {
+    /// What a pixel covers at least of what is within a box in the picture, at a distance in
+    /// metres.
+    pub(crate) fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {
+        match self.pixel {
+            PixelSize::PerMetre { ahead, corner } => {
+                let half = (bounds.max - bounds.min) * 0.5;
+                let depth =
+                    (bounds.center() - self.position).dot(self.ahead) - half.dot(self.ahead.abs());
+                ahead * depth.max(distance * corner)
+            }
+            PixelSize::Metres(metres) => metres,
         }
     }
 }
@@ -346,8 +359,9 @@ impl Cursors {
     /// The level of an instance by its policy.
     fn level_of(&self, index: usize, eye: Eye) -> u32 {
         let InstanceCursor { policy, bounds, level, .. } = self.instances[index];
-        let distance = bounds.map_or(0.0, |bounds| distance_to_bounds(eye.position, &bounds));
-        let pixel = eye.pixel.at(distance) * self.coarseness;
+        let bounds = bounds.unwrap_or(Bounds { min: eye.position, max: eye.position });
+        let distance = distance_to_bounds(eye.position, &bounds);
+        let pixel = eye.pixel_at(&bounds, distance) * self.coarseness;
         self.policies[policy as usize].level(Sight { distance, pixel }, level)
     }
 

@@ -1,6 +1,7 @@
 //! Tests of cameras, and of steering them.
 
 use super::*;
+use crate::cursors::Eye;
 
 fn screen() -> Rect {
     Rect::from_min_size(Pos2::ZERO, egui::vec2(800.0, 600.0))
@@ -76,7 +77,9 @@ fn nothing_a_pixel_large_is_seen_larger_than_that() {
         let (back, right, up) = camera.axes();
         for (x, y) in [(0.0, 0.0), (0.7, 0.0), (0.7, 0.4), (-0.5, -0.35)] {
             let at = camera.eye() + 20.0 * (right * x + up * y - back).normalize();
-            let size = camera.pixel(screen().size()).at(20.0);
+            let pixel = camera.pixel(screen().size());
+            let eye = Eye { position: camera.eye(), ahead: camera.ahead(), pixel };
+            let size = eye.pixel_at(&Bounds { min: at, max: at }, 20.0);
             let [from, to] = [at, at + right * size].map(|p| projection.to_screen(p).unwrap());
             let apart = from.distance(to);
             assert!(apart <= 1.0 + 2e-3 && apart > 0.5, "{apart} at {x}, {y}");

@@ -69,8 +69,11 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
     (Cursors::new(&graph, &models, policies, &[], 1.0), models)
 }
 
+/// Of a narrow picture.
+const PERSPECTIVE: PixelSize = PixelSize::PerMetre { ahead: 1e-3, corner: 1.0 };
+
 pub(super) fn eye_at(x: f32) -> Eye {
-    Eye { position: Vec3::X * x, pixel: PixelSize::PerMetre(1e-3) }
+    Eye { position: Vec3::X * x, ahead: Vec3::NEG_X, pixel: PERSPECTIVE }
 }
 
 /// Chooses for an eye at this x, shows what is ready, and gives the cursors.
@@ -165,15 +168,31 @@ fn without_perspective_detail_by_the_error_on_the_screen_is_the_same_at_any_dist
     let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(1.0, 0.0))];
     let mut cursors = Cursors::new(&graph, &models, policies, &[], 1.0);
     let mut at = |pixel| {
-        cursors.choose(Eye { position: Vec3::NEG_X, pixel }, &models, true);
+        cursors.choose(Eye { position: Vec3::NEG_X, ahead: Vec3::X, pixel }, &models, true);
         cursors.advance(&models, true, 0.0, |_| true);
         shown(&cursors)
     };
-    let perspective = at(PixelSize::PerMetre(1e-3));
+    let perspective = at(PERSPECTIVE);
     assert!(perspective[0] < perspective[2], "{perspective:?}");
     assert_eq!(at(PixelSize::Metres(1e-6)), [0; 3]);
     let coarse = at(PixelSize::Metres(0.1));
     assert!(coarse[0] > 0 && coarse.iter().all(|cursor| *cursor == coarse[0]), "{coarse:?}");
+}
+
+#[test]
+fn a_pixel_covers_less_of_what_is_beside_than_of_what_is_ahead() {
+    let pixel = PixelSize::PerMetre { ahead: 1e-3, corner: 0.75 };
+    let eye = Eye { position: Vec3::X, ahead: Vec3::NEG_Z, pixel };
+    let check = |center: Vec3, metres: f32| {
+        let around = Bounds { min: center - Vec3::ONE, max: center + Vec3::ONE };
+        let found = eye.pixel_at(&around, distance_to_bounds(eye.position, &around));
+        assert!((found - metres * 1e-3).abs() < 1e-6, "{found} for {center}");
+    };
+    check(Vec3::new(1.0, 0.0, -11.0), 10.0);
+    check(Vec3::new(6.0, 0.0, -11.0), 10.0);
+    // Only what is in the picture counts, however deep the box reaches beside it.
+    check(Vec3::new(12.0, 0.0, 0.0), 7.5);
+    check(Vec3::X, 0.0);
 }
 
 /// Prints what choosing costs; a loaded machine in a debug build is slow, so

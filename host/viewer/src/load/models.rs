@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, ThetaConfig, join_pointer};
-use busbar_geometry::Mesh;
+use busbar_geometry::{Mesh, PieceLimits};
 use busbar_gltf_import::{ImportError, ImportLimits, MeshKeeper, import_kept_file};
 use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
@@ -98,13 +98,14 @@ pub(super) fn import(
     all
 }
 
-/// The most triangles of a piece where a mesh is taken apart: enough that its draw
-/// calls cost little beside them, and few enough that pieces differ in distance.
-const MAX_PIECE_TRIANGLES: u32 = 16_384;
+/// Where a mesh is taken apart: pieces have enough triangles that their draw calls cost
+/// little beside them. Those about as large as a bay differ in distance by themselves, and
+/// what is out of the picture should not be drawn for what is in it.
+const PIECES: PieceLimits = PieceLimits { triangles: 16_384, triangles_if_wide: 2048, wide: 10.0 };
 
 /// What tells results in the order of their errors apart in the cache; its number grows
 /// with every change of what they are.
-const BY_ERROR: &[u8] = b"by error, 2";
+const BY_ERROR: &[u8] = b"by error, 4";
 
 /// The models whose detail, somewhere they are placed, follows the error on the screen.
 pub(super) fn following_error(config: &Config) -> BTreeSet<&String> {
@@ -139,12 +140,11 @@ pub(super) fn take_apart(
             _ => continue,
         };
         let meshes = &mut made.meshes;
-        if meshes.iter().all(|mesh| mesh.triangles.len() <= MAX_PIECE_TRIANGLES as usize) {
+        if meshes.iter().all(|mesh| mesh.triangles.len() <= PIECES.triangles as usize) {
             continue;
         }
         let whole = std::mem::take(meshes);
-        let apart: Vec<_> =
-            whole.into_par_iter().map(|mesh| mesh.into_islands(MAX_PIECE_TRIANGLES)).collect();
+        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_islands(PIECES)).collect();
         let mut pieces = Vec::with_capacity(apart.len());
         for of_mesh in apart {
             let first = meshes.len() as u32;

@@ -53,7 +53,8 @@ impl Viewer {
         let Self { cursors, renderer, models, scene, .. } = self;
         let pixels = self.viewport.size() * self.pixels_per_point;
         let camera = self.navigator.camera();
-        let eye = Eye { position: camera.eye(), pixel: camera.pixel(pixels) };
+        let eye =
+            Eye { position: camera.eye(), ahead: camera.ahead(), pixel: camera.pixel(pixels) };
         cursors.set_coarseness(self.pace.coarseness());
         cursors.choose(eye, &scene.models, self.settles);
         cursors.advance(&scene.models, self.settles, now, |needed| match needed {

@@ -1,0 +1,343 @@
+//! How far what collapses leave is from the surface that was.
+
+use glam::Vec3;
+
+use crate::{Collapse, Mesh};
+
+/// The end of a list.
+const END: u32 = u32::MAX;
+/// A corner of a triangle that died.
+const DEAD: u32 = u32::MAX;
+/// How many times the error of a collapse any point of the surface may be off.
+pub(crate) const GREATEST_BY_ERROR: f32 = 2.0;
+
+/// How much shading counts against shape.
+const SHADING_WEIGHT: f32 = 0.05;
+
+/// Something slender keeps sides no farther apart, radians: it is drawn a pixel wide from all
+/// of them, however thin it is.
+const MAX_SPREAD: f32 = std::f32::consts::FRAC_PI_3 * 1.01;
+
+/// Follows the collapses of a mesh and measures how far its surface moves.
+///
+/// A position that is gone is *held* by a triangle: the nearest of those that took the place
+/// of the one that held it before. So it is never farther from what is left than measured, and
+/// hardly nearer. One between sections is held by a triangle of each, for colours show where
+/// they end.
+pub(crate) struct Deviation<'a> {
+    mesh: &'a Mesh,
+    /// Of each triangle, the positions that its corners stand on by now.
+    corners: Vec<[u32; 3]>,
+    /// Of each triangle.
+    section: Vec<u32>,
+    /// The area of the surface that each position stands for.
+    area: Vec<f32>,
+    /// Of each position of something slender, the way out of it; zero of others.
+    outward: Vec<Vec3>,
+    /// The greatest angle between that of each position and of those that stand there.
+    spread: Vec<f32>,
+    /// The greatest error of the collapses around each position.
+    errors: Vec<f32>,
+    /// Of each position, the corners there, by triangle times three and corner.
+    at: Lists,
+    /// Of each position, the wedges that are let go of with it.
+    wedges: Lists,
+    /// Of each triangle, the wedges that it holds.
+    held: Lists,
+    /// Of the collapse at hand: the triangles that it moves, as they were; those of them that
+    /// live on; and the wedges to be held anew.
+    before: Vec<[u32; 3]>,
+    after: Vec<u32>,
+    loose: Vec<u32>,
+    /// Of the position that is kept, the sections of its wedges and their normals.
+    normals: Vec<(u32, Vec3)>,
+}
+
+impl<'a> Deviation<'a> {
+    pub(crate) fn new(mesh: &'a Mesh) -> Self {
+        let positions = mesh.positions.len();
+        let mut section = vec![0; mesh.triangles.len()];
+        for (number, of) in (0..).zip(&mesh.sections) {
+            let first = of.first_triangle as usize;
+            section[first..first + of.triangle_count as usize].fill(number);
+        }
+        let corners: Vec<[u32; 3]> =
+            mesh.triangles.iter().map(|&corners| mesh.corner_positions(corners)).collect();
+        let mut area = vec![0.0; positions];
+        for &triangle in &corners {
+            let [a, b, c] = triangle.map(|position| mesh.positions[position as usize]);
+            let third = (b - a).cross(c - a).length() / 6.0;
+            triangle.into_iter().for_each(|position| area[position as usize] += third);
+        }
+        let mut outward = vec![Vec3::ZERO; positions];
+        for point in mesh.slender_points() {
+            outward[point.position as usize] = point.outward;
+        }
+        Self {
+            at: Lists::of(positions, corners.as_flattened()),
+            wedges: Lists::of(positions, &mesh.wedges.position),
+            held: Lists::empty(corners.len(), mesh.wedges.len()),
+            mesh,
+            corners,
+            section,
+            area,
+            outward,
+            spread: vec![0.0; positions],
+            errors: vec![0.0; positions],
+            before: Vec::new(),
+            after: Vec::new(),
+            loose: Vec::new(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// Does a collapse. Returns its error, units of the mesh: the root mean square distance
+    /// between the surface that it moves and the one before all collapses, or half the greatest
+    /// distance or what its shading comes to if that is more; of something slender, all of the greatest distance, and no
+    /// end of it where it becomes flat. It is at most the collapse's own, and `most`; and at
+    /// least that of any collapse around it before.
+    pub(crate) fn collapse(
+        &mut self,
+        &Collapse { removed, kept, error }: &Collapse,
+        most: f32,
+    ) -> f32 {
+        self.take_apart(removed, kept);
+        self.let_go(removed);
+        let around = self.errors[removed as usize].max(self.errors[kept as usize]);
+        // What goes with the whole need not be measured.
+        let own = if around < most { self.measure(removed, kept).min(error) } else { most };
+        let error = own.max(around).min(most);
+        let Self { errors, before, .. } = self;
+        errors[kept as usize] = error;
+        for &position in before.as_flattened() {
+            let known = &mut errors[position as usize];
+            *known = known.max(error);
+        }
+        error
+    }
+
+    /// Moves the corners at a position onto another one, and lets go of all that their
+    /// triangles hold.
+    fn take_apart(&mut self, removed: u32, kept: u32) {
+        let Self { corners, at, held, before, after, loose, .. } = self;
+        before.clear();
+        after.clear();
+        loose.clear();
+        while let Some(corner) = at.pop(removed) {
+            let [number, place] = [corner / 3, corner % 3].map(|of| of as usize);
+            let triangle = &mut corners[number];
+            // It may have died by another corner.
+            if triangle[place] != removed {
+                continue;
+            }
+            before.push(*triangle);
+            loose.extend(std::iter::from_fn(|| held.pop(number as u32)));
+            if triangle.contains(&kept) {
+                *triangle = [DEAD; 3];
+            } else {
+                triangle[place] = kept;
+                at.push(kept, corner);
+                after.push(number as u32);
+            }
+        }
+    }
+
+    /// Adds the wedges of a position to those to be held, one of each section.
+    fn let_go(&mut self, position: u32) {
+        let own = self.loose.len();
+        let of = &self.mesh.wedges;
+        while let Some(wedge) = self.wedges.pop(position) {
+            let same = |&other: &u32| {
+                let [a, b] = [wedge, other].map(|wedge| wedge as usize);
+                of.position[a] == of.position[b] && of.section[a] == of.section[b]
+            };
+            if !self.loose[own..].iter().any(same) {
+                self.loose.push(wedge);
+            }
+        }
+    }
+
+    /// Has all that is loose held anew; tells how far the surface that moved is from where
+    /// it was.
+    fn measure(&mut self, removed: u32, kept: u32) -> f32 {
+        // Of what stays where it is, a third is on the triangles that moved; each is at two.
+        let stays = self.before.as_flattened().iter().filter(|&&position| position != removed);
+        let mut area: f32 = stays.map(|&position| self.area[position as usize] / 6.0).sum();
+        let (mut sum, mut greatest) = (0.0, self.growth());
+        for index in 0..self.loose.len() {
+            let wedge = self.loose[index];
+            let distance = self.hold(wedge, kept);
+            let own = self.area[self.mesh.wedges.position[wedge as usize] as usize];
+            area += own;
+            sum += own * distance;
+            greatest = greatest.max(distance);
+        }
+        if self.outward[kept as usize] != Vec3::ZERO {
+            let flattens = self.turn_outward(removed, kept) > MAX_SPREAD;
+            return if flattens { f32::INFINITY } else { greatest.sqrt() };
+        }
+        let mean = if area > 0.0 { sum / area } else { 0.0 };
+        mean.sqrt().max(greatest.sqrt() / GREATEST_BY_ERROR).max(self.shading(kept))
+    }
+
+    /// The greatest angle between the way out at a position and those of all that stand
+    /// there once another one does.
+    fn turn_outward(&mut self, removed: u32, kept: u32) -> f32 {
+        let [removed, kept] = [removed, kept].map(|position| position as usize);
+        let turn = self.outward[removed].dot(self.outward[kept]).clamp(-1.0, 1.0).acos();
+        self.spread[kept] = self.spread[kept].max(turn + self.spread[removed]);
+        self.spread[kept]
+    }
+
+    /// Has a wedge held by the nearest triangle of its section of those that moved, or else of
+    /// those at the position that is kept; tells the square of its distance.
+    fn hold(&mut self, wedge: u32, kept: u32) -> f32 {
+        let point = self.point(self.mesh.wedges.position[wedge as usize]);
+        let section = self.mesh.wedges.section[wedge as usize];
+        let mut nearest = self.nearest(point, section, self.after.iter().copied());
+        if nearest.1 == END {
+            nearest = self.nearest(point, section, self.around(kept));
+        }
+        if nearest.1 == END {
+            // Of its section nothing is left here.
+            let onto = point.distance_squared(self.point(kept));
+            nearest = (onto, self.around(kept).next().unwrap_or(END));
+        }
+        match nearest.1 {
+            END => self.wedges.push(kept, wedge),
+            triangle => self.held.push(triangle, wedge),
+        }
+        nearest.0
+    }
+
+    /// The nearest of some triangles of a section, after the square of its distance.
+    fn nearest(
+        &self,
+        point: Vec3,
+        section: u32,
+        triangles: impl Iterator<Item = u32>,
+    ) -> (f32, u32) {
+        let mut nearest = (f32::INFINITY, END);
+        for triangle in triangles {
+            if self.section[triangle as usize] == section {
+                let distance =
+                    distance_squared(point, self.points(self.corners[triangle as usize]));
+                if distance < nearest.0 {
+                    nearest = (distance, triangle);
+                }
+            }
+        }
+        nearest
+    }
+
+    /// How far the middles of triangles that moved are from where the surface was before:
+    /// what covers a hole is far from it, though all that was is near. The greatest distance,
+    /// squared.
+    fn growth(&self) -> f32 {
+        let middle = |&triangle: &u32| {
+            let [a, b, c] = self.points(self.corners[triangle as usize]);
+            (a + b + c) / 3.0
+        };
+        let before = |middle: Vec3| {
+            let distances = self.before.iter().map(|&c| distance_squared(middle, self.points(c)));
+            distances.fold(f32::INFINITY, f32::min)
+        };
+        self.after.iter().map(middle).map(before).fold(0.0, f32::max)
+    }
+
+    /// What it comes to that triangles that moved are shaded as the position that is kept:
+    /// an angle counts like a surface that leans by it, as wide as the triangle, times a weight.
+    fn shading(&mut self, kept: u32) -> f32 {
+        let of = &self.mesh.wedges;
+        self.normals.clear();
+        for wedge in self.wedges.of_one(kept).map(|wedge| wedge as usize) {
+            if of.position[wedge] == kept {
+                self.normals.push((of.section[wedge], of.normal[wedge].normalize_or_zero()));
+            }
+        }
+        let of_triangle = |&triangle: &u32| {
+            let corners = self.corners[triangle as usize];
+            let place = corners.iter().position(|&corner| corner == kept).unwrap_or(0);
+            let wedge = self.mesh.triangles[triangle as usize][place] as usize;
+            let normal = of.normal[wedge].normalize_or_zero();
+            let same = self.normals.iter().filter(|(section, _)| *section == of.section[wedge]);
+            let nearest = same.map(|(_, other)| other.dot(normal)).fold(-1.0, f32::max);
+            let [a, b, c] = self.points(corners);
+            // The root of what cosines lack goes with the angle.
+            (2.0 * (1.0 - nearest.min(1.0))).sqrt() * (b - a).cross(c - a).length().sqrt()
+        };
+        self.after.iter().map(of_triangle).fold(0.0, f32::max) * SHADING_WEIGHT
+    }
+
+    /// The triangles at a position.
+    fn around(&self, position: u32) -> impl Iterator<Item = u32> + '_ {
+        let stands =
+            move |&corner: &u32| self.corners[corner as usize / 3][corner as usize % 3] == position;
+        self.at.of_one(position).filter(stands).map(|corner| corner / 3)
+    }
+
+    fn point(&self, position: u32) -> Vec3 {
+        self.mesh.positions[position as usize]
+    }
+
+    fn points(&self, corners: [u32; 3]) -> [Vec3; 3] {
+        corners.map(|position| self.point(position))
+    }
+}
+
+/// Lists of numbers, each number in one of them at most.
+struct Lists {
+    first: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl Lists {
+    fn empty(lists: usize, numbers: usize) -> Self {
+        Self { first: vec![END; lists], next: vec![END; numbers] }
+    }
+
+    /// All numbers, by the list that each is in.
+    fn of(lists: usize, list_of: &[u32]) -> Self {
+        let mut all = Self::empty(lists, list_of.len());
+        (0..).zip(list_of).for_each(|(number, &list)| all.push(list, number));
+        all
+    }
+
+    fn push(&mut self, list: u32, number: u32) {
+        self.next[number as usize] = std::mem::replace(&mut self.first[list as usize], number);
+    }
+
+    fn pop(&mut self, list: u32) -> Option<u32> {
+        let first = &mut self.first[list as usize];
+        let number = (*first != END).then_some(*first)?;
+        *first = self.next[number as usize];
+        Some(number)
+    }
+
+    fn of_one(&self, list: u32) -> impl Iterator<Item = u32> + '_ {
+        let some = |number: u32| (number != END).then_some(number);
+        std::iter::successors(some(self.first[list as usize]), move |&number| {
+            some(self.next[number as usize])
+        })
+    }
+}
+
+/// From a point to the nearest one of a triangle, squared.
+pub(crate) fn distance_squared(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let normal = ab.cross(ac);
+    let area = normal.length_squared();
+    // Where the foot of the point on the plane is, by the areas of the parts at two corners.
+    let [at_b, at_c] = [ap.cross(ac), ab.cross(ap)].map(|part| part.dot(normal));
+    if area > 0.0 && at_b >= 0.0 && at_c >= 0.0 && at_b + at_c <= area {
+        let height = ap.dot(normal);
+        return height * height / area;
+    }
+    let sides = [(ab, ap), (ac, ap), (c - b, point - b)];
+    let distances = sides.map(|(along, offset)| {
+        let length = along.length_squared();
+        let share = if length > 0.0 { (offset.dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        (offset - along * share).length_squared()
+    });
+    distances[0].min(distances[1]).min(distances[2])
+}
