@@ -40,6 +40,11 @@ fn visibly(picture: &Picture) -> Vec<[u8; 3]> {
     picture.rgba8.chunks_exact(4).map(|p| [p[0] >> 6, p[1] >> 6, p[2] >> 6]).collect()
 }
 
+/// The breaker that a piece `=Y0Q16/support` is of.
+fn breaker_of(piece: &str) -> &str {
+    piece.split_once('/').map_or(piece, |(breaker, _)| breaker)
+}
+
 #[test]
 fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     let mut yards = Scene::yards();
@@ -69,10 +74,15 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     assert!(pixels < 0.002, "{pixels}");
     // Breakers are some four by six pixels here: half a pixel all around would be two fifths.
     assert!(objects < 0.3 * shown, "{objects} of {shown}: half a pixel at the edges");
-    // Of those that both show, all but some at the edges of a breaker are the same.
-    let both = ids.iter().zip(&full_ids).filter(|(a, b)| a.is_some() && b.is_some());
-    let (same, other): (Vec<_>, Vec<_>) = both.partition(|(a, b)| a == b);
-    assert!(other.len() * 20 < same.len(), "{} other, {} same", other.len(), same.len());
+    // Of those that both show, nearly all are of the same breaker. Its pieces are about a
+    // pixel here: half a pixel may show another of them more often.
+    let both: Vec<_> =
+        ids.iter().zip(&full_ids).filter_map(|(a, b)| a.as_ref().zip(b.as_ref())).collect();
+    let others = both.iter().filter(|(a, b)| breaker_of(a) != breaker_of(b)).count();
+    let other_pieces = both.iter().filter(|(a, b)| a != b).count();
+    println!("{others} breakers and {other_pieces} pieces of {} are others", both.len());
+    assert!(others * 40 < both.len(), "{others} breakers of {}", both.len());
+    assert!(other_pieces * 10 < both.len(), "{other_pieces} pieces of {}", both.len());
 
     view.viewer.use_policies();
     assert_eq!(view.draw(NEAR), near, "near, all of it is back");
