@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use glam::{Mat3, Mat4, Vec3};
 
-use crate::{Collapse, CollapseSequence, CollapseStacks, Mesh, Section, SequenceError};
+use crate::{Collapse, CollapseSequence, CollapseStacks, Mesh, NO_FEATURE, Section, SequenceError};
 
 /// A mesh as part of a greater one.
 #[derive(Clone, Debug)]
@@ -44,6 +44,27 @@ pub fn merge(
         merged.add(part);
     }
     merged.finish()
+}
+
+impl CollapseStacks {
+    /// The mesh at a cursor, as one that knows nothing of those before, and the collapses from
+    /// there on. Positions keep their numbers; a section's material is its own number.
+    ///
+    /// # Errors
+    /// As [`merge`].
+    pub fn from_cursor(&self, cursor: u32) -> Result<(Mesh, CollapseSequence), SequenceError> {
+        let sections = self.mesh().sections.len() as u32;
+        let as_it_is = MergePart {
+            stacks: self,
+            cursors: cursor..self.collapse_count(),
+            transform: Mat4::IDENTITY,
+            stretch: 1.0,
+            materials: &(0..sections).collect::<Vec<u32>>(),
+            first_feature: Some(0),
+            feature: NO_FEATURE,
+        };
+        merge(&[as_it_is], sections)
+    }
 }
 
 #[derive(Default)]

@@ -3,14 +3,26 @@
 //! Stochastic simplification (Cook, Halstead, Planck and Ryu, "Stochastic Simplification of
 //! Aggregate Detail", SIGGRAPH 2007): of islands that show less than a given area only a
 //! share is kept, and these are as much larger, so that together they cover what all did.
-//! What is left is bounded by the area that is shown, not by the number of parts.
+//! What is left is bounded by the area that is shown, not by the number of parts, nor by that
+//! of their triangles: what is long and thin shows few pixels, and collapses within a pixel
+//! leave it more triangles than those.
+
+use std::cmp::Reverse;
 
 use glam::Vec3;
 
-use crate::{Bounds, Mesh};
+use crate::{Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, SequenceError};
 
 /// How much thinner than the side of a square an island may be that shows as much as it.
 const LEAST_THICKNESS: f32 = 1.0 / 16.0;
+/// Errors of the collapses that leave an island few triangles, in sides of a square.
+const MAX_ERROR_SIDES: f32 = 0.5;
+/// By how many times such an island is widened or narrowed at most, to show what it did.
+const MAX_STRETCH: f32 = 4.0;
+/// The fewest triangles that an island goes down to: a tetrahedron's.
+const LAST_TRIANGLES: usize = 4;
+/// What an island may show more or less without being stretched for it, as a share.
+const LEAST_STRETCH: f32 = 0.01;
 /// The island of a position without triangles.
 const NOWHERE: u32 = u32::MAX;
 /// Pieces of [`Mesh::divide`]: what stays, and what goes.
@@ -29,70 +41,159 @@ struct Island {
 }
 
 impl Island {
+    /// Without a triangle.
+    const NOTHING: Self = Self {
+        section: NOWHERE,
+        bounds: Bounds { min: Vec3::ZERO, max: Vec3::ZERO },
+        shown: 0.0,
+        first: Far::NONE,
+        second: Far::NONE,
+    };
+
     /// What it shows at least, if it is to be seen where a pixel is a square with this side.
     fn least_shown(&self, side: f32) -> f32 {
         side * side.max(self.second.metres * LEAST_THICKNESS)
     }
 }
 
-impl Mesh {
+/// What becomes of an island.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fate {
+    /// What it is to show, square metres; nothing where others stand for it.
+    shows: f32,
+    /// Whether it is of those that stand for others.
+    is_small: bool,
+    /// The most triangles that it should have.
+    max_triangles: usize,
+}
+
+impl Fate {
+    /// Of all islands where a pixel is a square with this side.
+    fn of(islands: &[Island], sections: usize, side: f32) -> Vec<Self> {
+        // Of what each section lost so far, in islands.
+        let mut owed = vec![0.0_f32; sections];
+        let fate = |island: &Island| {
+            let least = island.least_shown(side);
+            let is_small = island.shown < least;
+            let owed = &mut owed[island.section as usize];
+            *owed += if is_small { island.shown / least } else { 0.0 };
+            let stays = !is_small || *owed >= 0.5;
+            *owed -= f32::from(is_small && stays);
+            let shows = if is_small { least } else { island.shown };
+            let max_triangles = (shows / (side * side)).ceil() as usize;
+            Self { shows: if stays { shows } else { 0.0 }, is_small, max_triangles }
+        };
+        islands.iter().map(fate).collect()
+    }
+}
+
+impl CollapseStacks {
     /// The mesh without most of the islands that show less than a square with a side of so
     /// many metres, or are thinner than a sixteenth of that; the others of these are widened
     /// to be as large. Section by section they cover what all covered, to within half a
     /// square, or what the longest of them shows.
-    #[must_use]
-    pub fn thinned(mut self, side: f32) -> Self {
-        let (island_of, islands) = self.shown_islands();
-        // Of what each section lost so far, in islands.
-        let mut owed = vec![0.0_f32; self.sections.len()];
-        let mut pieces = vec![KEPT; islands.len()];
-        let mut stretches: Vec<Option<Stretch>> = Vec::with_capacity(islands.len());
-        for (island, piece) in islands.iter().zip(&mut pieces) {
-            let least = island.least_shown(side);
-            let owed = &mut owed[island.section as usize];
-            let is_small = island.shown < least;
-            *owed += if is_small { island.shown / least } else { 0.0 };
-            let stays = is_small && *owed >= 0.5;
-            *owed -= f32::from(stays);
-            stretches.push(stays.then(|| Stretch::of(island, least)));
-            if is_small && !stays {
-                *piece = DROPPED;
-            }
-        }
-        self.stretch(&island_of, &stretches);
-        let piece_of = |&island: &u32| pieces.get(island as usize).copied().unwrap_or(DROPPED);
-        let piece_of_position: Vec<u32> = island_of.iter().map(piece_of).collect();
-        let mut thinned = self.divide(&piece_of_position, 2).swap_remove(KEPT as usize);
+    ///
+    /// Islands of more triangles than one a square go down further, by collapses with errors up
+    /// to half of its sides; they show as much as before.
+    ///
+    /// # Errors
+    /// None where errors are numbers.
+    pub fn thinned(&self, side: f32) -> Result<Mesh, SequenceError> {
+        let (island_of, count) = self.mesh().numbered_islands();
+        let islands = self.mesh().shown_islands(&island_of, count);
+        let fates = Fate::of(&islands, self.mesh().sections.len(), side);
+        let sequence = self.beyond(&island_of, &fates, MAX_ERROR_SIDES * side)?;
+        let coarse = Self::build(self.mesh().clone(), &sequence);
+        // Their numbers are by the order of triangles, which is the same.
+        let (mut island_of, _) = coarse.mesh().numbered_islands();
+        let (mut mesh, _) = coarse.from_cursor(coarse.collapse_count())?;
+        island_of.truncate(mesh.positions.len());
+        let islands = mesh.shown_islands(&island_of, count);
+        let stretches: Vec<Option<Stretch>> =
+            islands.iter().zip(&fates).map(|(island, fate)| Stretch::to(island, *fate)).collect();
+        mesh.stretch(&island_of, &stretches);
+        let stays = |&island: &u32| fates.get(island as usize).is_some_and(|f| f.shows > 0.0);
+        let piece = |island: &u32| if stays(island) { KEPT } else { DROPPED };
+        let piece_of_position: Vec<u32> = island_of.iter().map(piece).collect();
+        let mut thinned = mesh.divide(&piece_of_position, 2).swap_remove(KEPT as usize);
         thinned.shrink_to_fit();
-        thinned
+        Ok(thinned)
     }
 
-    /// The island of each position, [`NOWHERE`] of one without triangles; and the islands,
-    /// in the order of their first triangles.
-    fn shown_islands(&self) -> (Vec<u32>, Vec<Island>) {
+    /// The collapses by which each island goes down to as many triangles as it should have, or
+    /// as near as it comes without vanishing.
+    fn beyond(
+        &self,
+        island_of: &[u32],
+        fates: &[Fate],
+        max_error: f32,
+    ) -> Result<CollapseSequence, SequenceError> {
+        let mesh = self.mesh();
+        let mut deaths: Vec<(u32, Reverse<u32>)> = (mesh.triangles.iter().enumerate())
+            .map(|(triangle, &corners)| {
+                let [position, ..] = mesh.corner_positions(corners);
+                (island_of[position as usize], Reverse(self.death_index(triangle)))
+            })
+            .collect();
+        deaths.sort_unstable();
+        let last = self.cursor_within(max_error);
+        let mut cursors = vec![0_u32; fates.len()];
+        for deaths in deaths.chunk_by(|(a, _), (b, _)| a == b) {
+            let island = deaths[0].0 as usize;
+            let most = fates[island].max_triangles.max(LAST_TRIANGLES);
+            if let Some(&(_, Reverse(death))) = deaths.get(most) {
+                let (_, Reverse(vanishes)) = deaths[LAST_TRIANGLES - 1];
+                cursors[island] = death.min(vanishes - 1).min(last);
+            }
+        }
+        let is_done = |entry: u32, position: u32| {
+            let island = island_of[position as usize];
+            cursors.get(island as usize).is_some_and(|&cursor| entry < cursor)
+        };
+        let entries = (0..).zip(self.collapses());
+        let entries = entries.filter(|&(entry, (removed, _))| is_done(entry, removed));
+        let entries = entries.map(|(_, (removed, kept))| Collapse { removed, kept, error: 0.0 });
+        CollapseSequence::new(entries.collect(), self.position_count())
+    }
+}
+
+impl Mesh {
+    /// The number of the island of each position, in the order of their first triangles, or
+    /// [`NOWHERE`] of one without triangles; and how many there are.
+    fn numbered_islands(&self) -> (Vec<u32>, usize) {
         let roots = self.island_roots();
         let mut of_root = vec![NOWHERE; roots.len()];
-        let mut islands: Vec<Island> = Vec::new();
+        let mut count = 0;
+        for &corners in &self.triangles {
+            let [position, ..] = self.corner_positions(corners);
+            let number = &mut of_root[roots[position as usize] as usize];
+            if *number == NOWHERE {
+                *number = count;
+                count += 1;
+            }
+        }
+        (roots.iter().map(|&root| of_root[root as usize]).collect(), count as usize)
+    }
+
+    /// What so many islands show, by their numbers.
+    fn shown_islands(&self, island_of: &[u32], count: usize) -> Vec<Island> {
+        let mut islands = vec![Island::NOTHING; count];
         for (section, range) in (0..).zip(&self.sections) {
             let first = range.first_triangle as usize;
             for &corners in &self.triangles[first..first + range.triangle_count as usize] {
                 let positions = self.corner_positions(corners);
                 let [a, b, c] = positions.map(|position| self.positions[position as usize]);
                 let bounds = Bounds { min: a.min(b).min(c), max: a.max(b).max(c) };
-                let index = &mut of_root[roots[positions[0] as usize] as usize];
-                if *index == NOWHERE {
-                    *index = islands.len() as u32;
-                    let [first, second] = [Far::default(); 2];
-                    islands.push(Island { section, bounds, shown: 0.0, first, second });
+                let island = &mut islands[island_of[positions[0] as usize] as usize];
+                if island.section == NOWHERE {
+                    (island.section, island.bounds) = (section, bounds);
                 }
-                let island = &mut islands[*index as usize];
                 island.bounds = island.bounds.union(bounds);
                 island.shown += 0.25 * (b - a).cross(c - a).length();
             }
         }
-        let island_of: Vec<u32> = roots.iter().map(|&root| of_root[root as usize]).collect();
-        self.find_ends(&island_of, &mut islands);
-        (island_of, islands)
+        self.find_ends(island_of, &mut islands);
+        islands
     }
 
     /// The farthest from the middle, then the farthest from there: near enough its length.
@@ -126,13 +227,15 @@ impl Mesh {
 }
 
 /// The farthest point so far.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Far {
     point: Vec3,
     metres: f32,
 }
 
 impl Far {
+    const NONE: Self = Self { point: Vec3::ZERO, metres: 0.0 };
+
     fn reach(&mut self, from: Vec3, point: Vec3) {
         let metres = from.distance(point);
         if metres > self.metres {
@@ -150,6 +253,18 @@ struct Stretch {
 }
 
 impl Stretch {
+    /// Makes an island show what it is to; `None` where it does.
+    fn to(island: &Island, fate: Fate) -> Option<Self> {
+        if island.shown <= 0.0 || fate.shows <= 0.0 {
+            return None;
+        }
+        if fate.is_small {
+            return Some(Self::of(island, fate.shows));
+        }
+        let more = (fate.shows / island.shown).clamp(MAX_STRETCH.recip(), MAX_STRETCH);
+        ((more - 1.0).abs() > LEAST_STRETCH).then(|| Self::of(island, island.shown * more))
+    }
+
     /// Makes an island show an area: thicker as long as it is long, then to a square.
     fn of(island: &Island, area: f32) -> Self {
         let more = area / island.shown.max(f32::MIN_POSITIVE);
@@ -209,19 +324,27 @@ mod tests {
     }
 
     fn sizes(mesh: &Mesh) -> Vec<Vec3> {
-        mesh.shown_islands().1.iter().map(|i| i.bounds.max - i.bounds.min).collect()
+        let (island_of, count) = mesh.numbered_islands();
+        let islands = mesh.shown_islands(&island_of, count);
+        islands.iter().map(|i| i.bounds.max - i.bounds.min).collect()
+    }
+
+    fn thinned(mesh: &Mesh, side: f32) -> Mesh {
+        let sequence = CollapseSequence::none(mesh.positions.len() as u32);
+        CollapseStacks::build(mesh.clone(), &sequence).thinned(side).unwrap()
     }
 
     #[test]
     fn what_is_large_enough_stays_as_it_is() {
         let mesh = plates(&[[3.0, 1.0], [2.0, 2.0]]);
-        assert_eq!(mesh.clone().thinned(1.7), mesh);
+        let thinned = thinned(&mesh, 1.7);
+        assert_eq!((thinned.positions, thinned.triangles), (mesh.positions, mesh.triangles));
     }
 
     #[test]
     fn a_few_cover_what_all_did() {
         let mesh = plates(&[[10.0, 0.1]; 40]);
-        let thinned = mesh.clone().thinned(8.0_f32.sqrt());
+        let thinned = thinned(&mesh, 8.0_f32.sqrt());
         assert_eq!(sizes(&thinned).len(), 5);
         assert!((shown(&thinned) / shown(&mesh) - 1.0).abs() < 1e-3, "{}", shown(&thinned));
         // Along the plate's diagonal, which is not quite its axis.
@@ -234,14 +357,14 @@ mod tests {
     #[test]
     fn what_is_long_and_thin_has_a_least_thickness() {
         let mesh = plates(&[[100.0, 0.1]; 32]);
-        let thinned = mesh.clone().thinned(3.2);
+        let thinned = thinned(&mesh, 3.2);
         assert_eq!(sizes(&thinned).len(), 16, "0.1 of 0.2 m");
         assert!((shown(&thinned) / shown(&mesh) - 1.0).abs() < 1e-3, "{}", shown(&thinned));
     }
 
     #[test]
     fn what_is_short_becomes_a_square() {
-        let thinned = plates(&[[1.0, 0.5]; 32]).thinned(8.0_f32.sqrt());
+        let thinned = thinned(&plates(&[[1.0, 0.5]; 32]), 8.0_f32.sqrt());
         assert_eq!(sizes(&thinned).len(), 2);
         for size in sizes(&thinned) {
             assert!(size.max_element() < 4.5, "{size}");
@@ -250,8 +373,74 @@ mod tests {
 
     #[test]
     fn small_ones_that_come_to_little_are_gone() {
-        let thinned = plates(&[[0.1, 0.1], [50.0, 50.0]]).thinned(8.0_f32.sqrt());
-        assert_eq!(sizes(&thinned), [Vec3::new(50.0, 0.0, 50.0)]);
-        assert!(plates(&[[0.1, 0.1]; 3]).thinned(8.0_f32.sqrt()).triangles.is_empty());
+        let few = thinned(&plates(&[[0.1, 0.1], [50.0, 50.0]]), 8.0_f32.sqrt());
+        assert_eq!(sizes(&few), [Vec3::new(50.0, 0.0, 50.0)]);
+        assert!(thinned(&plates(&[[0.1, 0.1]; 3]), 8.0_f32.sqrt()).triangles.is_empty());
+    }
+
+    /// A two-sided strip of so many squares; what is between its ends moves onto one of them,
+    /// by collapses of this error.
+    fn strip(squares: u32, error: f32) -> CollapseStacks {
+        let mut strip = RawPrimitive::default();
+        strip
+            .positions
+            .extend((0..=squares).flat_map(|x| [0.0, 1.0].map(|z| Vec3::new(x as f32, 0.0, z))));
+        strip.normals = vec![Vec3::Y; strip.positions.len()];
+        strip.triangles.extend((0..squares).map(|x| x * 2).flat_map(|a| {
+            [[a, a + 1, a + 3], [a, a + 3, a + 2], [a, a + 3, a + 1], [a, a + 2, a + 3]]
+        }));
+        let mesh = weld(&[strip]).unwrap().0;
+        let at = |x: u32, z: u32| {
+            let point = Vec3::new(x as f32, 0.0, z as f32);
+            mesh.positions.iter().position(|&position| position == point).unwrap() as u32
+        };
+        let onto_end = |x| [0, 1].map(|z| Collapse { removed: at(x, z), kept: at(0, z), error });
+        let entries = (1..squares).flat_map(onto_end).collect();
+        let sequence = CollapseSequence::new(entries, mesh.positions.len() as u32).unwrap();
+        CollapseStacks::build(mesh, &sequence)
+    }
+
+    #[test]
+    fn triangles_are_no_more_than_what_they_show() {
+        let strip = strip(40, 0.8);
+        let thinned = strip.thinned(2.0).unwrap();
+        let triangles = thinned.triangles.len();
+        assert!((4..=10).contains(&triangles), "{triangles}, and 40 square metres are 10 squares");
+        assert_eq!(sizes(&thinned), [Vec3::new(40.0, 0.0, 1.0)]);
+        assert!((shown(&thinned) / 40.0 - 1.0).abs() < 1e-3, "{}", shown(&thinned));
+        let beyond = strip.thinned(1.0).unwrap();
+        assert_eq!(beyond.triangles.len(), 160, "0.8 m is too much an error for squares of 1 m");
+    }
+
+    #[test]
+    fn an_island_that_lost_some_of_what_it_shows_is_widened() {
+        // A tent on two sides of a strip, whose ridge moves down to one of its edges.
+        let at = [
+            [0.0, 0.0, 0.0],
+            [20.0, 0.0, 0.0],
+            [0.0, 1.0, 1.0],
+            [20.0, 1.0, 1.0],
+            [0.0, 0.0, 2.0],
+            [20.0, 0.0, 2.0],
+        ];
+        let sides = [[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]];
+        let backs = sides.map(|[a, b, c]| [a, c, b]);
+        let tent = RawPrimitive {
+            positions: at.map(Vec3::from).to_vec(),
+            normals: vec![Vec3::Y; at.len()],
+            triangles: [sides, backs].concat(),
+            ..Default::default()
+        };
+        let mesh = weld(&[tent]).unwrap().0;
+        let number =
+            |i: usize| mesh.positions.iter().position(|&p| p == Vec3::from(at[i])).unwrap() as u32;
+        let down = [(2, 0), (3, 1)];
+        let entries =
+            down.map(|(a, b)| Collapse { removed: number(a), kept: number(b), error: 1.0 });
+        let sequence = CollapseSequence::new(entries.to_vec(), 6).unwrap();
+        let before = shown(&mesh);
+        let thinned = CollapseStacks::build(mesh, &sequence).thinned(4.0).unwrap();
+        assert_eq!(thinned.triangles.len(), 4);
+        assert!((shown(&thinned) / before - 1.0).abs() < 1e-3, "{} of {before}", shown(&thinned));
     }
 }

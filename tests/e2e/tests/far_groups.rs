@@ -9,6 +9,8 @@ const SIZE: [u32; 2] = [1600, 900];
 const FAR: [f32; 3] = [60.0, 45.0, 400.0];
 const NEAR: [f32; 3] = [60.0, 10.0, 40.0];
 const TARGET: [f32; 3] = [60.0, 0.0, 0.0];
+/// What a quarter of a pixel covers of the yards from there, metres.
+const QUARTER_PIXEL: f32 = 0.092;
 
 struct View {
     viewer: Viewer,
@@ -17,7 +19,13 @@ struct View {
 
 impl View {
     fn draw(&mut self, eye: [f32; 3]) -> Picture {
-        self.viewer.look_from(eye, TARGET);
+        self.draw_moved(eye, 0.0)
+    }
+
+    /// As many metres to the right and up.
+    fn draw_moved(&mut self, eye: [f32; 3], metres: f32) -> Picture {
+        let moved = |[x, y, z]: [f32; 3]| [x + metres, y + metres, z];
+        self.viewer.look_from(moved(eye), moved(TARGET));
         self.seconds += 1.0 / 60.0;
         self.viewer.frame(self.viewer.headless_input(self.seconds)).expect("a frame is drawn");
         self.viewer.read_picture().expect("the picture is there")
@@ -30,19 +38,43 @@ impl View {
     }
 }
 
-/// The share of places at which two of the same length differ.
-fn differing<T: PartialEq>(a: &[T], b: &[T]) -> f64 {
+/// At how many places two of the same length differ.
+fn differing<T: PartialEq>(a: &[T], b: &[T]) -> usize {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).filter(|(a, b)| a != b).count() as f64 / a.len() as f64
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
 }
 
 fn visibly(picture: &Picture) -> Vec<[u8; 3]> {
     picture.rgba8.chunks_exact(4).map(|p| [p[0] >> 6, p[1] >> 6, p[2] >> 6]).collect()
 }
 
+/// How far what is shown and picked is from what is there at full detail, pixels.
+#[derive(Debug)]
+struct Differences {
+    colours: usize,
+    pieces: usize,
+    /// Where both show a piece, of another breaker.
+    breakers: usize,
+}
+
+impl Differences {
+    fn between([a, b]: [&Picture; 2], ids: [&[Option<String>]; 2]) -> Self {
+        let both = ids[0].iter().zip(ids[1]).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
+        Self {
+            colours: differing(&visibly(a), &visibly(b)),
+            pieces: differing(ids[0], ids[1]),
+            breakers: both.filter(|(a, b)| breaker_of(a) != breaker_of(b)).count(),
+        }
+    }
+}
+
 /// The breaker that a piece `=Y0Q16/support` is of.
 fn breaker_of(piece: &str) -> &str {
     piece.split_once('/').map_or(piece, |(breaker, _)| breaker)
+}
+
+fn shown(ids: &[Option<String>]) -> usize {
+    ids.iter().flatten().count()
 }
 
 #[test]
@@ -66,23 +98,19 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     assert_eq!((of_all.groups_as_one, of_all.triangles), (0, of_all.triangles_full));
     assert!(stats.triangles * 5 < of_all.triangles, "{} triangles", stats.triangles);
     let full_ids = view.ids();
-    let (pixels, objects) =
-        (differing(&visibly(&far), &visibly(&full)), differing(&ids, &full_ids));
-    let shown = full_ids.iter().filter(|id| id.is_some()).count() as f64 / full_ids.len() as f64;
-    println!("{pixels} of pixels, {objects} of ids differ; {shown} show something");
-    assert!(shown > 0.001, "there is something to see");
-    assert!(pixels < 0.002, "{pixels}");
-    // Breakers are some four by six pixels here: half a pixel all around would be two fifths.
-    assert!(objects < 0.3 * shown, "{objects} of {shown}: half a pixel at the edges");
-    // Of those that both show, nearly all are of the same breaker. Its pieces are about a
-    // pixel here: half a pixel may show another of them more often.
-    let both: Vec<_> =
-        ids.iter().zip(&full_ids).filter_map(|(a, b)| a.as_ref().zip(b.as_ref())).collect();
-    let others = both.iter().filter(|(a, b)| breaker_of(a) != breaker_of(b)).count();
-    let other_pieces = both.iter().filter(|(a, b)| a != b).count();
-    println!("{others} breakers and {other_pieces} pieces of {} are others", both.len());
-    assert!(others * 40 < both.len(), "{others} breakers of {}", both.len());
-    assert!(other_pieces * 10 < both.len(), "{other_pieces} pieces of {}", both.len());
+    let moved = view.draw_moved(FAR, QUARTER_PIXEL);
+    let moved_ids = view.ids();
+    // Breakers are some four by six pixels here, and most of their pieces less than one: which
+    // of them a pixel shows hangs on where its middle is, also at full detail.
+    let as_one = Differences::between([&far, &full], [&ids, &full_ids]);
+    let by_moving = Differences::between([&moved, &full], [&moved_ids, &full_ids]);
+    let [shown, shown_in_full] = [shown(&ids), shown(&full_ids)];
+    println!("{as_one:?}, by a quarter of a pixel {by_moving:?}; {shown} of {shown_in_full} shown");
+    assert!(shown_in_full > 1000, "there is something to see");
+    assert!(shown.abs_diff(shown_in_full) * 20 < shown_in_full, "neither thinner nor thicker");
+    assert!(as_one.colours < by_moving.colours);
+    assert!(as_one.pieces < by_moving.pieces);
+    assert!(as_one.breakers < by_moving.breakers);
 
     view.viewer.use_policies();
     assert_eq!(view.draw(NEAR), near, "near, all of it is back");

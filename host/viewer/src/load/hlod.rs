@@ -8,7 +8,7 @@ mod materials;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use busbar_geometry::{CollapseSequence, CollapseStacks, MergePart, Mesh, NO_FEATURE, merge};
+use busbar_geometry::{CollapseSequence, CollapseStacks, MergePart, Mesh, merge};
 use busbar_scene::{
     Detail, Group, Material, MeshInstance, SceneGraph, Sight, ThetaPolicy, find_groups,
     first_after, greatest_stretch,
@@ -27,13 +27,13 @@ const MAX_PROXY_TRIANGLES: u64 = 1 << 20;
 /// The most levels of the policy that a group has proxies for, and one within another, which
 /// is drawn as one with that before it is much farther away.
 const MAX_LEVELS: usize = 12;
-const MAX_INNER_LEVELS: usize = 4;
+const MAX_INNER_LEVELS: usize = 8;
 /// Of the triangles of a proxy, the most that the next one has: others are not worth their
 /// memory.
 const GREATEST_SHARE: f64 = 0.7;
 /// Islands that show less than a square with a side of so many errors are thinned out: where
-/// an error may be half a pixel, one and a half.
-const ISLAND_ERRORS: f64 = 3.0;
+/// an error may be half a pixel, two.
+const ISLAND_ERRORS: f64 = 4.0;
 /// Of its error, what collapses of a proxy may take: theirs are root mean squares, and no point
 /// is farther off than twice that. Who picks a far thing by its edge gets it.
 const COLLAPSES_SHARE: f64 = 0.5;
@@ -226,19 +226,10 @@ impl Whole {
 /// The mesh at an error of so many metres, few islands of it for many that are small beside
 /// that.
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
-    let cursor = stacks.cursor_within((error * COLLAPSES_SHARE) as f32);
-    let sections = stacks.mesh().sections.len() as u32;
-    let as_it_is = MergePart {
-        stacks,
-        cursors: cursor..cursor,
-        transform: Mat4::IDENTITY,
-        stretch: 1.0,
-        materials: &(0..sections).collect::<Vec<u32>>(),
-        first_feature: Some(0),
-        feature: NO_FEATURE,
-    };
-    let (mesh, _) = merge(&[as_it_is], sections).ok()?;
-    let mesh = mesh.thinned((ISLAND_ERRORS * error) as f32);
+    let (mesh, left) =
+        stacks.from_cursor(stacks.cursor_within((error * COLLAPSES_SHARE) as f32)).ok()?;
+    let stacks = CollapseStacks::build(mesh, &left);
+    let mesh = stacks.thinned((ISLAND_ERRORS * error) as f32).ok()?;
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
 
