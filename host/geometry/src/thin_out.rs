@@ -17,8 +17,11 @@ use crate::{Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, SequenceEr
 const LEAST_THICKNESS: f32 = 1.0 / 16.0;
 /// Errors of the collapses that leave an island few triangles, in sides of a square.
 const MAX_ERROR_SIDES: f32 = 0.5;
-/// By how many times such an island is widened or narrowed at most, to show what it did.
-const MAX_STRETCH: f32 = 4.0;
+/// How far widening moves a point at most, in sides of a square: what is bent or flat would
+/// stand out of the picture, were it to show all that it should.
+const MAX_MOVE_SIDES: f32 = 0.6;
+/// The share that such an island is narrowed to at least, to show what it did.
+const LEAST_SHARE: f32 = 0.25;
 /// The fewest triangles that an island goes down to: a tetrahedron's.
 const LAST_TRIANGLES: usize = 4;
 /// What an island may show more or less without being stretched for it, as a share.
@@ -38,6 +41,8 @@ struct Island {
     shown: f32,
     first: Far,
     second: Far,
+    /// How far it reaches from the line through its middle between these, metres.
+    reach: f32,
 }
 
 impl Island {
@@ -48,7 +53,13 @@ impl Island {
         shown: 0.0,
         first: Far::NONE,
         second: Far::NONE,
+        reach: 0.0,
     };
+
+    /// The way from one end to the other, of unit length.
+    fn axis(&self) -> Vec3 {
+        (self.second.point - self.first.point).normalize_or_zero()
+    }
 
     /// What it shows at least, if it is to be seen where a pixel is a square with this side.
     fn least_shown(&self, side: f32) -> f32 {
@@ -61,8 +72,6 @@ impl Island {
 struct Fate {
     /// What it is to show, square metres; nothing where others stand for it.
     shows: f32,
-    /// Whether it is of those that stand for others.
-    is_small: bool,
     /// The most triangles that it should have.
     max_triangles: usize,
 }
@@ -81,7 +90,7 @@ impl Fate {
             *owed -= f32::from(is_small && stays);
             let shows = if is_small { least } else { island.shown };
             let max_triangles = (shows / (side * side)).ceil() as usize;
-            Self { shows: if stays { shows } else { 0.0 }, is_small, max_triangles }
+            Self { shows: if stays { shows } else { 0.0 }, max_triangles }
         };
         islands.iter().map(fate).collect()
     }
@@ -109,8 +118,11 @@ impl CollapseStacks {
         let (mut mesh, _) = coarse.from_cursor(coarse.collapse_count())?;
         island_of.truncate(mesh.positions.len());
         let islands = mesh.shown_islands(&island_of, count);
-        let stretches: Vec<Option<Stretch>> =
-            islands.iter().zip(&fates).map(|(island, fate)| Stretch::to(island, *fate)).collect();
+        let stretches: Vec<Option<Stretch>> = islands
+            .iter()
+            .zip(&fates)
+            .map(|(island, fate)| Stretch::to(island, *fate, side))
+            .collect();
         mesh.stretch(&island_of, &stretches);
         let stays = |&island: &u32| fates.get(island as usize).is_some_and(|f| f.shows > 0.0);
         let piece = |island: &u32| if stays(island) { KEPT } else { DROPPED };
@@ -197,6 +209,7 @@ impl Mesh {
     }
 
     /// The farthest from the middle, then the farthest from there: near enough its length.
+    /// Then the farthest from the line between.
     fn find_ends(&self, island_of: &[u32], islands: &mut [Island]) {
         for (&point, &island) in self.positions.iter().zip(island_of) {
             if let Some(island) = islands.get_mut(island as usize) {
@@ -206,6 +219,12 @@ impl Mesh {
         for (&point, &island) in self.positions.iter().zip(island_of) {
             if let Some(island) = islands.get_mut(island as usize) {
                 island.second.reach(island.first.point, point);
+            }
+        }
+        for (&point, &island) in self.positions.iter().zip(island_of) {
+            if let Some(island) = islands.get_mut(island as usize) {
+                let offset = point - island.bounds.center();
+                island.reach = island.reach.max(offset.cross(island.axis()).length());
             }
         }
     }
@@ -253,16 +272,18 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Makes an island show what it is to; `None` where it does.
-    fn to(island: &Island, fate: Fate) -> Option<Self> {
+    /// Makes an island show what it is to, as far as no point moves for it by more than
+    /// [`MAX_MOVE_SIDES`]; `None` where it does.
+    fn to(island: &Island, fate: Fate, side: f32) -> Option<Self> {
         if island.shown <= 0.0 || fate.shows <= 0.0 {
             return None;
         }
-        if fate.is_small {
-            return Some(Self::of(island, fate.shows));
-        }
-        let more = (fate.shows / island.shown).clamp(MAX_STRETCH.recip(), MAX_STRETCH);
-        ((more - 1.0).abs() > LEAST_STRETCH).then(|| Self::of(island, island.shown * more))
+        let more = (fate.shows / island.shown).max(LEAST_SHARE);
+        let mut stretch = Self::of(island, island.shown * more);
+        let most = |metres: f32| 1.0 + MAX_MOVE_SIDES * side / metres;
+        stretch.along = stretch.along.min(most(0.5 * island.second.metres));
+        stretch.across = stretch.across.min(most(island.reach));
+        ((more - 1.0).abs() > LEAST_STRETCH).then_some(stretch)
     }
 
     /// Makes an island show an area: thicker as long as it is long, then to a square.
@@ -278,8 +299,7 @@ impl Stretch {
         } else {
             [more.sqrt(); 2]
         };
-        let axis = (island.second.point - island.first.point).normalize_or_zero();
-        Self { center: island.bounds.center(), axis, along, across }
+        Self { center: island.bounds.center(), axis: island.axis(), along, across }
     }
 
     fn point(&self, point: Vec3) -> Vec3 {
@@ -368,6 +388,24 @@ mod tests {
         assert_eq!(sizes(&thinned).len(), 2);
         for size in sizes(&thinned) {
             assert!(size.max_element() < 4.5, "{size}");
+        }
+    }
+
+    #[test]
+    fn what_is_bent_is_not_blown_up() {
+        // Three long arms from one corner, in all directions.
+        let mut arms = RawPrimitive::default();
+        for [along, across] in [[Vec3::X, Vec3::Z], [Vec3::Y, Vec3::X], [Vec3::Z, Vec3::Y]] {
+            let first = arms.positions.len() as u32;
+            arms.positions.extend([Vec3::ZERO, along * 30.0, along * 30.0 + across * 0.02]);
+            arms.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 1]]);
+        }
+        arms.normals = vec![Vec3::Y; arms.positions.len()];
+        let mesh = weld(&[arms]).unwrap().0;
+        let thinned = thinned(&mesh, 0.5);
+        assert_ne!(thinned.positions, mesh.positions, "it is widened");
+        for (&is, &was) in thinned.positions.iter().zip(&mesh.positions) {
+            assert!(is.distance(was) <= 0.5 * MAX_MOVE_SIDES * 1.001, "{was} moved to {is}");
         }
     }
 
