@@ -1,11 +1,13 @@
 //! Chooses the physical device, by what it can do.
 
 use std::ffi::CStr;
+use std::num::NonZeroU32;
 
 use ash::{khr, vk};
 
 use crate::error::at;
 use crate::instance::Instance;
+use crate::rounds::round_triangles;
 use crate::surface::Surface;
 use crate::{Format, GpuError};
 
@@ -29,6 +31,8 @@ pub(crate) struct Adapter {
     pub(crate) filters_depth: bool,
     /// The processor draws.
     pub(crate) is_software: bool,
+    /// Triangles that it draws at a time, there.
+    pub(crate) round_triangles: Option<NonZeroU32>,
     /// Nothing is written to its memory as it is.
     pub(crate) stages_all: bool,
     rank: u32,
@@ -81,6 +85,7 @@ impl Adapter {
         if let Some(missing) = missing_ability(instance, device, &properties, surface.is_some())? {
             return Ok(Err(format!("{name} lacks {missing}")));
         }
+        let is_software = properties.device_type == vk::PhysicalDeviceType::CPU;
         let Some((queue_family, has_timestamps)) = queue_family(instance, device, surface)? else {
             return Ok(Err(format!("{name} has no queue that draws into this window")));
         };
@@ -97,7 +102,8 @@ impl Adapter {
                 && features.draw_indirect_first_instance == vk::TRUE,
             has_timestamps: has_timestamps && properties.limits.timestamp_period > 0.0,
             filters_depth: filters_depth(instance, device),
-            is_software: properties.device_type == vk::PhysicalDeviceType::CPU,
+            is_software,
+            round_triangles: is_software.then(round_triangles),
             stages_all: false,
             rank: rank(properties.device_type),
         }))

@@ -27,6 +27,7 @@ mod pipeline;
 mod pipeline_cache;
 mod presenter;
 mod recorder;
+mod rounds;
 mod sampler;
 mod screen;
 mod slot;

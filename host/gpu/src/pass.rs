@@ -6,6 +6,7 @@ use ash::vk;
 
 use crate::image::ImageUse;
 use crate::indirect::{CALL_BYTES, Call};
+use crate::rounds::Rounds;
 use crate::{BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, Recorder};
 
 /// What colour targets are filled with first.
@@ -89,6 +90,17 @@ pub struct Pass<'r> {
     format: Option<Format>,
     samples: u32,
     bound: Bound,
+    attachments: Attachments,
+    /// Where it is drawn in rounds.
+    rounds: Option<Rounds>,
+}
+
+/// What a pass draws into, as it is begun.
+#[derive(Clone, Copy)]
+struct Attachments {
+    area: vk::Rect2D,
+    color: Option<vk::RenderingAttachmentInfo<'static>>,
+    depth: vk::RenderingAttachmentInfo<'static>,
 }
 
 /// What drawing took.
@@ -232,19 +244,16 @@ impl Recorder<'_> {
     fn begin_pass(
         &mut self,
         target: &Image,
-        color: Option<(vk::RenderingAttachmentInfo<'_>, Format)>,
-        depth: vk::RenderingAttachmentInfo<'_>,
+        color: Option<(vk::RenderingAttachmentInfo<'static>, Format)>,
+        depth: vk::RenderingAttachmentInfo<'static>,
         viewport: Viewport,
     ) -> Pass<'_> {
         let [width, height] = target.size();
         let area = vk::Rect2D::from(vk::Extent2D { width, height });
         let format = color.map(|(_, format)| format);
-        let colors: Vec<_> = color.into_iter().map(|(info, _)| info).collect();
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&colors)
-            .depth_attachment(&depth);
+        let attachments = Attachments { area, color: color.map(|(info, _)| info), depth };
+        let rounds = self.device().adapter.round_triangles.map(Rounds::of);
+        let begun = if rounds.is_some() { attachments.kept() } else { attachments };
         let samples = target.samples();
         self.begin_label(target.name());
         let commands = self.commands();
@@ -257,15 +266,52 @@ impl Recorder<'_> {
             min_depth: 0.0,
             max_depth: 1.0,
         }];
-        // SAFETY: the commands are being recorded, outside any pass; the
-        // targets are in these layouts and live until the submission is done.
+        begun.begin(device, commands);
+        // SAFETY: the commands are being recorded.
         unsafe {
-            device.cmd_begin_rendering(commands, &info);
             device.cmd_set_viewport(commands, 0, &viewports);
             device.cmd_set_scissor(commands, 0, &[area]);
         }
         let recorder: &Recorder<'_> = self;
-        Pass { recorder, device, commands, format, samples, bound: Bound::default() }
+        let bound = Bound::default();
+        Pass { recorder, device, commands, format, samples, bound, attachments, rounds }
+    }
+}
+
+impl Attachments {
+    fn map(
+        self,
+        change: impl Fn(vk::RenderingAttachmentInfo<'static>) -> vk::RenderingAttachmentInfo<'static>,
+    ) -> Self {
+        Self { color: self.color.map(&change), depth: change(self.depth), ..self }
+    }
+
+    /// The same for a round that another follows.
+    fn kept(self) -> Self {
+        self.map(|info| {
+            info.store_op(vk::AttachmentStoreOp::STORE).resolve_mode(vk::ResolveModeFlags::NONE)
+        })
+    }
+
+    /// The same after a round.
+    fn resumed(self) -> Self {
+        self.map(|info| info.load_op(vk::AttachmentLoadOp::LOAD))
+    }
+
+    fn are_resolved(&self) -> bool {
+        let mut all = self.color.iter().chain([&self.depth]);
+        all.any(|info| info.resolve_mode != vk::ResolveModeFlags::NONE)
+    }
+
+    fn begin(&self, device: &ash::Device, commands: vk::CommandBuffer) {
+        let info = vk::RenderingInfo::default()
+            .render_area(self.area)
+            .layer_count(1)
+            .color_attachments(self.color.as_slice())
+            .depth_attachment(&self.depth);
+        // SAFETY: the commands are being recorded, outside any pass; the
+        // targets are in these layouts and live until the submission is done.
+        unsafe { device.cmd_begin_rendering(commands, &info) };
     }
 }
 
@@ -307,7 +353,7 @@ impl Pass<'_> {
         self.check_state(draw)?;
         check_ranges(draw)?;
         self.bind(draw);
-        self.call(draw);
+        self.call(draw.call());
         Ok(())
     }
 
@@ -317,24 +363,53 @@ impl Pass<'_> {
     /// # Errors
     /// As [`Pass::draw`].
     pub fn draw_all(&mut self, draws: &[Draw<'_>]) -> Result<DrawCount, GpuError> {
-        let mut commands = 0;
+        let mut count = DrawCount::default();
         for alike in draws.chunk_by(Draw::is_like) {
             self.check_state(&alike[0])?;
             alike.iter().try_for_each(check_ranges)?;
             self.bind(&alike[0]);
-            commands += self.call_all(alike)?;
+            count += self.call_in_rounds(alike.iter().map(Draw::call).collect())?;
         }
-        Ok(DrawCount { draws: draws.len() as u32, commands })
+        Ok(count)
     }
 
     /// Draws what is alike.
-    fn call_all(&self, alike: &[Draw<'_>]) -> Result<u32, GpuError> {
-        let (mut left, mut commands) = (alike, 0);
-        if alike.len() > 1 && self.recorder.device().adapter.draws_indirectly {
-            let calls: Vec<Call> = alike.iter().map(Draw::call).collect();
+    fn call_in_rounds(&mut self, mut calls: Vec<Call>) -> Result<DrawCount, GpuError> {
+        let Some(mut rounds) = self.rounds else { return self.call_all(&calls) };
+        let mut count = DrawCount::default();
+        calls.reverse();
+        while !calls.is_empty() {
+            if rounds.is_full() {
+                self.resume(self.attachments.resumed().kept());
+                rounds.restart();
+            }
+            count += self.call_all(&rounds.take(&mut calls))?;
+        }
+        self.rounds = Some(rounds);
+        Ok(count)
+    }
+
+    /// Has all drawn that was recorded, and goes on.
+    fn resume(&self, attachments: Attachments) {
+        let uses = [ImageUse::ColorTarget, ImageUse::DepthTarget];
+        let stages = uses[0].stages() | uses[1].stages();
+        let access = uses[0].access() | uses[1].access();
+        let barrier = vk::MemoryBarrier2::default()
+            .src_stage_mask(stages)
+            .src_access_mask(access)
+            .dst_stage_mask(stages)
+            .dst_access_mask(access);
+        // SAFETY: the pass was begun in these commands and not ended yet.
+        unsafe { self.device.cmd_end_rendering(self.commands) };
+        self.recorder.barriers(&[], &[barrier]);
+        attachments.begin(self.device, self.commands);
+    }
+
+    fn call_all(&self, calls: &[Call]) -> Result<DrawCount, GpuError> {
+        let (mut left, mut commands) = (calls, 0);
+        if calls.len() > 1 && self.recorder.device().adapter.draws_indirectly {
             while !left.is_empty() {
-                let calls = &calls[alike.len() - left.len()..];
-                let Some((buffer, offset, count)) = self.recorder.write_calls(calls)? else {
+                let Some((buffer, offset, count)) = self.recorder.write_calls(left)? else {
                     break;
                 };
                 // SAFETY: as in `call`; the buffer holds so many calls from there on, and is
@@ -352,12 +427,12 @@ impl Pass<'_> {
                 commands += 1;
             }
         }
-        left.iter().for_each(|draw| self.call(draw));
-        Ok(commands + left.len() as u32)
+        left.iter().for_each(|&call| self.call(call));
+        commands += left.len() as u32;
+        Ok(DrawCount { draws: calls.len() as u32, commands })
     }
 
-    fn call(&self, draw: &Draw<'_>) {
-        let [indices, instances, first_index, first_vertex, first_instance] = draw.call();
+    fn call(&self, [indices, instances, first_index, first_vertex, first_instance]: Call) {
         // SAFETY: the commands are being recorded, inside this pass; all that
         // the pipeline needs is bound and checked; what shaders read beyond a
         // buffer is zero, by robust buffer access.
@@ -453,6 +528,10 @@ fn front_face(mirrored: bool) -> vk::FrontFace {
 
 impl Drop for Pass<'_> {
     fn drop(&mut self) {
+        if self.rounds.is_some() && self.attachments.are_resolved() {
+            // No round did.
+            self.resume(self.attachments.resumed());
+        }
         // SAFETY: the pass was begun in these commands and not ended yet.
         unsafe { self.device.cmd_end_rendering(self.commands) };
         self.recorder.end_label();
