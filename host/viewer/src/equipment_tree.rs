@@ -16,9 +16,11 @@ const MAX_ROWS_OPEN: usize = 40;
 #[derive(Debug, Default)]
 pub(crate) struct EquipmentTree {
     entries: Vec<Entry>,
-    /// Entries by node.
-    by_node: Vec<(NodeIndex, u32)>,
-    text: SearchText,
+    /// Entries in the order of their nodes.
+    by_node: Vec<u32>,
+    /// What is searched; only while something is: of a great site it is megabytes, and put
+    /// together within a frame.
+    text: Option<SearchText>,
     is_open: Vec<bool>,
     query: String,
     /// Entries shown.
@@ -29,11 +31,14 @@ pub(crate) struct EquipmentTree {
     selected_row: Option<usize>,
 }
 
+/// In place of an entry: there is none.
+const NONE: u32 = u32::MAX;
+
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     node: NodeIndex,
-    parent: Option<u32>,
-    depth: u16,
+    /// The entry it hangs under, or [`NONE`].
+    parent: u32,
     /// The entry behind the last one under it.
     end: u32,
 }
@@ -68,33 +73,24 @@ impl EquipmentTree {
                 None => roots.push(index as u32),
             }
         }
-        let mut tree = Self::default();
+        let mut tree = Self { entries: Vec::with_capacity(listed.len()), ..Self::default() };
         // What is to be entered, the next last, with its parent's entry.
-        let mut open: Vec<(u32, Option<u32>)> = roots.iter().rev().map(|r| (*r, None)).collect();
+        let mut open: Vec<(u32, u32)> = roots.iter().rev().map(|root| (*root, NONE)).collect();
         while let Some((index, parent)) = open.pop() {
             let entry = tree.entries.len() as u32;
-            let node = listed[index as usize];
-            let depth = parent.map_or(0, |parent| tree.entries[parent as usize].depth + 1);
-            tree.entries.push(Entry { node, parent, depth, end: entry + 1 });
-            open.extend(children[index as usize].iter().rev().map(|child| (*child, Some(entry))));
-            let id = graph.node(node).id();
-            let names = equipment.names(node);
-            let aliases = names.into_iter().flat_map(|names| &names.aliases);
-            let name = names.map(|names| &names.name).filter(|name| !name.is_empty());
-            tree.text.add([&id].into_iter().chain(name).chain(aliases).map(String::as_str));
+            tree.entries.push(Entry { node: listed[index as usize], parent, end: entry + 1 });
+            open.extend(children[index as usize].iter().rev().map(|child| (*child, entry)));
         }
         for entry in (0..tree.entries.len()).rev() {
             let Entry { parent, end, .. } = tree.entries[entry];
-            if let Some(parent) = parent {
-                let end_of_parent = &mut tree.entries[parent as usize].end;
-                *end_of_parent = end.max(*end_of_parent);
+            if let Some(above) = tree.entries.get_mut(parent as usize) {
+                above.end = end.max(above.end);
             }
         }
-        let entries = tree.entries.iter().zip(0..);
-        tree.by_node = entries.map(|(entry, index)| (entry.node, index)).collect();
-        tree.by_node.sort_unstable();
+        tree.by_node = (0..listed.len() as u32).collect();
+        tree.by_node.sort_unstable_by_key(|entry| tree.entries[*entry as usize].node);
         let near: usize = roots.iter().map(|root| 1 + children[*root as usize].len()).sum();
-        let opens = |entry: &Entry| near <= MAX_ROWS_OPEN && entry.depth == 0;
+        let opens = |entry: &Entry| near <= MAX_ROWS_OPEN && entry.parent == NONE;
         tree.is_open = tree.entries.iter().map(opens).collect();
         tree.list();
         tree
@@ -109,16 +105,48 @@ impl EquipmentTree {
     }
 
     fn entry_of(&self, node: NodeIndex) -> Option<u32> {
-        let at = self.by_node.binary_search_by_key(&node, |(node, _)| *node).ok()?;
-        Some(self.by_node[at].1)
+        let node_of = |entry: &u32| self.entries[*entry as usize].node;
+        Some(self.by_node[self.by_node.binary_search_by_key(&node, node_of).ok()?])
+    }
+
+    /// What an entry hangs under, the nearest first.
+    fn above(&self, entry: u32) -> impl Iterator<Item = u32> + use<'_> {
+        let parent = |entry: &u32| {
+            let Entry { parent, .. } = self.entries[*entry as usize];
+            (parent != NONE).then_some(parent)
+        };
+        std::iter::successors(parent(&entry), parent)
+    }
+
+    /// The names of all entries, to be searched.
+    fn text(&self, graph: &SceneGraph, equipment: &Equipment) -> SearchText {
+        let mut text = SearchText::default();
+        for &Entry { node, .. } in &self.entries {
+            let id = graph.node(node).id();
+            let names = equipment.names(node);
+            let aliases = names.into_iter().flat_map(|names| &names.aliases);
+            let name = names.map(|names| &names.name).filter(|name| !name.is_empty());
+            text.add([&id].into_iter().chain(name).chain(aliases).map(String::as_str));
+        }
+        text
     }
 
     /// Shows what has these words in its names, or the tree where there are none.
-    pub(crate) fn search(&mut self, query: &str) {
-        if query.trim() != self.query.trim() {
-            query.clone_into(&mut self.query);
-            self.list();
+    pub(crate) fn search(&mut self, query: &str, graph: &SceneGraph, equipment: &Equipment) {
+        if query.trim() == self.query.trim() {
+            return;
         }
+        query.clone_into(&mut self.query);
+        if query.trim().is_empty() {
+            self.text = None;
+        } else if self.text.is_none() {
+            self.text = Some(self.text(graph, equipment));
+        }
+        self.list();
+    }
+
+    pub(crate) fn query(&self) -> &str {
+        &self.query
     }
 
     /// Opens or closes a branch.
@@ -134,15 +162,13 @@ impl EquipmentTree {
         self.rows.len()
     }
 
-    /// Searches as another tree, and opens the branches that are open there; `now`: where a
-    /// node is now.
+    /// Opens the branches that are open in another tree; `now`: where a node is now.
     pub(crate) fn inherit(&mut self, before: &Self, now: impl Fn(NodeIndex) -> Option<NodeIndex>) {
         for (entry, is_open) in before.entries.iter().zip(&before.is_open) {
             if let Some(own) = now(entry.node).and_then(|node| self.entry_of(node)) {
                 self.is_open[own as usize] = *is_open;
             }
         }
-        self.query.clone_from(&before.query);
         self.list();
     }
 
@@ -152,11 +178,10 @@ impl EquipmentTree {
         self.selected = entry_of(node).or_else(|| entry_of(device));
         self.find_selected();
         let Some(selected) = self.selected else { return };
-        let mut above = self.entries[selected as usize].parent;
+        let above: Vec<u32> = self.above(selected).collect();
         let mut has_opened = false;
-        while let Some(entry) = above {
+        for entry in above {
             has_opened |= !std::mem::replace(&mut self.is_open[entry as usize], true);
-            above = self.entries[entry as usize].parent;
         }
         if has_opened {
             self.list();
@@ -166,8 +191,8 @@ impl EquipmentTree {
     fn list(&mut self) {
         self.rows.clear();
         self.is_cut = false;
-        if !self.query.trim().is_empty() {
-            (self.rows, self.is_cut) = self.text.find(&self.query);
+        if let Some(text) = &self.text {
+            (self.rows, self.is_cut) = text.find(&self.query);
         } else {
             let mut entry = 0;
             while let Some(Entry { end, .. }) = self.entries.get(entry as usize) {
@@ -212,20 +237,20 @@ impl EquipmentRows for Rows<'_> {
 
     fn row(&self, index: usize) -> EquipmentRow {
         let Some(&entry) = self.tree.rows.get(index) else { return EquipmentRow::default() };
-        let Entry { node, parent, depth, end } = self.tree.entries[entry as usize];
-        let is_found = !self.tree.query.trim().is_empty();
-        let above = || parent.map(|parent| self.tree.entries[parent as usize].node);
+        let Entry { node, end, .. } = self.tree.entries[entry as usize];
+        let is_found = self.tree.text.is_some();
+        let above = || self.tree.entries.get(self.tree.above(entry).next()? as usize);
         let names = self.equipment.names(node);
         EquipmentRow {
             entry,
-            depth: if is_found { 0 } else { depth },
+            depth: if is_found { 0 } else { self.tree.above(entry).count() as u16 },
             is_open: (!is_found && end > entry + 1).then(|| self.tree.is_open[entry as usize]),
             is_selected: self.tree.selected == Some(entry),
             label: self.graph.node(node).name().to_owned(),
             id: self.graph.node(node).id(),
             name: names.map(|names| names.name.clone()).unwrap_or_default(),
             aliases: names.map(|names| names.aliases.clone()).unwrap_or_default(),
-            within: above().filter(|_| is_found).map(|node| self.graph.node(node).id()),
+            within: above().filter(|_| is_found).map(|above| self.graph.node(above.node).id()),
         }
     }
 }
@@ -276,23 +301,25 @@ mod tests {
     #[test]
     fn a_search_shows_what_it_finds_and_the_tree_comes_back() {
         let graph = station(3, 2);
-        let mut tree = EquipmentTree::of(&graph, &Equipment::default(), &HashSet::new());
+        let equipment = &Equipment::default();
+        let mut tree = EquipmentTree::of(&graph, equipment, &HashSet::new());
         assert_eq!(ids(&graph, &tree).len(), 9, "few enough to be open");
-        tree.search("qa1");
+        tree.search("qa1", &graph, equipment);
         assert_eq!(ids(&graph, &tree), ["=Q0-QA1", "=Q1-QA1", "=Q2-QA1"]);
-        tree.search(" ");
+        tree.search(" ", &graph, equipment);
         assert_eq!(ids(&graph, &tree).len(), 9);
     }
 
     #[test]
     fn a_hundred_thousand_pieces_are_searched_within_a_frame() {
         let graph = station(1000, 99);
-        let mut tree = EquipmentTree::of(&graph, &Equipment::default(), &HashSet::new());
+        let equipment = &Equipment::default();
+        let mut tree = EquipmentTree::of(&graph, equipment, &HashSet::new());
         assert_eq!(tree.entries.len(), 100_000);
         let mut longest = Duration::ZERO;
         for query in ["q", "q9", "q99-", "q999-qa98", "q999-qa98 nothing", "zzz"] {
             let start = Instant::now();
-            tree.search(query);
+            tree.search(query, &graph, equipment);
             longest = longest.max(start.elapsed());
         }
         println!("longest search {:.2} ms", longest.as_secs_f64() * 1e3);

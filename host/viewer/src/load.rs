@@ -66,7 +66,7 @@ pub struct LoadedScene {
     pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Arc<[Binding]>,
     /// Parts that move, as modelled.
-    pub(crate) moving: Arc<MovingParts>,
+    pub(crate) moving: MovingParts,
     pub(crate) alarms: LoadedAlarms,
     /// Folder of the alarm log.
     pub(crate) alarm_log: Option<PathBuf>,
@@ -295,7 +295,7 @@ impl LoadedScene {
                     groups,
                     tags,
                     bindings: bindings.into(),
-                    moving: Arc::new(moving),
+                    moving,
                     alarms,
                     alarm_log,
                     equipment: equipment.unwrap_or_default(),

@@ -3,7 +3,7 @@
 //! A part whose position is not known, or not any more, stands in the middle of its way and
 //! is hatched: it is shown neither open nor closed.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use busbar_config::{Config, EndConfig, MovingPartConfig};
@@ -16,12 +16,12 @@ use crate::running::{Basis, ShownPosition, ShownState};
 /// Where a part of unknown position stands.
 const MIDDLE: f64 = 0.5;
 
-/// All parts of a scene that may move.
+/// All parts of a scene that may move, and where they are. Clones share what parts there are.
 #[derive(Clone, Default)]
 pub(crate) struct MovingParts {
-    parts: Vec<MovingPart>,
-    /// Parts at a piece of equipment or under it, by what moves them.
-    at: HashMap<NodeIndex, Vec<u32>>,
+    parts: Arc<Parts>,
+    /// Parts whose positions were ever told, by index.
+    shown: BTreeMap<u32, ShownPart>,
     /// Instances that stand elsewhere than their models show them.
     moved: BTreeSet<usize>,
     /// Instances that the last update moved.
@@ -32,14 +32,26 @@ pub(crate) struct MovingParts {
     unknown: Vec<ShownState>,
 }
 
-#[derive(Clone)]
-struct MovingPart {
-    node: NodeIndex,
+/// Parts as modelled: a hundred stations have tens of thousands, of few kinds.
+#[derive(Default)]
+struct Parts {
+    kinds: Vec<Kind>,
+    /// Of each part its node and kind.
+    all: Vec<(NodeIndex, u32)>,
+    /// Pieces of equipment with the parts at them or under them, in order.
+    at: Vec<(NodeIndex, u32)>,
+}
+
+/// How a part of a model moves, wherever that is placed.
+struct Kind {
     mechanism: String,
     motion: Motion,
     modelled: EndConfig,
-    /// What is shown: none as long as no overlay tells its position.
-    shown: Option<Shown>,
+}
+
+#[derive(Clone)]
+struct ShownPart {
+    position: Shown,
     /// Instances of it, once it has moved.
     instances: Vec<usize>,
 }
@@ -55,50 +67,63 @@ impl Shown {
     const UNKNOWN: Self = Self { travelled: MIDDLE, is_known: false };
 }
 
+impl Parts {
+    /// Adds the part of a kind that a node is.
+    fn add(&mut self, graph: &SceneGraph, node: NodeIndex, kind: u32) {
+        let index = self.all.len() as u32;
+        self.all.push((node, kind));
+        let above = |node: &NodeIndex| graph.node(*node).parent();
+        self.at.extend(std::iter::successors(Some(node), above).map(|node| (node, index)));
+    }
+
+    fn finish(mut self) -> Self {
+        self.all.shrink_to_fit();
+        self.at.sort_unstable();
+        self.at.shrink_to_fit();
+        self
+    }
+
+    fn kind(&self, part: u32) -> &Kind {
+        &self.kinds[self.all[part as usize].1 as usize]
+    }
+
+    fn moved_by<'a>(&'a self, position: &'a ShownPosition) -> impl Iterator<Item = u32> + 'a {
+        let first = self.at.partition_point(|(node, _)| *node < position.node);
+        let at = self.at[first..].iter().take_while(|(node, _)| *node == position.node);
+        at.map(|&(_, part)| part).filter(|&part| *self.kind(part).mechanism == *position.mechanism)
+    }
+}
+
 impl MovingParts {
     /// Those that the models of a configuration have, wherever they are placed.
     pub(crate) fn of(config: &Config, graph: &SceneGraph) -> Self {
-        let mut all = Self::default();
-        if config.models.values().all(|model| model.moving_parts.is_empty()) {
-            return all;
+        let mut parts = Parts::default();
+        let mut first_kinds: HashMap<&str, u32> = HashMap::new();
+        for (name, model) in &config.models {
+            first_kinds.insert(name, parts.kinds.len() as u32);
+            parts.kinds.extend(model.moving_parts.iter().map(Kind::of));
+        }
+        if parts.kinds.is_empty() {
+            return Self::default();
         }
         for placed in config.scene.iter() {
-            let model = placed.model.as_ref().and_then(|name| config.models.get(name));
-            for part in model.iter().flat_map(|model| &model.moving_parts) {
+            let Some((name, model)) =
+                placed.model.as_ref().and_then(|name| config.models.get_key_value(name))
+            else {
+                continue;
+            };
+            for (kind, part) in (first_kinds[name.as_str()]..).zip(&model.moving_parts) {
                 if let Some(node) = graph.find(&format!("{}/{}", placed.id, part.part)) {
-                    all.add(graph, node, part);
+                    parts.add(graph, node, kind);
                 }
             }
         }
-        all
-    }
-
-    fn add(&mut self, graph: &SceneGraph, node: NodeIndex, config: &MovingPartConfig) {
-        let index = self.parts.len() as u32;
-        let mut above = Some(node);
-        while let Some(node) = above {
-            self.at.entry(node).or_default().push(index);
-            above = graph.node(node).parent();
-        }
-        self.parts.push(MovingPart {
-            node,
-            mechanism: config.mechanism.clone(),
-            motion: motion(config),
-            modelled: config.modelled,
-            shown: None,
-            instances: Vec::new(),
-        });
+        Self { parts: Arc::new(parts.finish()), ..Self::default() }
     }
 
     /// Whether a position at a piece of equipment moves any part.
     pub(crate) fn has(&self, position: &ShownPosition) -> bool {
-        self.moved_by(position).next().is_some()
-    }
-
-    fn moved_by<'a>(&'a self, position: &'a ShownPosition) -> impl Iterator<Item = usize> + 'a {
-        let at = self.at.get(&position.node).into_iter().flatten();
-        at.map(|&index| index as usize)
-            .filter(|&index| *self.parts[index].mechanism == *position.mechanism)
+        self.parts.moved_by(position).next().is_some()
     }
 
     /// Moves the parts whose positions changed, and gives what is not known as states. Most
@@ -122,42 +147,42 @@ impl MovingParts {
     }
 
     fn take_over(&mut self, graph: &mut Arc<SceneGraph>) {
-        let mut shown: HashMap<usize, Shown> = HashMap::new();
+        // Of what an overlay does not tell any more nothing is known.
+        let mut now: BTreeMap<u32, Shown> =
+            self.shown.keys().map(|&part| (part, Shown::UNKNOWN)).collect();
         for (position, is_good) in &self.told {
             let travelled = position.travelled.filter(|_| *is_good);
             let known = |travelled| Shown { travelled, is_known: true };
             let of_position = travelled.map_or(Shown::UNKNOWN, known);
-            shown.extend(self.moved_by(position).map(|index| (index, of_position)));
+            now.extend(self.parts.moved_by(position).map(|part| (part, of_position)));
         }
         self.unknown.clear();
-        for index in 0..self.parts.len() {
-            // Of what an overlay does not tell any more nothing is known.
-            let was = self.parts[index].shown;
-            let shown = shown.get(&index).copied().or(was.map(|_| Shown::UNKNOWN));
-            if was != shown {
-                self.show(graph, index, shown);
+        for (part, position) in now {
+            if self.shown.get(&part).is_none_or(|shown| shown.position != position) {
+                self.show(graph, part, position);
             }
-            if shown.is_some_and(|shown| !shown.is_known) {
-                self.unknown.push(not_known(self.parts[index].node));
+            if !position.is_known {
+                self.unknown.push(not_known(self.parts.all[part as usize].0));
             }
         }
     }
 
-    fn show(&mut self, graph: &mut Arc<SceneGraph>, index: usize, shown: Option<Shown>) {
-        let part = &mut self.parts[index];
-        part.shown = shown;
-        let away = shown.map_or(0.0, |shown| match part.modelled {
-            EndConfig::Closed => 1.0 - shown.travelled,
-            EndConfig::Open => shown.travelled,
-        });
-        let pose = (away != 0.0).then(|| part.motion.at(away as f32));
+    fn show(&mut self, graph: &mut Arc<SceneGraph>, part: u32, position: Shown) {
+        let Kind { motion, modelled, .. } = self.parts.kind(part);
+        let away = match modelled {
+            EndConfig::Closed => 1.0 - position.travelled,
+            EndConfig::Open => position.travelled,
+        };
+        let pose = (away != 0.0).then(|| motion.at(away as f32));
         // A copy where a reload looks at the graph just now.
-        let moved = Arc::make_mut(graph).pose(part.node, pose);
+        let moved = Arc::make_mut(graph).pose(self.parts.all[part as usize].0, pose);
+        let shown = self.shown.entry(part).or_insert(ShownPart { position, instances: Vec::new() });
+        shown.position = position;
         if !moved.is_empty() {
-            part.instances.clone_from(&moved);
+            shown.instances.clone_from(&moved);
         }
         self.just_moved.extend(moved);
-        for &instance in &part.instances {
+        for &instance in &shown.instances {
             match pose {
                 Some(_) => self.moved.insert(instance),
                 None => self.moved.remove(&instance),
@@ -187,13 +212,16 @@ fn not_known(node: NodeIndex) -> ShownState {
     }
 }
 
-fn motion(config: &MovingPartConfig) -> Motion {
-    Motion {
-        pivot: config.pivot.into(),
-        axis: config.axis.into(),
-        degrees: config.degrees,
-        travel: config.travel.into(),
-        scale: config.scale.into(),
+impl Kind {
+    fn of(config: &MovingPartConfig) -> Self {
+        let motion = Motion {
+            pivot: config.pivot.into(),
+            axis: config.axis.into(),
+            degrees: config.degrees,
+            travel: config.travel.into(),
+            scale: config.scale.into(),
+        };
+        Self { mechanism: config.mechanism.clone(), motion, modelled: config.modelled }
     }
 }
 
@@ -253,11 +281,11 @@ mod tests {
             scale: [1.0; 3],
             pointer: String::new(),
         };
-        let mut parts = MovingParts::default();
+        let mut parts = Parts { kinds: vec![Kind::of(&config)], ..Parts::default() };
         for pole in ["Q-L1/blade", "Q-L2/blade"] {
-            parts.add(graph, graph.find(pole).unwrap(), &config);
+            parts.add(graph, graph.find(pole).unwrap(), 0);
         }
-        parts
+        MovingParts { parts: Arc::new(parts.finish()), ..MovingParts::default() }
     }
 
     /// A good value, so old.

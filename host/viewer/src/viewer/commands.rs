@@ -44,7 +44,9 @@ impl Viewer {
                 Command::Measure(position) => self.ask_at(Purpose::Measure, *position),
                 Command::Escape if self.measuring.is_some() => self.measuring = None,
                 Command::Escape => self.select(None),
-                Command::SearchEquipment(query) => self.tree.search(query),
+                Command::SearchEquipment(query) => {
+                    self.tree.search(query, &self.scene.graph, &self.scene.equipment)
+                }
                 Command::ToggleBranch(entry) => self.tree.toggle(*entry),
                 Command::FilterTags(query) => self.tag_list.filter(query, &self.scene),
                 Command::ToggleTrend(tag) => {

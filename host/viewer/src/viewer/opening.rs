@@ -110,7 +110,7 @@ impl Viewer {
             pace: Pace::new(scene.config.view.target_frame_millis.filter(|_| is_live)),
             section: scene.config.view.section.map(surroundings::section_of),
             surroundings: Surroundings::of(&scene.config.view, scene.graph.bounds()),
-            moving: MovingParts::clone(&scene.moving),
+            moving: scene.moving.clone(),
             navigator: Navigator::new(camera, &scene.config.view, is_live),
             scene,
             renderer,

@@ -240,7 +240,7 @@ impl Viewer {
         if same_graph {
             return;
         }
-        self.moving = MovingParts::clone(&scene.moving);
+        self.moving = scene.moving.clone();
         self.selection = self.selection.iter().filter_map(|node| numbers.node(*node)).collect();
         self.picker = Picker::default();
         (self.hovered, self.shown, self.rests) = (None, None, false);
@@ -258,6 +258,7 @@ impl Viewer {
         self.at_nodes = AtNodes::of(scene);
         let tree = EquipmentTree::of(&scene.graph, &scene.equipment, &self.at_nodes.nodes());
         let old = std::mem::replace(&mut self.tree, tree);
+        self.tree.search(old.query(), &scene.graph, &scene.equipment);
         self.tree.inherit(&old, |node| numbers.node(node));
         self.tag_list = self.tag_list.of_scene(scene);
         let faceplate = self.faceplate.take();
