@@ -1,11 +1,12 @@
 //! The nodes of a scene, packed: a site of a hundred stations has some 300,000. What is
 //! placed has a record each; its parts follow from its model.
 
+use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 
 use busbar_geometry::Bounds;
-use glam::Mat4;
+use glam::{Mat3, Mat4, Vec3};
 use hashbrown::HashTable;
 
 use crate::graph::NodeIndex;
@@ -28,19 +29,48 @@ struct Record {
     id_end: u32,
 }
 
-/// A transform by its rows; the last one would be (0, 0, 0, 1).
-#[derive(Clone, Copy, Debug)]
-struct Affine([[f32; 4]; 3]);
+/// Affine transforms: how things are turned and scaled, of which a site has few ways, is kept
+/// once.
+#[derive(Clone, Debug, Default)]
+struct Transforms {
+    /// The first three columns.
+    turns: Vec<Mat3>,
+    /// Turns by the bits of their numbers, as long as something is placed.
+    known: HashMap<[u32; 9], u32>,
+    all: Vec<Placed>,
+}
 
-impl Affine {
-    fn of(matrix: &Mat4) -> Self {
-        let [x, y, z, _] = matrix.transpose().to_cols_array_2d();
-        Self([x, y, z])
+/// A transform by its turn's index and its last column.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    turn: u32,
+    origin: Vec3,
+}
+
+impl Transforms {
+    fn with_capacity(count: usize) -> Self {
+        Self { all: Vec::with_capacity(count), ..Self::default() }
     }
 
-    fn matrix(self) -> Mat4 {
-        let Self([x, y, z]) = self;
-        Mat4::from_cols_array_2d(&[x, y, z, [0.0, 0.0, 0.0, 1.0]]).transpose()
+    fn push(&mut self, matrix: &Mat4) {
+        let turn = Mat3::from_mat4(*matrix);
+        let next = self.turns.len() as u32;
+        let known = self.known.entry(turn.to_cols_array().map(f32::to_bits)).or_insert(next);
+        if *known == next {
+            self.turns.push(turn);
+        }
+        self.all.push(Placed { turn: *known, origin: matrix.w_axis.truncate() });
+    }
+
+    fn get(&self, index: u32) -> Mat4 {
+        let Placed { turn, origin } = self.all[index as usize];
+        let Mat3 { x_axis, y_axis, z_axis } = self.turns[turn as usize];
+        Mat4::from_cols(
+            x_axis.extend(0.0),
+            y_axis.extend(0.0),
+            z_axis.extend(0.0),
+            origin.extend(1.0),
+        )
     }
 }
 
@@ -57,7 +87,7 @@ pub(crate) struct Nodes {
     /// One a model.
     parts: Vec<Arc<Parts>>,
     records: Vec<Record>,
-    world_from_placements: Vec<Affine>,
+    world_from_placements: Transforms,
     bounds: Vec<Option<Bounds>>,
     /// All placements' ids, one behind the other.
     ids: String,
@@ -73,7 +103,7 @@ impl Nodes {
         Self {
             parts,
             records: Vec::with_capacity(placements),
-            world_from_placements: Vec::with_capacity(placements),
+            world_from_placements: Transforms::with_capacity(placements),
             bounds: Vec::with_capacity(placements),
             by_id: HashTable::with_capacity(placements),
             ..Self::default()
@@ -111,9 +141,9 @@ impl Nodes {
             id_end: self.ids.len() as u32,
         });
         self.count += 1 + model.map_or(0, |model| self.parts_of_model(model).all.len());
-        let world_from_parent = parent
-            .map_or(Mat4::IDENTITY, |parent| self.world_from_placements[parent as usize].matrix());
-        self.world_from_placements.push(Affine::of(&(world_from_parent * *parent_from_placement)));
+        let world_from_parent =
+            parent.map_or(Mat4::IDENTITY, |parent| self.world_from_placements.get(parent));
+        self.world_from_placements.push(&(world_from_parent * *parent_from_placement));
         self.bounds.push(None);
         let hash = self.hasher.hash_one(id);
         let Self { by_id, records, ids, hasher, .. } = self;
@@ -134,8 +164,10 @@ impl Nodes {
     }
 
     /// Widens the boxes of placements by those of what hangs under them. Gives the box
-    /// around all.
+    /// around all; nothing is placed after that.
     pub(crate) fn grow_upwards(&mut self) -> Option<Bounds> {
+        self.world_from_placements.known = HashMap::new();
+        self.ids.shrink_to_fit();
         let mut all = None;
         for placement in (0..self.records.len()).rev() {
             let parent = self.records[placement].parent;
@@ -191,7 +223,7 @@ impl Nodes {
     }
 
     pub(crate) fn world_from(&self, place: Place) -> Mat4 {
-        let world_from_placement = self.world_from_placements[place.placement as usize].matrix();
+        let world_from_placement = self.world_from_placements.get(place.placement);
         let Some(part) = place.part else { return world_from_placement };
         let Record { model, .. } = self.records[place.placement as usize];
         let parts = &self.parts[model as usize];
