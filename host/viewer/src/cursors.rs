@@ -12,10 +12,10 @@ mod drawn;
 mod hlod;
 mod morphs;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use busbar_config::ThetaConfig;
-use busbar_geometry::Bounds;
+use busbar_geometry::{Bounds, CollapseStacks};
 use busbar_scene::{
     Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
     distance_to_bounds, greatest_stretch,
@@ -29,6 +29,10 @@ use crate::load::{HlodGroup, LoadedModel};
 
 /// The cursor of what is not shown.
 const NOWHERE: u32 = u32::MAX;
+/// The level where the past plays no part.
+const NO_LEVEL: u32 = u32::MAX;
+
+const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
 /// From where a scene is seen, and how sharply.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +65,7 @@ impl Eye {
         match self.pixel {
             PixelSize::PerMetre { ahead, corner } => {
                 let half = (bounds.max - bounds.min) * 0.5;
+                // Of what is everywhere it is no number, and `max` lets it go.
                 let depth =
                     (bounds.center() - self.position).dot(self.ahead) - half.dot(self.ahead.abs());
                 ahead * depth.max(distance * corner)
@@ -77,6 +82,7 @@ pub(crate) struct Cursors {
     /// A theta for all instances of a model, instead of their policies.
     by_hand: Vec<Option<f64>>,
     scale: f64,
+    kinds: Vec<Kind>,
     /// The graph's, then those of the groups' proxies.
     instances: Vec<InstanceCursor>,
     /// How many are the graph's.
@@ -128,16 +134,52 @@ pub(crate) enum Needed {
     Way(Place),
 }
 
-struct InstanceCursor {
+/// A mesh as instances show it.
+#[derive(Clone, Copy, PartialEq)]
+struct Kind {
     model: u32,
     mesh: u32,
     /// Index of its policy.
     policy: u32,
-    bounds: Option<Bounds>,
     /// Metres to a unit of the mesh, at most.
     metres: f32,
-    /// Level of the policy; none where the past plays no part.
-    level: Option<u32>,
+}
+
+impl Kind {
+    fn at(self, cursor: u32) -> Place {
+        Place { model: self.model as usize, mesh: self.mesh as usize, cursor }
+    }
+
+    fn stacks(self, models: &[LoadedModel]) -> &CollapseStacks {
+        &models[self.model as usize].stacks[self.mesh as usize]
+    }
+}
+
+/// Kinds that are known, by what makes them.
+#[derive(Default)]
+struct Kinds {
+    all: Vec<Kind>,
+    known: HashMap<[u32; 4], u32>,
+}
+
+impl Kinds {
+    fn number(&mut self, kind: Kind) -> u32 {
+        let Kind { model, mesh, policy, metres } = kind;
+        *self.known.entry([model, mesh, policy, metres.to_bits()]).or_insert_with(|| {
+            self.all.push(kind);
+            self.all.len() as u32 - 1
+        })
+    }
+}
+
+/// Where an instance stands: a site has a hundred thousand of them.
+struct InstanceCursor {
+    /// Index of its kind.
+    kind: u32,
+    /// Level of the policy, or [`NO_LEVEL`].
+    level: u32,
+    /// Without vertices it is everywhere. The graph has it too, but each frame asks for it.
+    bounds: Bounds,
     /// The theta wanted.
     theta: f64,
     wanted: u32,
@@ -165,8 +207,15 @@ pub(crate) struct ModelDetail {
 }
 
 impl InstanceCursor {
-    fn at(&self, cursor: u32) -> Place {
-        Place { model: self.model as usize, mesh: self.mesh as usize, cursor }
+    /// Of a kind, in full detail.
+    fn of(kind: u32, bounds: Option<Bounds>, triangles: u32) -> Self {
+        let (level, theta, way) = (NO_LEVEL, 0.0, ON_NONE);
+        let bounds = bounds.unwrap_or(EVERYWHERE);
+        Self { kind, level, bounds, theta, wanted: 0, shown: 0, way, triangles }
+    }
+
+    fn level(&self) -> Option<u32> {
+        (self.level != NO_LEVEL).then_some(self.level)
     }
 }
 
@@ -181,36 +230,34 @@ impl Cursors {
     ) -> Self {
         let own_policies = policies.len() as u32;
         policies.extend(graph.policies().iter().cloned());
-        let instance = |instance: &busbar_scene::MeshInstance| {
-            let (model, mesh) = (instance.model.0, instance.mesh);
-            let stacks = &models[model as usize].stacks[mesh as usize];
-            InstanceCursor {
-                model,
-                mesh,
-                policy: instance.theta.map_or(model, |theta| own_policies + theta.0),
-                bounds: instance.bounds,
-                metres: greatest_stretch(&graph.world_from_mesh(instance)),
-                level: None,
-                theta: 0.0,
-                wanted: 0,
-                shown: 0,
-                way: ON_NONE,
-                triangles: stacks.mesh().triangles.len() as u32,
-            }
-        };
+        let mut kinds = Kinds::default();
         let mut instances = Vec::with_capacity(graph.instances().len() + groups.len());
-        instances.extend(graph.instances().iter().map(instance));
+        instances.extend(graph.instances().iter().map(|instance| {
+            let kind = Kind {
+                model: instance.model.0,
+                mesh: instance.mesh,
+                policy: instance.theta.map_or(instance.model.0, |theta| own_policies + theta.0),
+                metres: greatest_stretch(&graph.world_from_mesh(instance)),
+            };
+            let triangles = kind.stacks(models).mesh().triangles.len() as u32;
+            InstanceCursor::of(kinds.number(kind), instance.bounds, triangles)
+        }));
         let own = instances.len();
         // All go down by one policy.
         policies.extend(groups.first().map(|group| group.policy.clone()));
         let policy = policies.len().saturating_sub(1) as u32;
-        instances.extend(groups.iter().map(|group| InstanceCursor::of_proxy(group, policy)));
+        instances.extend(groups.iter().map(|group| {
+            // Its errors are in metres already.
+            let kind = Kind { model: group.model as u32, mesh: 0, policy, metres: 1.0 };
+            InstanceCursor::of_proxy(kinds.number(kind), group)
+        }));
         Self {
             groups: groups.iter().map(|group| HlodState::new(group, graph)).collect(),
             own,
             policies,
             by_hand: vec![None; models.len()],
             scale,
+            kinds: kinds.all,
             instances,
             eye: None,
             full: BTreeSet::new(),
@@ -293,7 +340,7 @@ impl Cursors {
         apart: &BTreeSet<usize>,
     ) {
         for &index in moved {
-            self.instances[index].bounds = graph.instances()[index].bounds;
+            self.instances[index].bounds = graph.instances()[index].bounds.unwrap_or(EVERYWHERE);
         }
         if self.apart != *apart {
             self.apart.clone_from(apart);
@@ -340,17 +387,18 @@ impl Cursors {
     }
 
     fn choose_instance(&mut self, index: usize, eye: Eye, models: &[LoadedModel], anew: bool) {
-        let InstanceCursor { model, policy, shown, .. } = self.instances[index];
+        let InstanceCursor { kind, shown, .. } = self.instances[index];
+        let Kind { model, policy, .. } = self.kinds[kind as usize];
         let anew = anew || shown == NOWHERE;
         let forced = self.full.contains(&index).then_some(0.0);
         if let Some(theta) = forced.or(self.by_hand[model as usize]) {
             if anew {
-                self.instances[index].level = None;
+                self.instances[index].level = NO_LEVEL;
                 self.want(index, theta, models);
             }
         } else if anew || self.policies[policy as usize].follows_camera() {
             let level = self.level_of(index, eye);
-            if anew || self.instances[index].level != Some(level) {
+            if anew || self.instances[index].level != level {
                 self.take_level(index, level, models);
             }
         }
@@ -358,21 +406,22 @@ impl Cursors {
 
     /// The level of an instance by its policy.
     fn level_of(&self, index: usize, eye: Eye) -> u32 {
-        let InstanceCursor { policy, bounds, level, .. } = self.instances[index];
-        let bounds = bounds.unwrap_or(Bounds { min: eye.position, max: eye.position });
-        let distance = distance_to_bounds(eye.position, &bounds);
-        let pixel = eye.pixel_at(&bounds, distance) * self.coarseness;
-        self.policies[policy as usize].level(Sight { distance, pixel }, level)
+        let instance = &self.instances[index];
+        let policy = self.kinds[instance.kind as usize].policy;
+        let distance = distance_to_bounds(eye.position, &instance.bounds);
+        let pixel = eye.pixel_at(&instance.bounds, distance) * self.coarseness;
+        self.policies[policy as usize].level(Sight { distance, pixel }, instance.level())
     }
 
     fn take_level(&mut self, index: usize, level: u32, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
-        instance.level = Some(level);
-        let theta = match self.policies[instance.policy as usize].detail(level) {
+        instance.level = level;
+        let kind = self.kinds[instance.kind as usize];
+        let theta = match self.policies[kind.policy as usize].detail(level) {
             Detail::Theta(theta) => theta,
             Detail::Error(metres) => {
-                let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
-                let cursor = stacks.cursor_within((metres / f64::from(instance.metres)) as f32);
+                let stacks = kind.stacks(models);
+                let cursor = stacks.cursor_within((metres / f64::from(kind.metres)) as f32);
                 f64::from(cursor) / f64::from(stacks.position_count().max(1))
             }
         };
@@ -384,7 +433,7 @@ impl Cursors {
         if theta == instance.theta && instance.shown != NOWHERE {
             return;
         }
-        let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
+        let stacks = self.kinds[instance.kind as usize].stacks(models);
         let was_moving = instance.wanted != instance.shown || instance.way != ON_NONE;
         (instance.theta, instance.wanted) = (theta, stacks.cursor_at(theta));
         self.has_changed = true;
@@ -427,7 +476,7 @@ impl Cursors {
         if instance.way != ON_NONE || instance.wanted == instance.shown {
             return instance.way != ON_NONE;
         }
-        if !settle && !is_ready(Needed::Mesh(instance.at(instance.wanted))) {
+        if !settle && !is_ready(Needed::Mesh(self.place(instance, instance.wanted))) {
             return true;
         }
         if settle || !self.morphs(instance, models) {
@@ -440,6 +489,10 @@ impl Cursors {
         true
     }
 
+    fn place(&self, instance: &InstanceCursor, cursor: u32) -> Place {
+        self.kinds[instance.kind as usize].at(cursor)
+    }
+
     /// How many instances are not where they are wanted.
     pub(crate) fn waiting_count(&self) -> usize {
         self.moving.len()
@@ -450,20 +503,20 @@ impl Cursors {
         let standing = self.moving.iter().map(|&index| &self.instances[index]);
         standing.filter(|instance| instance.way == ON_NONE).flat_map(|instance| {
             let way = self.morphs(instance, models).then(|| self.way_of(instance));
-            [Needed::Mesh(instance.at(instance.wanted))].into_iter().chain(way)
+            [Needed::Mesh(self.place(instance, instance.wanted))].into_iter().chain(way)
         })
     }
 
     /// Notes the live triangles of instances that moved, once they are drawn.
     pub(crate) fn count_moved(&mut self, triangles_at: impl Fn(Place) -> Option<u32>) {
-        let Self { instances, moved, .. } = self;
+        let Self { kinds, instances, moved, .. } = self;
         // A frame of a minimised window draws nothing.
         moved.retain(|&index| {
             let instance = &mut instances[index];
             if instance.shown == NOWHERE {
                 return false;
             }
-            let triangles = triangles_at(instance.at(instance.shown));
+            let triangles = triangles_at(kinds[instance.kind as usize].at(instance.shown));
             instance.triangles = triangles.unwrap_or(instance.triangles);
             triangles.is_none()
         });
@@ -477,13 +530,14 @@ impl Cursors {
         }
         let mut details: Vec<Option<ModelDetail>> = vec![None; models.len()];
         for instance in self.instances.iter().filter(|instance| instance.shown != NOWHERE) {
-            let detail = details[instance.model as usize].get_or_insert(ModelDetail {
+            let kind = self.kinds[instance.kind as usize];
+            let detail = details[kind.model as usize].get_or_insert(ModelDetail {
                 theta: [instance.theta; 2],
                 ..ModelDetail::default()
             });
             let [least, greatest] = detail.theta;
             detail.theta = [least.min(instance.theta), greatest.max(instance.theta)];
-            let stacks = &models[instance.model as usize].stacks[instance.mesh as usize];
+            let stacks = kind.stacks(models);
             detail.s1 += u64::from(stacks.collapse_count() - instance.shown);
             detail.s2 += u64::from(instance.shown);
             detail.triangles += u64::from(instance.triangles);

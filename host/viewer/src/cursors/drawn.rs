@@ -31,7 +31,7 @@ impl Cursors {
     pub(crate) fn for_each_drawn(&self, mut each: impl FnMut(Drawn, Place, Option<Morph>)) {
         self.walk(0..self.own, 0, &mut |drawn, index| {
             let instance = &self.instances[index];
-            each(drawn, instance.at(instance.shown), self.morph_of(instance));
+            each(drawn, self.place(instance, instance.shown), self.morph_of(instance));
         });
     }
 
@@ -48,7 +48,7 @@ impl Cursors {
         for index in told.changed.drain(..) {
             if told.states[index] == WAS_DRAWN {
                 let instance = &self.instances[index];
-                let place = instance.at(instance.shown);
+                let place = self.place(instance, instance.shown);
                 each(self.drawn_at(index), Some((place, self.morph_of(instance))));
             }
         }

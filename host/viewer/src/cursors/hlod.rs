@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use busbar_scene::{Detail, SceneGraph};
 
-use super::{Cursors, Drawn, Eye, InstanceCursor, NOWHERE, ON_NONE};
+use super::{Cursors, Drawn, Eye, InstanceCursor, NO_LEVEL, NOWHERE};
 use crate::load::{HlodGroup, LoadedModel};
 
 /// A group, and how it is drawn.
@@ -51,25 +51,15 @@ impl HlodState {
 }
 
 impl InstanceCursor {
-    pub(super) fn of_proxy(hlod: &HlodGroup, policy: u32) -> Self {
-        Self {
-            model: hlod.model as u32,
-            mesh: 0,
-            policy,
-            bounds: Some(hlod.group.bounds),
-            // Its errors are in metres already.
-            metres: 1.0,
-            level: None,
-            theta: 0.0,
-            wanted: NOWHERE,
-            shown: NOWHERE,
-            way: ON_NONE,
-            triangles: 0,
-        }
+    /// Of a group that is not drawn as one.
+    pub(super) fn of_proxy(kind: u32, hlod: &HlodGroup) -> Self {
+        let mut proxy = Self::of(kind, Some(hlod.group.bounds), 0);
+        proxy.hide();
+        proxy
     }
 
     fn hide(&mut self) {
-        (self.wanted, self.shown, self.level) = (NOWHERE, NOWHERE, None);
+        (self.wanted, self.shown, self.level) = (NOWHERE, NOWHERE, NO_LEVEL);
     }
 
     fn is_ready(&self) -> bool {
@@ -89,7 +79,8 @@ impl Cursors {
     ) {
         let proxy = self.own + group;
         let level = self.level_of(proxy, eye);
-        let policy = &self.policies[self.instances[proxy].policy as usize];
+        let policy =
+            &self.policies[self.kinds[self.instances[proxy].kind as usize].policy as usize];
         let coarse_enough = match policy.detail(level) {
             Detail::Error(metres) => metres >= self.groups[group].base_error,
             Detail::Theta(_) => false,
@@ -97,12 +88,12 @@ impl Cursors {
         let wants_one = coarse_enough && self.follows_policy(group);
         self.groups[group].wants_one = wants_one;
         if wants_one {
-            if self.instances[proxy].level != Some(level) {
+            if self.instances[proxy].level != level {
                 self.take_level(proxy, level, models);
             }
         } else if self.groups[group].is_one {
             // It stays as it is until its instances are ready.
-            self.instances[proxy].level = None;
+            self.instances[proxy].level = NO_LEVEL;
         } else {
             self.instances[proxy].hide();
         }

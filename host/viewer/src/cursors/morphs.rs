@@ -121,17 +121,17 @@ impl Cursors {
         *seconds > 0.0
             && instance.shown != NOWHERE
             && ways.len() < MAX_MORPHS
-            && bytes + vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
+            && bytes + self.vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
     }
 
     /// Lets an instance go where it is wanted.
     pub(super) fn begin_morph(&mut self, index: usize, models: &[LoadedModel]) {
         let Morphs { now, ways, .. } = &self.morphs;
         let (begun, at) = (*now, ways.len() as u32);
+        let bytes = self.vertex_bytes(&self.instances[index], models);
         let instance = &mut self.instances[index];
         instance.way = at;
         let (from, to) = (instance.shown, instance.wanted);
-        let bytes = vertex_bytes(instance, models);
         self.morphs.bytes += bytes;
         self.morphs.ways.push(Way { index, from, to, begun, bytes });
         self.show(index, from.min(to));
@@ -139,11 +139,11 @@ impl Cursors {
 
     /// What an instance needs to go where it is wanted, beside the mesh there.
     pub(super) fn way_of(&self, instance: &InstanceCursor) -> Needed {
-        Needed::Way(instance.at(instance.shown.max(instance.wanted)))
+        Needed::Way(self.place(instance, instance.shown.max(instance.wanted)))
     }
-}
 
-fn vertex_bytes(instance: &InstanceCursor, models: &[LoadedModel]) -> u64 {
-    let mesh = models[instance.model as usize].stacks[instance.mesh as usize].mesh();
-    mesh.wedges.position.len() as u64 * VERTEX_BYTES
+    fn vertex_bytes(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> u64 {
+        let mesh = self.kinds[instance.kind as usize].stacks(models).mesh();
+        mesh.wedges.position.len() as u64 * VERTEX_BYTES
+    }
 }
