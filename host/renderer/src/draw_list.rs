@@ -29,6 +29,11 @@ pub struct DrawList {
 }
 
 impl DrawList {
+    /// A list with so many places, all empty.
+    pub fn with_places(count: usize) -> Self {
+        Self { places: vec![EMPTY; count], ..Self::default() }
+    }
+
     /// How many places it has, empty ones included.
     pub fn len(&self) -> usize {
         self.places.len()

@@ -43,6 +43,9 @@ impl DrawnScene {
         highlights: &Highlights,
     ) {
         let own = scene.graph.instances().len();
+        if self.list.is_empty() {
+            self.list = DrawList::with_places(own + scene.groups.len());
+        }
         let place_of = |drawn| match drawn {
             Drawn::Instance(index) => index,
             Drawn::Group(index) => own + index,

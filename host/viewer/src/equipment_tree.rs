@@ -65,32 +65,36 @@ impl EquipmentTree {
             let mut way = std::iter::successors(above(&node), above);
             way.find_map(|node| listed.binary_search(&node).ok())
         };
-        let mut children: Vec<Vec<u32>> = vec![Vec::new(); listed.len()];
-        let mut roots = Vec::new();
-        for (index, &node) in listed.iter().enumerate() {
-            match parent_of(node) {
-                Some(parent) => children[parent].push(index as u32),
-                None => roots.push(index as u32),
+        let parents: Vec<Option<usize>> = listed.iter().map(|node| parent_of(*node)).collect();
+        // How many entries it is with those under it; parents come before.
+        let mut sizes = vec![1_u32; listed.len()];
+        for (index, parent) in parents.iter().enumerate().rev() {
+            if let Some(parent) = *parent {
+                sizes[parent] += sizes[index];
             }
         }
-        let mut tree = Self { entries: Vec::with_capacity(listed.len()), ..Self::default() };
-        // What is to be entered, the next last, with its parent's entry.
-        let mut open: Vec<(u32, u32)> = roots.iter().rev().map(|root| (*root, NONE)).collect();
-        while let Some((index, parent)) = open.pop() {
-            let entry = tree.entries.len() as u32;
-            tree.entries.push(Entry { node: listed[index as usize], parent, end: entry + 1 });
-            open.extend(children[index as usize].iter().rev().map(|child| (*child, entry)));
+        let nowhere = Entry { node: NodeIndex(NONE), parent: NONE, end: 0 };
+        let mut tree = Self { entries: vec![nowhere; listed.len()], ..Self::default() };
+        tree.by_node.reserve_exact(listed.len());
+        let mut next_at_top = 0;
+        let mut next_under = vec![0; listed.len()];
+        for ((&node, parent), &size) in listed.iter().zip(&parents).zip(&sizes) {
+            let next = parent.map_or(&mut next_at_top, |parent| &mut next_under[parent]);
+            let entry = *next;
+            *next += size;
+            next_under[tree.by_node.len()] = entry + 1;
+            tree.entries[entry as usize] = Entry {
+                node,
+                parent: parent.map_or(NONE, |parent| tree.by_node[parent]),
+                end: entry + size,
+            };
+            tree.by_node.push(entry);
         }
-        for entry in (0..tree.entries.len()).rev() {
-            let Entry { parent, end, .. } = tree.entries[entry];
-            if let Some(above) = tree.entries.get_mut(parent as usize) {
-                above.end = end.max(above.end);
-            }
-        }
-        tree.by_node = (0..listed.len() as u32).collect();
-        tree.by_node.sort_unstable_by_key(|entry| tree.entries[*entry as usize].node);
-        let near: usize = roots.iter().map(|root| 1 + children[*root as usize].len()).sum();
-        let opens = |entry: &Entry| near <= MAX_ROWS_OPEN && entry.parent == NONE;
+        let is_at_top = |entry: &Entry| entry.parent == NONE;
+        let parent = |entry: &Entry| tree.entries.get(entry.parent as usize);
+        let is_near = |entry: &&Entry| parent(entry).is_none_or(is_at_top);
+        let near = tree.entries.iter().filter(is_near).count();
+        let opens = |entry: &Entry| near <= MAX_ROWS_OPEN && is_at_top(entry);
         tree.is_open = tree.entries.iter().map(opens).collect();
         tree.list();
         tree
