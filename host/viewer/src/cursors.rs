@@ -244,7 +244,7 @@ impl Cursors {
         }));
         let own = instances.len();
         // All go down by one policy.
-        policies.extend(groups.first().map(|group| group.policy.clone()));
+        policies.extend(groups.first().map(|group| ThetaPolicy::clone(&group.policy)));
         let policy = policies.len().saturating_sub(1) as u32;
         instances.extend(groups.iter().map(|group| {
             // Its errors are in metres already.
@@ -252,7 +252,7 @@ impl Cursors {
             InstanceCursor::of_proxy(kinds.number(kind), group)
         }));
         Self {
-            groups: groups.iter().map(|group| HlodState::new(group, graph)).collect(),
+            groups: HlodState::all(groups, graph),
             own,
             policies,
             by_hand: vec![None; models.len()],

@@ -4,8 +4,9 @@
 //! proxy has at its finest. It *is* drawn as one, or by its instances, until what is
 //! wanted is ready: nothing is ever missing from the picture.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
+use std::sync::Arc;
 
 use busbar_scene::{Detail, SceneGraph};
 
@@ -19,29 +20,31 @@ pub(super) struct HlodState {
     /// Index of the first group after those within this one.
     pub(super) after: usize,
     base_error: f64,
-    /// Models of its instances.
-    models: Vec<u32>,
+    /// Models of its instances, shared by groups that look the same.
+    models: Arc<[u32]>,
     wants_one: bool,
     pub(super) is_one: bool,
 }
 
 impl HlodState {
-    pub(super) fn new(hlod: &HlodGroup, graph: &SceneGraph) -> Self {
-        let HlodGroup { group, base_error, .. } = hlod;
-        let instances = group.instances.start as usize..group.instances.end as usize;
-        let mut models: Vec<u32> =
-            graph.instances()[instances.clone()].iter().map(|i| i.model.0).collect();
-        models.sort_unstable();
-        models.dedup();
-        models.shrink_to_fit();
-        Self {
-            instances,
-            after: group.after as usize,
-            base_error: *base_error,
-            models,
-            wants_one: false,
-            is_one: false,
-        }
+    pub(super) fn all(groups: &[HlodGroup], graph: &SceneGraph) -> Vec<Self> {
+        let mut models: HashMap<u32, Arc<[u32]>> = HashMap::new();
+        let state = |HlodGroup { group, after, base_error, .. }: &HlodGroup| {
+            let instances = group.instances.start as usize..group.instances.end as usize;
+            let models = models.entry(group.kind).or_insert_with(|| {
+                let of = graph.instances()[instances.clone()].iter().map(|i| i.model.0);
+                of.collect::<BTreeSet<u32>>().into_iter().collect()
+            });
+            Self {
+                instances,
+                after: *after as usize,
+                base_error: *base_error,
+                models: Arc::clone(models),
+                wants_one: false,
+                is_one: false,
+            }
+        };
+        groups.iter().map(state).collect()
     }
 
     /// Whether it is drawn as one and is to stay so.

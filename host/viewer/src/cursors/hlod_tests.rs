@@ -1,6 +1,7 @@
 //! Groups of a row of strips, drawn as one or not.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use busbar_scene::Group;
 
@@ -24,17 +25,18 @@ fn grouped<const N: usize>(
     let (graph, mut models) = row_of(&[0.0; 4], None);
     models.extend([loaded(strip()), loaded(strip())]);
     let group = |(instances, after, model, base_error): (Range<u32>, _, _, _)| HlodGroup {
-        group: Group {
+        group: Arc::new(Group {
             nodes: instances.start * 2..instances.end * 2,
             instances,
             after,
             bounds: graph.bounds().unwrap(),
             world_from_group: glam::Mat4::IDENTITY,
             kind: 0,
-        },
+        }),
+        after,
         model,
         base_error,
-        policy: policy.clone(),
+        policy: Arc::new(policy.clone()),
     };
     let groups = groups.map(group);
     (Cursors::new(&graph, &models, vec![policy.clone()], &groups, 1.0), models)

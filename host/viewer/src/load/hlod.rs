@@ -43,13 +43,16 @@ const FEWEST_TRIANGLES: u64 = 64;
 /// A group that can be drawn as one mesh, its proxy.
 #[derive(Clone, Debug)]
 pub(crate) struct HlodGroup {
-    pub(crate) group: Group,
+    /// Shared by all of its proxies.
+    pub(crate) group: Arc<Group>,
+    /// Index of the first group after those within this one, counted once a proxy.
+    pub(crate) after: u32,
     /// Index of the proxy, a model with one mesh in the group's own space.
     pub(crate) model: usize,
     /// By how much the proxy differs from what it stands for, metres.
     pub(crate) base_error: f64,
-    /// Of each of its instances that goes down.
-    pub(crate) policy: ThetaPolicy,
+    /// Of each of its instances that goes down: the same for all groups.
+    pub(crate) policy: Arc<ThetaPolicy>,
 }
 
 /// Finds groups whose detail follows the error on the screen, and makes their proxies,
@@ -116,15 +119,17 @@ fn keep(
     proxies: &HashMap<u32, Vec<(usize, f64)>>,
     policy: &ThetaPolicy,
 ) -> Vec<HlodGroup> {
+    let policy = Arc::new(policy.clone());
     let mut kept = Vec::new();
-    for group in groups {
+    for group in groups.into_iter().map(Arc::new) {
         kept.extend(proxies.get(&group.kind).into_iter().flatten().map(|&(model, base_error)| {
-            HlodGroup { group: group.clone(), model, base_error, policy: policy.clone() }
+            let (group, policy) = (Arc::clone(&group), Arc::clone(&policy));
+            HlodGroup { group, after: 0, model, base_error, policy }
         }));
     }
     let starts: Vec<u32> = kept.iter().map(|hlod| hlod.group.instances.start).collect();
-    for HlodGroup { group, .. } in &mut kept {
-        group.after = first_after(&starts, group.instances.end);
+    for HlodGroup { group, after, .. } in &mut kept {
+        *after = first_after(&starts, group.instances.end);
     }
     kept
 }
