@@ -17,8 +17,9 @@ use serde_json::{Value, json};
 
 /// The longest that anything is waited for: this machine may be busy.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
-/// The longest that any call may take.
-pub(crate) const MAX_CALL: Duration = Duration::from_millis(50);
+/// The longest that any call may take: one that waited for the viewer would take seconds, and a
+/// busy machine that draws in software lets any thread wait for some time slices.
+pub(crate) const MAX_CALL: Duration = Duration::from_millis(250);
 /// How long a picture stays as it is until nothing is taken to come.
 const CALM: Duration = Duration::from_millis(1200);
 /// How often the program says its tags again.
