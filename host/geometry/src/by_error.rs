@@ -5,7 +5,7 @@ use crate::stacks::death_indices;
 use crate::{Collapse, CollapseSequence, Mesh};
 
 /// The fewest triangles that an island has while it counts as there: a tetrahedron's.
-const LAST_TRIANGLES: usize = 4;
+pub(crate) const LAST_TRIANGLES: usize = 4;
 
 impl CollapseSequence {
     /// The same collapses of a mesh in the order of how far what is seen may differ. The

@@ -55,6 +55,11 @@ impl CollapseStacks {
         &self.mesh
     }
 
+    /// The mesh alone.
+    pub(crate) fn into_mesh(self) -> Mesh {
+        self.mesh
+    }
+
     /// What is known beyond the mesh.
     pub fn tables(&self) -> &StackTables {
         &self.tables

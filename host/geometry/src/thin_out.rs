@@ -11,6 +11,7 @@ use std::cmp::Reverse;
 
 use glam::Vec3;
 
+use crate::by_error::LAST_TRIANGLES;
 use crate::{Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, SequenceError};
 
 /// How much thinner than the side of a square an island may be that shows as much as it.
@@ -22,8 +23,6 @@ const MAX_ERROR_SIDES: f32 = 0.5;
 const MAX_MOVE_SIDES: f32 = 0.6;
 /// The share that such an island is narrowed to at least, to show what it did.
 const LEAST_SHARE: f32 = 0.25;
-/// The fewest triangles that an island goes down to: a tetrahedron's.
-const LAST_TRIANGLES: usize = 4;
 /// What an island may show more or less without being stretched for it, as a share.
 const LEAST_STRETCH: f32 = 0.01;
 /// The island of a position without triangles.
@@ -107,12 +106,12 @@ impl CollapseStacks {
     ///
     /// # Errors
     /// None where errors are numbers.
-    pub fn thinned(&self, side: f32) -> Result<Mesh, SequenceError> {
+    pub fn thinned(self, side: f32) -> Result<Mesh, SequenceError> {
         let (island_of, count) = self.mesh().numbered_islands();
         let islands = self.mesh().shown_islands(&island_of, count);
         let fates = Fate::of(&islands, self.mesh().sections.len(), side);
         let sequence = self.beyond(&island_of, &fates, MAX_ERROR_SIDES * side)?;
-        let coarse = Self::build(self.mesh().clone(), &sequence);
+        let coarse = Self::build(self.into_mesh(), &sequence);
         // Their numbers are by the order of triangles, which is the same.
         let (mut island_of, _) = coarse.mesh().numbered_islands();
         let (mut mesh, _) = coarse.from_cursor(coarse.collapse_count())?;
@@ -211,22 +210,19 @@ impl Mesh {
     /// The farthest from the middle, then the farthest from there: near enough its length.
     /// Then the farthest from the line between.
     fn find_ends(&self, island_of: &[u32], islands: &mut [Island]) {
-        for (&point, &island) in self.positions.iter().zip(island_of) {
-            if let Some(island) = islands.get_mut(island as usize) {
-                island.first.reach(island.bounds.center(), point);
+        let mut at_each_point = |note: fn(&mut Island, Vec3)| {
+            for (&point, &island) in self.positions.iter().zip(island_of) {
+                if let Some(island) = islands.get_mut(island as usize) {
+                    note(island, point);
+                }
             }
-        }
-        for (&point, &island) in self.positions.iter().zip(island_of) {
-            if let Some(island) = islands.get_mut(island as usize) {
-                island.second.reach(island.first.point, point);
-            }
-        }
-        for (&point, &island) in self.positions.iter().zip(island_of) {
-            if let Some(island) = islands.get_mut(island as usize) {
-                let offset = point - island.bounds.center();
-                island.reach = island.reach.max(offset.cross(island.axis()).length());
-            }
-        }
+        };
+        at_each_point(|island, point| island.first.reach(island.bounds.center(), point));
+        at_each_point(|island, point| island.second.reach(island.first.point, point));
+        at_each_point(|island, point| {
+            let offset = point - island.bounds.center();
+            island.reach = island.reach.max(offset.cross(island.axis()).length());
+        });
     }
 
     fn stretch(&mut self, island_of: &[u32], stretches: &[Option<Stretch>]) {
@@ -272,34 +268,33 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Makes an island show what it is to, as far as no point moves for it by more than
-    /// [`MAX_MOVE_SIDES`]; `None` where it does.
+    /// Makes an island show what it is to: thicker as long as it is long, then to a square; as
+    /// far as no point moves for it by more than [`MAX_MOVE_SIDES`]. `None` where it does.
     fn to(island: &Island, fate: Fate, side: f32) -> Option<Self> {
         if island.shown <= 0.0 || fate.shows <= 0.0 {
             return None;
         }
         let more = (fate.shows / island.shown).max(LEAST_SHARE);
-        let mut stretch = Self::of(island, island.shown * more);
-        let most = |metres: f32| 1.0 + MAX_MOVE_SIDES * side / metres;
-        stretch.along = stretch.along.min(most(0.5 * island.second.metres));
-        stretch.across = stretch.across.min(most(island.reach));
-        ((more - 1.0).abs() > LEAST_STRETCH).then_some(stretch)
-    }
-
-    /// Makes an island show an area: thicker as long as it is long, then to a square.
-    fn of(island: &Island, area: f32) -> Self {
-        let more = area / island.shown.max(f32::MIN_POSITIVE);
+        if (more - 1.0).abs() <= LEAST_STRETCH {
+            return None;
+        }
         let length = island.second.metres;
         let thickness = island.shown / length;
-        let side = area.sqrt();
+        let square = (island.shown * more).sqrt();
         let [along, across] = if thickness * more <= length {
             [1.0, more]
-        } else if thickness < side {
-            [side / length, side / thickness]
+        } else if thickness < square {
+            [square / length, square / thickness]
         } else {
             [more.sqrt(); 2]
         };
-        Self { center: island.bounds.center(), axis: island.axis(), along, across }
+        let most = |metres: f32| 1.0 + MAX_MOVE_SIDES * side / metres;
+        Some(Self {
+            center: island.bounds.center(),
+            axis: island.axis(),
+            along: along.min(most(0.5 * length)),
+            across: across.min(most(island.reach)),
+        })
     }
 
     fn point(&self, point: Vec3) -> Vec3 {
@@ -441,7 +436,7 @@ mod tests {
     #[test]
     fn triangles_are_no_more_than_what_they_show() {
         let strip = strip(40, 0.8);
-        let thinned = strip.thinned(2.0).unwrap();
+        let thinned = strip.clone().thinned(2.0).unwrap();
         let triangles = thinned.triangles.len();
         assert!((4..=10).contains(&triangles), "{triangles}, and 40 square metres are 10 squares");
         assert_eq!(sizes(&thinned), [Vec3::new(40.0, 0.0, 1.0)]);

@@ -135,7 +135,7 @@ pub(crate) enum Needed {
 }
 
 /// A mesh as instances show it.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 struct Kind {
     model: u32,
     mesh: u32,
@@ -407,7 +407,7 @@ impl Cursors {
     /// The level of an instance by its policy.
     fn level_of(&self, index: usize, eye: Eye) -> u32 {
         let instance = &self.instances[index];
-        let policy = self.kinds[instance.kind as usize].policy;
+        let policy = self.kind_of(instance).policy;
         let distance = distance_to_bounds(eye.position, &instance.bounds);
         let pixel = eye.pixel_at(&instance.bounds, distance) * self.coarseness;
         self.policies[policy as usize].level(Sight { distance, pixel }, instance.level())
@@ -489,8 +489,12 @@ impl Cursors {
         true
     }
 
+    fn kind_of(&self, instance: &InstanceCursor) -> Kind {
+        self.kinds[instance.kind as usize]
+    }
+
     fn place(&self, instance: &InstanceCursor, cursor: u32) -> Place {
-        self.kinds[instance.kind as usize].at(cursor)
+        self.kind_of(instance).at(cursor)
     }
 
     /// How many instances are not where they are wanted.
@@ -530,7 +534,7 @@ impl Cursors {
         }
         let mut details: Vec<Option<ModelDetail>> = vec![None; models.len()];
         for instance in self.instances.iter().filter(|instance| instance.shown != NOWHERE) {
-            let kind = self.kinds[instance.kind as usize];
+            let kind = self.kind_of(instance);
             let detail = details[kind.model as usize].get_or_insert(ModelDetail {
                 theta: [instance.theta; 2],
                 ..ModelDetail::default()

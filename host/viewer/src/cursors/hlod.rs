@@ -82,8 +82,7 @@ impl Cursors {
     ) {
         let proxy = self.own + group;
         let level = self.level_of(proxy, eye);
-        let policy =
-            &self.policies[self.kinds[self.instances[proxy].kind as usize].policy as usize];
+        let policy = &self.policies[self.kind_of(&self.instances[proxy]).policy as usize];
         let coarse_enough = match policy.detail(level) {
             Detail::Error(metres) => metres >= self.groups[group].base_error,
             Detail::Theta(_) => false,

@@ -143,7 +143,7 @@ impl Cursors {
     }
 
     fn vertex_bytes(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> u64 {
-        let mesh = self.kinds[instance.kind as usize].stacks(models).mesh();
+        let mesh = self.kind_of(instance).stacks(models).mesh();
         mesh.wedges.position.len() as u64 * VERTEX_BYTES
     }
 }
