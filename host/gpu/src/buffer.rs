@@ -193,8 +193,11 @@ impl Buffer {
         self.write_by(start as u64, bytes.len() as u64, |into| into.copy_from_slice(bytes))
     }
 
-    /// Likewise so many bytes, which `write` writes.
-    pub(crate) fn write_by(
+    /// Likewise so many bytes from some byte on, which `write` writes.
+    ///
+    /// # Errors
+    /// As [`Buffer::write`].
+    pub fn write_by(
         &self,
         start: u64,
         bytes: u64,

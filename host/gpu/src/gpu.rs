@@ -102,6 +102,11 @@ impl Gpu {
         &self.device.adapter.name
     }
 
+    /// Whether the processor draws.
+    pub fn is_software(&self) -> bool {
+        self.device.adapter.is_software
+    }
+
     /// Whether edges can be drawn instead of faces.
     pub fn can_draw_lines(&self) -> bool {
         self.device.adapter.can_draw_lines

@@ -57,6 +57,7 @@ pub struct Viewport {
 }
 
 /// One indexed, instanced draw and all that it needs.
+#[derive(Clone)]
 pub struct Draw<'a> {
     /// The pipeline.
     pub pipeline: &'a Pipeline,
@@ -459,7 +460,7 @@ impl Pass<'_> {
         }
         if !matches!(draw.vertices.usage(), BufferUsage::Vertex | BufferUsage::Computed)
             || draw.instances.usage() != BufferUsage::HostVertex
-            || draw.indices.usage() != BufferUsage::Index
+            || !matches!(draw.indices.usage(), BufferUsage::Index | BufferUsage::HostIndex)
         {
             return Err(GpuError::Misuse(
                 "buffers that hold no vertices, no instances or no indices",

@@ -28,6 +28,13 @@ pub(crate) struct Batch {
     pub(crate) count: u32,
 }
 
+impl Batch {
+    /// Whether it may be gathered with others: one instance, whose vertices are the mesh's own.
+    pub(crate) fn is_single_and_still(&self) -> bool {
+        self.instances.len() == 1 && self.way.is_none()
+    }
+}
+
 /// One frame's instances in drawing order. Filled anew each frame; its room serves the
 /// next one.
 #[derive(Default)]
@@ -53,7 +60,7 @@ impl Plan {
         self.feature_highlights.clear();
         self.batches.clear();
         for Members { kind, members, balls } in roster.members() {
-            let start = self.instances.len() as u32;
+            let mut start = self.instances.len() as u32;
             let mut highlights = Highlights::None;
             let seen = members.iter().zip(balls).filter(|(_, ball)| frustum.may_see(ball));
             for (member, _) in seen {
@@ -64,6 +71,14 @@ impl Plan {
                 }
                 highlights = highlights.max(highlights_of(&instance));
                 self.instances.push(instance);
+            }
+            // Parts of a model stand where the others do: they share what was written of those.
+            if let [.., last, instance] = self.instances.as_slice()
+                && start + 1 == self.instances.len() as u32
+                && last == instance
+            {
+                self.instances.pop();
+                start -= 1;
             }
             self.batches.push(Batch {
                 key: kind.key,

@@ -1,5 +1,6 @@
 //! Models and all they are drawn with; records frames and picks.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_gpu::{Arena, Binding, BufferUsage, DrawCount, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
@@ -9,8 +10,9 @@ use crate::batch::Plan;
 use crate::density::{Density, PlaneKit};
 use crate::features::FeatureKit;
 use crate::frustum::Frustum;
+use crate::gathering::{self, Gathering};
 use crate::ground::GroundKit;
-use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
+use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES, ResolvedIndices};
 use crate::layer::ready;
 use crate::material::MaterialKit;
 use crate::model::{GpuMesh, GpuModel};
@@ -20,7 +22,7 @@ use crate::outline::Outlines;
 use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
 use crate::polylines::PolylineKit;
-use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
+use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver, Source};
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::{Drawn, Shadows, Sun};
@@ -196,7 +198,7 @@ impl Content {
             left = left.saturating_sub(resolved.bytes() + UPLOAD_OVERHEAD_BYTES);
             match resolved {
                 Resolved::Triangles(triangles) if self.cache.get(request.key()).is_none() => {
-                    self.cache.insert(recorder, request.key(), &triangles)?;
+                    self.cache.insert(recorder, request.key(), triangles)?;
                 }
                 Resolved::Standing(standing) if !self.morpher.is_ready(request.key()) => {
                     self.morpher.insert(recorder, &self.models, request.key(), &standing)?;
@@ -225,12 +227,13 @@ impl Content {
         }
         for some in missing.chunks(MAX_RESOLVED_AT_ONCE) {
             let resolve = |&(key, mesh): &(IndexKey, &GpuMesh)| {
-                let slender = mesh.slender.as_deref();
-                (key, ResolvedTriangles::of(&mesh.stacks, slender, key.cursor))
+                let Source { stacks, slender, is_gathered } = mesh.source();
+                let slender = slender.map(Arc::as_ref);
+                (key, ResolvedTriangles::of(stacks, slender, is_gathered, key.cursor))
             };
             let resolved: Vec<_> = some.par_iter().map(resolve).collect();
             for (key, resolved) in resolved {
-                self.cache.insert(recorder, key, &resolved)?;
+                self.cache.insert(recorder, key, resolved)?;
                 self.cache.touch(key)?;
             }
         }
@@ -264,6 +267,25 @@ impl Content {
         Ok(plan)
     }
 
+    /// Makes room for what a frame gathers.
+    fn ready_gathering(
+        &mut self,
+        recorder: &Recorder<'_>,
+        stream: usize,
+        plan: &Plan,
+    ) -> Result<(), RenderError> {
+        let triangles = plan.seen().map(|batch| match self.cache.get(batch.key) {
+            Some(ResolvedIndices { faces: Some(_), triangles, .. })
+                if batch.is_single_and_still() =>
+            {
+                u64::from(*triangles)
+            }
+            _ => 0,
+        });
+        let triangles = triangles.sum();
+        gathering::ready(&mut self.streams[stream].gathered, recorder.gpu(), triangles)
+    }
+
     /// The sun, where it casts shadows.
     fn sun_of(&self, frame: &Frame<'_>) -> Option<Sun> {
         self.high.as_ref()?;
@@ -280,6 +302,8 @@ impl Content {
             feature_kit: &self.feature_kit,
             morpher: Some(&self.morpher),
             more: None,
+            gathering: None,
+            eye: (!frame.camera.is_orthographic()).then_some(frame.camera.eye),
             // Insides come to be seen.
             shows_backs: frame.section.is_some(),
         }
@@ -296,6 +320,7 @@ impl Content {
         let ways = self.upload_resolved(recorder)?;
         let area = PixelArea::whole(targets.size());
         let plan = self.prepare(recorder, (Viewing::Frame, stream), frame, &area)?;
+        self.ready_gathering(recorder, stream, &plan)?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
         let _span = tracing::debug_span!("scene").entered();
@@ -306,7 +331,8 @@ impl Content {
             targets.ready_depth(recorder.gpu(), &self.layouts.texture)?;
         }
         self.ready_polylines(recorder, frame)?;
-        let drawer = self.drawer(&plan, stream, frame);
+        let mut drawer = self.drawer(&plan, stream, frame);
+        drawer.gathering = self.streams[stream].gathered.as_ref().map(Gathering::into);
         let calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         let triangles = drawer.triangles();
         recorder.end_stage("scene");

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
 
 use crate::RenderError;
+use crate::gathering::Faces;
 use crate::resolver::ResolvedTriangles;
 use crate::slender::SectionRange;
 
@@ -32,6 +33,8 @@ pub(crate) struct ResolvedIndices {
     /// For each section, its range among them.
     pub(crate) sections: Vec<SectionRange>,
     pub(crate) triangles: u32,
+    /// Where they are gathered.
+    pub(crate) faces: Option<Faces>,
     bytes: u64,
     made_at: u64,
     /// When it was made or drawn last: what ages it.
@@ -104,7 +107,7 @@ impl IndexCache {
         &mut self,
         recorder: &mut Recorder<'_>,
         key: IndexKey,
-        resolved: &ResolvedTriangles,
+        resolved: ResolvedTriangles,
     ) -> Result<(), RenderError> {
         let entry = upload(recorder, &mut self.arena, resolved, self.clock)?;
         self.made += 1;
@@ -196,7 +199,7 @@ impl IndexCache {
 fn upload(
     recorder: &mut Recorder<'_>,
     arena: &mut Arena,
-    resolved: &ResolvedTriangles,
+    resolved: ResolvedTriangles,
     clock: u64,
 ) -> Result<ResolvedIndices, RenderError> {
     let indices: &[u8] = bytemuck::cast_slice(&resolved.triangles);
@@ -204,11 +207,13 @@ fn upload(
         [] => None,
         _ => Some(recorder.upload_slice(arena, indices)?),
     };
+    let faces_bytes = resolved.faces.as_ref().map_or(0, Faces::bytes);
     Ok(ResolvedIndices {
         indices: slice,
         sections: resolved.sections.iter().map(SectionRange::indices).collect(),
         triangles: resolved.triangles.len() as u32,
-        bytes: indices.len() as u64 + ENTRY_BYTES,
+        faces: resolved.faces,
+        bytes: indices.len() as u64 + faces_bytes + ENTRY_BYTES,
         made_at: clock,
         used_at: clock,
         drawn_at: 0,

@@ -19,6 +19,7 @@ mod error;
 mod features;
 mod frame;
 mod frustum;
+mod gathering;
 mod ground;
 mod index_cache;
 mod layer;

@@ -11,6 +11,7 @@ use glam::Vec3;
 use crate::RenderError;
 use crate::features::{FeatureKit, MeshFeatures};
 use crate::frustum::Ball;
+use crate::gathering;
 use crate::material::{GpuMaterial, MaterialKit};
 use crate::resolver::Source;
 use crate::slender::SlenderWedges;
@@ -58,12 +59,18 @@ pub(crate) struct GpuMesh {
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
+    /// Whether its triangles are gathered with those of others.
+    pub(crate) is_gathered: bool,
 }
 
 impl GpuMesh {
     /// What its triangles are resolved from.
     pub(crate) fn source(&self) -> Source<'_> {
-        Source { stacks: &self.stacks, slender: self.slender.as_ref() }
+        Source {
+            stacks: &self.stacks,
+            slender: self.slender.as_ref(),
+            is_gathered: self.is_gathered,
+        }
     }
 }
 
@@ -76,9 +83,11 @@ impl GpuModel {
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
         let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
+        let is_part = recorder.gpu().is_software() && upload.stacks.len() > 1;
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mesh = model.upload_mesh(recorder, feature_kit, vertices, stacks)?;
+            let mut mesh = model.upload_mesh(recorder, feature_kit, vertices, stacks)?;
+            mesh.is_gathered = is_part && gathering::is_small(stacks.mesh());
             model.meshes.push(mesh);
         }
         Ok(model)
@@ -110,6 +119,7 @@ impl GpuModel {
             ball: ball_around(mesh),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
+            is_gathered: false,
         })
     }
 

@@ -104,6 +104,8 @@ impl Outlines {
             feature_kit: drawn_with.feature_kit,
             morpher: Some(drawn_with.morpher),
             more: Some(&scene_depth.group),
+            gathering: None,
+            eye: None,
             shows_backs: true,
         };
         let cleared = Targets {

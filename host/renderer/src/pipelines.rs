@@ -96,6 +96,15 @@ struct Slender {
     plain: Pipeline,
 }
 
+/// A pipeline for what is drawn.
+pub(crate) struct Chosen<'a> {
+    /// Among those of the look.
+    pub(crate) place: u8,
+    pub(crate) pipeline: &'a Pipeline,
+    /// Whether it finds out which feature a vertex is of.
+    pub(crate) finds_features: bool,
+}
+
 impl Shading {
     fn of_one(any: Pipeline) -> Self {
         Self { any, without_features: None, plain: None, plain_is_narrow: false, slender: None }
@@ -106,30 +115,31 @@ impl Shading {
         self.slender.is_some()
     }
 
-    /// The fastest pipeline that will do, and its place among them.
+    /// The fastest pipeline that will do.
     pub(crate) fn pipeline(
         &self,
         highlights: Highlights,
         material: &GpuMaterial,
         is_slender: bool,
-    ) -> (u8, &Pipeline) {
+    ) -> Chosen<'_> {
+        let chosen = |place, pipeline, finds_features| Chosen { place, pipeline, finds_features };
         let is_narrow = !material.double_sided && !material.emits;
         let plain = material.plain && (is_narrow || !self.plain_is_narrow);
         if let Some(slender) = self.slender.as_ref().filter(|_| is_slender) {
             return match (highlights, plain) {
-                (Highlights::None, true) => (3, &slender.plain),
-                _ => (4, &slender.any),
+                (Highlights::None, true) => chosen(3, &slender.plain, false),
+                _ => chosen(4, &slender.any, true),
             };
         }
-        let without_features = || Some((1, self.without_features.as_ref()?));
+        let without_features = || Some(chosen(1, self.without_features.as_ref()?, false));
         let faster = match (highlights, plain) {
             (Highlights::None, true) => {
-                self.plain.as_ref().map(|plain| (0, plain)).or_else(without_features)
+                self.plain.as_ref().map(|plain| chosen(0, plain, false)).or_else(without_features)
             }
             (Highlights::OfFeatures, _) => None,
             _ => without_features(),
         };
-        faster.unwrap_or((2, &self.any))
+        faster.unwrap_or_else(|| chosen(2, &self.any, true))
     }
 }
 

@@ -13,6 +13,7 @@ use busbar_geometry::{CollapseStacks, ResolvedMesh};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::RenderError;
+use crate::gathering::Faces;
 use crate::index_cache::IndexKey;
 use crate::slender::{SectionRange, SlenderWedges};
 
@@ -32,6 +33,8 @@ pub(crate) struct Source<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
     /// `None` for a mesh without slender things.
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
+    /// Whether its triangles are gathered.
+    pub(crate) is_gathered: bool,
 }
 
 /// The live triangles of a mesh at a cursor, as the index buffer will hold them.
@@ -40,12 +43,15 @@ pub(crate) struct ResolvedTriangles {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
     pub(crate) sections: Vec<SectionRange>,
+    /// Where they are gathered.
+    pub(crate) faces: Option<Faces>,
 }
 
 impl ResolvedTriangles {
     pub(crate) fn of(
         stacks: &CollapseStacks,
         slender: Option<&SlenderWedges>,
+        is_gathered: bool,
         cursor: u32,
     ) -> Self {
         let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
@@ -54,7 +60,8 @@ impl ResolvedTriangles {
             None => SectionRange::without_slender(section),
         });
         let sections = sections.collect();
-        Self { triangles, sections }
+        let faces = is_gathered.then(|| Faces::of(stacks.mesh(), &triangles));
+        Self { triangles, sections, faces }
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -85,10 +92,15 @@ impl Request {
         }
     }
 
-    fn resolve(self, stacks: &CollapseStacks, slender: Option<&SlenderWedges>) -> Resolved {
+    fn resolve(
+        self,
+        stacks: &CollapseStacks,
+        slender: Option<&SlenderWedges>,
+        is_gathered: bool,
+    ) -> Resolved {
         match self {
             Self::Triangles(key) => {
-                Resolved::Triangles(ResolvedTriangles::of(stacks, slender, key.cursor))
+                Resolved::Triangles(ResolvedTriangles::of(stacks, slender, is_gathered, key.cursor))
             }
             Self::Standing(key) => Resolved::Standing(stacks.standing_wedges(key.cursor)),
         }
@@ -181,10 +193,10 @@ impl Resolver {
         self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, slender) = (Arc::clone(source.stacks), source.slender.map(Arc::clone));
-        let sender = self.sender.clone();
+        let (sender, is_gathered) = (self.sender.clone(), source.is_gathered);
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
-                let resolved = request.resolve(&stacks, slender.as_deref());
+                let resolved = request.resolve(&stacks, slender.as_deref(), is_gathered);
                 // Nobody listens any more when the renderer has gone.
                 let _ = sender.send((ticket, (request, resolved)));
             }
@@ -261,7 +273,7 @@ mod tests {
     }
 
     fn whole(stacks: &Arc<CollapseStacks>) -> Source<'_> {
-        Source { stacks, slender: None }
+        Source { stacks, slender: None, is_gathered: false }
     }
 
     fn mesh(cursor: u32) -> Request {
@@ -346,7 +358,7 @@ mod tests {
     fn a_result_waits_until_it_fits() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
         resolver.request([(mesh(0), whole(&stacks))].into_iter());
-        let bytes = ResolvedTriangles::of(&stacks, None, 0).bytes();
+        let bytes = ResolvedTriangles::of(&stacks, None, false, 0).bytes();
         let start = Instant::now();
         while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {
             assert!(resolver.take(bytes - 1).is_none());

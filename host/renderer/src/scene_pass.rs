@@ -1,14 +1,16 @@
 //! Records a plan's draws.
 
-use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, GpuError, Pass};
-use glam::{Vec3, Vec4};
+use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, Pass};
+use glam::{Mat4, Vec3, Vec4};
 
+use crate::RenderError;
 use crate::batch::{Batch, Plan};
 use crate::features::FeatureKit;
+use crate::gathering::{Gathered, Gathering};
 use crate::index_cache::IndexCache;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::{Morpher, VERTEX_BYTES};
-use crate::pipelines::Shading;
+use crate::pipelines::{Chosen, Shading};
 
 /// Which sections of a mesh are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,16 +33,23 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) morpher: Option<&'a Morpher>,
     /// Bound after the material's group, where a pipeline takes more.
     pub(crate) more: Option<&'a BindGroup>,
+    /// Where small draws are gathered.
+    pub(crate) gathering: Option<Gathering<'a>>,
+    /// `None` where there is no one point that all is seen from.
+    pub(crate) eye: Option<Vec3>,
     /// Faces are shown from behind, too.
     pub(crate) shows_backs: bool,
 }
 
 /// A draw of one section.
+#[derive(Clone)]
 struct Section<'a> {
     order: Order,
     groups: [&'a BindGroup; 4],
     /// All but the groups.
     draw: Draw<'a>,
+    /// Where it may be gathered with others.
+    gathered: Option<Gathered<'a>>,
 }
 
 /// What is alike in it is drawn together: pipeline, faces, features, material, and where
@@ -57,12 +66,15 @@ impl<'a> SceneDrawer<'a> {
         pass: &mut Pass<'_>,
         shading: &Shading,
         wanted: Sections,
-    ) -> Result<DrawCount, GpuError> {
+    ) -> Result<DrawCount, RenderError> {
         let mut sections = Vec::with_capacity(self.plan.batches.len());
         for batch in self.plan.seen() {
             self.list(&mut sections, shading, batch, wanted);
         }
         sections.sort_by_key(|section| section.order);
+        if let Some(gathering) = &self.gathering {
+            sections = gather(gathering, &sections)?;
+        }
         draw_all(pass, &sections)
     }
 
@@ -72,7 +84,7 @@ impl<'a> SceneDrawer<'a> {
         pass: &mut Pass<'_>,
         shading: &Shading,
         eye: Vec3,
-    ) -> Result<DrawCount, GpuError> {
+    ) -> Result<DrawCount, RenderError> {
         let mut singles = Vec::new();
         for batch in self.plan.seen() {
             let Some(model) = &self.models[batch.key.model as usize] else {
@@ -112,8 +124,10 @@ impl<'a> SceneDrawer<'a> {
         let mesh = &model.meshes[batch.key.mesh as usize];
         let Some(resolved) = self.cache.get(batch.key) else { return };
         let Some(indices) = &resolved.indices else { return };
-        let Some(vertices) = self.vertices_of(mesh, batch) else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
+        let faces = resolved.faces.as_ref().filter(|_| self.gathering.is_some());
+        let faces = faces.filter(|_| batch.is_single_and_still());
+        let eye = faces.and_then(|_| self.eye_before(batch.instances.start));
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -125,17 +139,32 @@ impl<'a> SceneDrawer<'a> {
                 continue;
             }
             let cull_back = !material.double_sided && !self.shows_backs;
-            let ways = [cull_back, batch.mirrored, mesh.features.is_some()];
-            let features = self.feature_kit.group(mesh.features.as_ref());
             let last = self.more.unwrap_or(self.frame_group);
             for (is_slender, part) in range.parts(shading.widens()) {
                 if part.is_empty() {
                     continue;
                 }
-                let (place, pipeline) = shading.pipeline(batch.highlights, material, is_slender);
+                let Chosen { place, pipeline, finds_features } =
+                    shading.pipeline(batch.highlights, material, is_slender);
+                let features = mesh.features.as_ref().filter(|_| finds_features);
+                let Some(vertices) = self.vertices_of(mesh, batch, features.is_some()) else {
+                    return;
+                };
+                let ways = [cull_back, batch.mirrored, features.is_some()];
+                let gathered = faces.filter(|_| features.is_none()).map(|faces| Gathered {
+                    faces,
+                    range: part.start / 3..part.end / 3,
+                    first_vertex: vertices.first,
+                    eye: eye.filter(|_| cull_back && !is_slender),
+                });
                 sections.push(Section {
                     order: (place, ways, material.number, [vertices.block, indices.block()]),
-                    groups: [self.frame_group, features, &material.group, last],
+                    groups: [
+                        self.frame_group,
+                        self.feature_kit.group(features),
+                        &material.group,
+                        last,
+                    ],
                     draw: Draw {
                         pipeline,
                         groups: &[],
@@ -149,22 +178,36 @@ impl<'a> SceneDrawer<'a> {
                         cull_back,
                         mirrored: batch.mirrored,
                     },
+                    gathered,
                 });
             }
         }
     }
 
-    fn vertices_of(&self, mesh: &'a GpuMesh, batch: &Batch) -> Option<Vertices<'a>> {
+    /// The eye in the space of an instance's mesh.
+    fn eye_before(&self, instance: u32) -> Option<Vec3> {
+        let instance = &self.plan.instances[instance as usize];
+        let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
+        let world_from_mesh = Mat4::from_cols(x, y, z, Vec4::W).transpose();
+        Some(world_from_mesh.inverse().transform_point3(self.eye?))
+    }
+
+    fn vertices_of(
+        &self,
+        mesh: &'a GpuMesh,
+        batch: &Batch,
+        finds_features: bool,
+    ) -> Option<Vertices<'a>> {
         let slice = mesh.vertices.as_ref()?;
         let moved = self.morpher.and_then(|morpher| morpher.vertices_of(batch));
         let (block, buffer, offset) = moved
             .map_or((slice.block(), slice.buffer(), slice.offset()), |(buffer, offset)| {
                 (NO_BLOCK, buffer, offset)
             });
-        // Shaders look features up by a vertex's number in its mesh.
-        Some(match mesh.features {
-            Some(_) => Vertices { block, buffer, offset, first: 0 },
-            None => Vertices { block, buffer, offset: 0, first: (offset / VERTEX_BYTES) as u32 },
+        Some(match finds_features {
+            // By a vertex's number in its mesh.
+            true => Vertices { block, buffer, offset, first: 0 },
+            false => Vertices { block, buffer, offset: 0, first: (offset / VERTEX_BYTES) as u32 },
         })
     }
 
@@ -191,15 +234,47 @@ struct Vertices<'a> {
     first: u32,
 }
 
-fn draw_all(pass: &mut Pass<'_>, sections: &[Section<'_>]) -> Result<DrawCount, GpuError> {
+/// One draw for those beside each other that differ in their triangles alone.
+fn gather<'s>(
+    gathering: &Gathering<'s>,
+    sections: &[Section<'s>],
+) -> Result<Vec<Section<'s>>, RenderError> {
+    let mut drawn = Vec::with_capacity(sections.len());
+    for alike in sections.chunk_by(Section::is_gathered_with) {
+        let parts = alike.iter().filter_map(|section| section.gathered.as_ref());
+        let indices = match &alike[0].gathered {
+            Some(_) => gathering.gather(parts)?,
+            None => None,
+        };
+        match indices {
+            Some(index_range) if index_range.is_empty() => {}
+            Some(index_range) => {
+                let indices = gathering.buffer();
+                let draw = Draw { indices, index_range, first_vertex: 0, ..alike[0].draw.clone() };
+                drawn.push(Section { draw, ..alike[0].clone() });
+            }
+            None => drawn.extend_from_slice(alike),
+        }
+    }
+    Ok(drawn)
+}
+
+impl Section<'_> {
+    fn is_gathered_with(&self, next: &Self) -> bool {
+        self.gathered.is_some()
+            && next.gathered.is_some()
+            && self.order == next.order
+            && self.draw.instance_range == next.draw.instance_range
+    }
+}
+
+fn draw_all(pass: &mut Pass<'_>, sections: &[Section<'_>]) -> Result<DrawCount, RenderError> {
     let draws: Vec<Draw<'_>> = sections
         .iter()
         .map(|Section { groups, draw, .. }| Draw {
             groups: &groups[..draw.pipeline.group_count()],
-            index_range: draw.index_range.clone(),
-            instance_range: draw.instance_range.clone(),
-            ..*draw
+            ..draw.clone()
         })
         .collect();
-    pass.draw_all(&draws)
+    Ok(pass.draw_all(&draws)?)
 }

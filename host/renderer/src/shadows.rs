@@ -227,6 +227,8 @@ impl Shadows {
             // Else it would be drawn anew each frame of a change.
             morpher: None,
             more: None,
+            gathering: None,
+            eye: None,
             shows_backs: true,
         };
         let mut pass = recorder.depth_pass(&self.map)?;

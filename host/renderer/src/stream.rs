@@ -29,6 +29,8 @@ pub(crate) struct FrameStream {
     pub(crate) instances: Buffer,
     highlights: Buffer,
     pub(crate) group: BindGroup,
+    /// Indices of what is gathered, once anything was.
+    pub(crate) gathered: Option<Buffer>,
     capacities: Capacities,
 }
 
@@ -57,7 +59,7 @@ impl FrameStream {
         let own = [&uniform, &highlights].map(Binding::Buffer);
         let bindings: Vec<_> = own.into_iter().chain(more.iter().copied()).collect();
         let group = BindGroup::new(layout, &bindings)?;
-        Ok(Self { uniform, instances, highlights, group, capacities })
+        Ok(Self { uniform, instances, highlights, group, gathered: None, capacities })
     }
 
     /// Writes a frame; the last one in this stream must be finished.
@@ -79,7 +81,8 @@ impl FrameStream {
                 instances: grown(instances.len().max(instance_capacity), MAX_INSTANCES),
                 highlights: grown(highlights.len().max(highlight_capacity), MAX_FEATURE_HIGHLIGHTS),
             };
-            *self = Self::with_capacities(gpu, layout, capacities)?;
+            let gathered = self.gathered.take();
+            *self = Self { gathered, ..Self::with_capacities(gpu, layout, capacities)? };
         }
         self.uniform.write(bytemuck::bytes_of(uniform))?;
         self.instances.write(bytemuck::cast_slice(instances))?;

@@ -1,0 +1,212 @@
+//! Where the processor draws, a draw costs as much as some hundred triangles, and a triangle
+//! that faces away from the eye half as much as one that faces it. So small draws beside each
+//! other that differ in their triangles alone are gathered into one, without those that
+//! face away.
+
+use std::cell::Cell;
+use std::ops::Range;
+
+use busbar_geometry::Mesh;
+use busbar_gpu::{Buffer, BufferUsage, Gpu};
+use glam::{Vec3, Vec4};
+
+use crate::RenderError;
+
+/// Triangles of the largest mesh that is gathered.
+const MAX_MESH_TRIANGLES: usize = 65_536;
+
+/// Triangles that a frame gathers; what is beyond is drawn as it is.
+const MAX_FRAME_TRIANGLES: u32 = 2 << 20;
+
+/// Triangles that the first buffer of a frame holds.
+const FIRST_TRIANGLES: u32 = 16_384;
+
+/// Triangles that are written at a time: what is written to the device may be slow to read.
+const CHUNK: usize = 1024;
+
+/// Of distances that are this share of all involved, the sign may be wrong.
+const ROUNDING: f32 = 1e-5;
+
+/// Bytes of a triangle's indices.
+const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
+
+/// Live triangles of a mesh as the processor sees them.
+pub(crate) struct Faces {
+    triangles: Vec<[u32; 3]>,
+    /// Normal and distance of each one's plane, mesh space; a point before it has a product
+    /// above zero.
+    planes: Vec<Vec4>,
+    /// The farthest plane from the origin.
+    reach: f32,
+}
+
+impl Faces {
+    pub(crate) fn of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
+        let plane = |&triangle: &[u32; 3]| {
+            let corners = mesh.corner_positions(triangle);
+            let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            normal.extend(-normal.dot(a))
+        };
+        let planes: Vec<Vec4> = triangles.iter().map(plane).collect();
+        let reach = planes.iter().fold(0.0, |reach, plane| plane.w.abs().max(reach));
+        Self { triangles: triangles.to_vec(), planes, reach }
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of_val(self.triangles.as_slice()) + size_of_val(self.planes.as_slice())) as u64
+    }
+
+    /// Gives the triangles of a range that may face an eye, all where there is none, a chunk
+    /// at a time.
+    fn facing(&self, range: Range<usize>, eye: Option<Vec3>, mut give: impl FnMut(&[[u32; 3]])) {
+        let triangles = &self.triangles[range.clone()];
+        let Some(eye) = eye else { return triangles.chunks(CHUNK).for_each(give) };
+        let behind = -ROUNDING * (eye.length() + self.reach);
+        let eye = eye.extend(1.0);
+        let mut kept = [[0; 3]; CHUNK];
+        for (triangles, planes) in triangles.chunks(CHUNK).zip(self.planes[range].chunks(CHUNK)) {
+            let mut count = 0;
+            for (triangle, plane) in triangles.iter().zip(planes) {
+                kept[count] = *triangle;
+                // What is not a number faces it.
+                count += usize::from(!(plane.dot(eye) < behind));
+            }
+            give(&kept[..count]);
+        }
+    }
+}
+
+/// What a frame gathers.
+pub(crate) struct Gathering<'a> {
+    buffer: &'a Buffer,
+    /// Triangles in it.
+    taken: Cell<u32>,
+}
+
+/// A part of a mesh to be gathered.
+#[derive(Clone)]
+pub(crate) struct Gathered<'a> {
+    pub(crate) faces: &'a Faces,
+    /// Triangles.
+    pub(crate) range: Range<u32>,
+    /// Added to each index.
+    pub(crate) first_vertex: u32,
+    /// Where those that face away are left out: the eye, mesh space.
+    pub(crate) eye: Option<Vec3>,
+}
+
+impl<'a> Gathering<'a> {
+    pub(crate) fn into(buffer: &'a Buffer) -> Self {
+        Self { buffer, taken: Cell::new(0) }
+    }
+
+    pub(crate) fn buffer(&self) -> &'a Buffer {
+        self.buffer
+    }
+
+    /// Puts parts beside each other; tells which indices they are, or nothing where there is
+    /// no room for them.
+    pub(crate) fn gather<'p>(
+        &self,
+        parts: impl Iterator<Item = &'p Gathered<'p>> + Clone,
+    ) -> Result<Option<Range<u32>>, RenderError> {
+        let most: u64 = parts.clone().map(|part| part.range.len() as u64).sum();
+        let first = self.taken.get();
+        let start = u64::from(first) * TRIANGLE_BYTES;
+        if start + most * TRIANGLE_BYTES > self.buffer.size() {
+            return Ok(None);
+        }
+        let mut count = 0;
+        self.buffer.write_by(start, most * TRIANGLE_BYTES, |into| {
+            let (places, _) = into.as_chunks_mut::<{ TRIANGLE_BYTES as usize }>();
+            for Gathered { faces, range, first_vertex, eye } in parts {
+                faces.facing(range.start as usize..range.end as usize, *eye, |triangles| {
+                    for (place, triangle) in places[count..].iter_mut().zip(triangles) {
+                        *place = bytemuck::cast(triangle.map(|wedge| wedge + first_vertex));
+                    }
+                    count += triangles.len();
+                });
+            }
+        })?;
+        let end = first + count as u32;
+        self.taken.set(end);
+        Ok(Some(3 * first..3 * end))
+    }
+}
+
+/// Whether a mesh is gathered with others, where there are any: what is large gains little.
+pub(crate) fn is_small(mesh: &Mesh) -> bool {
+    mesh.triangles.len() <= MAX_MESH_TRIANGLES
+}
+
+/// Makes room for so many triangles, as far as a frame may have it.
+pub(crate) fn ready(
+    buffer: &mut Option<Buffer>,
+    gpu: &Gpu,
+    triangles: u64,
+) -> Result<(), RenderError> {
+    let room = buffer.as_ref().map_or(0, |buffer| buffer.size() / TRIANGLE_BYTES);
+    let wanted = triangles.min(u64::from(MAX_FRAME_TRIANGLES));
+    if wanted > room {
+        let bytes = wanted.next_power_of_two().max(FIRST_TRIANGLES.into()) * TRIANGLE_BYTES;
+        *buffer = Some(Buffer::new(gpu, "gathered indices", BufferUsage::HostIndex, bytes)?);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_geometry::{RawPrimitive, weld};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn mesh(corners: &[[[f32; 3]; 3]]) -> Mesh {
+        let primitive = RawPrimitive {
+            positions: corners.iter().flatten().map(|&corner| corner.into()).collect(),
+            triangles: (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..RawPrimitive::default()
+        };
+        weld(&[primitive]).unwrap().0
+    }
+
+    proptest! {
+        /// In order, and none that shows its front to the eye is missed.
+        #[test]
+        fn what_faces_the_eye_is_kept(
+            corners in prop::collection::vec(
+                prop::array::uniform3(prop::array::uniform3(-9.0_f32..9.0)), 1..40),
+            eye in prop::array::uniform3(-20.0_f32..20.0),
+            first in 0_usize..20,
+        ) {
+            let mesh = mesh(&corners);
+            let faces = Faces::of(&mesh, &mesh.triangles);
+            let range = first.min(mesh.triangles.len())..mesh.triangles.len();
+            let (mut all, mut kept) = (Vec::new(), Vec::new());
+            faces.facing(range.clone(), None, |some| all.extend_from_slice(some));
+            faces.facing(range.clone(), Some(eye.into()), |some| kept.extend_from_slice(some));
+            prop_assert_eq!(&all, &mesh.triangles[range]);
+            let eye = Vec3::from(eye).as_dvec3();
+            let mut left = kept.iter().peekable();
+            for triangle in &all {
+                let corners = mesh.corner_positions(*triangle);
+                let [a, b, c] = corners.map(|p| mesh.positions[p as usize].as_dvec3());
+                let before = (b - a).cross(c - a).normalize_or_zero().dot(eye - a);
+                let is_kept = left.next_if(|kept| *kept == triangle).is_some();
+                prop_assert!(is_kept || before <= 0.0, "{before}");
+                prop_assert!(!is_kept || before >= -1e-2, "{before}");
+            }
+            prop_assert_eq!(left.next(), None);
+        }
+    }
+
+    #[test]
+    fn an_eye_that_is_nowhere_sees_all() {
+        let mesh = mesh(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
+        let mut kept = 0;
+        let faces = Faces::of(&mesh, &mesh.triangles);
+        faces.facing(0..1, Some(Vec3::NAN), |some| kept += some.len());
+        assert_eq!(kept, 1);
+    }
+}
