@@ -8,8 +8,9 @@ use busbar_geometry::Bounds;
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
+use crate::instances::{Instances, MeshInstance};
 use crate::nodes::{Nodes, Place};
-use crate::parts::{Parts, united};
+use crate::parts::Parts;
 use crate::{Model, ModelIndex, ThetaPolicy};
 
 /// An equipment id, such as `=S12D1T1-TA1` or `=S12D1T1-TA1/bushing 1U`.
@@ -91,28 +92,8 @@ impl<'a> SceneNode<'a> {
 }
 
 /// Index of a theta policy in the graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct PolicyIndex(pub u32);
-
-/// One mesh drawn at one node, whose space is the mesh's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshInstance {
-    /// The node, whose id is the equipment's.
-    pub node: NodeIndex,
-    /// Model the mesh belongs to.
-    pub model: ModelIndex,
-    /// Index into the model's meshes, or their pieces ([`SceneGraph::take_apart`]).
-    pub mesh: u32,
-    /// World-space box around the mesh; `None` without vertices.
-    pub bounds: Option<Bounds>,
-    /// The placement's own theta policy; none where the model's holds.
-    pub theta: Option<PolicyIndex>,
-    /// Node of the mesh's feature 0, those of the others after it; `None` for a
-    /// mesh without named features.
-    pub first_feature: Option<NodeIndex>,
-    /// The placement that `node` is a part of.
-    placement: u32,
-}
 
 /// Why placements make no scene.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -174,7 +155,7 @@ pub struct SceneGraph {
     nodes: Nodes,
     /// Around all of them.
     bounds: Option<Bounds>,
-    instances: Vec<MeshInstance>,
+    instances: Instances,
     policies: Vec<ThetaPolicy>,
 }
 
@@ -228,13 +209,14 @@ impl SceneGraph {
         let mut graph = Self {
             nodes: Nodes::new(parts, count),
             bounds: None,
-            instances: Vec::with_capacity(instances),
+            instances: Instances::with_capacity(instances),
             policies: Vec::new(),
         };
         for placement in placements {
             graph.place(placement.borrow())?;
         }
-        graph.bounds = graph.nodes.grow_upwards();
+        graph.instances.finish();
+        graph.bounds = graph.nodes.finish();
         Ok(graph)
     }
 
@@ -263,9 +245,20 @@ impl SceneGraph {
         self.nodes.world_from(self.nodes.place_in(instance.placement, instance.node))
     }
 
+    /// World-space box around an instance's mesh; `None` without vertices.
+    pub fn bounds_of_mesh(&self, instance: &MeshInstance) -> Option<Bounds> {
+        let bounds = self.instances.bounds_of_mesh(instance)?;
+        Some(bounds.transformed(&self.world_from_mesh(instance)))
+    }
+
     /// Meshes to draw.
-    pub fn instances(&self) -> &[MeshInstance] {
-        &self.instances
+    pub fn instances(&self) -> impl ExactSizeIterator<Item = MeshInstance> {
+        (0..self.instances.len()).map(|index| self.instance(index))
+    }
+
+    /// One of them, by its place in their order.
+    pub fn instance(&self, index: usize) -> MeshInstance {
+        self.instances.get(index, &self.nodes)
     }
 
     /// Theta policies that placements have of their own.
@@ -291,26 +284,7 @@ impl SceneGraph {
         pieces: &[Range<u32>],
         boxes: &[Option<Bounds>],
     ) {
-        let whole = std::mem::take(&mut self.instances);
-        let pieces_of = |i: &MeshInstance| match i.model == model {
-            true => pieces.get(i.mesh as usize).map_or(1, Range::len),
-            false => 1,
-        };
-        self.instances.reserve_exact(whole.iter().map(pieces_of).sum());
-        for instance in whole {
-            let of_mesh = pieces.get(instance.mesh as usize).filter(|_| instance.model == model);
-            let Some(of_mesh) = of_mesh else {
-                self.instances.push(instance);
-                continue;
-            };
-            let world_from_mesh =
-                self.nodes.world_from(self.nodes.place_in(instance.placement, instance.node));
-            self.instances.extend(of_mesh.clone().map(|piece| {
-                let bounds = boxes.get(piece as usize).copied().flatten();
-                let bounds = bounds.map(|bounds| bounds.transformed(&world_from_mesh));
-                MeshInstance { mesh: piece, bounds, ..instance }
-            }));
-        }
+        self.instances.take_apart(model, pieces, boxes);
     }
 
     /// Moves a part of a placement, with what hangs under it, from where its model has it:
@@ -321,20 +295,11 @@ impl SceneGraph {
         let Some(index) = place.part.filter(|_| self.nodes.pose(place, pose)) else {
             return Vec::new();
         };
-        let first = self.instances.partition_point(|i| i.placement < place.placement);
-        let mut moved = Vec::new();
-        for (at, instance) in self.instances.iter_mut().enumerate().skip(first) {
-            if instance.placement != place.placement {
-                break;
-            }
-            let own = self.nodes.place_in(instance.placement, instance.node);
-            if self.nodes.hangs_under(own, index) {
-                let bounds = self.nodes.bounds_of_mesh(own, instance.model);
-                instance.bounds = bounds.map(|b| b.transformed(&self.nodes.world_from(own)));
-                moved.push(at);
-            }
-        }
-        moved
+        let hangs_under = |instance: &usize| {
+            let own = self.nodes.place_in(place.placement, self.instance(*instance).node);
+            self.nodes.hangs_under(own, index)
+        };
+        self.instances.of_placement(place.placement).filter(hangs_under).collect()
     }
 
     fn place(&mut self, placement: &Placement) -> Result<(), SceneError> {
@@ -380,25 +345,7 @@ impl SceneGraph {
                 second_parent: parent(second),
             });
         }
-        let mut all = None;
-        for shown in &parts.meshes {
-            let place = place(shown.part);
-            let world_from_mesh = self.nodes.world_from(place);
-            let bounds = shown.bounds.map(|bounds| bounds.transformed(&world_from_mesh));
-            all = united(all, bounds);
-            self.instances.push(MeshInstance {
-                node: self.nodes.node(place),
-                model,
-                mesh: shown.mesh,
-                bounds,
-                theta,
-                first_feature: shown
-                    .first_feature
-                    .map(|part| self.nodes.node(Place { placement, part: Some(part) })),
-                placement,
-            });
-        }
-        self.nodes.grow(placement, all);
+        self.instances.show(placement, model, theta, parts);
         Ok(())
     }
 

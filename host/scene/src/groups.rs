@@ -86,7 +86,7 @@ impl Trees {
         let mut below = vec![1_u32; count];
         for (index, instance) in (0..).zip(graph.instances()) {
             let node = instance.node.0 as usize;
-            trees.usable[node] &= may(instance);
+            trees.usable[node] &= may(&instance);
             trees.include(node, &(index..index + 1));
         }
         for node in (0..count).rev() {
@@ -133,7 +133,7 @@ fn find_kinds(graph: &SceneGraph, groups: &mut [Group]) {
     let mut kinds: HashMap<Vec<Look>, Vec<u32>> = HashMap::new();
     for index in 0..groups.len() {
         let group = &groups[index];
-        let looks = instances_of(graph, group).iter().map(|instance| look(group, instance));
+        let looks = instances_of(graph, group).map(|instance| look(group, &instance));
         let alike = kinds.entry(looks.collect()).or_default();
         let same = |kind: &&u32| looks_the_same(graph, &groups[**kind as usize], group);
         let kind = alike.iter().find(same).copied();
@@ -144,8 +144,8 @@ fn find_kinds(graph: &SceneGraph, groups: &mut [Group]) {
     }
 }
 
-fn instances_of<'a>(graph: &'a SceneGraph, group: &Group) -> &'a [MeshInstance] {
-    &graph.instances()[group.instances.start as usize..group.instances.end as usize]
+fn instances_of(graph: &SceneGraph, group: &Group) -> impl Iterator<Item = MeshInstance> {
+    group.instances.clone().map(|index| graph.instance(index as usize))
 }
 
 fn look(group: &Group, instance: &MeshInstance) -> Look {
@@ -167,10 +167,10 @@ fn looks_the_same(graph: &SceneGraph, a: &Group, b: &Group) -> bool {
     let within = |group: &Group| group.world_from_group.inverse();
     let (in_a, in_b) = (within(a), within(b));
     let size = a.bounds.radius().max(1.0);
-    let mut pairs = instances_of(graph, a).iter().zip(instances_of(graph, b));
+    let mut pairs = instances_of(graph, a).zip(instances_of(graph, b));
     pairs.all(|(first, second)| {
         let (first, second) =
-            (in_a * graph.world_from_mesh(first), in_b * graph.world_from_mesh(second));
+            (in_a * graph.world_from_mesh(&first), in_b * graph.world_from_mesh(&second));
         let shift: Vec3 = (first.w_axis - second.w_axis).truncate();
         let axes = [
             first.x_axis - second.x_axis,

@@ -5,6 +5,7 @@
 mod features;
 mod graph;
 mod groups;
+mod instances;
 mod model;
 mod motion;
 mod nodes;
@@ -14,10 +15,11 @@ mod screen_error;
 mod theta;
 
 pub use graph::{
-    EquipmentId, MAX_NODES, MeshInstance, ModelParts, NodeIndex, Placement, PolicyIndex,
-    SceneError, SceneGraph, SceneNode, Transform, greatest_stretch,
+    EquipmentId, MAX_NODES, ModelParts, NodeIndex, Placement, PolicyIndex, SceneError, SceneGraph,
+    SceneNode, Transform, greatest_stretch,
 };
 pub use groups::{Group, find_groups, first_after};
+pub use instances::MeshInstance;
 pub use model::{AlphaMode, Material, Model, ModelIndex, ModelNode, Texture, TextureRef, Wrap};
 pub use motion::Motion;
 pub use screen_error::ScreenError;

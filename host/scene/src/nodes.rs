@@ -10,7 +10,7 @@ use glam::{Mat3, Mat4, Vec3};
 use hashbrown::HashTable;
 
 use crate::graph::NodeIndex;
-use crate::parts::{Part, Parts, united};
+use crate::parts::{Part, PartMesh, Parts, united};
 use crate::poses::Poses;
 use crate::{EquipmentId, ModelIndex};
 
@@ -88,7 +88,8 @@ pub(crate) struct Nodes {
     parts: Vec<Arc<Parts>>,
     records: Vec<Record>,
     world_from_placements: Transforms,
-    bounds: Vec<Option<Bounds>>,
+    /// Around placements with what hangs under them, where anything does.
+    tree_bounds: HashMap<u32, Bounds>,
     /// All placements' ids, one behind the other.
     ids: String,
     /// Placements by the hash of their ids.
@@ -104,7 +105,6 @@ impl Nodes {
             parts,
             records: Vec::with_capacity(placements),
             world_from_placements: Transforms::with_capacity(placements),
-            bounds: Vec::with_capacity(placements),
             by_id: HashTable::with_capacity(placements),
             ..Self::default()
         }
@@ -144,7 +144,6 @@ impl Nodes {
         let world_from_parent =
             parent.map_or(Mat4::IDENTITY, |parent| self.world_from_placements.get(parent));
         self.world_from_placements.push(&(world_from_parent * *parent_from_placement));
-        self.bounds.push(None);
         let hash = self.hasher.hash_one(id);
         let Self { by_id, records, ids, hasher, .. } = self;
         by_id.insert_unique(hash, placement, |&other| hasher.hash_one(id_of(records, ids, other)));
@@ -157,26 +156,36 @@ impl Nodes {
         self.by_id.find(self.hasher.hash_one(id), has_id).copied()
     }
 
-    /// Widens the box of a placement.
-    pub(crate) fn grow(&mut self, placement: u32, by: Option<Bounds>) {
-        let bounds = &mut self.bounds[placement as usize];
-        *bounds = united(*bounds, by);
-    }
-
-    /// Widens the boxes of placements by those of what hangs under them. Gives the box
-    /// around all; nothing is placed after that.
-    pub(crate) fn grow_upwards(&mut self) -> Option<Bounds> {
+    /// Measures placements with what hangs under them. Gives the box around all; nothing is
+    /// placed after that.
+    pub(crate) fn finish(&mut self) -> Option<Bounds> {
         self.world_from_placements.known = HashMap::new();
         self.ids.shrink_to_fit();
         let mut all = None;
-        for placement in (0..self.records.len()).rev() {
-            let parent = self.records[placement].parent;
-            match parent {
-                NONE => all = united(all, self.bounds[placement]),
-                parent => self.grow(parent, self.bounds[placement]),
+        for placement in (0..self.records.len() as u32).rev() {
+            let below = self.tree_bounds.get(&placement).copied();
+            let Some(bounds) = united(self.bounds_as_modelled(placement), below) else { continue };
+            if below.is_some() {
+                self.tree_bounds.insert(placement, bounds);
             }
+            let above = match self.records[placement as usize].parent {
+                NONE => all.get_or_insert(bounds),
+                parent => self.tree_bounds.entry(parent).or_insert(bounds),
+            };
+            *above = above.union(bounds);
         }
         all
+    }
+
+    /// The box around what a placement shows by itself, where its model has it.
+    fn bounds_as_modelled(&self, placement: u32) -> Option<Bounds> {
+        let parts = self.parts.get(self.records[placement as usize].model as usize)?;
+        let world_from_placement = self.world_from_placements.get(placement);
+        let of_mesh = |mesh: &PartMesh| {
+            let placement_from_part = parts.all[mesh.part as usize].placement_from_part;
+            Some(mesh.bounds?.transformed(&(world_from_placement * placement_from_part)))
+        };
+        parts.meshes.iter().filter_map(of_mesh).reduce(Bounds::union)
     }
 
     /// The nodes of all placements and parts.
@@ -253,16 +262,13 @@ impl Nodes {
         false
     }
 
-    /// The box around the mesh of a part, in its own space.
-    pub(crate) fn bounds_of_mesh(&self, place: Place, model: ModelIndex) -> Option<Bounds> {
-        let meshes = &self.parts_of_model(model).meshes;
-        meshes.iter().find(|mesh| Some(mesh.part) == place.part)?.bounds
-    }
-
     pub(crate) fn bounds(&self, place: Place) -> Option<Bounds> {
         match self.part(place) {
             Some(part) => part.bounds.map(|bounds| bounds.transformed(&self.world_from(place))),
-            None => self.bounds[place.placement as usize],
+            None => {
+                let of_tree = self.tree_bounds.get(&place.placement).copied();
+                of_tree.or_else(|| self.bounds_as_modelled(place.placement))
+            }
         }
     }
 

@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-use busbar_geometry::{RawPrimitive, weld};
+use std::slice::from_ref;
+
+use busbar_geometry::{Bounds, RawPrimitive, weld};
 use busbar_scene::{
     Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneError, SceneGraph, ThetaPolicy,
     Transform,
@@ -43,15 +45,44 @@ fn model_nodes_hang_under_their_placement() {
     assert_eq!(world, Vec3::new(15.0, 0.0, 2.0));
     let all = graph.bounds().unwrap();
     assert_eq!((all.min.x, all.max.x), (10.0, 16.0));
-    let world = graph.instances()[1].bounds.unwrap();
+    let world = graph.bounds_of_mesh(&graph.instance(1)).unwrap();
     assert_eq!((world.min, world.max), (Vec3::new(15.0, 0.0, 2.0), Vec3::new(16.0, 1.0, 2.0)));
+    let placed = ["T1", "T2"].map(|id| graph.node(graph.find(id).unwrap()).bounds().unwrap());
+    assert_eq!(placed, [all, world], "with what hangs under it");
+}
+
+#[test]
+fn pieces_of_a_mesh_take_its_place() {
+    let whole = placement("T2", None, 20.0);
+    let other = Placement { model: Some(ModelIndex(1)), ..whole };
+    let placements = [placement("T1", None, 10.0), other, placement("T3", None, 30.0)];
+    let mut graph = SceneGraph::build(&placements, &[model(), model()]).unwrap();
+    let piece = |y: f32| Some(Bounds { min: Vec3::Y * y, max: Vec3::Y * (y + 1.0) });
+    let pieces = 0..2;
+    graph.take_apart(ModelIndex(0), from_ref(&pieces), &[piece(0.0), piece(5.0)]);
+    let shown = graph.instances().map(|instance| {
+        let bounds = graph.bounds_of_mesh(&instance).unwrap();
+        (instance.model.0, instance.mesh, [bounds.min.x, bounds.min.y])
+    });
+    let expected = [
+        (0, 0, [10.0, 0.0]),
+        (0, 1, [10.0, 5.0]),
+        (1, 0, [20.0, 0.0]),
+        (0, 0, [30.0, 0.0]),
+        (0, 1, [30.0, 5.0]),
+    ];
+    assert!(shown.eq(expected));
+    assert_eq!(graph.pose(graph.find("T3/bushing").unwrap(), Some(Mat4::IDENTITY)), [3, 4]);
 }
 
 #[test]
 fn a_part_that_moves_takes_along_what_hangs_under_it() {
     let placements = [placement("T1", None, 10.0), placement("T2", None, 20.0)];
     let mut graph = SceneGraph::build(&placements, &[model()]).unwrap();
-    let as_modelled = graph.instances().to_vec();
+    let boxes = |graph: &SceneGraph| -> Vec<_> {
+        graph.instances().map(|instance| graph.bounds_of_mesh(&instance).unwrap()).collect()
+    };
+    let as_modelled = boxes(&graph);
     let [tank, bushing] = ["T2/tank", "T2/bushing"].map(|id| graph.find(id).unwrap());
     let origin =
         |graph: &SceneGraph, node| graph.node(node).world_from_node().transform_point3(Vec3::ZERO);
@@ -61,16 +92,16 @@ fn a_part_that_moves_takes_along_what_hangs_under_it() {
     assert!(origin(&graph, bushing).distance(Vec3::new(21.0, 0.0, 1.0)) < 1e-5);
     assert_eq!(graph.pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [1]);
     assert!(origin(&graph, bushing).distance(Vec3::new(22.0, 0.0, 1.0)) < 1e-5);
-    let bounds = graph.instances()[1].bounds.unwrap();
+    let bounds = boxes(&graph)[1];
     let (min, max) = (Vec3::new(22.0, 0.0, 0.0), Vec3::new(22.0, 1.0, 1.0));
     assert!(bounds.min.distance(min) < 1e-5 && bounds.max.distance(max) < 1e-5, "{bounds:?}");
-    assert_eq!(graph.instances()[0], as_modelled[0], "another placement of the model");
+    assert_eq!(boxes(&graph)[0], as_modelled[0], "another placement of the model");
 
     assert_eq!(graph.pose(bushing, Some(Mat4::from_translation(Vec3::Z))), [], "it is there");
     assert_eq!(graph.pose(graph.find("T2").unwrap(), Some(turn)), [], "no part");
     assert_eq!(graph.pose(tank, None), [1]);
     assert_eq!(graph.pose(bushing, None), [1]);
-    assert_eq!(graph.instances(), as_modelled);
+    assert_eq!(boxes(&graph), as_modelled);
 }
 
 #[test]
@@ -78,7 +109,7 @@ fn a_placement_may_have_a_policy_of_its_own() {
     let mut placements = [placement("T1", None, 0.0), placement("T2", None, 5.0)];
     placements[1].theta = Some(ThetaPolicy::Fixed(0.5));
     let graph = SceneGraph::build(&placements, &[model()]).unwrap();
-    let thetas: Vec<_> = graph.instances().iter().map(|i| i.theta).collect();
+    let thetas: Vec<_> = graph.instances().map(|i| i.theta).collect();
     assert_eq!(thetas, [None, Some(PolicyIndex(0))]);
     assert_eq!(graph.policies(), [ThetaPolicy::Fixed(0.5)]);
 }
@@ -127,7 +158,7 @@ fn features_are_nodes_under_their_mesh_with_boxes_of_their_own() {
     let model = model_with_features(["QA1", "QB9"], &["body"]);
     let graph = SceneGraph::build(&[placement("S", None, 10.0)], &[model]).unwrap();
     assert_eq!(ids(&graph), ["S", "S/body", "S/QA1", "S/QB9"]);
-    let first = graph.instances()[0].first_feature;
+    let first = graph.instance(0).first_feature;
     assert_eq!(first, graph.find("S/QA1"));
     for (id, from) in [("S/QA1", 10.0), ("S/QB9", 14.0), ("S/body", 10.0)] {
         let node = graph.node(graph.find(id).unwrap());

@@ -83,7 +83,7 @@ fn stations_are_groups_and_alike_wherever_they_stand() {
             group
                 .instances
                 .clone()
-                .all(|index| { group.nodes.contains(&graph.instances()[index as usize].node.0) })
+                .all(|index| { group.nodes.contains(&graph.instance(index as usize).node.0) })
         );
     }
 }

@@ -285,7 +285,7 @@ fn instances_of<'a>(
     nodes: impl Iterator<Item = &'a NodeIndex>,
 ) -> HashMap<NodeIndex, Vec<usize>> {
     let mut found: HashMap<NodeIndex, Vec<usize>> = nodes.map(|&node| (node, Vec::new())).collect();
-    for (index, instance) in graph.instances().iter().enumerate() {
+    for (index, instance) in graph.instances().enumerate() {
         let mut above = Some(instance.node);
         while let Some(node) = above {
             if let Some(instances) = found.get_mut(&node) {
@@ -300,7 +300,7 @@ fn instances_of<'a>(
             of_features.entry(parent).or_default().push(node);
         }
     }
-    for (index, instance) in graph.instances().iter().enumerate() {
+    for (index, instance) in graph.instances().enumerate() {
         for node in of_features.get(&instance.node).into_iter().flatten() {
             found.entry(*node).or_default().push(index);
         }

@@ -178,7 +178,7 @@ struct InstanceCursor {
     kind: u32,
     /// Level of the policy, or [`NO_LEVEL`].
     level: u32,
-    /// Without vertices it is everywhere. The graph has it too, but each frame asks for it.
+    /// Around it in the world, at hand for each frame; without vertices it is everywhere.
     bounds: Bounds,
     /// The theta wanted.
     theta: f64,
@@ -232,15 +232,15 @@ impl Cursors {
         policies.extend(graph.policies().iter().cloned());
         let mut kinds = Kinds::default();
         let mut instances = Vec::with_capacity(graph.instances().len() + groups.len());
-        instances.extend(graph.instances().iter().map(|instance| {
+        instances.extend(graph.instances().map(|instance| {
             let kind = Kind {
                 model: instance.model.0,
                 mesh: instance.mesh,
                 policy: instance.theta.map_or(instance.model.0, |theta| own_policies + theta.0),
-                metres: greatest_stretch(&graph.world_from_mesh(instance)),
+                metres: greatest_stretch(&graph.world_from_mesh(&instance)),
             };
             let triangles = kind.stacks(models).mesh().triangles.len() as u32;
-            InstanceCursor::of(kinds.number(kind), instance.bounds, triangles)
+            InstanceCursor::of(kinds.number(kind), graph.bounds_of_mesh(&instance), triangles)
         }));
         let own = instances.len();
         // All go down by one policy.
@@ -340,7 +340,8 @@ impl Cursors {
         apart: &BTreeSet<usize>,
     ) {
         for &index in moved {
-            self.instances[index].bounds = graph.instances()[index].bounds.unwrap_or(EVERYWHERE);
+            let bounds = graph.bounds_of_mesh(&graph.instance(index));
+            self.instances[index].bounds = bounds.unwrap_or(EVERYWHERE);
         }
         if self.apart != *apart {
             self.apart.clone_from(apart);

@@ -26,9 +26,9 @@ impl DrawnScene {
     /// Takes over where instances of the graph stand now.
     pub(crate) fn move_instances(&mut self, scene: &LoadedScene, moved: &[usize]) {
         for &index in moved {
-            let instance = &scene.graph.instances()[index];
+            let instance = scene.graph.instance(index);
             if let Some(&drawn) = self.list.get(index) {
-                let world_from_mesh = scene.graph.world_from_mesh(instance);
+                let world_from_mesh = scene.graph.world_from_mesh(&instance);
                 self.list.set(index, Some(DrawInstance { world_from_mesh, ..drawn }));
             }
         }
@@ -70,7 +70,7 @@ impl DrawnScene {
 
 fn node_of(scene: &LoadedScene, drawn: Drawn) -> NodeIndex {
     match drawn {
-        Drawn::Instance(index) => scene.graph.instances()[index].node,
+        Drawn::Instance(index) => scene.graph.instance(index).node,
         Drawn::Group(index) => NodeIndex(scene.groups[index].group.nodes.start),
     }
 }
@@ -90,8 +90,8 @@ fn instance_of(
     let node = node_of(scene, drawn);
     let (world_from_mesh, first_feature) = match drawn {
         Drawn::Instance(index) => {
-            let instance = &scene.graph.instances()[index];
-            (scene.graph.world_from_mesh(instance), instance.first_feature)
+            let instance = scene.graph.instance(index);
+            (scene.graph.world_from_mesh(&instance), instance.first_feature)
         }
         Drawn::Group(index) => (scene.groups[index].group.world_from_group, Some(node)),
     };

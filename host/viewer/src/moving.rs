@@ -4,6 +4,7 @@
 //! is hatched: it is shown neither open nor closed.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
 use std::sync::Arc;
 
 use busbar_config::{Config, EndConfig, MovingPartConfig};
@@ -38,8 +39,8 @@ struct Parts {
     kinds: Vec<Kind>,
     /// Of each part its node and kind.
     all: Vec<(NodeIndex, u32)>,
-    /// Pieces of equipment with the parts at them or under them, in order.
-    at: Vec<(NodeIndex, u32)>,
+    /// Pieces of equipment with runs of the parts at them or under them, in order.
+    at: Vec<(NodeIndex, Range<u32>)>,
 }
 
 /// How a part of a model moves, wherever that is placed.
@@ -73,12 +74,21 @@ impl Parts {
         let index = self.all.len() as u32;
         self.all.push((node, kind));
         let above = |node: &NodeIndex| graph.node(*node).parent();
-        self.at.extend(std::iter::successors(Some(node), above).map(|node| (node, index)));
+        self.at
+            .extend(std::iter::successors(Some(node), above).map(|node| (node, index..index + 1)));
     }
 
     fn finish(mut self) -> Self {
         self.all.shrink_to_fit();
-        self.at.sort_unstable();
+        self.at.sort_unstable_by_key(|(node, run)| (*node, run.start));
+        // Most parts under a piece follow each other.
+        self.at.dedup_by(|(node, next), (of_run, run)| {
+            let goes_on = node == of_run && next.start == run.end;
+            if goes_on {
+                run.end = next.end;
+            }
+            goes_on
+        });
         self.at.shrink_to_fit();
         self
     }
@@ -90,7 +100,8 @@ impl Parts {
     fn moved_by<'a>(&'a self, position: &'a ShownPosition) -> impl Iterator<Item = u32> + 'a {
         let first = self.at.partition_point(|(node, _)| *node < position.node);
         let at = self.at[first..].iter().take_while(|(node, _)| *node == position.node);
-        at.map(|&(_, part)| part).filter(|&part| *self.kind(part).mechanism == *position.mechanism)
+        at.flat_map(|(_, run)| run.clone())
+            .filter(|&part| *self.kind(part).mechanism == *position.mechanism)
     }
 }
 

@@ -147,19 +147,19 @@ fn for_each_triangle(
 ) {
     let Surfaces { graph, models, .. } = surfaces;
     for instance in graph.instances() {
-        let Some(shows) = Shows::of(graph, instance, node) else { continue };
+        let Some(shows) = Shows::of(graph, &instance, node) else { continue };
         // Rounding must not let it be missed.
         let grown = |b: Bounds| {
             let by = 1e-3 + 1e-5 * b.max.abs().max(b.min.abs()).max_element();
             Bounds { min: b.min - by, max: b.max + by }
         };
-        if !instance.bounds.map(grown).is_some_and(|bounds| is_wanted(&bounds)) {
+        if !graph.bounds_of_mesh(&instance).map(grown).is_some_and(|bounds| is_wanted(&bounds)) {
             continue;
         }
         let model = models.get(instance.model.0 as usize);
         let stacks = model.and_then(|model| model.stacks.get(instance.mesh as usize));
         let Some(mesh) = stacks.map(|stacks| stacks.mesh()) else { continue };
-        let to_world = graph.world_from_mesh(instance).as_dmat4();
+        let to_world = graph.world_from_mesh(&instance).as_dmat4();
         for &triangle in &mesh.triangles {
             if shows.includes(mesh, triangle) {
                 let corner = |position: u32| mesh.positions[position as usize].as_dvec3();

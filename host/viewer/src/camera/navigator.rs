@@ -292,9 +292,8 @@ impl Navigator {
     fn reveal(&mut self, id: &str, around: &Around<'_>) {
         let node = around.graph.find(id);
         let Some(bounds) = node.and_then(|node| around.graph.node(node).bounds()) else { return };
-        let equipment: Vec<Bounds> =
-            around.graph.instances().iter().filter_map(|instance| instance.bounds).collect();
-        self.visit(reveal::in_sight(self.destination(), bounds, &equipment), around);
+        let camera = reveal::in_sight(self.destination(), bounds, &boxes_of(around.graph));
+        self.visit(camera, around);
     }
 
     fn go_to_bookmark(&mut self, number: usize, around: &Around<'_>) {
@@ -317,17 +316,20 @@ impl Navigator {
     fn go_to(&mut self, camera: Camera, around: &Around<'_>) {
         self.stop();
         let seconds = self.transition_seconds;
-        let equipment = || -> Vec<Bounds> {
-            around.graph.instances().iter().filter_map(|instance| instance.bounds).collect()
-        };
         if seconds > 0.0 {
-            self.transition = Transition::between(self.camera, camera, seconds, &equipment());
+            let equipment = boxes_of(around.graph);
+            self.transition = Transition::between(self.camera, camera, seconds, &equipment);
         }
         if self.transition.is_none() {
             self.camera = camera;
             self.has_arrived = true;
         }
     }
+}
+
+/// The boxes of what a scene shows, as whoever looks for a way past them has them.
+fn boxes_of(graph: &SceneGraph) -> Vec<Bounds> {
+    graph.instances().filter_map(|instance| graph.bounds_of_mesh(&instance)).collect()
 }
 
 /// The camera with its eye as high above the ground as one who stands there.

@@ -32,7 +32,7 @@ impl HlodState {
         let state = |HlodGroup { group, after, base_error, .. }: &HlodGroup| {
             let instances = group.instances.start as usize..group.instances.end as usize;
             let models = models.entry(group.kind).or_insert_with(|| {
-                let of = graph.instances()[instances.clone()].iter().map(|i| i.model.0);
+                let of = instances.clone().map(|index| graph.instance(index).model.0);
                 of.collect::<BTreeSet<u32>>().into_iter().collect()
             });
             Self {

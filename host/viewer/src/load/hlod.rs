@@ -65,7 +65,7 @@ pub(super) fn build(
     // A proxy goes down by one policy: the first such one.
     let policies = Policies { placed: graph.policies(), of_models: policies };
     let follows = |policy: &&ThetaPolicy| matches!(policy, ThetaPolicy::ScreenError(_));
-    let Some(policy) = graph.instances().iter().map(|i| policies.of(i)).find(follows) else {
+    let Some(policy) = graph.instances().map(|i| policies.of(&i)).find(follows) else {
         return Vec::new();
     };
     let may = |other: &ThetaPolicy| other == policy || matches!(other, ThetaPolicy::Fixed(_));
@@ -151,16 +151,16 @@ impl Proxy {
         policies: Policies<'_>,
         models: &[LoadedModel],
     ) -> Vec<Self> {
-        let range = group.instances.start as usize..group.instances.end as usize;
-        let instances = &graph.instances()[range];
         let group_from_world = group.world_from_group.inverse();
-        let members: Vec<Member<'_>> = instances
-            .iter()
-            .map(|instance| {
-                let world_from_mesh = graph.world_from_mesh(instance);
+        let members: Vec<Member<'_>> = group
+            .instances
+            .clone()
+            .map(|index| {
+                let instance = graph.instance(index as usize);
+                let world_from_mesh = graph.world_from_mesh(&instance);
                 let placed =
                     (group_from_world * world_from_mesh, greatest_stretch(&world_from_mesh));
-                Member::of(instance, policies.of(instance), group, placed, models)
+                Member::of(&instance, policies.of(&instance), group, placed, models)
             })
             .collect();
         Whole::of(&members, policy).map_or_else(Vec::new, |whole| whole.proxies(policy, max_levels))

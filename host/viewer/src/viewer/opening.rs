@@ -182,9 +182,9 @@ pub(super) fn start_chart(
 }
 
 pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
-    let triangles = |instance: &busbar_scene::MeshInstance| {
+    let triangles = |instance: busbar_scene::MeshInstance| {
         let stacks = &scene.models[instance.model.0 as usize].stacks;
         stacks[instance.mesh as usize].mesh().triangles.len() as u64
     };
-    scene.graph.instances().iter().map(triangles).sum()
+    scene.graph.instances().map(triangles).sum()
 }
