@@ -69,8 +69,9 @@ impl Faces {
             let mut count = 0;
             for (triangle, plane) in triangles.iter().zip(planes) {
                 kept[count] = *triangle;
-                // What is not a number faces it.
-                count += usize::from(!(plane.dot(eye) < behind));
+                // What is not a number does not.
+                let faces_away = plane.dot(eye) < behind;
+                count += usize::from(!faces_away);
             }
             give(&kept[..count]);
         }

@@ -70,7 +70,6 @@ pub(crate) struct Judge {
     ring: Vec<Spoke>,
     other_ring: Vec<Spoke>,
     faces: Vec<Face>,
-    ring_area: f64,
     candidates: Vec<(f64, u32)>,
     choices: Vec<Choice>,
     passages: Passages,
@@ -231,11 +230,9 @@ impl Judge {
     fn measure_faces(&mut self, surface: &Surface, vertex: u32) {
         let origin = surface.positions[vertex as usize];
         self.faces.clear();
-        self.ring_area = 0.0;
         for spoke in &self.ring {
             let ahead = surface.positions[spoke.ahead as usize] - origin;
             let normal = ahead.cross(surface.positions[spoke.behind as usize] - origin);
-            self.ring_area += 0.5 * normal.length();
             self.faces.push(Face { normal, double_area: normal.length() });
         }
     }
