@@ -1,7 +1,6 @@
-//! Where the processor draws, a draw costs as much as some hundred triangles, and a triangle
-//! that faces away from the eye half as much as one that faces it. So small draws beside each
-//! other that differ in their triangles alone are gathered into one, without those that
-//! face away.
+//! Where the processor draws, each draw costs time, and so does a triangle that faces away from
+//! the eye. So small draws beside each other that differ in their triangles alone are gathered
+//! into one, without those that face away.
 
 use std::cell::Cell;
 use std::ops::Range;
