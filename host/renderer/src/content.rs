@@ -1,6 +1,5 @@
 //! Models and all they are drawn with; records frames and picks.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_gpu::{Arena, Binding, BufferUsage, DrawCount, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
@@ -10,9 +9,9 @@ use crate::batch::Plan;
 use crate::density::{Density, PlaneKit};
 use crate::features::FeatureKit;
 use crate::frustum::Frustum;
-use crate::gathering::{self, Gathering};
+use crate::gathering::{self, Faces, Gathering};
 use crate::ground::GroundKit;
-use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES, ResolvedIndices};
+use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::layer::ready;
 use crate::material::MaterialKit;
 use crate::model::{GpuMesh, GpuModel};
@@ -22,7 +21,7 @@ use crate::outline::Outlines;
 use crate::pick::{PickTargets, PixelArea};
 use crate::pipelines::{Layouts, Pipelines};
 use crate::polylines::PolylineKit;
-use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver, Source};
+use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::{Drawn, Shadows, Sun};
@@ -227,9 +226,7 @@ impl Content {
         }
         for some in missing.chunks(MAX_RESOLVED_AT_ONCE) {
             let resolve = |&(key, mesh): &(IndexKey, &GpuMesh)| {
-                let Source { stacks, slender, is_gathered } = mesh.source();
-                let slender = slender.map(Arc::as_ref);
-                (key, ResolvedTriangles::of(stacks, slender, is_gathered, key.cursor))
+                (key, ResolvedTriangles::of(mesh.source(), key.cursor))
             };
             let resolved: Vec<_> = some.par_iter().map(resolve).collect();
             for (key, resolved) in resolved {
@@ -274,15 +271,11 @@ impl Content {
         stream: usize,
         plan: &Plan,
     ) -> Result<(), RenderError> {
-        let triangles = plan.seen().map(|batch| match self.cache.get(batch.key) {
-            Some(ResolvedIndices { faces: Some(_), triangles, .. })
-                if batch.is_single_and_still() =>
-            {
-                u64::from(*triangles)
-            }
-            _ => 0,
-        });
-        let triangles = triangles.sum();
+        if !recorder.gpu().is_software() {
+            return Ok(());
+        }
+        let gathered = plan.seen().filter_map(|batch| self.cache.get(batch.key)?.gathered(batch));
+        let triangles = gathered.map(Faces::count).sum();
         gathering::ready(&mut self.streams[stream].gathered, recorder.gpu(), triangles)
     }
 
@@ -303,7 +296,6 @@ impl Content {
             morpher: Some(&self.morpher),
             more: None,
             gathering: None,
-            eye: (!frame.camera.is_orthographic()).then_some(frame.camera.eye),
             // Insides come to be seen.
             shows_backs: frame.section.is_some(),
         }
@@ -332,7 +324,8 @@ impl Content {
         }
         self.ready_polylines(recorder, frame)?;
         let mut drawer = self.drawer(&plan, stream, frame);
-        drawer.gathering = self.streams[stream].gathered.as_ref().map(Gathering::into);
+        let gathered = self.streams[stream].gathered.as_ref();
+        drawer.gathering = gathered.map(|buffer| Gathering::into(buffer, &frame.camera));
         let calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         let triangles = drawer.triangles();
         recorder.end_stage("scene");

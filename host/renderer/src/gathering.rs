@@ -7,9 +7,10 @@ use std::ops::Range;
 
 use busbar_geometry::Mesh;
 use busbar_gpu::{Buffer, BufferUsage, Gpu};
-use glam::{Vec3, Vec4};
+use busbar_shaders::Instance;
+use glam::{Mat4, Vec3, Vec4};
 
-use crate::RenderError;
+use crate::{CameraView, RenderError};
 
 /// Triangles of the largest mesh that is gathered.
 const MAX_MESH_TRIANGLES: usize = 65_536;
@@ -32,24 +33,21 @@ const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
 /// Live triangles of a mesh as the processor sees them.
 pub(crate) struct Faces {
     triangles: Vec<[u32; 3]>,
-    /// Normal and distance of each one's plane, mesh space; a point before it has a product
-    /// above zero.
+    /// As [`planes_of`] tells them.
     planes: Vec<Vec4>,
     /// The farthest plane from the origin.
     reach: f32,
 }
 
 impl Faces {
-    pub(crate) fn of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
-        let plane = |&triangle: &[u32; 3]| {
-            let corners = mesh.corner_positions(triangle);
-            let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            normal.extend(-normal.dot(a))
-        };
-        let planes: Vec<Vec4> = triangles.iter().map(plane).collect();
+    pub(crate) fn of(triangles: Vec<[u32; 3]>, planes: Vec<Vec4>) -> Self {
         let reach = planes.iter().fold(0.0, |reach, plane| plane.w.abs().max(reach));
-        Self { triangles: triangles.to_vec(), planes, reach }
+        Self { triangles, planes, reach }
+    }
+
+    /// Triangles.
+    pub(crate) fn count(&self) -> u64 {
+        self.triangles.len() as u64
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -77,9 +75,23 @@ impl Faces {
     }
 }
 
+/// Normals and distances of the planes of triangles, mesh space: a point before one has a
+/// product above zero.
+pub(crate) fn planes_of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<Vec4> {
+    let plane = |&triangle: &[u32; 3]| {
+        let corners = mesh.corner_positions(triangle);
+        let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        normal.extend(-normal.dot(a))
+    };
+    triangles.iter().map(plane).collect()
+}
+
 /// What a frame gathers.
 pub(crate) struct Gathering<'a> {
     buffer: &'a Buffer,
+    /// World space; `None` where there is no one point that all is seen from.
+    eye: Option<Vec3>,
     /// Triangles in it.
     taken: Cell<u32>,
 }
@@ -97,8 +109,16 @@ pub(crate) struct Gathered<'a> {
 }
 
 impl<'a> Gathering<'a> {
-    pub(crate) fn into(buffer: &'a Buffer) -> Self {
-        Self { buffer, taken: Cell::new(0) }
+    pub(crate) fn into(buffer: &'a Buffer, camera: &CameraView) -> Self {
+        let eye = (!camera.is_orthographic()).then_some(camera.eye);
+        Self { buffer, eye, taken: Cell::new(0) }
+    }
+
+    /// The eye in the space of an instance's mesh.
+    pub(crate) fn eye_before(&self, instance: &Instance) -> Option<Vec3> {
+        let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
+        let world_from_mesh = Mat4::from_cols(x, y, z, Vec4::W).transpose();
+        Some(world_from_mesh.inverse().transform_point3(self.eye?))
     }
 
     pub(crate) fn buffer(&self) -> &'a Buffer {
@@ -171,6 +191,10 @@ mod tests {
         weld(&[primitive]).unwrap().0
     }
 
+    fn faces_of(mesh: &Mesh) -> Faces {
+        Faces::of(mesh.triangles.clone(), planes_of(mesh, &mesh.triangles))
+    }
+
     proptest! {
         /// In order, and none that shows its front to the eye is missed.
         #[test]
@@ -181,7 +205,7 @@ mod tests {
             first in 0_usize..20,
         ) {
             let mesh = mesh(&corners);
-            let faces = Faces::of(&mesh, &mesh.triangles);
+            let faces = faces_of(&mesh);
             let range = first.min(mesh.triangles.len())..mesh.triangles.len();
             let (mut all, mut kept) = (Vec::new(), Vec::new());
             faces.facing(range.clone(), None, |some| all.extend_from_slice(some));
@@ -205,7 +229,7 @@ mod tests {
     fn an_eye_that_is_nowhere_sees_all() {
         let mesh = mesh(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
         let mut kept = 0;
-        let faces = Faces::of(&mesh, &mesh.triangles);
+        let faces = faces_of(&mesh);
         faces.facing(0..1, Some(Vec3::NAN), |some| kept += some.len());
         assert_eq!(kept, 1);
     }

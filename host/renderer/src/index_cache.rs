@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
 
 use crate::RenderError;
+use crate::batch::Batch;
 use crate::gathering::Faces;
 use crate::resolver::ResolvedTriangles;
 use crate::slender::SectionRange;
@@ -34,12 +35,19 @@ pub(crate) struct ResolvedIndices {
     pub(crate) sections: Vec<SectionRange>,
     pub(crate) triangles: u32,
     /// Where they are gathered.
-    pub(crate) faces: Option<Faces>,
+    faces: Option<Faces>,
     bytes: u64,
     made_at: u64,
     /// When it was made or drawn last: what ages it.
     used_at: u64,
     drawn_at: u64,
+}
+
+impl ResolvedIndices {
+    /// What of a batch is gathered, where it is.
+    pub(crate) fn gathered(&self, batch: &Batch) -> Option<&Faces> {
+        self.faces.as_ref().filter(|_| batch.is_single_and_still())
+    }
 }
 
 /// Least-recently-used cache. A buffer that is evicted is freed once no frame
@@ -207,13 +215,14 @@ fn upload(
         [] => None,
         _ => Some(recorder.upload_slice(arena, indices)?),
     };
-    let faces_bytes = resolved.faces.as_ref().map_or(0, Faces::bytes);
+    let (indices_bytes, triangles) = (indices.len() as u64, resolved.triangles.len() as u32);
+    let faces = resolved.planes.map(|planes| Faces::of(resolved.triangles, planes));
     Ok(ResolvedIndices {
         indices: slice,
         sections: resolved.sections.iter().map(SectionRange::indices).collect(),
-        triangles: resolved.triangles.len() as u32,
-        faces: resolved.faces,
-        bytes: indices.len() as u64 + faces_bytes + ENTRY_BYTES,
+        triangles,
+        bytes: indices_bytes + faces.as_ref().map_or(0, Faces::bytes) + ENTRY_BYTES,
+        faces,
         made_at: clock,
         used_at: clock,
         drawn_at: 0,

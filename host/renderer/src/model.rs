@@ -86,8 +86,7 @@ impl GpuModel {
         let is_part = recorder.gpu().is_software() && upload.stacks.len() > 1;
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mut mesh = model.upload_mesh(recorder, feature_kit, vertices, stacks)?;
-            mesh.is_gathered = is_part && gathering::is_small(stacks.mesh());
+            let mesh = model.upload_mesh(recorder, feature_kit, vertices, (stacks, is_part))?;
             model.meshes.push(mesh);
         }
         Ok(model)
@@ -98,7 +97,7 @@ impl GpuModel {
         recorder: &mut Recorder<'_>,
         feature_kit: &FeatureKit,
         arena: &mut Arena,
-        stacks: &Arc<CollapseStacks>,
+        (stacks, is_part): (&Arc<CollapseStacks>, bool),
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
         let outward = slender_normals(stacks);
@@ -119,7 +118,7 @@ impl GpuModel {
             ball: ball_around(mesh),
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
-            is_gathered: false,
+            is_gathered: is_part && gathering::is_small(mesh),
         })
     }
 

@@ -105,7 +105,6 @@ impl Outlines {
             morpher: Some(drawn_with.morpher),
             more: Some(&scene_depth.group),
             gathering: None,
-            eye: None,
             shows_backs: true,
         };
         let cleared = Targets {

@@ -10,10 +10,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use busbar_geometry::{CollapseStacks, ResolvedMesh};
+use glam::Vec4;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::RenderError;
-use crate::gathering::Faces;
+use crate::gathering;
 use crate::index_cache::IndexKey;
 use crate::slender::{SectionRange, SlenderWedges};
 
@@ -43,25 +44,21 @@ pub(crate) struct ResolvedTriangles {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
     pub(crate) sections: Vec<SectionRange>,
-    /// Where they are gathered.
-    pub(crate) faces: Option<Faces>,
+    /// Where they are gathered, the plane of each.
+    pub(crate) planes: Option<Vec<Vec4>>,
 }
 
 impl ResolvedTriangles {
-    pub(crate) fn of(
-        stacks: &CollapseStacks,
-        slender: Option<&SlenderWedges>,
-        is_gathered: bool,
-        cursor: u32,
-    ) -> Self {
+    pub(crate) fn of(source: Source<'_>, cursor: u32) -> Self {
+        let Source { stacks, slender, is_gathered } = source;
         let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
         let sections = sections.into_iter().map(|section| match slender {
             Some(slender) => slender.part(&mut triangles, section),
             None => SectionRange::without_slender(section),
         });
         let sections = sections.collect();
-        let faces = is_gathered.then(|| Faces::of(stacks.mesh(), &triangles));
-        Self { triangles, sections, faces }
+        let planes = is_gathered.then(|| gathering::planes_of(stacks.mesh(), &triangles));
+        Self { triangles, sections, planes }
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -85,24 +82,21 @@ impl Request {
     }
 
     /// The most that it can give, bytes.
-    fn max_bytes(self, stacks: &CollapseStacks) -> u64 {
+    fn max_bytes(self, source: Source<'_>) -> u64 {
+        let mesh = source.stacks.mesh();
         match self {
-            Self::Triangles(_) => size_of_val(stacks.mesh().triangles.as_slice()) as u64,
-            Self::Standing(_) => size_of_val(stacks.mesh().wedges.position.as_slice()) as u64,
+            Self::Triangles(_) => {
+                let planes = if source.is_gathered { mesh.triangles.len() } else { 0 };
+                (size_of_val(mesh.triangles.as_slice()) + planes * size_of::<Vec4>()) as u64
+            }
+            Self::Standing(_) => size_of_val(mesh.wedges.position.as_slice()) as u64,
         }
     }
 
-    fn resolve(
-        self,
-        stacks: &CollapseStacks,
-        slender: Option<&SlenderWedges>,
-        is_gathered: bool,
-    ) -> Resolved {
+    fn resolve(self, source: Source<'_>) -> Resolved {
         match self {
-            Self::Triangles(key) => {
-                Resolved::Triangles(ResolvedTriangles::of(stacks, slender, is_gathered, key.cursor))
-            }
-            Self::Standing(key) => Resolved::Standing(stacks.standing_wedges(key.cursor)),
+            Self::Triangles(key) => Resolved::Triangles(ResolvedTriangles::of(source, key.cursor)),
+            Self::Standing(key) => Resolved::Standing(source.stacks.standing_wedges(key.cursor)),
         }
     }
 }
@@ -182,7 +176,7 @@ impl Resolver {
 
     /// Gives a request to the workers, unless there are too many.
     fn begin(&mut self, request: Request, source: Source<'_>) -> bool {
-        let bytes = request.max_bytes(source.stacks);
+        let bytes = request.max_bytes(source);
         let fits = self.pending_bytes + bytes <= MAX_PENDING_RESOLVE_BYTES;
         if self.pending.len() >= MAX_PENDING_RESOLVES || !(fits || self.pending.is_empty()) {
             return false;
@@ -196,7 +190,8 @@ impl Resolver {
         let (sender, is_gathered) = (self.sender.clone(), source.is_gathered);
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
-                let resolved = request.resolve(&stacks, slender.as_deref(), is_gathered);
+                let source = Source { stacks: &stacks, slender: slender.as_ref(), is_gathered };
+                let resolved = request.resolve(source);
                 // Nobody listens any more when the renderer has gone.
                 let _ = sender.send((ticket, (request, resolved)));
             }
@@ -358,7 +353,7 @@ mod tests {
     fn a_result_waits_until_it_fits() {
         let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(100));
         resolver.request([(mesh(0), whole(&stacks))].into_iter());
-        let bytes = ResolvedTriangles::of(&stacks, None, false, 0).bytes();
+        let bytes = ResolvedTriangles::of(whole(&stacks), 0).bytes();
         let start = Instant::now();
         while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {
             assert!(resolver.take(bytes - 1).is_none());

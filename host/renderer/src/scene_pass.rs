@@ -1,7 +1,7 @@
 //! Records a plan's draws.
 
 use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, Pass};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use crate::RenderError;
 use crate::batch::{Batch, Plan};
@@ -35,8 +35,6 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) more: Option<&'a BindGroup>,
     /// Where small draws are gathered.
     pub(crate) gathering: Option<Gathering<'a>>,
-    /// `None` where there is no one point that all is seen from.
-    pub(crate) eye: Option<Vec3>,
     /// Faces are shown from behind, too.
     pub(crate) shows_backs: bool,
 }
@@ -125,9 +123,12 @@ impl<'a> SceneDrawer<'a> {
         let Some(resolved) = self.cache.get(batch.key) else { return };
         let Some(indices) = &resolved.indices else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
-        let faces = resolved.faces.as_ref().filter(|_| self.gathering.is_some());
-        let faces = faces.filter(|_| batch.is_single_and_still());
-        let eye = faces.and_then(|_| self.eye_before(batch.instances.start));
+        let Some(vertices) = self.vertices_of(mesh, batch) else { return };
+        let gathering = self.gathering.as_ref();
+        let faces = gathering.zip(resolved.gathered(batch)).map(|(gathering, faces)| {
+            let instance = &self.plan.instances[batch.instances.start as usize];
+            (faces, gathering.eye_before(instance))
+        });
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -147,14 +148,17 @@ impl<'a> SceneDrawer<'a> {
                 let Chosen { place, pipeline, finds_features } =
                     shading.pipeline(batch.highlights, material, is_slender);
                 let features = mesh.features.as_ref().filter(|_| finds_features);
-                let Some(vertices) = self.vertices_of(mesh, batch, features.is_some()) else {
-                    return;
+                let (vertex_offset, first_vertex) = match features {
+                    // By a vertex's number in its mesh.
+                    Some(_) => (vertices.offset, 0),
+                    None => (0, (vertices.offset / VERTEX_BYTES) as u32),
                 };
                 let ways = [cull_back, batch.mirrored, features.is_some()];
-                let gathered = faces.filter(|_| features.is_none()).map(|faces| Gathered {
+                let faces = faces.filter(|_| features.is_none());
+                let gathered = faces.map(|(faces, eye)| Gathered {
                     faces,
                     range: part.start / 3..part.end / 3,
-                    first_vertex: vertices.first,
+                    first_vertex,
                     eye: eye.filter(|_| cull_back && !is_slender),
                 });
                 sections.push(Section {
@@ -169,8 +173,8 @@ impl<'a> SceneDrawer<'a> {
                         pipeline,
                         groups: &[],
                         vertices: vertices.buffer,
-                        vertex_offset: vertices.offset,
-                        first_vertex: vertices.first,
+                        vertex_offset,
+                        first_vertex,
                         instances: self.instances,
                         indices: indices.buffer(),
                         index_range: first_index + part.start..first_index + part.end,
@@ -184,30 +188,15 @@ impl<'a> SceneDrawer<'a> {
         }
     }
 
-    /// The eye in the space of an instance's mesh.
-    fn eye_before(&self, instance: u32) -> Option<Vec3> {
-        let instance = &self.plan.instances[instance as usize];
-        let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
-        let world_from_mesh = Mat4::from_cols(x, y, z, Vec4::W).transpose();
-        Some(world_from_mesh.inverse().transform_point3(self.eye?))
-    }
-
-    fn vertices_of(
-        &self,
-        mesh: &'a GpuMesh,
-        batch: &Batch,
-        finds_features: bool,
-    ) -> Option<Vertices<'a>> {
+    fn vertices_of(&self, mesh: &'a GpuMesh, batch: &Batch) -> Option<Vertices<'a>> {
         let slice = mesh.vertices.as_ref()?;
         let moved = self.morpher.and_then(|morpher| morpher.vertices_of(batch));
-        let (block, buffer, offset) = moved
-            .map_or((slice.block(), slice.buffer(), slice.offset()), |(buffer, offset)| {
-                (NO_BLOCK, buffer, offset)
-            });
-        Some(match finds_features {
-            // By a vertex's number in its mesh.
-            true => Vertices { block, buffer, offset, first: 0 },
-            false => Vertices { block, buffer, offset: 0, first: (offset / VERTEX_BYTES) as u32 },
+        Some(match moved {
+            Some((buffer, offset)) => Vertices { block: NO_BLOCK, buffer, offset },
+            None => {
+                let (block, buffer, offset) = (slice.block(), slice.buffer(), slice.offset());
+                Vertices { block, buffer, offset }
+            }
         })
     }
 
@@ -228,10 +217,8 @@ impl<'a> SceneDrawer<'a> {
 struct Vertices<'a> {
     block: u32,
     buffer: &'a Buffer,
-    /// Bytes before the first that shaders count from.
+    /// Bytes before the first.
     offset: u64,
-    /// Vertices from there to the batch's first.
-    first: u32,
 }
 
 /// One draw for those beside each other that differ in their triangles alone.

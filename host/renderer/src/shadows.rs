@@ -228,7 +228,6 @@ impl Shadows {
             morpher: None,
             more: None,
             gathering: None,
-            eye: None,
             shows_backs: true,
         };
         let mut pass = recorder.depth_pass(&self.map)?;
