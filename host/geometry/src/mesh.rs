@@ -65,8 +65,8 @@ pub struct Topology {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// An axis-aligned box; by default the origin alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
     /// Smallest coordinates.
     pub min: Vec3,

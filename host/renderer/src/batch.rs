@@ -5,12 +5,12 @@ use std::ops::Range;
 use busbar_shaders::{Instance, NONE};
 
 use crate::RenderError;
-use crate::frustum::Frustum;
 use crate::index_cache::IndexKey;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::Way;
 use crate::pipelines::Highlights;
 use crate::roster::{Members, Roster, clamped};
+use crate::sight::Sight;
 
 /// Instances that one draw call a section draws.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,14 +47,14 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Lists what `frustum` may see. `object_highlights`: tints of objects, for features;
+    /// Lists what may be seen. `object_highlights`: tints of objects, for features;
     /// none where it is empty.
     pub(crate) fn fill(
         &mut self,
         models: &[Option<GpuModel>],
         roster: &Roster,
         object_highlights: &[[f32; 4]],
-        frustum: &Frustum,
+        sight: &Sight<'_>,
     ) -> Result<(), RenderError> {
         self.instances.clear();
         self.feature_highlights.clear();
@@ -62,11 +62,14 @@ impl Plan {
         for Members { kind, members, balls } in roster.members() {
             let mut start = self.instances.len() as u32;
             let mut highlights = Highlights::None;
-            let seen = members.iter().zip(balls).filter(|(_, ball)| frustum.may_see(ball));
-            for (member, _) in seen {
+            let mesh = mesh_at(models, kind.key);
+            let bounds = mesh.map(|mesh| mesh.bounds).unwrap_or_default();
+            for (member, ball) in members.iter().zip(balls) {
                 let mut instance = roster.instances[member.slot as usize];
+                if !sight.may_see(ball, &instance, &bounds) {
+                    continue;
+                }
                 if instance.first_feature_object != 0 && !object_highlights.is_empty() {
-                    let mesh = mesh_at(models, kind.key);
                     self.tint_features(&mut instance, mesh, object_highlights)?;
                 }
                 highlights = highlights.max(highlights_of(&instance));

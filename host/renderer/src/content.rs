@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use crate::batch::Plan;
 use crate::density::{Density, PlaneKit};
 use crate::features::FeatureKit;
-use crate::frustum::Frustum;
 use crate::gathering::{self, Faces, Gathering};
 use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
@@ -25,6 +24,7 @@ use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::{Drawn, Shadows, Sun};
+use crate::sight::{Before, Sight};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
 use crate::uniform::frame_uniform;
@@ -84,6 +84,7 @@ enum Viewing {
 struct View {
     roster: Roster,
     plan: Plan,
+    before: Before,
 }
 
 /// What high quality adds.
@@ -247,11 +248,17 @@ impl Content {
         area: &PixelArea,
     ) -> Result<Plan, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
-        let View { roster, plan } = &mut self.views[viewing as usize];
+        let hides = self.hides(recorder, viewing, frame);
+        let View { roster, plan, before } = &mut self.views[viewing as usize];
         let mut plan = std::mem::take(plan);
         let seen = area.clip_from_picture() * frame.camera.clip_from_world();
         roster.follow(&self.models, frame.instances)?;
-        plan.fill(&self.models, roster, frame.object_highlights, &Frustum::of(&seen))?;
+        let mut sight = Sight::through(&seen);
+        let drawn = (&*self.models, &self.cache, &*roster);
+        let picture = (area.size, self.samples);
+        before.find(drawn, hides.then_some(&frame.camera), picture);
+        sight.before = before.seen();
+        plan.fill(&self.models, roster, frame.object_highlights, &sight)?;
         self.pipelines.ready(recorder.gpu(), &self.layouts, frame.section.is_some())?;
         let layout = (&self.layouts.frame, &*bindings_of(self.high.as_ref()));
         let uniform = frame_uniform(frame, area.viewport(), self.sun_of(frame).as_ref());
@@ -262,6 +269,16 @@ impl Content {
         }
         self.morpher.record(recorder, &self.models, &plan)?;
         Ok(plan)
+    }
+
+    /// Whether what is behind large faces is left out: where the processor draws, that takes
+    /// less time than drawing it.
+    fn hides(&self, recorder: &Recorder<'_>, viewing: Viewing, frame: &Frame<'_>) -> bool {
+        let is_through = frame.wireframe || frame.section.is_some();
+        recorder.gpu().is_software()
+            && matches!(viewing, Viewing::Frame)
+            && !frame.camera.is_orthographic()
+            && !is_through
     }
 
     /// Makes room for what a frame gathers.
@@ -325,7 +342,8 @@ impl Content {
         self.ready_polylines(recorder, frame)?;
         let mut drawer = self.drawer(&plan, stream, frame);
         let gathered = self.streams[stream].gathered.as_ref();
-        drawer.gathering = gathered.map(|buffer| Gathering::into(buffer, &frame.camera));
+        let before = self.views[Viewing::Frame as usize].before.seen();
+        drawer.gathering = gathered.map(|buffer| Gathering::into(buffer, &frame.camera, before));
         let calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         let triangles = drawer.triangles();
         recorder.end_stage("scene");

@@ -1,15 +1,16 @@
 //! Where the processor draws, each draw costs time, and so does a triangle that faces away from
-//! the eye. So small draws beside each other that differ in their triangles alone are gathered
-//! into one, without those that face away.
+//! the eye, is beside the picture or hidden. So small draws beside each other that differ in
+//! their triangles alone are gathered into one, without those.
 
 use std::cell::Cell;
 use std::ops::Range;
 
-use busbar_geometry::Mesh;
+use busbar_geometry::{Bounds, Mesh};
 use busbar_gpu::{Buffer, BufferUsage, Gpu};
 use busbar_shaders::Instance;
 use glam::{Mat4, Vec3, Vec4};
 
+use crate::sight::{Before, world_from_mesh};
 use crate::{CameraView, RenderError};
 
 /// Triangles of the largest mesh that is gathered.
@@ -21,8 +22,8 @@ const MAX_FRAME_TRIANGLES: u32 = 2 << 20;
 /// Triangles that the first buffer of a frame holds.
 const FIRST_TRIANGLES: u32 = 16_384;
 
-/// Triangles that are written at a time: what is written to the device may be slow to read.
-const CHUNK: usize = 1024;
+/// Triangles that are in the picture or not, and are written, together.
+const BLOCK: usize = 64;
 
 /// Of distances that are this share of all involved, the sign may be wrong.
 const ROUNDING: f32 = 1e-5;
@@ -33,16 +34,47 @@ const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
 /// Live triangles of a mesh as the processor sees them.
 pub(crate) struct Faces {
     triangles: Vec<[u32; 3]>,
-    /// As [`planes_of`] tells them.
+    outlook: Outlook,
+}
+
+/// Where triangles are and whence they are seen.
+pub(crate) struct Outlook {
+    /// Of each, the normal and distance of its plane, mesh space: a point before it has a
+    /// product above zero.
     planes: Vec<Vec4>,
     /// The farthest plane from the origin.
     reach: f32,
+    /// Around each [`BLOCK`] of them, mesh space.
+    boxes: Vec<Bounds>,
+}
+
+impl Outlook {
+    pub(crate) fn of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Self {
+        let corners = |&triangle: &[u32; 3]| {
+            mesh.corner_positions(triangle).map(|position| mesh.positions[position as usize])
+        };
+        let plane = |triangle: &[u32; 3]| {
+            let [a, b, c] = corners(triangle);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            normal.extend(-normal.dot(a))
+        };
+        let around = |block: &[[u32; 3]]| {
+            Bounds::around(block.iter().flat_map(corners)).unwrap_or_default()
+        };
+        let planes: Vec<Vec4> = triangles.iter().map(plane).collect();
+        let reach = planes.iter().fold(0.0, |reach, plane| plane.w.abs().max(reach));
+        Self { planes, reach, boxes: triangles.chunks(BLOCK).map(around).collect() }
+    }
+
+    /// Bytes of that of so many triangles.
+    pub(crate) fn bytes_of(triangles: usize) -> u64 {
+        (triangles * size_of::<Vec4>() + triangles.div_ceil(BLOCK) * size_of::<Bounds>()) as u64
+    }
 }
 
 impl Faces {
-    pub(crate) fn of(triangles: Vec<[u32; 3]>, planes: Vec<Vec4>) -> Self {
-        let reach = planes.iter().fold(0.0, |reach, plane| plane.w.abs().max(reach));
-        Self { triangles, planes, reach }
+    pub(crate) fn of(triangles: Vec<[u32; 3]>, outlook: Outlook) -> Self {
+        Self { triangles, outlook }
     }
 
     /// Triangles.
@@ -51,18 +83,35 @@ impl Faces {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(self.triangles.as_slice()) + size_of_val(self.planes.as_slice())) as u64
+        size_of_val(self.triangles.as_slice()) as u64 + Outlook::bytes_of(self.triangles.len())
     }
 
-    /// Gives the triangles of a range that may face an eye, all where there is none, a chunk
-    /// at a time.
-    fn facing(&self, range: Range<usize>, eye: Option<Vec3>, mut give: impl FnMut(&[[u32; 3]])) {
-        let triangles = &self.triangles[range.clone()];
-        let Some(eye) = eye else { return triangles.chunks(CHUNK).for_each(give) };
-        let behind = -ROUNDING * (eye.length() + self.reach);
-        let eye = eye.extend(1.0);
-        let mut kept = [[0; 3]; CHUNK];
-        for (triangles, planes) in triangles.chunks(CHUNK).zip(self.planes[range].chunks(CHUNK)) {
+    /// Gives the triangles of a range, at most a block at a time: of blocks whose boxes are
+    /// wanted those that may face an eye, or all where there is none.
+    fn facing(
+        &self,
+        range: Range<usize>,
+        eye: Option<Vec3>,
+        is_wanted: impl Fn(&Bounds) -> bool,
+        mut give: impl FnMut(&[[u32; 3]]),
+    ) {
+        let Outlook { planes, reach, boxes } = &self.outlook;
+        let mut start = range.start;
+        while start < range.end {
+            let block = start / BLOCK;
+            let end = ((block + 1) * BLOCK).min(range.end);
+            let (triangles, planes) = (&self.triangles[start..end], &planes[start..end]);
+            start = end;
+            if !is_wanted(&boxes[block]) {
+                continue;
+            }
+            let Some(eye) = eye else {
+                give(triangles);
+                continue;
+            };
+            let behind = -ROUNDING * (eye.length() + reach);
+            let eye = eye.extend(1.0);
+            let mut kept = [[0; 3]; BLOCK];
             let mut count = 0;
             for (triangle, plane) in triangles.iter().zip(planes) {
                 kept[count] = *triangle;
@@ -75,23 +124,13 @@ impl Faces {
     }
 }
 
-/// Normals and distances of the planes of triangles, mesh space: a point before one has a
-/// product above zero.
-pub(crate) fn planes_of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<Vec4> {
-    let plane = |&triangle: &[u32; 3]| {
-        let corners = mesh.corner_positions(triangle);
-        let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        normal.extend(-normal.dot(a))
-    };
-    triangles.iter().map(plane).collect()
-}
-
 /// What a frame gathers.
 pub(crate) struct Gathering<'a> {
     buffer: &'a Buffer,
     /// World space; `None` where there is no one point that all is seen from.
     eye: Option<Vec3>,
+    /// `None` where nothing is hidden.
+    before: Option<&'a Before>,
     /// Triangles in it.
     taken: Cell<u32>,
 }
@@ -106,19 +145,28 @@ pub(crate) struct Gathered<'a> {
     pub(crate) first_vertex: u32,
     /// Where those that face away are left out: the eye, mesh space.
     pub(crate) eye: Option<Vec3>,
+    /// Where those that are hidden are left out: clip space from that of the mesh.
+    pub(crate) clip_from_mesh: Option<Mat4>,
 }
 
 impl<'a> Gathering<'a> {
-    pub(crate) fn into(buffer: &'a Buffer, camera: &CameraView) -> Self {
+    pub(crate) fn into(
+        buffer: &'a Buffer,
+        camera: &CameraView,
+        before: Option<&'a Before>,
+    ) -> Self {
         let eye = (!camera.is_orthographic()).then_some(camera.eye);
-        Self { buffer, eye, taken: Cell::new(0) }
+        Self { buffer, eye, before, taken: Cell::new(0) }
     }
 
     /// The eye in the space of an instance's mesh.
     pub(crate) fn eye_before(&self, instance: &Instance) -> Option<Vec3> {
-        let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
-        let world_from_mesh = Mat4::from_cols(x, y, z, Vec4::W).transpose();
-        Some(world_from_mesh.inverse().transform_point3(self.eye?))
+        Some(world_from_mesh(instance).inverse().transform_point3(self.eye?))
+    }
+
+    /// Clip space from that of an instance's mesh, where anything is hidden.
+    pub(crate) fn clip_before(&self, instance: &Instance) -> Option<Mat4> {
+        Some(self.before?.clip_from_mesh(instance))
     }
 
     pub(crate) fn buffer(&self) -> &'a Buffer {
@@ -140,8 +188,13 @@ impl<'a> Gathering<'a> {
         let mut count = 0;
         self.buffer.write_by(start, most * TRIANGLE_BYTES, |into| {
             let (places, _) = into.as_chunks_mut::<{ TRIANGLE_BYTES as usize }>();
-            for Gathered { faces, range, first_vertex, eye } in parts {
-                faces.facing(range.start as usize..range.end as usize, *eye, |triangles| {
+            for Gathered { faces, range, first_vertex, eye, clip_from_mesh } in parts {
+                let hidden = self.before.zip(clip_from_mesh.as_ref());
+                let is_wanted = |bounds: &Bounds| {
+                    hidden.is_none_or(|(before, clip)| before.may_see_in(clip, bounds))
+                };
+                let range = range.start as usize..range.end as usize;
+                faces.facing(range, *eye, is_wanted, |triangles| {
                     for (place, triangle) in places[count..].iter_mut().zip(triangles) {
                         *place = bytemuck::cast(triangle.map(|wedge| wedge + first_vertex));
                     }

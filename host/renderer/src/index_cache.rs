@@ -7,6 +7,7 @@ use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
 use crate::RenderError;
 use crate::batch::Batch;
 use crate::gathering::Faces;
+use crate::occluders::{Occluder, bytes_of};
 use crate::resolver::ResolvedTriangles;
 use crate::slender::SectionRange;
 
@@ -36,6 +37,7 @@ pub(crate) struct ResolvedIndices {
     pub(crate) triangles: u32,
     /// Where they are gathered.
     faces: Option<Faces>,
+    occluders: Box<[Occluder]>,
     bytes: u64,
     made_at: u64,
     /// When it was made or drawn last: what ages it.
@@ -47,6 +49,11 @@ impl ResolvedIndices {
     /// What of a batch is gathered, where it is.
     pub(crate) fn gathered(&self, batch: &Batch) -> Option<&Faces> {
         self.faces.as_ref().filter(|_| batch.is_single_and_still())
+    }
+
+    /// Its large faces, the largest first.
+    pub(crate) fn occluders(&self) -> &[Occluder] {
+        &self.occluders
     }
 }
 
@@ -216,13 +223,15 @@ fn upload(
         _ => Some(recorder.upload_slice(arena, indices)?),
     };
     let (indices_bytes, triangles) = (indices.len() as u64, resolved.triangles.len() as u32);
-    let faces = resolved.planes.map(|planes| Faces::of(resolved.triangles, planes));
+    let faces = resolved.outlook.map(|outlook| Faces::of(resolved.triangles, outlook));
+    let more = faces.as_ref().map_or(0, Faces::bytes) + bytes_of(&resolved.occluders);
     Ok(ResolvedIndices {
         indices: slice,
         sections: resolved.sections.iter().map(SectionRange::indices).collect(),
         triangles,
-        bytes: indices_bytes + faces.as_ref().map_or(0, Faces::bytes) + ENTRY_BYTES,
+        bytes: indices_bytes + more + ENTRY_BYTES,
         faces,
+        occluders: resolved.occluders,
         made_at: clock,
         used_at: clock,
         drawn_at: 0,

@@ -26,6 +26,8 @@ pub(crate) struct GpuMaterial {
     pub(crate) number: u32,
     pub(crate) blends: bool,
     pub(crate) double_sided: bool,
+    /// Nothing behind it is seen.
+    pub(crate) opaque: bool,
     /// Opaque and without textures.
     pub(crate) plain: bool,
     /// Shines by itself.
@@ -108,6 +110,7 @@ impl MaterialKit {
             blends: material.alpha == AlphaMode::Blend,
             double_sided: material.double_sided,
             emits: material.emissive != [0.0; 3],
+            opaque: material.alpha == AlphaMode::Opaque,
             plain: material.alpha == AlphaMode::Opaque && !is_textured,
         })
     }

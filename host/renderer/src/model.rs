@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use busbar_geometry::{CollapseStacks, Mesh};
+use busbar_geometry::{Bounds, CollapseStacks, Mesh};
 use busbar_gpu::{Arena, Recorder, Slice};
 use busbar_scene::{Material, Texture};
 use busbar_shaders::{SLENDER, Vertex};
@@ -55,12 +55,15 @@ pub(crate) struct GpuMesh {
     pub(crate) features: Option<MeshFeatures>,
     /// Around the mesh, mesh space.
     pub(crate) ball: Ball,
+    pub(crate) bounds: Bounds,
     /// Whether any section blends.
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
     /// Whether its triangles are gathered with those of others.
     pub(crate) is_gathered: bool,
+    /// Whether its large faces hide what is behind them.
+    occludes: bool,
 }
 
 impl GpuMesh {
@@ -70,6 +73,7 @@ impl GpuMesh {
             stacks: &self.stacks,
             slender: self.slender.as_ref(),
             is_gathered: self.is_gathered,
+            occludes: self.occludes,
         }
     }
 }
@@ -100,6 +104,7 @@ impl GpuModel {
         (stacks, is_part): (&Arc<CollapseStacks>, bool),
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
+        let bounds = mesh.bounds().unwrap_or_default();
         let outward = slender_normals(stacks);
         let bytes = mesh.wedges.len() * size_of::<Vertex>();
         let write = |bytes: &mut [u8]| write_vertices(mesh, &outward, bytes);
@@ -115,10 +120,12 @@ impl GpuModel {
             stacks: Arc::clone(stacks),
             vertices,
             features: feature_kit.upload(recorder, mesh)?,
-            ball: ball_around(mesh),
+            ball: ball_around(mesh, bounds),
+            bounds,
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
             is_gathered: is_part && gathering::is_small(mesh),
+            occludes: recorder.gpu().is_software(),
         })
     }
 
@@ -129,8 +136,7 @@ impl GpuModel {
     }
 }
 
-fn ball_around(mesh: &Mesh) -> Ball {
-    let Some(bounds) = mesh.bounds() else { return Ball::default() };
+fn ball_around(mesh: &Mesh, bounds: Bounds) -> Ball {
     let center = bounds.center();
     let squared = |position: &Vec3| position.distance_squared(center);
     let radius = mesh.positions.iter().map(squared).fold(0.0, f32::max).sqrt();

@@ -9,7 +9,6 @@ use busbar_gpu::{
 use busbar_shaders::{FrameUniform, OUTLINE};
 
 use crate::batch::Plan;
-use crate::frustum::Frustum;
 use crate::layer::{Layer, ready};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
@@ -17,6 +16,7 @@ use crate::pipelines::{Layouts, MaskShading};
 use crate::recipe::screen_pipeline;
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
+use crate::sight::Sight;
 use crate::shadows::Drawn;
 use crate::stream::{FrameStream, MAX_FEATURE_HIGHLIGHTS};
 use crate::targets::{Mask, SceneTargets, whole};
@@ -77,9 +77,9 @@ impl Outlines {
         (frame, uniform): (&Frame<'_>, &FrameUniform),
     ) -> Result<(), RenderError> {
         self.choose(drawn_with.models, frame)?;
-        let frustum = Frustum::of(&frame.camera.clip_from_world());
+        let sight = Sight::through(&frame.camera.clip_from_world());
         self.roster.follow(drawn_with.models, Instances::Listed(&self.instances))?;
-        self.plan.fill(drawn_with.models, &self.roster, &self.kinds, &frustum)?;
+        self.plan.fill(drawn_with.models, &self.roster, &self.kinds, &sight)?;
         let stream = &mut self.streams[recorder.slot()];
         stream.write(recorder.gpu(), (&layouts.frame, more), uniform, &self.plan)?;
         let frame_group = &self.streams[recorder.slot()].group;

@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use busbar_geometry::{CollapseStacks, ResolvedMesh};
-use glam::Vec4;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::RenderError;
-use crate::gathering;
+use crate::gathering::Outlook;
 use crate::index_cache::IndexKey;
+use crate::occluders::{Occluder, occluders_of};
 use crate::slender::{SectionRange, SlenderWedges};
 
 /// Requests that are worked on or wait for their upload. What is beyond them
@@ -36,6 +36,8 @@ pub(crate) struct Source<'a> {
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
     /// Whether its triangles are gathered.
     pub(crate) is_gathered: bool,
+    /// Whether its large faces are looked for.
+    pub(crate) occludes: bool,
 }
 
 /// The live triangles of a mesh at a cursor, as the index buffer will hold them.
@@ -44,21 +46,26 @@ pub(crate) struct ResolvedTriangles {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// For each section, its range in `triangles`.
     pub(crate) sections: Vec<SectionRange>,
-    /// Where they are gathered, the plane of each.
-    pub(crate) planes: Option<Vec<Vec4>>,
+    /// Where they are gathered.
+    pub(crate) outlook: Option<Outlook>,
+    /// Large faces, the largest first; none where they are not looked for.
+    pub(crate) occluders: Box<[Occluder]>,
 }
 
 impl ResolvedTriangles {
     pub(crate) fn of(source: Source<'_>, cursor: u32) -> Self {
-        let Source { stacks, slender, is_gathered } = source;
+        let Source { stacks, slender, is_gathered, occludes } = source;
         let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
         let sections = sections.into_iter().map(|section| match slender {
             Some(slender) => slender.part(&mut triangles, section),
             None => SectionRange::without_slender(section),
         });
-        let sections = sections.collect();
-        let planes = is_gathered.then(|| gathering::planes_of(stacks.mesh(), &triangles));
-        Self { triangles, sections, planes }
+        let sections: Vec<SectionRange> = sections.collect();
+        let mesh = stacks.mesh();
+        let outlook = is_gathered.then(|| Outlook::of(mesh, &triangles));
+        let occluders =
+            if occludes { occluders_of(mesh, &triangles, &sections) } else { Box::default() };
+        Self { triangles, sections, outlook, occluders }
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -86,8 +93,8 @@ impl Request {
         let mesh = source.stacks.mesh();
         match self {
             Self::Triangles(_) => {
-                let planes = if source.is_gathered { mesh.triangles.len() } else { 0 };
-                (size_of_val(mesh.triangles.as_slice()) + planes * size_of::<Vec4>()) as u64
+                let gathered = if source.is_gathered { mesh.triangles.len() } else { 0 };
+                (size_of_val(mesh.triangles.as_slice()) as u64) + Outlook::bytes_of(gathered)
             }
             Self::Standing(_) => size_of_val(mesh.wedges.position.as_slice()) as u64,
         }
@@ -187,10 +194,12 @@ impl Resolver {
         self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, slender) = (Arc::clone(source.stacks), source.slender.map(Arc::clone));
-        let (sender, is_gathered) = (self.sender.clone(), source.is_gathered);
+        let Source { is_gathered, occludes, .. } = source;
+        let sender = self.sender.clone();
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
-                let source = Source { stacks: &stacks, slender: slender.as_ref(), is_gathered };
+                let slender = slender.as_ref();
+                let source = Source { stacks: &stacks, slender, is_gathered, occludes };
                 let resolved = request.resolve(source);
                 // Nobody listens any more when the renderer has gone.
                 let _ = sender.send((ticket, (request, resolved)));
@@ -268,7 +277,7 @@ mod tests {
     }
 
     fn whole(stacks: &Arc<CollapseStacks>) -> Source<'_> {
-        Source { stacks, slender: None, is_gathered: false }
+        Source { stacks, slender: None, is_gathered: false, occludes: false }
     }
 
     fn mesh(cursor: u32) -> Request {

@@ -127,7 +127,7 @@ impl<'a> SceneDrawer<'a> {
         let gathering = self.gathering.as_ref();
         let faces = gathering.zip(resolved.gathered(batch)).map(|(gathering, faces)| {
             let instance = &self.plan.instances[batch.instances.start as usize];
-            (faces, gathering.eye_before(instance))
+            (faces, gathering.eye_before(instance), gathering.clip_before(instance))
         });
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
@@ -155,11 +155,12 @@ impl<'a> SceneDrawer<'a> {
                 };
                 let ways = [cull_back, batch.mirrored, features.is_some()];
                 let faces = faces.filter(|_| features.is_none());
-                let gathered = faces.map(|(faces, eye)| Gathered {
+                let gathered = faces.map(|(faces, eye, clip_from_mesh)| Gathered {
                     faces,
                     range: part.start / 3..part.end / 3,
                     first_vertex,
                     eye: eye.filter(|_| cull_back && !is_slender),
+                    clip_from_mesh,
                 });
                 sections.push(Section {
                     order: (place, ways, material.number, [vertices.block, indices.block()]),

@@ -10,12 +10,12 @@ use glam::camera::rh::view;
 use glam::{DMat4, DVec3, Mat4, Vec3};
 
 use crate::batch::Plan;
-use crate::frustum::Frustum;
 use crate::model::GpuModel;
 use crate::morph::Morpher;
 use crate::pipelines::Shading;
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
+use crate::sight::Sight;
 use crate::stream::FrameStream;
 use crate::{CameraView, Frame, Instances, ModelHandle, RenderError, SectionPlane};
 
@@ -207,9 +207,9 @@ impl Shadows {
             self.streams.push(FrameStream::new(recorder.gpu(), layout, &self.bindings())?);
         }
         let seen = Frame { camera: sun.camera, ..*frame };
-        let frustum = Frustum::of(&sun.camera.clip_from_world());
+        let sight = Sight::through(&sun.camera.clip_from_world());
         self.roster.follow(drawn_with.models, frame.instances)?;
-        self.plan.fill(drawn_with.models, &self.roster, &[], &frustum)?;
+        self.plan.fill(drawn_with.models, &self.roster, &[], &sight)?;
         let slot = recorder.slot();
         let size = [MAP_TEXELS as f32; 2];
         let bindings = [Binding::Texture(&self.map), Binding::Sampler(&self.sampler)];

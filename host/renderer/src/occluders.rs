@@ -1,0 +1,291 @@
+//! Large flat faces of meshes: what lies behind them need not be drawn.
+
+use std::collections::HashMap;
+
+use busbar_geometry::Mesh;
+use glam::{Vec3, Vec4};
+
+use crate::slender::SectionRange;
+
+/// Corners that a face has at most.
+const MAX_CORNERS: usize = 12;
+/// Faces of a mesh, the largest ones.
+const MAX_FACES: usize = 128;
+/// Triangles that they are made of.
+const MAX_TRIANGLES: usize = 2 * MAX_FACES;
+/// What has less than this share of the largest triangle's area is left out.
+const LEAST_SHARE: f32 = 1.0 / 64.0;
+/// What is no farther off a plane is on it: a share of the face's extent.
+const FLAT: f32 = 1e-5;
+
+/// A convex flat face, mesh space.
+pub(crate) struct Occluder {
+    /// Its normal, and its distance: a point before it has a product above zero.
+    pub(crate) plane: Vec4,
+    /// Counter-clockwise where it shows its front.
+    pub(crate) corners: Box<[Vec3]>,
+    /// Square units of the mesh.
+    pub(crate) area: f32,
+    /// The section that it is of.
+    pub(crate) section: u32,
+}
+
+/// The large faces of a mesh, the largest first: of its triangles at a cursor.
+pub(crate) fn occluders_of(
+    mesh: &Mesh,
+    triangles: &[[u32; 3]],
+    sections: &[SectionRange],
+) -> Box<[Occluder]> {
+    let candidates = largest(mesh, triangles, sections);
+    let by_edge: HashMap<[u32; 2], usize> = candidates
+        .iter()
+        .enumerate()
+        .flat_map(|(index, of)| of.edges().map(|edge| (edge, index)))
+        .collect();
+    let mut is_used = vec![false; candidates.len()];
+    let mut faces = Vec::new();
+    for first in 0..candidates.len() {
+        if std::mem::replace(&mut is_used[first], true) {
+            continue;
+        }
+        let mut face = Face::of(mesh, &candidates[first]);
+        while let Some(added) = face.grow(&candidates, &by_edge, &is_used) {
+            is_used[added] = true;
+        }
+        faces.push(face.finish(candidates[first].section));
+    }
+    faces.sort_by(|a, b| b.area.total_cmp(&a.area));
+    faces.truncate(MAX_FACES);
+    faces.into()
+}
+
+/// What faces take.
+pub(crate) fn bytes_of(faces: &[Occluder]) -> u64 {
+    let corners: usize = faces.iter().map(|face| face.corners.len()).sum();
+    (size_of_val(faces) + corners * size_of::<Vec3>()) as u64
+}
+
+/// A triangle that may be part of a face.
+struct Candidate {
+    /// Positions of the mesh.
+    corners: [u32; 3],
+    area: f32,
+    section: u32,
+}
+
+impl Candidate {
+    fn edges(&self) -> [[u32; 2]; 3] {
+        let [a, b, c] = self.corners;
+        [[a, b], [b, c], [c, a]]
+    }
+}
+
+/// Triangles of the largest areas, the largest first; none of what is slender, which is
+/// drawn wider than it is, and not in full.
+fn largest(mesh: &Mesh, triangles: &[[u32; 3]], sections: &[SectionRange]) -> Vec<Candidate> {
+    let mut candidates = Vec::new();
+    for (section, range) in (0..).zip(sections) {
+        for &wedges in &triangles[range.all.start as usize..range.slender_from as usize] {
+            let corners = mesh.corner_positions(wedges);
+            let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            if area > 0.0 && area.is_finite() {
+                candidates.push(Candidate { corners, area, section });
+            }
+        }
+    }
+    let order = |a: &Candidate, b: &Candidate| b.area.total_cmp(&a.area);
+    if candidates.len() > MAX_TRIANGLES {
+        candidates.select_nth_unstable_by(MAX_TRIANGLES, order);
+        candidates.truncate(MAX_TRIANGLES);
+    }
+    candidates.sort_by(order);
+    let least = candidates.first().map_or(0.0, |largest| largest.area * LEAST_SHARE);
+    candidates.retain(|candidate| candidate.area >= least);
+    candidates
+}
+
+/// A face that grows from a triangle.
+struct Face<'a> {
+    mesh: &'a Mesh,
+    /// Positions of the mesh around it.
+    ring: Vec<u32>,
+    normal: Vec3,
+    area: f32,
+    section: u32,
+}
+
+impl<'a> Face<'a> {
+    fn of(mesh: &'a Mesh, first: &Candidate) -> Self {
+        let mut face = Self {
+            mesh,
+            ring: first.corners.to_vec(),
+            normal: Vec3::ZERO,
+            area: first.area,
+            section: first.section,
+        };
+        let [a, b, c] = first.corners.map(|position| face.at(position));
+        face.normal = (b - a).cross(c - a).normalize_or_zero();
+        face
+    }
+
+    fn at(&self, position: u32) -> Vec3 {
+        self.mesh.positions[position as usize]
+    }
+
+    /// Takes in a triangle beside it with which it stays flat and convex; tells which.
+    fn grow(
+        &mut self,
+        candidates: &[Candidate],
+        by_edge: &HashMap<[u32; 2], usize>,
+        is_used: &[bool],
+    ) -> Option<usize> {
+        if self.ring.len() == MAX_CORNERS {
+            return None;
+        }
+        for index in 0..self.ring.len() {
+            let [from, to] = [self.ring[index], self.ring[(index + 1) % self.ring.len()]];
+            let Some(&beside) = by_edge.get(&[to, from]) else { continue };
+            let candidate = &candidates[beside];
+            let apex = candidate.corners.into_iter().find(|corner| ![from, to].contains(corner));
+            if let (false, Some(apex)) = (is_used[beside], apex)
+                && candidate.section == self.section
+                && self.stays_flat_and_convex(index, apex)
+            {
+                self.ring.insert(index + 1, apex);
+                self.area += candidate.area;
+                return Some(beside);
+            }
+        }
+        None
+    }
+
+    /// Whether it does with a corner between one and the next.
+    fn stays_flat_and_convex(&self, index: usize, apex: u32) -> bool {
+        let count = self.ring.len();
+        let around = [count - 1, 0, 1, 2].map(|step| self.at(self.ring[(index + step) % count]));
+        let [before, from, to, after] = around;
+        let apex = self.at(apex);
+        let extent = from.distance(to).max(apex.distance(from));
+        let is_flat = (apex - from).dot(self.normal).abs() <= FLAT * extent;
+        let turns_left = |a: Vec3, b: Vec3, c: Vec3| {
+            (b - a).cross(c - b).dot(self.normal) >= -FLAT * (b - a).length() * (c - b).length()
+        };
+        // A triangle that lies over the face turns its edge back.
+        let is_beyond = (to - from).cross(apex - from).dot(self.normal) < 0.0;
+        is_flat
+            && is_beyond
+            && turns_left(before, from, apex)
+            && turns_left(from, apex, to)
+            && turns_left(apex, to, after)
+    }
+
+    fn finish(self, section: u32) -> Occluder {
+        let corners: Box<[Vec3]> = self.ring.iter().map(|&position| self.at(position)).collect();
+        let plane = self.normal.extend(-self.normal.dot(corners[0]));
+        Occluder { plane, corners, area: self.area, section }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_geometry::{RawPrimitive, weld};
+
+    use super::*;
+
+    fn mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Mesh {
+        let primitive = RawPrimitive {
+            positions: positions.iter().map(|&position| position.into()).collect(),
+            triangles: triangles.to_vec(),
+            ..RawPrimitive::default()
+        };
+        weld(&[primitive]).unwrap().0
+    }
+
+    fn faces_of(mesh: &Mesh) -> Box<[Occluder]> {
+        let all = SectionRange::without_slender(0..mesh.triangles.len() as u32);
+        occluders_of(mesh, &mesh.triangles, &[all])
+    }
+
+    /// A grid of squares in the plane z = 2, two triangles each.
+    fn wall(columns: u32, rows: u32) -> Mesh {
+        let positions: Vec<[f32; 3]> = (0..=rows)
+            .flat_map(|y| (0..=columns).map(move |x| [x as f32, y as f32, 2.0]))
+            .collect();
+        let at = |x: u32, y: u32| y * (columns + 1) + x;
+        let square = |x: u32, y: u32| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let triangles: Vec<[u32; 3]> =
+            (0..rows).flat_map(|y| (0..columns).flat_map(move |x| square(x, y))).collect();
+        mesh(&positions, &triangles)
+    }
+
+    #[test]
+    fn triangles_in_a_plane_become_one_face() {
+        let faces = faces_of(&wall(1, 1));
+        let [face] = &*faces else { panic!("{}", faces.len()) };
+        assert_eq!(face.corners.len(), 4);
+        assert!((face.area - 1.0).abs() < 1e-6);
+        assert_eq!(face.plane, Vec4::new(0.0, 0.0, 1.0, -2.0));
+    }
+
+    /// Whatever a face takes in, it is convex, and areas come to the whole.
+    #[test]
+    fn a_tiled_wall_is_covered_once_by_convex_faces() {
+        let faces = faces_of(&wall(5, 3));
+        let area: f32 = faces.iter().map(|face| face.area).sum();
+        assert!((area - 15.0).abs() < 1e-4, "{area}");
+        assert!(faces.len() < 30 / 2, "{} faces", faces.len());
+        for face in &faces {
+            let count = face.corners.len();
+            let mut around = 0.0;
+            for index in 0..count {
+                let [a, b, c] = [0, 1, 2].map(|step| face.corners[(index + step) % count]);
+                assert!((b - a).cross(c - b).z >= -1e-5, "not convex: {:?}", face.corners);
+                around += a.cross(b).z * 0.5;
+            }
+            assert!((around - face.area).abs() < 1e-4, "{around} {}", face.area);
+        }
+    }
+
+    #[test]
+    fn faces_end_at_edges_corners_and_small_things() {
+        // Two squares at a right angle, and a speck.
+        let mesh = mesh(
+            &[
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [1.0, 0.0, -1.0],
+                [1.0, 1.0, -1.0],
+                [5.0, 0.0, 0.0],
+                [5.1, 0.0, 0.0],
+                [5.0, 0.1, 0.0],
+            ],
+            &[[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2], [6, 7, 8]],
+        );
+        let faces = faces_of(&mesh);
+        assert_eq!(faces.len(), 2);
+        assert!(faces.iter().all(|face| face.corners.len() == 4));
+        assert_ne!(faces[0].plane, faces[1].plane);
+    }
+
+    #[test]
+    fn there_are_no_more_than_so_many_and_what_is_slender_is_none() {
+        let mesh = wall(40, 40);
+        assert_eq!(faces_of(&mesh).len().min(MAX_FACES + 1), faces_of(&mesh).len());
+        let slender = SectionRange { all: 0..mesh.triangles.len() as u32, slender_from: 2 };
+        let faces = occluders_of(&mesh, &mesh.triangles, &[slender]);
+        assert!((faces.iter().map(|face| face.area).sum::<f32>() - 1.0).abs() < 1e-6);
+        assert!(occluders_of(&mesh, &[], &[]).is_empty());
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_no_face() {
+        let mesh = mesh(&[[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
+        assert!(faces_of(&mesh).is_empty());
+    }
+}

@@ -1,0 +1,178 @@
+//! What a frame need not draw: it is beside the picture, or hidden.
+
+use std::ops::Range;
+
+use busbar_geometry::Bounds;
+use busbar_shaders::Instance;
+use glam::{Mat4, Vec3, Vec4};
+
+use crate::CameraView;
+use crate::frustum::{Ball, Frustum};
+use crate::index_cache::IndexCache;
+use crate::masked_depth::MaskedDepth;
+use crate::model::{GpuMesh, GpuModel};
+use crate::occluders::Occluder;
+use crate::roster::{Members, Roster};
+
+/// Pixels that a face must cover, seen from before it, to be worth looking behind.
+const LEAST_PIXELS: f32 = 1024.0;
+/// Faces of a frame, those that cover most.
+const MAX_FACES: usize = 1024;
+
+/// What a camera may see.
+pub(crate) struct Sight<'a> {
+    pub(crate) frustum: Frustum,
+    /// What lies behind it is hidden; `None` where nothing is.
+    pub(crate) before: Option<&'a Before>,
+}
+
+impl Sight<'_> {
+    /// All in the picture, hidden or not.
+    pub(crate) fn through(clip_from_world: &Mat4) -> Self {
+        Self { frustum: Frustum::of(clip_from_world), before: None }
+    }
+
+    /// Whether a camera may see an instance, of which a ball in the world and a box in the
+    /// mesh are given.
+    #[inline]
+    pub(crate) fn may_see(&self, ball: &Ball, instance: &Instance, bounds: &Bounds) -> bool {
+        self.frustum.may_see(ball)
+            && self.before.is_none_or(|before| {
+                before.may_see_in(&before.clip_from_mesh(instance), bounds)
+            })
+    }
+}
+
+/// Large faces on the screen, and what they hide.
+#[derive(Default)]
+pub(crate) struct Before {
+    clip_from_world: Mat4,
+    depth: MaskedDepth,
+    found: Vec<Found>,
+    /// Clip space.
+    corners: Vec<Vec4>,
+}
+
+/// A face in the picture.
+struct Found {
+    pixels: f32,
+    /// One over its distance, at its nearest.
+    nearest: f32,
+    /// In [`Before::corners`].
+    corners: Range<usize>,
+}
+
+impl Before {
+    /// Looks for them among what a roster draws of resolved meshes; there are none without a
+    /// camera.
+    pub(crate) fn find(
+        &mut self,
+        (models, cache, roster): (&[Option<GpuModel>], &IndexCache, &Roster),
+        camera: Option<&CameraView>,
+        (size, samples): ([u32; 2], u32),
+    ) {
+        self.found.clear();
+        self.corners.clear();
+        let Some(camera) = camera else { return };
+        self.clip_from_world = camera.clip_from_world();
+        let frustum = Frustum::of(&self.clip_from_world);
+        let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
+        let look = Look { eye: camera.eye, square: pixels_per_unit * pixels_per_unit };
+        for Members { kind, members, balls } in roster.members() {
+            let occluders = cache.get(kind.key).map_or(&[][..], |resolved| resolved.occluders());
+            let (Some(largest), None, Some(model)) =
+                (occluders.first(), kind.way, &models[kind.key.model as usize])
+            else {
+                continue;
+            };
+            let mesh = &model.meshes[kind.key.mesh as usize];
+            for (member, ball) in members.iter().zip(balls) {
+                let stretch = ball.radius / mesh.ball.radius;
+                if look.is_large(largest.area * stretch * stretch, ball) && frustum.may_see(ball) {
+                    let instance = &roster.instances[member.slot as usize];
+                    self.find_of(instance, (model, mesh), occluders, &look);
+                }
+            }
+        }
+        if self.found.len() > MAX_FACES {
+            self.found.select_nth_unstable_by(MAX_FACES, |a, b| b.pixels.total_cmp(&a.pixels));
+            self.found.truncate(MAX_FACES);
+        }
+        self.found.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
+        if !self.found.is_empty() {
+            self.depth.begin(size, samples);
+        }
+        for Found { corners, .. } in &self.found {
+            self.depth.add(self.corners[corners.clone()].iter().copied());
+        }
+    }
+
+    /// Itself, where there are any.
+    pub(crate) fn seen(&self) -> Option<&Self> {
+        (!self.found.is_empty()).then_some(self)
+    }
+
+    /// Looks for them on an instance.
+    fn find_of(
+        &mut self,
+        instance: &Instance,
+        (model, mesh): (&GpuModel, &GpuMesh),
+        occluders: &[Occluder],
+        look: &Look,
+    ) {
+        let world_from_mesh = world_from_mesh(instance);
+        let clip_from_mesh = self.clip_from_world * world_from_mesh;
+        let eye = world_from_mesh.inverse().transform_point3(look.eye);
+        for Occluder { plane, corners, area, section } in occluders {
+            let section = &mesh.stacks.mesh().sections[*section as usize];
+            let material = model.material(section.material);
+            let before = plane.dot(eye.extend(1.0));
+            let is_seen = material.opaque && (material.double_sided || before > 0.0);
+            let center = corners.iter().sum::<Vec3>() / corners.len() as f32;
+            let pixels = look.square * area * before.abs() / eye.distance(center).powi(3);
+            if !(is_seen && pixels >= LEAST_PIXELS) {
+                continue;
+            }
+            let first = self.corners.len();
+            self.corners.extend(corners.iter().map(|corner| clip_from_mesh * corner.extend(1.0)));
+            let added = &self.corners[first..];
+            let least = added.iter().fold(f32::INFINITY, |least, corner| least.min(corner.w));
+            let nearest = if least > 0.0 { least.recip() } else { f32::INFINITY };
+            self.found.push(Found { pixels, nearest, corners: first..self.corners.len() });
+        }
+    }
+
+    /// Clip space from an instance's mesh, as [`Before::may_see_in`] takes it.
+    pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
+        self.clip_from_world * world_from_mesh(instance)
+    }
+
+    /// Whether anything in a box is in the picture and not hidden.
+    #[inline]
+    pub(crate) fn may_see_in(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
+        self.depth.may_see(clip_from_mesh, bounds)
+    }
+}
+
+/// From where one looks.
+struct Look {
+    /// World space.
+    eye: Vec3,
+    /// Pixels that a square unit covers a unit away.
+    square: f32,
+}
+
+impl Look {
+    /// Whether an area anywhere in a ball may cover as much as is worth looking behind.
+    #[inline]
+    fn is_large(&self, area: f32, ball: &Ball) -> bool {
+        let distance = (ball.center.distance(self.eye) - ball.radius).max(0.0);
+        area * self.square >= LEAST_PIXELS * distance * distance
+    }
+}
+
+/// As a matrix.
+pub(crate) fn world_from_mesh(instance: &Instance) -> Mat4 {
+    let [x, y, z] = instance.world_from_mesh.map(Vec4::from_array);
+    Mat4::from_cols(x, y, z, Vec4::W).transpose()
+}
