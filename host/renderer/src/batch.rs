@@ -29,9 +29,9 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// Whether it may be gathered with others: one instance, whose vertices are the mesh's own.
-    pub(crate) fn is_single_and_still(&self) -> bool {
-        self.instances.len() == 1 && self.way.is_none()
+    /// One of its instances by itself.
+    pub(crate) fn single(&self, index: u32) -> Self {
+        Self { instances: index..index + 1, count: 1, ..self.clone() }
     }
 }
 

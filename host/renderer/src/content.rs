@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::batch::Plan;
 use crate::density::{Density, PlaneKit};
 use crate::features::FeatureKit;
-use crate::gathering::{self, Faces, Gathering};
+use crate::gathering::{self, Gathering};
 use crate::ground::GroundKit;
 use crate::index_cache::{IndexCache, IndexKey, MAX_CACHED_INDEX_BYTES};
 use crate::layer::ready;
@@ -291,8 +291,10 @@ impl Content {
         if !recorder.gpu().is_software() {
             return Ok(());
         }
-        let gathered = plan.seen().filter_map(|batch| self.cache.get(batch.key)?.gathered(batch));
-        let triangles = gathered.map(Faces::count).sum();
+        let gathered = plan.seen().filter_map(|batch| {
+            Some(self.cache.get(batch.key)?.gathered(batch)?.count_of(batch))
+        });
+        let triangles = gathered.sum();
         gathering::ready(&mut self.streams[stream].gathered, recorder.gpu(), triangles)
     }
 

@@ -10,11 +10,15 @@ use busbar_gpu::{Buffer, BufferUsage, Gpu};
 use busbar_shaders::Instance;
 use glam::{Mat4, Vec3, Vec4};
 
+use crate::batch::Batch;
 use crate::sight::{Before, world_from_mesh};
 use crate::{CameraView, RenderError};
 
 /// Triangles of the largest mesh that is gathered.
 const MAX_MESH_TRIANGLES: usize = 65_536;
+
+/// Triangles of an instance that it pays to gather by itself where there are more instances.
+const LEAST_BY_ITSELF: usize = 1024;
 
 /// Triangles that a frame gathers; what is beyond is drawn as it is.
 const MAX_FRAME_TRIANGLES: u32 = 2 << 20;
@@ -77,9 +81,16 @@ impl Faces {
         Self { triangles, outlook }
     }
 
-    /// Triangles.
-    pub(crate) fn count(&self) -> u64 {
-        self.triangles.len() as u64
+    /// Whether they are gathered: those of one instance, or so many that it pays to look at
+    /// each instance by itself. Their vertices are the mesh's own.
+    pub(crate) fn are_gathered_of(&self, batch: &Batch) -> bool {
+        let is_worth_it = batch.instances.len() == 1 || self.triangles.len() >= LEAST_BY_ITSELF;
+        is_worth_it && batch.way.is_none()
+    }
+
+    /// Triangles of all instances of a batch.
+    pub(crate) fn count_of(&self, batch: &Batch) -> u64 {
+        self.triangles.len() as u64 * batch.instances.len() as u64
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -143,10 +154,18 @@ pub(crate) struct Gathered<'a> {
     pub(crate) range: Range<u32>,
     /// Added to each index.
     pub(crate) first_vertex: u32,
-    /// Where those that face away are left out: the eye, mesh space.
-    pub(crate) eye: Option<Vec3>,
-    /// Where those that are hidden are left out: clip space from that of the mesh.
-    pub(crate) clip_from_mesh: Option<Mat4>,
+    pub(crate) view: View,
+    /// Those that face away are left out.
+    pub(crate) skips_backs: bool,
+}
+
+/// How an instance is seen.
+#[derive(Clone, Copy)]
+pub(crate) struct View {
+    /// Mesh space.
+    eye: Option<Vec3>,
+    /// Clip space from that of the mesh, where something is hidden.
+    clip_from_mesh: Option<Mat4>,
 }
 
 impl<'a> Gathering<'a> {
@@ -159,14 +178,9 @@ impl<'a> Gathering<'a> {
         Self { buffer, eye, before, taken: Cell::new(0) }
     }
 
-    /// The eye in the space of an instance's mesh.
-    pub(crate) fn eye_before(&self, instance: &Instance) -> Option<Vec3> {
-        Some(world_from_mesh(instance).inverse().transform_point3(self.eye?))
-    }
-
-    /// Clip space from that of an instance's mesh, where anything is hidden.
-    pub(crate) fn clip_before(&self, instance: &Instance) -> Option<Mat4> {
-        Some(self.before?.clip_from_mesh(instance))
+    pub(crate) fn view_of(&self, instance: &Instance) -> View {
+        let eye = self.eye.map(|eye| world_from_mesh(instance).inverse().transform_point3(eye));
+        View { eye, clip_from_mesh: self.before.map(|before| before.clip_from_mesh(instance)) }
     }
 
     pub(crate) fn buffer(&self) -> &'a Buffer {
@@ -188,13 +202,14 @@ impl<'a> Gathering<'a> {
         let mut count = 0;
         self.buffer.write_by(start, most * TRIANGLE_BYTES, |into| {
             let (places, _) = into.as_chunks_mut::<{ TRIANGLE_BYTES as usize }>();
-            for Gathered { faces, range, first_vertex, eye, clip_from_mesh } in parts {
-                let hidden = self.before.zip(clip_from_mesh.as_ref());
+            for Gathered { faces, range, first_vertex, view, skips_backs } in parts {
+                let eye = view.eye.filter(|_| *skips_backs);
+                let hidden = self.before.zip(view.clip_from_mesh.as_ref());
                 let is_wanted = |bounds: &Bounds| {
                     hidden.is_none_or(|(before, clip)| before.may_see_in(clip, bounds))
                 };
                 let range = range.start as usize..range.end as usize;
-                faces.facing(range, *eye, is_wanted, |triangles| {
+                faces.facing(range, eye, is_wanted, |triangles| {
                     for (place, triangle) in places[count..].iter_mut().zip(triangles) {
                         *place = bytemuck::cast(triangle.map(|wedge| wedge + first_vertex));
                     }

@@ -48,7 +48,7 @@ pub(crate) struct ResolvedIndices {
 impl ResolvedIndices {
     /// What of a batch is gathered, where it is.
     pub(crate) fn gathered(&self, batch: &Batch) -> Option<&Faces> {
-        self.faces.as_ref().filter(|_| batch.is_single_and_still())
+        self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch))
     }
 
     /// Its large faces, the largest first.

@@ -283,8 +283,9 @@ impl Projected {
                 return 0..0;
             }
         }
-        let [from, to] = [from - 0.5, to - 0.5].map(|at| at.clamp(-1.0, width as f32));
-        let span = (from.ceil() as i32).max(0)..(to.floor() as i32 + 1).min(width as i32);
+        // Truncated, for what is below zero was cut off.
+        let [start, end] = [from, to.max(0.0)].map(|at| (at + 0.5) as i32);
+        let span = start..end.min(width as i32);
         if span.is_empty() { 0..0 } else { span }
     }
 

@@ -87,10 +87,9 @@ impl GpuModel {
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
         let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
-        let is_part = recorder.gpu().is_software() && upload.stacks.len() > 1;
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mesh = model.upload_mesh(recorder, feature_kit, vertices, (stacks, is_part))?;
+            let mesh = model.upload_mesh(recorder, feature_kit, vertices, stacks)?;
             model.meshes.push(mesh);
         }
         Ok(model)
@@ -101,10 +100,11 @@ impl GpuModel {
         recorder: &mut Recorder<'_>,
         feature_kit: &FeatureKit,
         arena: &mut Arena,
-        (stacks, is_part): (&Arc<CollapseStacks>, bool),
+        stacks: &Arc<CollapseStacks>,
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
         let bounds = mesh.bounds().unwrap_or_default();
+        let is_software = recorder.gpu().is_software();
         let outward = slender_normals(stacks);
         let bytes = mesh.wedges.len() * size_of::<Vertex>();
         let write = |bytes: &mut [u8]| write_vertices(mesh, &outward, bytes);
@@ -124,8 +124,8 @@ impl GpuModel {
             bounds,
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
-            is_gathered: is_part && gathering::is_small(mesh),
-            occludes: recorder.gpu().is_software(),
+            is_gathered: is_software && gathering::is_small(mesh),
+            occludes: is_software,
         })
     }
 

@@ -96,8 +96,8 @@ impl<'a> SceneDrawer<'a> {
                 let [x, y, z] = self.plan.instances[index as usize].world_from_mesh;
                 let rows = [x, y, z].map(Vec4::from_array);
                 let center = rows.map(|row| row.dot(mesh.ball.center.extend(1.0)));
-                let single = Batch { instances: index..index + 1, count: 1, ..batch.clone() };
-                singles.push((Vec3::from_array(center).distance_squared(eye), single));
+                let distance = Vec3::from_array(center).distance_squared(eye);
+                singles.push((distance, batch.single(index)));
             }
         }
         singles.sort_by(|(a, _), (b, _)| b.total_cmp(a));
@@ -121,14 +121,10 @@ impl<'a> SceneDrawer<'a> {
         let Some(model) = &self.models[batch.key.model as usize] else { return };
         let mesh = &model.meshes[batch.key.mesh as usize];
         let Some(resolved) = self.cache.get(batch.key) else { return };
+        let Some(vertices) = self.vertices_of(mesh, batch) else { return };
         let Some(indices) = &resolved.indices else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
-        let Some(vertices) = self.vertices_of(mesh, batch) else { return };
-        let gathering = self.gathering.as_ref();
-        let faces = gathering.zip(resolved.gathered(batch)).map(|(gathering, faces)| {
-            let instance = &self.plan.instances[batch.instances.start as usize];
-            (faces, gathering.eye_before(instance), gathering.clip_before(instance))
-        });
+        let gathered = self.gathering.as_ref().zip(resolved.gathered(batch));
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -154,15 +150,7 @@ impl<'a> SceneDrawer<'a> {
                     None => (0, (vertices.offset / VERTEX_BYTES) as u32),
                 };
                 let ways = [cull_back, batch.mirrored, features.is_some()];
-                let faces = faces.filter(|_| features.is_none());
-                let gathered = faces.map(|(faces, eye, clip_from_mesh)| Gathered {
-                    faces,
-                    range: part.start / 3..part.end / 3,
-                    first_vertex,
-                    eye: eye.filter(|_| cull_back && !is_slender),
-                    clip_from_mesh,
-                });
-                sections.push(Section {
+                let section = Section {
                     order: (place, ways, material.number, [vertices.block, indices.block()]),
                     groups: [
                         self.frame_group,
@@ -183,8 +171,21 @@ impl<'a> SceneDrawer<'a> {
                         cull_back,
                         mirrored: batch.mirrored,
                     },
-                    gathered,
-                });
+                    gathered: None,
+                };
+                let Some((gathering, faces)) = gathered.filter(|_| features.is_none()) else {
+                    sections.push(section);
+                    continue;
+                };
+                // Each instance by itself: of each something else is seen.
+                sections.extend(batch.instances.clone().map(|index| {
+                    let view = gathering.view_of(&self.plan.instances[index as usize]);
+                    let range = part.start / 3..part.end / 3;
+                    let skips_backs = cull_back && !is_slender;
+                    let draw = Draw { instance_range: index..index + 1, ..section.draw.clone() };
+                    let gathered = Gathered { faces, range, first_vertex, view, skips_backs };
+                    Section { draw, gathered: Some(gathered), ..section.clone() }
+                }));
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::occluders::Occluder;
 use crate::roster::{Members, Roster};
 
 /// Pixels that a face must cover, seen from before it, to be worth looking behind.
-const LEAST_PIXELS: f32 = 1024.0;
+const LEAST_PIXELS: f32 = 2048.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
 
@@ -123,13 +123,15 @@ impl Before {
         let world_from_mesh = world_from_mesh(instance);
         let clip_from_mesh = self.clip_from_world * world_from_mesh;
         let eye = world_from_mesh.inverse().transform_point3(look.eye);
-        for Occluder { plane, corners, area, section } in occluders {
+        let look = Look { eye, ..*look };
+        let large = occluders.iter().take_while(|face| look.is_large(face.area, &mesh.ball));
+        for Occluder { plane, center, corners, area, section } in large {
             let section = &mesh.stacks.mesh().sections[*section as usize];
             let material = model.material(section.material);
             let before = plane.dot(eye.extend(1.0));
             let is_seen = material.opaque && (material.double_sided || before > 0.0);
-            let center = corners.iter().sum::<Vec3>() / corners.len() as f32;
-            let pixels = look.square * area * before.abs() / eye.distance(center).powi(3);
+            let distance = eye.distance(*center);
+            let pixels = look.square * area * before.abs() / (distance * distance * distance);
             if !(is_seen && pixels >= LEAST_PIXELS) {
                 continue;
             }
@@ -155,8 +157,8 @@ impl Before {
 }
 
 /// From where one looks.
+#[derive(Clone, Copy)]
 struct Look {
-    /// World space.
     eye: Vec3,
     /// Pixels that a square unit covers a unit away.
     square: f32,
