@@ -8,7 +8,7 @@ use std::ops::Range;
 use busbar_geometry::{Bounds, Mesh};
 use busbar_gpu::{Buffer, BufferUsage, Gpu};
 use busbar_shaders::Instance;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec3};
 
 use crate::batch::Batch;
 use crate::sight::{Before, world_from_mesh};
@@ -20,6 +20,9 @@ const MAX_MESH_TRIANGLES: usize = 65_536;
 /// Triangles of an instance that it pays to gather by itself where there are more instances.
 const LEAST_BY_ITSELF: usize = 1024;
 
+/// More live triangles than there are.
+pub(crate) const NEVER: usize = usize::MAX;
+
 /// Triangles that a frame gathers; what is beyond is drawn as it is.
 const MAX_FRAME_TRIANGLES: u32 = 2 << 20;
 
@@ -29,8 +32,11 @@ const FIRST_TRIANGLES: u32 = 16_384;
 /// Triangles that are in the picture or not, and are written, together.
 const BLOCK: usize = 64;
 
-/// Of distances that are this share of all involved, the sign may be wrong.
-const ROUNDING: f32 = 1e-5;
+/// Length of a normal that is kept in whole numbers.
+const UNIT: f32 = 127.0;
+
+/// How far off such a normal of length 1 may be: half a number along each axis, and rounding.
+const ROUNDED: f32 = 0.0072;
 
 /// Bytes of a triangle's indices.
 const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
@@ -43,11 +49,8 @@ pub(crate) struct Faces {
 
 /// Where triangles are and whence they are seen.
 pub(crate) struct Outlook {
-    /// Of each, the normal and distance of its plane, mesh space: a point before it has a
-    /// product above zero.
-    planes: Vec<Vec4>,
-    /// The farthest plane from the origin.
-    reach: f32,
+    /// Of each, of a length of [`UNIT`], mesh space; the last is unused.
+    normals: Vec<[i8; 4]>,
     /// Around each [`BLOCK`] of them, mesh space.
     boxes: Vec<Bounds>,
 }
@@ -57,22 +60,23 @@ impl Outlook {
         let corners = |&triangle: &[u32; 3]| {
             mesh.corner_positions(triangle).map(|position| mesh.positions[position as usize])
         };
-        let plane = |triangle: &[u32; 3]| {
+        let normal = |triangle: &[u32; 3]| {
             let [a, b, c] = corners(triangle);
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            normal.extend(-normal.dot(a))
+            let normal = (b - a).cross(c - a).normalize_or_zero() * UNIT;
+            normal.extend(0.0).to_array().map(|of_axis| of_axis.round() as i8)
         };
         let around = |block: &[[u32; 3]]| {
             Bounds::around(block.iter().flat_map(corners)).unwrap_or_default()
         };
-        let planes: Vec<Vec4> = triangles.iter().map(plane).collect();
-        let reach = planes.iter().fold(0.0, |reach, plane| plane.w.abs().max(reach));
-        Self { planes, reach, boxes: triangles.chunks(BLOCK).map(around).collect() }
+        Self {
+            normals: triangles.iter().map(normal).collect(),
+            boxes: triangles.chunks(BLOCK).map(around).collect(),
+        }
     }
 
     /// Bytes of that of so many triangles.
     pub(crate) fn bytes_of(triangles: usize) -> u64 {
-        (triangles * size_of::<Vec4>() + triangles.div_ceil(BLOCK) * size_of::<Bounds>()) as u64
+        (triangles * size_of::<[i8; 4]>() + triangles.div_ceil(BLOCK) * size_of::<Bounds>()) as u64
     }
 }
 
@@ -106,28 +110,32 @@ impl Faces {
         is_wanted: impl Fn(&Bounds) -> bool,
         mut give: impl FnMut(&[[u32; 3]]),
     ) {
-        let Outlook { planes, reach, boxes } = &self.outlook;
+        let Outlook { normals, boxes } = &self.outlook;
         let mut start = range.start;
         while start < range.end {
             let block = start / BLOCK;
             let end = ((block + 1) * BLOCK).min(range.end);
-            let (triangles, planes) = (&self.triangles[start..end], &planes[start..end]);
+            let (triangles, normals) = (&self.triangles[start..end], &normals[start..end]);
             start = end;
-            if !is_wanted(&boxes[block]) {
+            let bounds = &boxes[block];
+            if !is_wanted(bounds) {
                 continue;
             }
             let Some(eye) = eye else {
                 give(triangles);
                 continue;
             };
-            let behind = -ROUNDING * (eye.length() + reach);
-            let eye = eye.extend(1.0);
+            // From a triangle it is seen as from the middle, but for this.
+            let to_eye = eye - bounds.center();
+            let aside = bounds.min.distance(bounds.max) * 0.5 + to_eye.length() * ROUNDED;
+            let behind = -aside * UNIT;
             let mut kept = [[0; 3]; BLOCK];
             let mut count = 0;
-            for (triangle, plane) in triangles.iter().zip(planes) {
+            for (triangle, &[x, y, z, _]) in triangles.iter().zip(normals) {
                 kept[count] = *triangle;
+                let before = Vec3::new(f32::from(x), f32::from(y), f32::from(z)).dot(to_eye);
                 // What is not a number does not.
-                let faces_away = plane.dot(eye) < behind;
+                let faces_away = before < behind;
                 count += usize::from(!faces_away);
             }
             give(&kept[..count]);
@@ -223,9 +231,15 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// Whether a mesh is gathered with others, where there are any: what is large gains little.
-pub(crate) fn is_small(mesh: &Mesh) -> bool {
-    mesh.triangles.len() <= MAX_MESH_TRIANGLES
+/// The live triangles from which on a mesh is gathered where the processor draws: a part of a
+/// model always is, with the others; what is by itself where that pays; what is large gains
+/// little.
+pub(crate) fn gathered_from(mesh: &Mesh, is_part: bool) -> usize {
+    match mesh.triangles.len() {
+        ..=MAX_MESH_TRIANGLES if is_part => 0,
+        ..=MAX_MESH_TRIANGLES => LEAST_BY_ITSELF,
+        _ => NEVER,
+    }
 }
 
 /// Makes room for so many triangles, as far as a frame may have it.
@@ -260,34 +274,48 @@ mod tests {
     }
 
     fn faces_of(mesh: &Mesh) -> Faces {
-        Faces::of(mesh.triangles.clone(), planes_of(mesh, &mesh.triangles))
+        Faces::of(mesh.triangles.clone(), Outlook::of(mesh, &mesh.triangles))
     }
 
     proptest! {
-        /// In order, and none that shows its front to the eye is missed.
+        /// In order, and none that shows its front to the eye is missed, nor one of a block
+        /// that is not wanted given.
         #[test]
         fn what_faces_the_eye_is_kept(
             corners in prop::collection::vec(
-                prop::array::uniform3(prop::array::uniform3(-9.0_f32..9.0)), 1..40),
-            eye in prop::array::uniform3(-20.0_f32..20.0),
-            first in 0_usize..20,
+                prop::array::uniform3(prop::array::uniform3(-9.0_f32..9.0)), 1..150),
+            eye in prop::array::uniform3(-99.0_f32..99.0),
+            first in 0_usize..150,
+            unwanted in 0_usize..3,
         ) {
             let mesh = mesh(&corners);
             let faces = faces_of(&mesh);
             let range = first.min(mesh.triangles.len())..mesh.triangles.len();
             let (mut all, mut kept) = (Vec::new(), Vec::new());
-            faces.facing(range.clone(), None, |some| all.extend_from_slice(some));
-            faces.facing(range.clone(), Some(eye.into()), |some| kept.extend_from_slice(some));
-            prop_assert_eq!(&all, &mesh.triangles[range]);
+            faces.facing(range.clone(), None, |_| true, |some| all.extend_from_slice(some));
+            prop_assert_eq!(&all, &mesh.triangles[range.clone()]);
+            let boxes = &faces.outlook.boxes;
+            let is_wanted = |bounds: &Bounds| Some(bounds) != boxes.get(unwanted);
+            faces.facing(range.clone(), Some(eye.into()), is_wanted, |some| {
+                kept.extend_from_slice(some);
+            });
             let eye = Vec3::from(eye).as_dvec3();
             let mut left = kept.iter().peekable();
-            for triangle in &all {
+            for (number, triangle) in range.clone().zip(&all) {
                 let corners = mesh.corner_positions(*triangle);
                 let [a, b, c] = corners.map(|p| mesh.positions[p as usize].as_dvec3());
                 let before = (b - a).cross(c - a).normalize_or_zero().dot(eye - a);
                 let is_kept = left.next_if(|kept| *kept == triangle).is_some();
+                if number / BLOCK == unwanted {
+                    prop_assert!(!is_kept);
+                    continue;
+                }
                 prop_assert!(is_kept || before <= 0.0, "{before}");
-                prop_assert!(!is_kept || before >= -1e-2, "{before}");
+                // Of small blocks, those that face away are left out.
+                let bounds = &boxes[number / BLOCK];
+                let size = f64::from(bounds.min.distance(bounds.max));
+                let slack = size + 0.02 * (size + a.distance(eye));
+                prop_assert!(!is_kept || before >= -slack, "{before} {slack}");
             }
             prop_assert_eq!(left.next(), None);
         }
@@ -298,7 +326,7 @@ mod tests {
         let mesh = mesh(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
         let mut kept = 0;
         let faces = faces_of(&mesh);
-        faces.facing(0..1, Some(Vec3::NAN), |some| kept += some.len());
+        faces.facing(0..1, Some(Vec3::NAN), |_| true, |some| kept += some.len());
         assert_eq!(kept, 1);
     }
 }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use crate::RenderError;
 use crate::features::{FeatureKit, MeshFeatures};
 use crate::frustum::Ball;
-use crate::gathering;
+use crate::gathering::{NEVER, gathered_from};
 use crate::material::{GpuMaterial, MaterialKit};
 use crate::resolver::Source;
 use crate::slender::SlenderWedges;
@@ -60,8 +60,8 @@ pub(crate) struct GpuMesh {
     pub(crate) blends: bool,
     /// Conductors, wires and rods; `None` where it holds none.
     pub(crate) slender: Option<Arc<SlenderWedges>>,
-    /// Whether its triangles are gathered with those of others.
-    pub(crate) is_gathered: bool,
+    /// The live triangles from which on they are gathered.
+    gathered_from: usize,
     /// Whether its large faces hide what is behind them.
     occludes: bool,
 }
@@ -72,7 +72,7 @@ impl GpuMesh {
         Source {
             stacks: &self.stacks,
             slender: self.slender.as_ref(),
-            is_gathered: self.is_gathered,
+            gathered_from: self.gathered_from,
             occludes: self.occludes,
         }
     }
@@ -87,9 +87,10 @@ impl GpuModel {
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
         let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
+        let is_part = upload.stacks.len() > 1;
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
-            let mesh = model.upload_mesh(recorder, feature_kit, vertices, stacks)?;
+            let mesh = model.upload_mesh(recorder, feature_kit, vertices, (stacks, is_part))?;
             model.meshes.push(mesh);
         }
         Ok(model)
@@ -100,7 +101,7 @@ impl GpuModel {
         recorder: &mut Recorder<'_>,
         feature_kit: &FeatureKit,
         arena: &mut Arena,
-        stacks: &Arc<CollapseStacks>,
+        (stacks, is_part): (&Arc<CollapseStacks>, bool),
     ) -> Result<GpuMesh, RenderError> {
         let mesh = stacks.mesh();
         let bounds = mesh.bounds().unwrap_or_default();
@@ -124,7 +125,7 @@ impl GpuModel {
             bounds,
             blends: mesh.sections.iter().any(|section| self.material(section.material).blends),
             slender: slender.map(Arc::new),
-            is_gathered: is_software && gathering::is_small(mesh),
+            gathered_from: if is_software { gathered_from(mesh, is_part) } else { NEVER },
             occludes: is_software,
         })
     }

@@ -34,8 +34,8 @@ pub(crate) struct Source<'a> {
     pub(crate) stacks: &'a Arc<CollapseStacks>,
     /// `None` for a mesh without slender things.
     pub(crate) slender: Option<&'a Arc<SlenderWedges>>,
-    /// Whether its triangles are gathered.
-    pub(crate) is_gathered: bool,
+    /// The live triangles from which on they are gathered.
+    pub(crate) gathered_from: usize,
     /// Whether its large faces are looked for.
     pub(crate) occludes: bool,
 }
@@ -54,7 +54,7 @@ pub(crate) struct ResolvedTriangles {
 
 impl ResolvedTriangles {
     pub(crate) fn of(source: Source<'_>, cursor: u32) -> Self {
-        let Source { stacks, slender, is_gathered, occludes } = source;
+        let Source { stacks, slender, gathered_from, occludes } = source;
         let ResolvedMesh { mut triangles, sections, .. } = stacks.resolve(cursor);
         let sections = sections.into_iter().map(|section| match slender {
             Some(slender) => slender.part(&mut triangles, section),
@@ -62,6 +62,7 @@ impl ResolvedTriangles {
         });
         let sections: Vec<SectionRange> = sections.collect();
         let mesh = stacks.mesh();
+        let is_gathered = triangles.len() >= gathered_from;
         let outlook = is_gathered.then(|| Outlook::of(mesh, &triangles));
         let occluders =
             if occludes { occluders_of(mesh, &triangles, &sections) } else { Box::default() };
@@ -93,8 +94,9 @@ impl Request {
         let mesh = source.stacks.mesh();
         match self {
             Self::Triangles(_) => {
-                let gathered = if source.is_gathered { mesh.triangles.len() } else { 0 };
-                (size_of_val(mesh.triangles.as_slice()) as u64) + Outlook::bytes_of(gathered)
+                let gathered = mesh.triangles.len() >= source.gathered_from;
+                let outlook = if gathered { Outlook::bytes_of(mesh.triangles.len()) } else { 0 };
+                size_of_val(mesh.triangles.as_slice()) as u64 + outlook
             }
             Self::Standing(_) => size_of_val(mesh.wedges.position.as_slice()) as u64,
         }
@@ -194,12 +196,12 @@ impl Resolver {
         self.pending.insert(request, Pending { ticket, bytes, dropped: Arc::clone(&dropped) });
         self.pending_bytes += bytes;
         let (stacks, slender) = (Arc::clone(source.stacks), source.slender.map(Arc::clone));
-        let Source { is_gathered, occludes, .. } = source;
+        let Source { gathered_from, occludes, .. } = source;
         let sender = self.sender.clone();
         self.pool.spawn_fifo(move || {
             if !dropped.load(Ordering::Relaxed) {
                 let slender = slender.as_ref();
-                let source = Source { stacks: &stacks, slender, is_gathered, occludes };
+                let source = Source { stacks: &stacks, slender, gathered_from, occludes };
                 let resolved = request.resolve(source);
                 // Nobody listens any more when the renderer has gone.
                 let _ = sender.send((ticket, (request, resolved)));
@@ -259,6 +261,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::gathering::NEVER;
 
     /// A fan of triangles about one corner.
     fn stacks(triangles: u32) -> Arc<CollapseStacks> {
@@ -277,7 +280,7 @@ mod tests {
     }
 
     fn whole(stacks: &Arc<CollapseStacks>) -> Source<'_> {
-        Source { stacks, slender: None, is_gathered: false, occludes: false }
+        Source { stacks, slender: None, gathered_from: NEVER, occludes: false }
     }
 
     fn mesh(cursor: u32) -> Request {

@@ -69,11 +69,13 @@ impl<'a> SceneDrawer<'a> {
         for batch in self.plan.seen() {
             self.list(&mut sections, shading, batch, wanted);
         }
-        sections.sort_by_key(|section| section.order);
-        if let Some(gathering) = &self.gathering {
-            sections = gather(gathering, &sections)?;
-        }
-        draw_all(pass, &sections)
+        let mut in_order: Vec<&Section<'_>> = sections.iter().collect();
+        in_order.sort_by_key(|section| section.order);
+        let draws = match &self.gathering {
+            Some(gathering) => gather(gathering, &in_order)?,
+            None => in_order.into_iter().map(Section::draw).collect(),
+        };
+        Ok(pass.draw_all(&draws)?)
     }
 
     /// Draws blended sections one instance at a time, the farthest first.
@@ -105,7 +107,8 @@ impl<'a> SceneDrawer<'a> {
         for (_, single) in &singles {
             self.list(&mut sections, shading, single, Sections::Blended);
         }
-        draw_all(pass, &sections)
+        let draws: Vec<_> = sections.iter().map(Section::draw).collect();
+        Ok(pass.draw_all(&draws)?)
     }
 
     /// Lists the draws of a batch.
@@ -226,10 +229,10 @@ struct Vertices<'a> {
 /// One draw for those beside each other that differ in their triangles alone.
 fn gather<'s>(
     gathering: &Gathering<'s>,
-    sections: &[Section<'s>],
-) -> Result<Vec<Section<'s>>, RenderError> {
-    let mut drawn = Vec::with_capacity(sections.len());
-    for alike in sections.chunk_by(Section::is_gathered_with) {
+    sections: &[&'s Section<'s>],
+) -> Result<Vec<Draw<'s>>, RenderError> {
+    let mut draws = Vec::with_capacity(sections.len());
+    for alike in sections.chunk_by(|one, next| one.is_gathered_with(next)) {
         let parts = alike.iter().filter_map(|section| section.gathered.as_ref());
         let indices = match &alike[0].gathered {
             Some(_) => gathering.gather(parts)?,
@@ -239,31 +242,24 @@ fn gather<'s>(
             Some(index_range) if index_range.is_empty() => {}
             Some(index_range) => {
                 let indices = gathering.buffer();
-                let draw = Draw { indices, index_range, first_vertex: 0, ..alike[0].draw.clone() };
-                drawn.push(Section { draw, ..alike[0].clone() });
+                draws.push(Draw { indices, index_range, first_vertex: 0, ..alike[0].draw() });
             }
-            None => drawn.extend_from_slice(alike),
+            None => draws.extend(alike.iter().map(|section| section.draw())),
         }
     }
-    Ok(drawn)
+    Ok(draws)
 }
 
 impl Section<'_> {
+    fn draw(&self) -> Draw<'_> {
+        let groups = &self.groups[..self.draw.pipeline.group_count()];
+        Draw { groups, ..self.draw.clone() }
+    }
+
     fn is_gathered_with(&self, next: &Self) -> bool {
         self.gathered.is_some()
             && next.gathered.is_some()
             && self.order == next.order
             && self.draw.instance_range == next.draw.instance_range
     }
-}
-
-fn draw_all(pass: &mut Pass<'_>, sections: &[Section<'_>]) -> Result<DrawCount, RenderError> {
-    let draws: Vec<Draw<'_>> = sections
-        .iter()
-        .map(|Section { groups, draw, .. }| Draw {
-            groups: &groups[..draw.pipeline.group_count()],
-            ..draw.clone()
-        })
-        .collect();
-    Ok(pass.draw_all(&draws)?)
 }

@@ -15,7 +15,7 @@ use crate::occluders::Occluder;
 use crate::roster::{Members, Roster};
 
 /// Pixels that a face must cover, seen from before it, to be worth looking behind.
-const LEAST_PIXELS: f32 = 2048.0;
+const LEAST_PIXELS: f32 = 4096.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
 
