@@ -121,6 +121,21 @@ impl Slice {
     pub fn size(&self) -> u64 {
         self.0.size
     }
+
+    /// Whether the processor sees it as it is: of a software rasteriser, and where device
+    /// memory is the system's.
+    pub fn is_in_sight(&self) -> bool {
+        self.buffer().is_in_sight()
+    }
+
+    /// Has `read` read what was uploaded. Memory of a graphics card may be slow to read.
+    ///
+    /// # Errors
+    /// When it is not in sight.
+    pub fn read_by(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
+        let start = self.offset();
+        self.buffer().read_by(start..start + self.size(), read)
+    }
 }
 
 impl Drop for Part {
@@ -193,6 +208,13 @@ mod tests {
             let slices: Vec<Slice> = (1..4)
                 .map(|slice| recorder.upload_slice(&mut arena, &bytes(slice)).unwrap())
                 .collect();
+            for (number, slice) in (1..).zip(&slices) {
+                assert_eq!(slice.is_in_sight(), !stages_all);
+                let mut seen = Vec::new();
+                let read = slice.read_by(|bytes| seen.extend_from_slice(bytes));
+                assert_eq!(read.is_ok(), !stages_all);
+                assert!(stages_all || seen == bytes(number));
+            }
             let single = recorder.upload_buffer("one", BufferUsage::Counted, &bytes(9)).unwrap();
             let all = recorder.download_buffer(slices[0].buffer()).unwrap();
             let one = recorder.download_buffer(&single).unwrap();

@@ -211,6 +211,19 @@ impl Buffer {
         Ok(())
     }
 
+    /// Has a range read as the processor sees it.
+    pub(crate) fn read_by(
+        &self,
+        range: std::ops::Range<u64>,
+        read: impl FnOnce(&[u8]),
+    ) -> Result<(), GpuError> {
+        let allocation = self.allocation();
+        let memory = allocation.as_ref().and_then(Allocation::mapped_slice);
+        let place = memory.and_then(|memory| memory.get(range.start as usize..range.end as usize));
+        read(place.ok_or(GpuError::Misuse("a read of what is out of sight"))?);
+        Ok(())
+    }
+
     /// Whether the processor writes to it as it is: of a software rasteriser, and where
     /// device memory is the system's.
     pub(crate) fn is_in_sight(&self) -> bool {

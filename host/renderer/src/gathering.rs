@@ -6,7 +6,7 @@ use std::cell::Cell;
 use std::ops::Range;
 
 use busbar_geometry::{Bounds, Mesh};
-use busbar_gpu::{Buffer, BufferUsage, Gpu};
+use busbar_gpu::{Buffer, BufferUsage, Gpu, Slice};
 use busbar_shaders::Instance;
 use glam::{Mat4, Vec3};
 
@@ -43,7 +43,8 @@ const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
 
 /// Live triangles of a mesh as the processor sees them.
 pub(crate) struct Faces {
-    triangles: Vec<[u32; 3]>,
+    /// In sight of it.
+    indices: Slice,
     outlook: Outlook,
 }
 
@@ -81,41 +82,49 @@ impl Outlook {
 }
 
 impl Faces {
-    pub(crate) fn of(triangles: Vec<[u32; 3]>, outlook: Outlook) -> Self {
-        Self { triangles, outlook }
+    /// `None` where the processor does not see them.
+    pub(crate) fn of(indices: &Slice, outlook: Outlook) -> Option<Self> {
+        indices.is_in_sight().then(|| Self { indices: indices.clone(), outlook })
     }
 
     /// Whether they are gathered: those of one instance, or so many that it pays to look at
     /// each instance by itself. Their vertices are the mesh's own.
     pub(crate) fn are_gathered_of(&self, batch: &Batch) -> bool {
-        let is_worth_it = batch.instances.len() == 1 || self.triangles.len() >= LEAST_BY_ITSELF;
+        let is_worth_it = batch.instances.len() == 1 || self.count() >= LEAST_BY_ITSELF;
         is_worth_it && batch.way.is_none()
+    }
+
+    fn count(&self) -> usize {
+        self.outlook.normals.len()
     }
 
     /// Triangles of all instances of a batch.
     pub(crate) fn count_of(&self, batch: &Batch) -> u64 {
-        self.triangles.len() as u64 * batch.instances.len() as u64
+        self.count() as u64 * batch.instances.len() as u64
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        size_of_val(self.triangles.as_slice()) as u64 + Outlook::bytes_of(self.triangles.len())
+        Outlook::bytes_of(self.count())
     }
+}
 
-    /// Gives the triangles of a range, at most a block at a time: of blocks whose boxes are
+impl Outlook {
+    /// Gives those of a range of its triangles, at most a block at a time: of blocks whose boxes are
     /// wanted those that may face an eye, or all where there is none.
     fn facing(
         &self,
+        triangles: &[[u32; 3]],
         range: Range<usize>,
         eye: Option<Vec3>,
         is_wanted: impl Fn(&Bounds) -> bool,
         mut give: impl FnMut(&[[u32; 3]]),
     ) {
-        let Outlook { normals, boxes } = &self.outlook;
+        let Self { normals, boxes } = self;
         let mut start = range.start;
         while start < range.end {
             let block = start / BLOCK;
             let end = ((block + 1) * BLOCK).min(range.end);
-            let (triangles, normals) = (&self.triangles[start..end], &normals[start..end]);
+            let (triangles, normals) = (&triangles[start..end], &normals[start..end]);
             start = end;
             let bounds = &boxes[block];
             if !is_wanted(bounds) {
@@ -207,24 +216,30 @@ impl<'a> Gathering<'a> {
         if start + most * TRIANGLE_BYTES > self.buffer.size() {
             return Ok(None);
         }
-        let mut count = 0;
+        let (mut count, mut done) = (0, Ok(()));
         self.buffer.write_by(start, most * TRIANGLE_BYTES, |into| {
             let (places, _) = into.as_chunks_mut::<{ TRIANGLE_BYTES as usize }>();
-            for Gathered { faces, range, first_vertex, view, skips_backs } in parts {
+            done = parts.into_iter().try_for_each(|part| {
+                let Gathered { faces, range, first_vertex, view, skips_backs } = part;
                 let eye = view.eye.filter(|_| *skips_backs);
                 let hidden = self.before.zip(view.clip_from_mesh.as_ref());
                 let is_wanted = |bounds: &Bounds| {
                     hidden.is_none_or(|(before, clip)| before.may_see_in(clip, bounds))
                 };
                 let range = range.start as usize..range.end as usize;
-                faces.facing(range, eye, is_wanted, |triangles| {
+                let give = |triangles: &[[u32; 3]]| {
                     for (place, triangle) in places[count..].iter_mut().zip(triangles) {
                         *place = bytemuck::cast(triangle.map(|wedge| wedge + first_vertex));
                     }
                     count += triangles.len();
-                });
-            }
+                };
+                faces.indices.read_by(|bytes| {
+                    let triangles = bytemuck::try_cast_slice(bytes).unwrap_or_default();
+                    faces.outlook.facing(triangles, range, eye, is_wanted, give);
+                })
+            });
         })?;
+        done?;
         let end = first + count as u32;
         self.taken.set(end);
         Ok(Some(3 * first..3 * end))
@@ -273,8 +288,8 @@ mod tests {
         weld(&[primitive]).unwrap().0
     }
 
-    fn faces_of(mesh: &Mesh) -> Faces {
-        Faces::of(mesh.triangles.clone(), Outlook::of(mesh, &mesh.triangles))
+    fn outlook_of(mesh: &Mesh) -> Outlook {
+        Outlook::of(mesh, &mesh.triangles)
     }
 
     proptest! {
@@ -289,14 +304,14 @@ mod tests {
             unwanted in 0_usize..3,
         ) {
             let mesh = mesh(&corners);
-            let faces = faces_of(&mesh);
+            let outlook = outlook_of(&mesh);
             let range = first.min(mesh.triangles.len())..mesh.triangles.len();
             let (mut all, mut kept) = (Vec::new(), Vec::new());
-            faces.facing(range.clone(), None, |_| true, |some| all.extend_from_slice(some));
+            outlook.facing(&mesh.triangles, range.clone(), None, |_| true, |some| all.extend_from_slice(some));
             prop_assert_eq!(&all, &mesh.triangles[range.clone()]);
-            let boxes = &faces.outlook.boxes;
+            let boxes = &outlook.boxes;
             let is_wanted = |bounds: &Bounds| Some(bounds) != boxes.get(unwanted);
-            faces.facing(range.clone(), Some(eye.into()), is_wanted, |some| {
+            outlook.facing(&mesh.triangles, range.clone(), Some(eye.into()), is_wanted, |some| {
                 kept.extend_from_slice(some);
             });
             let eye = Vec3::from(eye).as_dvec3();
@@ -325,8 +340,9 @@ mod tests {
     fn an_eye_that_is_nowhere_sees_all() {
         let mesh = mesh(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
         let mut kept = 0;
-        let faces = faces_of(&mesh);
-        faces.facing(0..1, Some(Vec3::NAN), |_| true, |some| kept += some.len());
+        let outlook = outlook_of(&mesh);
+        let eye = Some(Vec3::NAN);
+        outlook.facing(&mesh.triangles, 0..1, eye, |_| true, |some| kept += some.len());
         assert_eq!(kept, 1);
     }
 }

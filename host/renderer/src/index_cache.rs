@@ -223,7 +223,8 @@ fn upload(
         _ => Some(recorder.upload_slice(arena, indices)?),
     };
     let (indices_bytes, triangles) = (indices.len() as u64, resolved.triangles.len() as u32);
-    let faces = resolved.outlook.map(|outlook| Faces::of(resolved.triangles, outlook));
+    let faces = slice.as_ref().zip(resolved.outlook);
+    let faces = faces.and_then(|(slice, outlook)| Faces::of(slice, outlook));
     let more = faces.as_ref().map_or(0, Faces::bytes) + bytes_of(&resolved.occluders);
     Ok(ResolvedIndices {
         indices: slice,

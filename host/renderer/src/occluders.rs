@@ -10,11 +10,11 @@ use crate::slender::SectionRange;
 /// Corners that a face has at most.
 const MAX_CORNERS: usize = 12;
 /// Faces of a mesh, the largest ones.
-const MAX_FACES: usize = 128;
+const MAX_FACES: usize = 48;
 /// Triangles that they are made of.
 const MAX_TRIANGLES: usize = 2 * MAX_FACES;
 /// What has less than this share of the largest triangle's area is left out.
-const LEAST_SHARE: f32 = 1.0 / 64.0;
+const LEAST_SHARE: f32 = 1.0 / 16.0;
 /// What is no farther off a plane is on it: a share of the face's extent.
 const FLAT: f32 = 1e-5;
 
