@@ -291,9 +291,9 @@ impl Content {
         if !recorder.gpu().is_software() {
             return Ok(());
         }
-        let gathered = plan.seen().filter_map(|batch| {
-            Some(self.cache.get(batch.key)?.gathered(batch)?.count_of(batch))
-        });
+        let gathered = plan
+            .seen()
+            .filter_map(|batch| Some(self.cache.get(batch.key)?.gathered(batch)?.count_of(batch)));
         let triangles = gathered.sum();
         gathering::ready(&mut self.streams[stream].gathered, recorder.gpu(), triangles)
     }

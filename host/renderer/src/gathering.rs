@@ -66,9 +66,8 @@ impl Outlook {
             let normal = (b - a).cross(c - a).normalize_or_zero() * UNIT;
             normal.extend(0.0).to_array().map(|of_axis| of_axis.round() as i8)
         };
-        let around = |block: &[[u32; 3]]| {
-            Bounds::around(block.iter().flat_map(corners)).unwrap_or_default()
-        };
+        let around =
+            |block: &[[u32; 3]]| Bounds::around(block.iter().flat_map(corners)).unwrap_or_default();
         Self {
             normals: triangles.iter().map(normal).collect(),
             boxes: triangles.chunks(BLOCK).map(around).collect(),

@@ -93,16 +93,17 @@ impl MaskedDepth {
         else {
             return;
         };
-        let inner = spans.iter().fold(0..i32::MAX, |inner, span| {
-            inner.start.max(span.start)..inner.end.min(span.end)
-        });
+        let inner = spans
+            .iter()
+            .fold(0..i32::MAX, |inner, span| inner.start.max(span.start)..inner.end.min(span.end));
         let cell = CELL as i32;
         for column in start / cell..(end + cell - 1) / cell {
             let left = column * cell;
             let mask = if inner.start <= left && left + cell <= inner.end {
                 COVERED
             } else {
-                (0..).zip(&spans).fold(0, |mask, (line, span)| mask | line_of(span, left) << line)
+                let lines = (0..).step_by(CELL as usize).zip(&spans);
+                lines.fold(0, |mask, (line, span)| mask | line_of(span, left) << line)
             };
             let at = row as usize * self.columns + column as usize;
             if mask & !self.masks[at] != 0 {
@@ -233,10 +234,10 @@ impl Projected {
             *place = (Vec2::new(corner.x, corner.y) * depth * scale + scale).extend(depth);
         }
         let places = &places[..corners.len()];
-        let (least, most) = places.iter().fold(
-            (Vec3::INFINITY, Vec3::NEG_INFINITY),
-            |(least, most), place| (least.min(*place), most.max(*place)),
-        );
+        let (least, most) =
+            places.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(least, most), place| {
+                (least.min(*place), most.max(*place))
+            });
         if !(places.len() >= 3 && least.is_finite() && most.is_finite()) {
             return None;
         }

@@ -1,0 +1,152 @@
+use glam::Mat4;
+use proptest::prelude::*;
+
+use super::*;
+use crate::CameraView;
+
+/// No whole number of cells.
+const SIZE: [u32; 2] = [75, 43];
+const NEAR: f32 = 0.5;
+
+fn clip_from_world() -> Mat4 {
+    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let eye = Vec3::new(0.0, 0.0, 10.0);
+    CameraView::look_at(eye, Vec3::ZERO, Vec3::Y, 1.0, aspect, NEAR).clip_from_world()
+}
+
+fn depth_of(samples: u32, faces: &[Vec<Vec3>]) -> MaskedDepth {
+    let mut depth = MaskedDepth::default();
+    depth.begin(SIZE, samples);
+    for face in faces {
+        depth.add(face.iter().map(|corner| clip_from_world() * corner.extend(1.0)));
+    }
+    depth
+}
+
+fn sees(depth: &MaskedDepth, min: [f32; 3], max: [f32; 3]) -> bool {
+    depth.may_see(&clip_from_world(), &Bounds { min: min.into(), max: max.into() })
+}
+
+/// An upright rectangle.
+fn wall(left: f32, right: f32, height: f32, z: f32) -> Vec<Vec3> {
+    let corner = |x: f32, y: f32| Vec3::new(x, y, z);
+    vec![corner(left, -20.0), corner(right, -20.0), corner(right, height), corner(left, height)]
+}
+
+#[test]
+fn a_wall_hides_what_is_behind_it_and_nothing_else() {
+    for samples in [1, 4] {
+        let depth = depth_of(samples, &[wall(-20.0, 20.0, 1.0, 5.0)]);
+        assert!(!sees(&depth, [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]), "behind it");
+        assert!(sees(&depth, [-1.0, -2.0, 6.0], [1.0, 0.0, 7.0]), "before it");
+        assert!(sees(&depth, [-1.0, -2.0, 4.0], [1.0, 0.0, 6.0]), "within it");
+        assert!(sees(&depth, [-1.0, 1.0, 0.0], [1.0, 3.0, 2.0]), "above it");
+        assert!(sees(&depth, [-1.0, 0.0, 0.0], [1.0, 3.0, 2.0]), "partly above it");
+        assert!(!sees(&depth, [-90.0, -1.0, 0.0], [-80.0, 0.0, 2.0]), "beside the picture");
+        assert!(!sees(&depth, [-1.0, -1.0, 20.0], [1.0, 0.0, 22.0]), "behind the eye");
+        assert!(sees(&depth, [-1.0, -1.0, 8.0], [1.0, 0.0, 12.0]), "around the eye");
+        assert!(sees(&depth, [f32::NAN, -2.0, 0.0], [1.0, 0.0, 2.0]));
+    }
+}
+
+/// Either way around, and where it reaches behind the eye.
+#[test]
+fn a_face_is_seen_from_both_sides_and_cut_at_the_near_plane() {
+    let mut face = wall(-20.0, 20.0, 1.0, 5.0);
+    face.reverse();
+    assert!(!sees(&depth_of(1, &[face]), [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]));
+    let at = |x: f32, z: f32| Vec3::new(x, -1.0, z);
+    let ground = vec![at(-50.0, 50.0), at(50.0, 50.0), at(50.0, -90.0), at(-50.0, -90.0)];
+    let depth = depth_of(1, &[ground]);
+    assert!(!sees(&depth, [-1.0, -4.6, 0.0], [1.0, -4.2, 2.0]), "below it");
+    assert!(sees(&depth, [-1.0, -4.0, 0.0], [1.0, 0.0, 2.0]), "through it");
+    assert!(sees(&depth, [-1.0, -0.9, 0.0], [1.0, 0.0, 2.0]), "above it");
+    // Wholly before the near plane, or on edge, it covers nothing.
+    for nothing in [wall(-20.0, 20.0, 20.0, 9.9), wall(0.0, 0.0, 20.0, 5.0), Vec::new()] {
+        assert!(sees(&depth_of(1, &[nothing]), [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]));
+    }
+}
+
+/// Two that meet between pixels leave no gap; one that is apart does.
+#[test]
+fn faces_cover_together() {
+    let box_behind = ([-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]);
+    let meets = [wall(-20.0, 0.13, 20.0, 5.0), wall(0.13, 20.0, 20.0, 3.0)];
+    assert!(!sees(&depth_of(1, &meets), box_behind.0, box_behind.1));
+    let gaps = [wall(-20.0, 0.0, 20.0, 5.0), wall(0.4, 20.0, 20.0, 3.0)];
+    assert!(sees(&depth_of(1, &gaps), box_behind.0, box_behind.1));
+    // What fills the gap is the farthest.
+    let filled = [gaps[0].clone(), gaps[1].clone(), wall(-1.0, 1.0, 20.0, 1.0)];
+    assert!(sees(&depth_of(1, &filled), box_behind.0, box_behind.1));
+    assert!(!sees(&depth_of(1, &filled), [-1.0, -2.0, -3.0], [1.0, 0.0, 0.5]));
+}
+
+#[test]
+fn a_picture_begins_empty() {
+    let mut depth = depth_of(1, &[wall(-20.0, 20.0, 20.0, 5.0)]);
+    depth.begin(SIZE, 1);
+    assert!(sees(&depth, [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]));
+}
+
+/// Where a ray through a pixel first meets a box.
+fn entry(eye: Vec3, ray: Vec3, bounds: &Bounds) -> Option<f32> {
+    let [a, b] = [(bounds.min - eye) / ray, (bounds.max - eye) / ray];
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    (enter <= leave && leave > 0.0).then_some(enter.max(0.0))
+}
+
+/// Whether a ray meets a triangle nearer than that (T. Möller and B. Trumbore, "Fast,
+/// Minimum Storage Ray/Triangle Intersection", 1997).
+fn meets(eye: Vec3, ray: Vec3, [a, b, c]: [Vec3; 3], nearer: f32) -> bool {
+    let [eye, ray, a, b, c] = [eye, ray, a, b, c].map(|vector| vector.as_dvec3());
+    let (ab, ac) = (b - a, c - a);
+    let across = ray.cross(ac);
+    let from = eye - a;
+    let along = from.cross(ab);
+    let scale = ab.dot(across);
+    let (u, v) = (from.dot(across) / scale, ray.dot(along) / scale);
+    let distance = ac.dot(along) / scale;
+    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0 && distance < f64::from(nearer)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 400,
+        max_global_rejects: 100_000,
+        ..ProptestConfig::default()
+    })]
+
+    /// Whatever is taken to be hidden: no pixel shows any of it.
+    #[test]
+    fn nothing_that_is_seen_is_taken_to_be_hidden(
+        faces in prop::collection::vec(
+            prop::array::uniform3(prop::array::uniform3(-14.0_f32..14.0)), 1..24),
+        least in prop::array::uniform3(-9.0_f32..5.0),
+        size in prop::array::uniform3(0.01_f32..2.0),
+    ) {
+        let faces: Vec<Vec<Vec3>> =
+            faces.iter().map(|corners| corners.map(Vec3::from).to_vec()).collect();
+        let depth = depth_of(1, &faces);
+        let min = Vec3::from(least);
+        let bounds = Bounds { min, max: min + Vec3::from(size) };
+        prop_assume!(!depth.may_see(&clip_from_world(), &bounds));
+        let eye = Vec3::new(0.0, 0.0, 10.0);
+        let world_from_clip = clip_from_world().inverse();
+        let [width, height] = SIZE.map(|pixels| pixels as f32);
+        for y in 0..SIZE[1] {
+            for x in 0..SIZE[0] {
+                let clip_x = (x as f32 + 0.5) / width * 2.0 - 1.0;
+                let clip_y = (y as f32 + 0.5) / height * 2.0 - 1.0;
+                let on_near = world_from_clip.project_point3(Vec3::new(clip_x, clip_y, 1.0));
+                let ray = (on_near - eye).normalize();
+                let Some(enters) = entry(eye, ray, &bounds) else { continue };
+                let near = on_near.distance(eye);
+                let is_hidden = faces.iter().any(|face| {
+                    // What is before the near plane is not drawn.
+                    meets(eye + ray * near, ray, [face[0], face[1], face[2]], enters - near)
+                });
+                prop_assert!(is_hidden, "pixel {x}, {y}");
+            }
+        }
+    }
+}

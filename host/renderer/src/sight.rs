@@ -1,5 +1,6 @@
 //! What a frame need not draw: it is beside the picture, or hidden.
 
+use std::f32::consts::PI;
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
@@ -37,9 +38,9 @@ impl Sight<'_> {
     #[inline]
     pub(crate) fn may_see(&self, ball: &Ball, instance: &Instance, bounds: &Bounds) -> bool {
         self.frustum.may_see(ball)
-            && self.before.is_none_or(|before| {
-                before.may_see_in(&before.clip_from_mesh(instance), bounds)
-            })
+            && self
+                .before
+                .is_none_or(|before| before.may_see_in(&before.clip_from_mesh(instance), bounds))
     }
 }
 
@@ -79,16 +80,16 @@ impl Before {
         let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
         let look = Look { eye: camera.eye, square: pixels_per_unit * pixels_per_unit };
         for Members { kind, members, balls } in roster.members() {
-            let occluders = cache.get(kind.key).map_or(&[][..], |resolved| resolved.occluders());
-            let (Some(largest), None, Some(model)) =
-                (occluders.first(), kind.way, &models[kind.key.model as usize])
-            else {
+            let may_be_large = |ball: &&Ball| look.is_large(PI * ball.radius * ball.radius, ball);
+            // Of most kinds nothing is near enough.
+            if kind.way.is_some() || !balls.iter().any(|ball| may_be_large(&ball)) {
                 continue;
-            };
+            }
+            let occluders = cache.get(kind.key).map_or(&[][..], |resolved| resolved.occluders());
+            let Some(model) = &models[kind.key.model as usize] else { continue };
             let mesh = &model.meshes[kind.key.mesh as usize];
             for (member, ball) in members.iter().zip(balls) {
-                let stretch = ball.radius / mesh.ball.radius;
-                if look.is_large(largest.area * stretch * stretch, ball) && frustum.may_see(ball) {
+                if may_be_large(&ball) && frustum.may_see(ball) {
                     let instance = &roster.instances[member.slot as usize];
                     self.find_of(instance, (model, mesh), occluders, &look);
                 }
