@@ -136,11 +136,8 @@ impl MeshOptimizer {
         let mut room = vec![abi::BusbarCollapse::default(); mesh.positions.len()];
         let Written { collapses, stages } = self.optimize_into(view, &mut room, progress)?;
         room.truncate(collapses);
-        let entry = |c: abi::BusbarCollapse| Collapse {
-            removed: c.removed,
-            kept: c.kept,
-            error: c.error,
-        };
+        let entry =
+            |c: abi::BusbarCollapse| Collapse { removed: c.removed, kept: c.kept, error: c.error };
         let entries = room.into_iter().map(entry).collect();
         let sequence =
             CollapseSequence::new(entries, mesh.positions.len() as u32).map_err(|source| {

@@ -60,7 +60,8 @@ impl Points {
             table.clear();
             for (index, entry) in pile.iter().enumerate() {
                 // The pile's own bits are the same for all of it.
-                let hash_of = |entry: &Entry| hasher.hash_one(as_number(entry.key)).rotate_right(32);
+                let hash_of =
+                    |entry: &Entry| hasher.hash_one(as_number(entry.key)).rotate_right(32);
                 let found = table.entry(
                     hash_of(entry),
                     |&other: &u32| pile[other as usize].key == entry.key,
