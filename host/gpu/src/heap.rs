@@ -1,7 +1,8 @@
 //! The heap under models of many megabytes, and under a software rasteriser.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
+use std::time::Duration;
 
 /// Memory that a frame of a million triangles takes, and more.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -61,7 +62,10 @@ pub fn load_within_one_heap() {
         let bytes = (libc::sbrk(0) as usize).saturating_sub(block as usize);
         // A block that is none of the heap's is not below its end, or far below.
         if !block.is_null() && bytes <= 2 * FIRST_HEAP_BYTES as usize {
-            advised(block, bytes);
+            let pages = huge_pages(block, bytes);
+            advise(pages, libc::MADV_HUGEPAGE);
+            HEAP.0.store(pages.0 as usize, Ordering::Relaxed);
+            HEAP.1.store(pages.1, Ordering::Relaxed);
         }
         libc::free(block.cast());
     }
@@ -86,24 +90,30 @@ const HUGE_PAGE_BYTES: usize = 2 << 20;
 /// The system's heap, which asks for huge pages under large blocks (madvise(2),
 /// `MADV_HUGEPAGE`): loading touches hundreds of megabytes once, and where the system does
 /// not give huge pages by itself, faulting them in by 4 KiB took a tenth of a start.
+///
+/// It asks as long as that is faster. Where memory is in pieces, or where a virtual machine
+/// has given what it had free back to its host, a huge page takes milliseconds, while small
+/// ones are at hand: a start from nothing then took 1.0 s with huge pages, 0.7 without.
 pub struct LargePages;
 
 // SAFETY: the system's heap does it all; what is said of its memory changes neither its
 // content nor whose it is.
 unsafe impl GlobalAlloc for LargePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise.
-        advised(unsafe { System.alloc(layout) }, layout.size())
+        // SAFETY: the caller's promise; nothing is in the block yet.
+        unsafe { advised(System.alloc(layout), 0, layout.size()) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise.
-        advised(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        // SAFETY: as above, but for zeros.
+        unsafe { advised(System.alloc_zeroed(layout), 0, layout.size()) }
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
-        // SAFETY: the caller's promise.
-        advised(unsafe { System.realloc(block, layout, new_size) }, new_size)
+        // SAFETY: the caller's promise; nothing is in what the block grew by.
+        unsafe {
+            advised(System.realloc(block, layout, new_size), layout.size().min(new_size), new_size)
+        }
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
@@ -112,17 +122,92 @@ unsafe impl GlobalAlloc for LargePages {
     }
 }
 
-/// Asks for huge pages where they lie wholly within a large block.
-fn advised(block: *mut u8, bytes: usize) -> *mut u8 {
+/// Where the one heap lies that is under huge pages, and how long it is.
+static HEAP: (AtomicUsize, AtomicUsize) = (AtomicUsize::new(0), AtomicUsize::new(0));
+/// Huge pages that were slow, one after the other.
+static SLOW_PAGES: AtomicU8 = AtomicU8::new(0);
+/// So many, and no more are asked for.
+const MAX_SLOW_PAGES: u8 = 2;
+/// Far longer than small pages in place of a huge one take.
+const SLOW: Duration = Duration::from_millis(2);
+/// One huge page in so many is timed: what a block has room for may never be touched.
+const TIMED: usize = 8;
+
+/// Asks for huge pages where they lie wholly within a large block, while they are fast.
+///
+/// # Safety
+/// `block` is null or has this many bytes; from `used_bytes` on there is nothing in it, or
+/// zeros.
+unsafe fn advised(block: *mut u8, used_bytes: usize, bytes: usize) -> *mut u8 {
+    if bytes < LARGE_BLOCK_BYTES || block.is_null() || are_slow() {
+        return block;
+    }
+    let pages = huge_pages(block, bytes);
     #[cfg(target_os = "linux")]
-    if bytes >= LARGE_BLOCK_BYTES && !block.is_null() {
-        let before = block.align_offset(HUGE_PAGE_BYTES);
-        let within = (bytes - before) & !(HUGE_PAGE_BYTES - 1);
-        // SAFETY: the range lies within the block, which has more bytes than two huge pages;
-        // a system that knows no huge pages refuses, and nothing is lost.
-        unsafe { libc::madvise(block.add(before).cast(), within, libc::MADV_HUGEPAGE) };
+    advise(pages, libc::MADV_HUGEPAGE);
+    let (first, within) = pages;
+    let used = (block.addr() + used_bytes).saturating_sub(first.addr());
+    let mut page = used.next_multiple_of(HUGE_PAGE_BYTES);
+    while page < within {
+        let start = cpu_time();
+        // SAFETY: it lies within the block, where nothing is, or a zero as this is.
+        unsafe { first.add(page).write_volatile(0) };
+        if cpu_time().saturating_sub(start) < SLOW {
+            SLOW_PAGES.store(0, Ordering::Relaxed);
+            page += TIMED * HUGE_PAGE_BYTES;
+            continue;
+        }
+        // The next one tells whether that was by chance.
+        page += HUGE_PAGE_BYTES;
+        if SLOW_PAGES.fetch_add(1, Ordering::Relaxed) + 1 >= MAX_SLOW_PAGES {
+            do_without((first.wrapping_add(page), within.saturating_sub(page)));
+            break;
+        }
     }
     block
+}
+
+fn are_slow() -> bool {
+    SLOW_PAGES.load(Ordering::Relaxed) >= MAX_SLOW_PAGES
+}
+
+/// Small pages from now on, for these and for the one heap; what is there stays.
+fn do_without(pages: (*mut u8, usize)) {
+    #[cfg(target_os = "linux")]
+    {
+        advise(pages, libc::MADV_NOHUGEPAGE);
+        let heap = (HEAP.0.load(Ordering::Relaxed), HEAP.1.load(Ordering::Relaxed));
+        advise((std::ptr::without_provenance_mut(heap.0), heap.1), libc::MADV_NOHUGEPAGE);
+    }
+}
+
+/// The part of a block that is whole huge pages: where it begins, and its bytes.
+fn huge_pages(block: *mut u8, bytes: usize) -> (*mut u8, usize) {
+    let before = block.align_offset(HUGE_PAGE_BYTES).min(bytes);
+    (block.wrapping_add(before), (bytes - before) & !(HUGE_PAGE_BYTES - 1))
+}
+
+/// Says what pages are wanted under memory of this process.
+#[cfg(target_os = "linux")]
+fn advise((start, bytes): (*mut u8, usize), advice: libc::c_int) {
+    if bytes > 0 {
+        // SAFETY: neither advice changes content; a system that knows no huge pages refuses,
+        // and nothing is lost.
+        unsafe { libc::madvise(start.cast(), bytes, advice) };
+    }
+}
+
+/// What this thread took of the processor, the system's work for it included.
+fn cpu_time() -> Duration {
+    #[cfg(target_os = "linux")]
+    {
+        let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+        // SAFETY: it writes into a struct of ours.
+        unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+        Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+    }
+    #[cfg(not(target_os = "linux"))]
+    Duration::ZERO
 }
 
 #[cfg(test)]

@@ -38,7 +38,9 @@ pub use digest::Digest;
 pub use error::{PluginError, SettingsFault};
 pub use instance::Instance;
 pub use library::PluginInfo;
-pub use mesh_optimizer::{MeshOptimizer, Optimised, Stage, check_stages};
+pub use mesh_optimizer::{
+    MeshOptimizer, MeshView, Optimised, Stage, WedgesView, Written, check_stages,
+};
 pub use overlay::{Overlay, OverlayBinding};
 pub use overlay_picture::{
     LegendEntry, MAX_PART_BYTES, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,

@@ -1,10 +1,12 @@
 //! Capability `busbar.mesh-optimizer/1-draft`.
 
 use std::ffi::c_void;
+use std::ptr::null;
 use std::sync::Arc;
 
 use busbar_geometry::{Collapse, CollapseSequence, Mesh};
 use busbar_plugin_abi as abi;
+use glam::{Vec2, Vec3};
 
 use crate::{Instance, PluginError};
 
@@ -18,6 +20,61 @@ const MAX_STAGE_NAME_BYTES: usize = 72;
 pub struct MeshOptimizer {
     instance: Arc<Instance>,
     table: &'static abi::BusbarMeshOptimizer,
+}
+
+/// A mesh as an optimiser gets it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshView<'a> {
+    /// Welded positions.
+    pub positions: &'a [Vec3],
+    /// Three position indices of each triangle.
+    pub triangles: &'a [[u32; 3]],
+    /// None where the optimiser reads none.
+    pub wedges: Option<WedgesView<'a>>,
+}
+
+/// The wedges of a mesh; those of each position are together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WedgesView<'a> {
+    /// Three wedge indices of each triangle.
+    pub corners: &'a [[u32; 3]],
+    /// The position of each wedge.
+    pub position: &'a [u32],
+    /// The normal of each.
+    pub normal: &'a [Vec3],
+    /// Texture coordinates of each.
+    pub uv: &'a [Vec2],
+    /// The section of each.
+    pub section: &'a [u32],
+}
+
+impl<'a> WedgesView<'a> {
+    /// Those of a mesh.
+    pub fn of(mesh: &'a Mesh) -> Self {
+        Self {
+            corners: &mesh.triangles,
+            position: &mesh.wedges.position,
+            normal: &mesh.wedges.normal,
+            uv: &mesh.wedges.uv,
+            section: &mesh.wedges.section,
+        }
+    }
+
+    /// Whether its arrays are as long as they say of each other.
+    fn is_whole(&self, triangles: usize) -> bool {
+        let count = self.position.len();
+        self.corners.len() == triangles
+            && [self.normal.len(), self.uv.len(), self.section.len()] == [count; 3]
+    }
+}
+
+/// How many collapses a plugin wrote, unchecked, and how long its stages took.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// At most as many as it had room for.
+    pub collapses: usize,
+    /// Stages that the plugin reported.
+    pub stages: Vec<Stage>,
 }
 
 /// A checked sequence and how long its making took.
@@ -54,6 +111,11 @@ impl MeshOptimizer {
         Ok(Self { instance, table })
     }
 
+    /// Whether it looks at wedges; where it does not, it is given none.
+    pub fn reads_wedges(&self) -> bool {
+        self.table.flags & abi::BUSBAR_OPTIMIZER_NO_WEDGES == 0
+    }
+
     /// The collapse sequence of a mesh. `progress` gets 0 to 1 and returns
     /// whether to go on. The wedges of each position must be together, as
     /// welding puts them.
@@ -63,29 +125,72 @@ impl MeshOptimizer {
     pub fn optimize(
         &self,
         mesh: &Mesh,
-        mut progress: impl FnMut(f32) -> bool,
+        progress: impl FnMut(f32) -> bool,
     ) -> Result<Optimised, PluginError> {
+        let triangles: Vec<_> = mesh.triangles.iter().map(|&t| mesh.corner_positions(t)).collect();
+        let view = MeshView {
+            positions: &mesh.positions,
+            triangles: &triangles,
+            wedges: self.reads_wedges().then(|| WedgesView::of(mesh)),
+        };
+        let mut room = vec![abi::BusbarCollapse::default(); mesh.positions.len()];
+        let Written { collapses, stages } = self.optimize_into(view, &mut room, progress)?;
+        room.truncate(collapses);
+        let entry =
+            |c: abi::BusbarCollapse| Collapse { removed: c.removed, kept: c.kept, error: c.error };
+        let entries = room.into_iter().map(entry).collect();
+        let sequence =
+            CollapseSequence::new(entries, mesh.positions.len() as u32).map_err(|source| {
+                PluginError::Sequence { id: self.instance.info().id.clone(), source }
+            })?;
+        Ok(Optimised { sequence, stages })
+    }
+
+    /// Has the collapses of a mesh written into `room`, which has one element a position.
+    /// They are not checked.
+    ///
+    /// # Errors
+    /// What the plugin says, or that it claims more than it had room for.
+    pub fn optimize_into(
+        &self,
+        mesh: MeshView<'_>,
+        room: &mut [abi::BusbarCollapse],
+        mut progress: impl FnMut(f32) -> bool,
+    ) -> Result<Written, PluginError> {
         let optimize =
             self.table.optimize.ok_or_else(|| self.instance.violation("`optimize` is null"))?;
-        let count = mesh.positions.len();
-        let mut collapses = vec![abi::BusbarCollapse::default(); count];
+        let MeshView { positions, triangles, wedges } = mesh;
+        if wedges.is_some_and(|wedges| !wedges.is_whole(triangles.len())) {
+            return Err(PluginError::Failed {
+                id: self.instance.info().id.clone(),
+                settings_at_fault: false,
+                message: "the arrays of the mesh differ in length".into(),
+            });
+        }
         let mut stages = [abi::BusbarStage { name: [0; 24], millis: 0.0 }; MAX_STAGES];
-        let triangles: Vec<_> = mesh.triangles.iter().map(|&t| mesh.corner_positions(t)).collect();
-        let raw_mesh = abi::BusbarMesh {
+        let mut raw_mesh = abi::BusbarMesh {
             struct_size: size_of::<abi::BusbarMesh>() as u32,
-            position_count: count as u32,
+            position_count: positions.len() as u32,
             triangle_count: triangles.len() as u32,
             reserved: 0,
-            positions: mesh.positions.as_ptr().cast(),
+            positions: positions.as_ptr().cast(),
             triangles: triangles.as_ptr().cast(),
-            wedge_count: mesh.wedges.len() as u32,
+            wedge_count: 0,
             wedge_reserved: 0,
-            corners: mesh.triangles.as_ptr().cast(),
-            wedge_positions: mesh.wedges.position.as_ptr(),
-            wedge_normals: mesh.wedges.normal.as_ptr().cast(),
-            wedge_uvs: mesh.wedges.uv.as_ptr().cast(),
-            wedge_sections: mesh.wedges.section.as_ptr(),
+            corners: null(),
+            wedge_positions: null(),
+            wedge_normals: null(),
+            wedge_uvs: null(),
+            wedge_sections: null(),
         };
+        if let Some(wedges) = &wedges {
+            raw_mesh.wedge_count = wedges.position.len() as u32;
+            raw_mesh.corners = wedges.corners.as_ptr().cast();
+            raw_mesh.wedge_positions = wedges.position.as_ptr();
+            raw_mesh.wedge_normals = wedges.normal.as_ptr().cast();
+            raw_mesh.wedge_uvs = wedges.uv.as_ptr().cast();
+            raw_mesh.wedge_sections = wedges.section.as_ptr();
+        }
         let mut watch: &mut dyn FnMut(f32) -> bool = &mut progress;
         let raw_progress = abi::BusbarProgress {
             struct_size: size_of::<abi::BusbarProgress>() as u32,
@@ -95,12 +200,12 @@ impl MeshOptimizer {
         };
         let mut output = abi::BusbarCollapseOutput {
             struct_size: size_of::<abi::BusbarCollapseOutput>() as u32,
-            collapse_capacity: count as u32,
+            collapse_capacity: room.len() as u32,
             collapse_count: 0,
             stage_capacity: MAX_STAGES as u32,
             stage_count: 0,
             reserved: 0,
-            collapses: collapses.as_mut_ptr(),
+            collapses: room.as_mut_ptr(),
             stages: stages.as_mut_ptr(),
         };
         let mut error = abi::BusbarError::empty();
@@ -111,19 +216,12 @@ impl MeshOptimizer {
         };
         self.instance.outcome(status, &error)?;
 
-        let written = output.collapse_count as usize;
-        if written > collapses.len() || output.stage_count as usize > MAX_STAGES {
+        let collapses = output.collapse_count as usize;
+        if collapses > room.len() || output.stage_count as usize > MAX_STAGES {
             return Err(self.instance.violation("it claims more results than it had room for"));
         }
-        let entries = collapses[..written]
-            .iter()
-            .map(|c| Collapse { removed: c.removed, kept: c.kept, error: c.error })
-            .collect();
-        let sequence = CollapseSequence::new(entries, count as u32).map_err(|source| {
-            PluginError::Sequence { id: self.instance.info().id.clone(), source }
-        })?;
         let stages = stages[..output.stage_count as usize].iter().map(read_stage).collect();
-        Ok(Optimised { sequence, stages })
+        Ok(Written { collapses, stages })
     }
 }
 

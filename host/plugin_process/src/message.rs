@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 6;
+pub(crate) const PROTOCOL_VERSION: u32 = 7;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -72,6 +72,8 @@ pub(crate) enum Request {
     Run { name: String, arguments: Vec<String> },
     /// Its alarms, to who knows a revision of them; 0 for none.
     ReadAlarms { known: u64 },
+    /// What its optimiser looks at.
+    DescribeOptimizer,
 }
 
 /// What a plugin's process may use.
@@ -127,6 +129,8 @@ pub(crate) enum Answer {
     Ran(CommandReport),
     /// How its alarms stand.
     AlarmsRead(SourceReport),
+    /// Whether its optimiser looks at wedges.
+    OptimizerDescribed { reads_wedges: bool },
 }
 
 /// A [`PluginError`] on its way.
@@ -226,6 +230,7 @@ impl Request {
             Self::Configure { .. } => "configure",
             Self::Draw { .. } => "draw",
             Self::Optimize { .. } => "optimize",
+            Self::DescribeOptimizer => "describe optimiser",
             Self::DescribeChart => "describe chart",
             Self::ReadChart { .. } => "read chart",
             Self::Explain { .. } => "explain",

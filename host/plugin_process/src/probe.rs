@@ -87,7 +87,9 @@ impl HostSide {
         };
         let checked = match result {
             Err(fault) => return Heard::Failed(fault.into_error("plugin")),
-            Ok(Answer::Done | Answer::Simulating(_)) => return Heard::Other,
+            Ok(Answer::Done | Answer::Simulating(_) | Answer::OptimizerDescribed { .. }) => {
+                return Heard::Other;
+            }
             Ok(Answer::ChartDescribed(description)) => {
                 description.check().map(|()| Heard::Other).map_err(|fault| fault.to_string())
             }

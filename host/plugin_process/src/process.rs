@@ -191,7 +191,12 @@ impl PluginProcess {
         progress: &mut dyn FnMut(f32) -> bool,
     ) -> Result<Optimised, PluginError> {
         let failed = |error: std::io::Error| self.failed(format!("shared memory: {error}"));
-        let (sizes, shared_mesh) = memory::write_mesh(mesh).map_err(failed)?;
+        let Answer::OptimizerDescribed { reads_wedges } =
+            self.shared.call(Request::DescribeOptimizer, &[])?
+        else {
+            return Err(self.shared.confused());
+        };
+        let (sizes, shared_mesh) = memory::write_mesh(mesh, reads_wedges).map_err(failed)?;
         let room = memory::room_for_collapses(mesh).map_err(failed)?;
         let outcome = self.call_long(Request::Optimize { sizes }, &[&shared_mesh, &room], progress);
         let Answer::Optimized { collapses, stages } = outcome? else {

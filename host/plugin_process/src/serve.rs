@@ -222,6 +222,10 @@ impl Session {
                 let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;
                 Ok(Answer::Drawn(overlay.draw_states(&states, now)?))
             }
+            Request::DescribeOptimizer => {
+                let optimizer = MeshOptimizer::of(self.instance()?.clone())?;
+                Ok(Answer::OptimizerDescribed { reads_wedges: optimizer.reads_wedges() })
+            }
             Request::DescribeChart => {
                 Ok(Answer::ChartDescribed(Chart::of(self.instance()?.clone())?.describe()?))
             }
@@ -298,19 +302,19 @@ fn optimize_shared(
     link: &Link,
     call: u64,
 ) -> Outcome {
-    let mesh = memory::read_mesh(sizes, mesh).map_err(|error| failed(&error))?;
+    let mesh = memory::SharedMesh::map(sizes, mesh).map_err(|error| failed(&error))?;
+    let mut room = memory::CollapseRoom::map(room).map_err(|error| failed(&error))?;
     let cancelled = link.cancelled().get(&call).cloned().unwrap_or_default();
     let mut told = Instant::now();
-    let optimised = optimizer.optimize(&mesh, |fraction| {
+    // The host checks what was written: it could not rely on a check here.
+    let written = optimizer.optimize_into(mesh.view(), room.collapses(), |fraction| {
         if told.elapsed() > PROGRESS_PERIOD {
             told = Instant::now();
             link.send(&FromPlugin::Progress { call, fraction });
         }
         !cancelled.load(Ordering::Relaxed)
     })?;
-    let collapses = optimised.sequence.len();
-    memory::write_collapses(optimised.sequence.entries(), room).map_err(|error| failed(&error))?;
-    Ok(Answer::Optimized { collapses, stages: optimised.stages })
+    Ok(Answer::Optimized { collapses: written.collapses as u32, stages: written.stages })
 }
 
 /// How often progress is told.

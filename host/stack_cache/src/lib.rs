@@ -27,6 +27,10 @@ use thiserror::Error;
 pub use key::{CacheKey, Maker};
 pub use welded::{MeshKey, WeldedMesh, content_digest};
 
+/// Bytes that are written at a time: of one write the system may make one page, as large, and
+/// looks for that much free memory in one place.
+const PIECE_BYTES: usize = 64 << 10;
+
 /// A directory of stacks and welded meshes, one file each.
 #[derive(Clone, Debug)]
 pub struct StackCache {
@@ -140,7 +144,10 @@ impl StackCache {
         let fault = |source| CacheError::Write { directory: self.directory.clone(), source };
         let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
         let written = File::create(&temporary)
-            .and_then(|mut file| parts.iter().try_for_each(|part| file.write_all(part)))
+            .and_then(|mut file| {
+                let mut pieces = parts.iter().flat_map(|part| part.chunks(PIECE_BYTES));
+                pieces.try_for_each(|piece| file.write_all(piece))
+            })
             .and_then(|()| std::fs::rename(&temporary, path));
         if let Err(error) = written {
             let _ = std::fs::remove_file(&temporary);

@@ -112,6 +112,10 @@
 // Log level: for the plugin's author.
 #define BUSBAR_LOG_DEBUG 4
 
+// Of `flags`: `optimize` reads positions and triangles alone, so that the host need not
+// give it wedges.
+#define BUSBAR_OPTIMIZER_NO_WEDGES 1
+
 // Primitive: a line of the label at a node: caption and value.
 #define BUSBAR_OVERLAY_LINE 1
 
@@ -428,8 +432,8 @@ typedef struct BusbarPluginFactory {
 // A *wedge* is one position with one set of attributes; a position on a
 // normal, texture or material seam has several. The fields from `wedge_count`
 // on came later: they are there if `struct_size` reaches over them, and count
-// and pointers are zero where the host has no attributes. Either all five
-// arrays are given or none.
+// and pointers are zero where the host has no attributes or the plugin wants
+// none (`BUSBAR_OPTIMIZER_NO_WEDGES`). Either all five arrays are given or none.
 typedef struct BusbarMesh {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -521,8 +525,8 @@ typedef struct BusbarCollapseOutput {
 typedef struct BusbarMeshOptimizer {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
-  uint32_t reserved;
+  // `BUSBAR_OPTIMIZER_...`, or 0. Bits that a host does not know are ignored.
+  uint32_t flags;
   // `[any-thread]` Orders the half-edge collapses of a mesh, the least
   // important first. The same mesh and settings give the same sequence,
   // bit for bit, on every machine. Borrows everything for the call.

@@ -12,8 +12,8 @@ pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1-draft";
 /// A *wedge* is one position with one set of attributes; a position on a
 /// normal, texture or material seam has several. The fields from `wedge_count`
 /// on came later: they are there if `struct_size` reaches over them, and count
-/// and pointers are zero where the host has no attributes. Either all five
-/// arrays are given or none.
+/// and pointers are zero where the host has no attributes or the plugin wants
+/// none (`BUSBAR_OPTIMIZER_NO_WEDGES`). Either all five arrays are given or none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarMesh {
@@ -111,14 +111,18 @@ pub struct BusbarProgress {
     pub report: Option<unsafe extern "C" fn(context: *mut c_void, fraction: f32) -> u32>,
 }
 
+/// Of `flags`: `optimize` reads positions and triangles alone, so that the host need not
+/// give it wedges.
+pub const BUSBAR_OPTIMIZER_NO_WEDGES: u32 = 1;
+
 /// Table of `busbar.mesh-optimizer/1-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarMeshOptimizer {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// `BUSBAR_OPTIMIZER_...`, or 0. Bits that a host does not know are ignored.
+    pub flags: u32,
     /// `[any-thread]` Orders the half-edge collapses of a mesh, the least
     /// important first. The same mesh and settings give the same sequence,
     /// bit for bit, on every machine. Borrows everything for the call.

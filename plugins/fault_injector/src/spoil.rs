@@ -88,7 +88,7 @@ const fn overlay(struct_size: u32) -> abi::BusbarOverlay {
 }
 
 const fn optimizer(struct_size: u32) -> abi::BusbarMeshOptimizer {
-    abi::BusbarMeshOptimizer { struct_size, reserved: 0, optimize: Some(optimize as _) }
+    abi::BusbarMeshOptimizer { struct_size, flags: 0, optimize: Some(optimize as _) }
 }
 
 const fn simulator(struct_size: u32) -> abi::BusbarSimulator {

@@ -57,6 +57,7 @@ mod command;
 mod error;
 pub mod export;
 mod host;
+mod huge_pages;
 mod mesh_optimizer;
 mod overlay;
 mod records;
@@ -79,6 +80,7 @@ pub use chart::{
 pub use command::{Command, CommandExit, CommandInfo, MAX_CHUNK, Streams};
 pub use error::Error;
 pub use host::{Host, LogLevel};
+pub use huge_pages::on_huge_pages;
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use overlay::{
     Binding, Canvas, Contour, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT,

@@ -10,6 +10,10 @@ use crate::{Error, Plugin};
 
 /// Orders the half-edge collapses of meshes.
 pub trait MeshOptimizer: Plugin {
+    /// Whether [`Mesh::wedges`] are looked at. Where they are not, the host need not hand
+    /// over half of the mesh, and gives none.
+    const READS_WEDGES: bool = true;
+
     /// The whole sequence, the least important collapse first. The same mesh
     /// and settings must give the same sequence everywhere. Several calls may
     /// run at once.
@@ -26,7 +30,8 @@ pub struct Mesh<'a> {
     pub positions: &'a [[f32; 3]],
     /// Three different position indices of each triangle.
     pub triangles: &'a [[u32; 3]],
-    /// Attributes; `None` where the host gives none.
+    /// Attributes; `None` where the host gives none, or [`MeshOptimizer::READS_WEDGES`] says
+    /// that none are wanted.
     pub wedges: Option<Wedges<'a>>,
 }
 

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use busbar_plugin_sdk::Mesh;
+use busbar_plugin_sdk::{Mesh, on_huge_pages};
 
 use crate::threads;
 
@@ -55,7 +55,9 @@ impl Edges {
 /// Finds all edges of a mesh with at most a third of 2^32 triangles.
 pub(crate) fn find(mesh: &Mesh<'_>, threads: usize) -> Edges {
     let buckets = bucket_starts(mesh, threads);
-    let mut sides = vec![Side(0); mesh.triangles.len() * 3];
+    let side_count = mesh.triangles.len() * 3;
+    let mut sides = on_huge_pages(Vec::with_capacity(side_count));
+    sides.resize(side_count, Side(0));
     let mut jobs = Vec::with_capacity(threads);
     let mut rest = sides.as_mut_slice();
     for vertices in equal_parts(&buckets, threads) {
@@ -140,8 +142,8 @@ fn fill(mesh: &Mesh<'_>, first: u32, buckets: &[u32], sides: &mut [Side]) {
 fn sort_into_edges(first: u32, buckets: &[u32], sides: &mut [Side]) -> (Vec<[u32; 2]>, Vec<u32>) {
     let base = buckets[0];
     // Room for the worst case; what is not used is never touched.
-    let mut ends = Vec::with_capacity(sides.len());
-    let mut starts = Vec::with_capacity(sides.len() + 1);
+    let mut ends = on_huge_pages(Vec::with_capacity(sides.len()));
+    let mut starts = on_huge_pages(Vec::with_capacity(sides.len() + 1));
     for (vertex, bucket) in (first..).zip(buckets.windows(2)) {
         let bucket_sides = &mut sides[(bucket[0] - base) as usize..(bucket[1] - base) as usize];
         bucket_sides.sort_unstable();

@@ -1,6 +1,6 @@
 //! The paper's order: edges ascending by W, joined into a spanning forest.
 
-use busbar_plugin_sdk::{Collapse, CollapseList, Mesh};
+use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, on_huge_pages};
 
 use crate::edges::Edges;
 use crate::sort::Parts;
@@ -33,7 +33,7 @@ pub(crate) fn collapse(
     list: &mut CollapseList,
 ) {
     let mut classes = Classes::new(mesh.positions.len());
-    let mut collapses = Vec::with_capacity(mesh.positions.len());
+    let mut collapses = on_huge_pages(Vec::with_capacity(mesh.positions.len()));
     let mut parts = list.stage("sort", || Parts::of(weights, part_size));
     let mut joining: Vec<[u32; 2]> = Vec::new();
     for part in 0..parts.len() {

@@ -88,6 +88,9 @@ impl Plugin for WeightedCollapse {
 }
 
 impl MeshOptimizer for WeightedCollapse {
+    // The paper's factors are of the shape alone.
+    const READS_WEDGES: bool = false;
+
     fn optimize(&self, mesh: Mesh<'_>, progress: &mut Progress<'_>) -> Result<CollapseList, Error> {
         let protected = self.settings.border_protection;
         let reading = if protected { Reading::BUSBAR } else { Reading::UNPROTECTED };

@@ -1,5 +1,7 @@
 //! Edges in ascending order of weight.
 
+use busbar_plugin_sdk::on_huge_pages;
+
 /// Bits of a key that one pass of the radix sort looks at.
 const DIGIT_BITS: u32 = 11;
 const DIGITS: usize = 1 << DIGIT_BITS;
@@ -66,7 +68,7 @@ impl<'a> Parts<'a> {
             *part = starts.partition_point(|&first| first <= start) - 1;
         }
         let mut write_at = starts.clone();
-        let mut pairs = vec![(0, 0); weights.len()];
+        let mut pairs = on_huge_pages(vec![(0, 0); weights.len()]);
         for (edge, &weight) in (0..).zip(weights) {
             let key = keys.key(weight);
             let at = &mut write_at[part_of_digit[upper_digit(key)]];

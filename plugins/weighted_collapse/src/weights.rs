@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use busbar_plugin_sdk::Mesh;
+use busbar_plugin_sdk::{Mesh, on_huge_pages};
 
 use crate::arc_cosine::angles;
 use crate::edges::Edges;
@@ -61,7 +61,7 @@ pub(crate) fn measure_all(
     reading: &Reading,
     threads: usize,
 ) -> Measured {
-    let zeros = || vec![0.0; edges.len()];
+    let zeros = || on_huge_pages(vec![0.0; edges.len()]);
     let (mut lengths, mut areas, mut curvatures) = (zeros(), zeros(), zeros());
     let mut flags = vec![false; edges.len()];
     let chunks = lengths

@@ -65,6 +65,16 @@ fn results_are_the_same_either_way() {
 }
 
 #[test]
+fn who_reads_no_wedges_says_so() {
+    let scene = Scene::demo(1);
+    for (plugin, reads) in [("quadric_collapse", true), ("weighted_collapse", false)] {
+        let optimizer = optimizer(&scene, plugin, Isolation::None);
+        let Optimizer::InProcess(optimizer) = optimizer else { panic!("it is in this process") };
+        assert_eq!(optimizer.reads_wedges(), reads, "{plugin}");
+    }
+}
+
+#[test]
 fn work_can_be_cancelled_and_the_next_is_done() {
     let scene = Scene::demo(1);
     let optimizer = optimizer(&scene, "quadric_collapse", Isolation::Process);

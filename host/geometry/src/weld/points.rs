@@ -38,7 +38,7 @@ impl Points {
         let hasher = DefaultHashBuilder::default();
         let count = keys(primitives).count();
         let piles = (count / PILE).next_power_of_two().min(MAX_PILES);
-        let pile_of = |key: [u32; 4]| hasher.hash_one(key) as usize & (piles - 1);
+        let pile_of = |key: [u32; 4]| hasher.hash_one(as_number(key)) as usize & (piles - 1);
         let mut ends = vec![0; piles];
         keys(primitives).for_each(|key| ends[pile_of(key)] += 1);
         let mut sum = 0;
@@ -60,7 +60,8 @@ impl Points {
             table.clear();
             for (index, entry) in pile.iter().enumerate() {
                 // The pile's own bits are the same for all of it.
-                let hash_of = |entry: &Entry| hasher.hash_one(entry.key).rotate_right(32);
+                let hash_of =
+                    |entry: &Entry| hasher.hash_one(as_number(entry.key)).rotate_right(32);
                 let found = table.entry(
                     hash_of(entry),
                     |&other: &u32| pile[other as usize].key == entry.key,
@@ -118,6 +119,11 @@ fn foreign_keys(primitive: &RawPrimitive) -> impl Iterator<Item = [u32; 4]> {
         let foreign = move |corner: &u32| primitive.is_foreign(*corner, feature);
         corners.into_iter().filter(foreign).map(move |corner| key(primitive, corner, feature))
     })
+}
+
+/// A key for the hasher, which takes one number faster than an array.
+fn as_number(key: [u32; 4]) -> u128 {
+    key.into_iter().rev().fold(0, |number, word| number << 32 | u128::from(word))
 }
 
 /// What makes two vertices one position.

@@ -71,6 +71,17 @@ pub(crate) fn raw_mesh(mesh: &Mesh) -> RawMesh {
     RawMesh { raw, _triangles: triangles }
 }
 
+/// The mesh as from a host without attributes.
+fn bare(mut mesh: RawMesh) -> RawMesh {
+    mesh.raw.wedge_count = 0;
+    mesh.raw.corners = std::ptr::null();
+    mesh.raw.wedge_positions = std::ptr::null();
+    mesh.raw.wedge_normals = std::ptr::null();
+    mesh.raw.wedge_uvs = std::ptr::null();
+    mesh.raw.wedge_sections = std::ptr::null();
+    mesh
+}
+
 /// Buffers for a result, with canaries behind their ends.
 pub(crate) struct Output {
     pub(crate) raw: abi::BusbarCollapseOutput,
@@ -215,16 +226,8 @@ pub(crate) fn limits(probe: &Probe) -> Outcome {
     }
     let large = meshes::hilly(LARGE_SIDE, LARGE_SIDE);
     optimized(probe, &instance, &raw_mesh(&large), "a surface of 51,200 triangles")?;
-    // As from a host without attributes.
     let mesh = meshes::hilly(8, 8);
-    let mut bare = raw_mesh(&mesh);
-    bare.raw.wedge_count = 0;
-    bare.raw.corners = std::ptr::null();
-    bare.raw.wedge_positions = std::ptr::null();
-    bare.raw.wedge_normals = std::ptr::null();
-    bare.raw.wedge_uvs = std::ptr::null();
-    bare.raw.wedge_sections = std::ptr::null();
-    optimized(probe, &instance, &bare, "a mesh without attributes")?;
+    optimized(probe, &instance, &bare(raw_mesh(&mesh)), "a mesh without attributes")?;
     instance.destroy()
 }
 
@@ -242,6 +245,13 @@ pub(crate) fn sequence(probe: &Probe) -> Outcome {
                   randomness, no order of a hash table, no shared state";
     let second = optimized(probe, &instance, &raw, what)?;
     probe.expect(first == second, "a second call gives another sequence", remedy);
+    let table: &abi::BusbarMeshOptimizer = instance.capability(abi::MESH_OPTIMIZER_ID)?;
+    if table.flags & abi::BUSBAR_OPTIMIZER_NO_WEDGES != 0 {
+        let bare = optimized(probe, &instance, &bare(raw_mesh(&mesh)), what)?;
+        let fault = "its flags say that it reads no wedges, and without them it gives another \
+                     sequence";
+        probe.expect(bare == first, fault, "leave BUSBAR_OPTIMIZER_NO_WEDGES out of `flags`");
+    }
     let results = std::thread::scope(|scope| {
         let work = || optimized(probe, &instance, &raw, what);
         let threads: Vec<_> = (0..THREADS).map(|_| scope.spawn(work)).collect();

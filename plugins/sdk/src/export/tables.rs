@@ -35,7 +35,7 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
         id: abi::MESH_OPTIMIZER_ID,
         table: Table::MeshOptimizer(abi::BusbarMeshOptimizer {
             struct_size: size_of::<abi::BusbarMeshOptimizer>() as u32,
-            reserved: 0,
+            flags: if P::READS_WEDGES { 0 } else { abi::BUSBAR_OPTIMIZER_NO_WEDGES },
             optimize: Some(optimize::<P>),
         }),
     }
