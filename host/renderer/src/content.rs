@@ -347,7 +347,7 @@ impl Content {
         let before = self.views[Viewing::Frame as usize].before.seen();
         drawer.gathering = gathered.map(|buffer| Gathering::into(buffer, &frame.camera, before));
         let calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
-        let triangles = drawer.triangles();
+        let (triangles, seen_instances) = (drawer.triangles(), plan.instances.len() as u32);
         recorder.end_stage("scene");
         if let (true, Some(high)) = (occludes, &self.high) {
             let group = &self.streams[stream].group;
@@ -358,6 +358,7 @@ impl Content {
         self.views[Viewing::Frame as usize].plan = plan;
         Ok(FrameStats {
             triangles,
+            seen_instances,
             draw_calls: calls.draws,
             draw_commands: calls.commands,
             resolve_millis,

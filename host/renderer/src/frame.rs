@@ -162,6 +162,9 @@ pub struct EguiFrame<'a> {
 pub struct FrameStats {
     /// Live triangles, summed over instances.
     pub triangles: u64,
+    /// Instances that may be seen: they are in the picture, and not known to be hidden. Parts
+    /// of a model in one place count as one.
+    pub seen_instances: u32,
     /// Draw calls, without those of the panels.
     pub draw_calls: u32,
     /// Commands that ask for them: those beside each other that are alike are one, where the

@@ -22,8 +22,6 @@ const FLAT: f32 = 1e-5;
 pub(crate) struct Occluder {
     /// Its normal, and its distance: a point before it has a product above zero.
     pub(crate) plane: Vec4,
-    /// Of its corners on average.
-    pub(crate) center: Vec3,
     /// Counter-clockwise where it shows its front.
     pub(crate) corners: Box<[Vec3]>,
     /// Square units of the mesh.
@@ -185,8 +183,7 @@ impl<'a> Face<'a> {
     fn finish(self, section: u32) -> Occluder {
         let corners: Box<[Vec3]> = self.ring.iter().map(|&position| self.at(position)).collect();
         let plane = self.normal.extend(-self.normal.dot(corners[0]));
-        let center = corners.iter().sum::<Vec3>() / corners.len() as f32;
-        Occluder { plane, center, corners, area: self.area, section }
+        Occluder { plane, corners, area: self.area, section }
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use busbar_geometry::Bounds;
 use busbar_shaders::Instance;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::CameraView;
 use crate::frustum::{Ball, Frustum};
@@ -15,8 +15,8 @@ use crate::model::{GpuMesh, GpuModel};
 use crate::occluders::Occluder;
 use crate::roster::{Members, Roster};
 
-/// Pixels that a face must cover, seen from before it, to be worth looking behind.
-const LEAST_PIXELS: f32 = 4096.0;
+/// Of a picture, the share that a face must cover to be worth looking behind.
+const LEAST_SHARE: f32 = 1.0 / 256.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
 
@@ -78,7 +78,12 @@ impl Before {
         self.clip_from_world = camera.clip_from_world();
         let frustum = Frustum::of(&self.clip_from_world);
         let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
-        let look = Look { eye: camera.eye, square: pixels_per_unit * pixels_per_unit };
+        let look = Look {
+            eye: camera.eye,
+            square: pixels_per_unit * pixels_per_unit,
+            least: size[0] as f32 * size[1] as f32 * LEAST_SHARE,
+            half: Vec2::new(size[0] as f32, size[1] as f32) * 0.5,
+        };
         for Members { kind, members, balls } in roster.members() {
             let may_be_large = |ball: &&Ball| look.is_large(PI * ball.radius * ball.radius, ball);
             // Of most kinds nothing is near enough.
@@ -91,7 +96,7 @@ impl Before {
             for (member, ball) in members.iter().zip(balls) {
                 if may_be_large(&ball) && frustum.may_see(ball) {
                     let instance = &roster.instances[member.slot as usize];
-                    self.find_of(instance, (model, mesh), occluders, &look);
+                    self.find_of((instance, ball), (model, mesh), occluders, &look);
                 }
             }
         }
@@ -116,32 +121,31 @@ impl Before {
     /// Looks for them on an instance.
     fn find_of(
         &mut self,
-        instance: &Instance,
+        (instance, ball): (&Instance, &Ball),
         (model, mesh): (&GpuModel, &GpuMesh),
         occluders: &[Occluder],
         look: &Look,
     ) {
         let world_from_mesh = world_from_mesh(instance);
         let clip_from_mesh = self.clip_from_world * world_from_mesh;
-        let eye = world_from_mesh.inverse().transform_point3(look.eye);
-        let look = Look { eye, ..*look };
-        let large = occluders.iter().take_while(|face| look.is_large(face.area, &mesh.ball));
-        for Occluder { plane, center, corners, area, section } in large {
+        let eye = world_from_mesh.inverse().transform_point3(look.eye).extend(1.0);
+        let stretch = ball.radius / mesh.ball.radius;
+        let is_large = |face: &&Occluder| look.is_large(face.area * stretch * stretch, ball);
+        for Occluder { plane, corners, section, .. } in occluders.iter().take_while(is_large) {
             let section = &mesh.stacks.mesh().sections[*section as usize];
             let material = model.material(section.material);
-            let before = plane.dot(eye.extend(1.0));
-            let is_seen = material.opaque && (material.double_sided || before > 0.0);
-            let distance = eye.distance(*center);
-            let pixels = look.square * area * before.abs() / (distance * distance * distance);
-            if !(is_seen && pixels >= LEAST_PIXELS) {
+            let is_seen = material.double_sided || plane.dot(eye) > 0.0;
+            if !(material.opaque && is_seen) {
                 continue;
             }
             let first = self.corners.len();
             self.corners.extend(corners.iter().map(|corner| clip_from_mesh * corner.extend(1.0)));
-            let added = &self.corners[first..];
-            let least = added.iter().fold(f32::INFINITY, |least, corner| least.min(corner.w));
-            let nearest = if least > 0.0 { least.recip() } else { f32::INFINITY };
-            self.found.push(Found { pixels, nearest, corners: first..self.corners.len() });
+            let (pixels, nearest) = look.size_of(&self.corners[first..]);
+            if pixels >= look.least {
+                self.found.push(Found { pixels, nearest, corners: first..self.corners.len() });
+            } else {
+                self.corners.truncate(first);
+            }
         }
     }
 
@@ -158,11 +162,14 @@ impl Before {
 }
 
 /// From where one looks.
-#[derive(Clone, Copy)]
 struct Look {
     eye: Vec3,
     /// Pixels that a square unit covers a unit away.
     square: f32,
+    /// Pixels that a face must cover.
+    least: f32,
+    /// Pixels from the middle of the picture to its edges.
+    half: Vec2,
 }
 
 impl Look {
@@ -170,7 +177,23 @@ impl Look {
     #[inline]
     fn is_large(&self, area: f32, ball: &Ball) -> bool {
         let distance = (ball.center.distance(self.eye) - ball.radius).max(0.0);
-        area * self.square >= LEAST_PIXELS * distance * distance
+        area * self.square >= self.least * distance * distance
+    }
+
+    /// The pixels that a face covers by its corners in clip space, also beside the picture,
+    /// and one over its least distance; no end of either where it reaches behind the eye.
+    fn size_of(&self, corners: &[Vec4]) -> (f32, f32) {
+        let least = corners.iter().fold(f32::INFINITY, |least, corner| least.min(corner.w));
+        if least <= 0.0 {
+            return (f32::INFINITY, f32::INFINITY);
+        }
+        let place = |corner: &Vec4| Vec2::new(corner.x, corner.y) / corner.w * self.half;
+        let mut last = corners.last().map(place).unwrap_or_default();
+        let twice = corners
+            .iter()
+            .map(place)
+            .fold(0.0, |twice, place| twice + std::mem::replace(&mut last, place).perp_dot(place));
+        (0.5 * twice.abs(), least.recip())
     }
 }
 
