@@ -291,9 +291,10 @@ impl Content {
         if !recorder.gpu().is_software() {
             return Ok(());
         }
-        let gathered = plan
-            .seen()
-            .filter_map(|batch| Some(self.cache.get(batch.key)?.gathered(batch)?.count_of(batch)));
+        let hides = self.views[Viewing::Frame as usize].before.seen().is_some();
+        let gathered = plan.seen().filter_map(|batch| {
+            Some(self.cache.get(batch.key)?.gathered(batch, hides)?.count_of(batch))
+        });
         let triangles = gathered.sum();
         gathering::ready(&mut self.streams[stream].gathered, recorder.gpu(), triangles)
     }

@@ -86,11 +86,11 @@ impl Faces {
         indices.is_in_sight().then(|| Self { indices: indices.clone(), outlook })
     }
 
-    /// Whether they are gathered: those of one instance, or so many that it pays to look at
-    /// each instance by itself. Their vertices are the mesh's own.
-    pub(crate) fn are_gathered_of(&self, batch: &Batch) -> bool {
-        let is_worth_it = batch.instances.len() == 1 || self.count() >= LEAST_BY_ITSELF;
-        is_worth_it && batch.way.is_none()
+    /// Whether they are gathered: those of one instance, or so many that it pays to see what
+    /// of each instance is hidden, if anything is. Their vertices are the mesh's own.
+    pub(crate) fn are_gathered_of(&self, batch: &Batch, hides: bool) -> bool {
+        let pays = || hides && self.count() >= LEAST_BY_ITSELF;
+        batch.way.is_none() && (batch.instances.len() == 1 || pays())
     }
 
     fn count(&self) -> usize {
@@ -108,8 +108,8 @@ impl Faces {
 }
 
 impl Outlook {
-    /// Gives those of a range of its triangles, at most a block at a time: of blocks whose boxes are
-    /// wanted those that may face an eye, or all where there is none.
+    /// Gives those of a range of its triangles, at most a block at a time: of blocks whose
+    /// boxes are wanted those that may face an eye, or all where there is none.
     fn facing(
         &self,
         triangles: &[[u32; 3]],
@@ -119,6 +119,8 @@ impl Outlook {
         mut give: impl FnMut(&[[u32; 3]]),
     ) {
         let Self { normals, boxes } = self;
+        let mut kept = [[0; 3]; BLOCK];
+        let range = range.start..range.end.min(triangles.len());
         let mut start = range.start;
         while start < range.end {
             let block = start / BLOCK;
@@ -137,7 +139,6 @@ impl Outlook {
             let to_eye = eye - bounds.center();
             let aside = bounds.min.distance(bounds.max) * 0.5 + to_eye.length() * ROUNDED;
             let behind = -aside * UNIT;
-            let mut kept = [[0; 3]; BLOCK];
             let mut count = 0;
             for (triangle, &[x, y, z, _]) in triangles.iter().zip(normals) {
                 kept[count] = *triangle;
@@ -170,7 +171,8 @@ pub(crate) struct Gathered<'a> {
     pub(crate) range: Range<u32>,
     /// Added to each index.
     pub(crate) first_vertex: u32,
-    pub(crate) view: View,
+    /// Of the views that go with it.
+    pub(crate) view: u32,
     /// Those that face away are left out.
     pub(crate) skips_backs: bool,
 }
@@ -199,6 +201,11 @@ impl<'a> Gathering<'a> {
         View { eye, clip_from_mesh: self.before.map(|before| before.clip_from_mesh(instance)) }
     }
 
+    /// Whether anything is hidden.
+    pub(crate) fn hides(&self) -> bool {
+        self.before.is_some()
+    }
+
     pub(crate) fn buffer(&self) -> &'a Buffer {
         self.buffer
     }
@@ -208,6 +215,7 @@ impl<'a> Gathering<'a> {
     pub(crate) fn gather<'p>(
         &self,
         parts: impl Iterator<Item = &'p Gathered<'p>> + Clone,
+        views: &[View],
     ) -> Result<Option<Range<u32>>, RenderError> {
         let most: u64 = parts.clone().map(|part| part.range.len() as u64).sum();
         let first = self.taken.get();
@@ -220,6 +228,7 @@ impl<'a> Gathering<'a> {
             let (places, _) = into.as_chunks_mut::<{ TRIANGLE_BYTES as usize }>();
             done = parts.into_iter().try_for_each(|part| {
                 let Gathered { faces, range, first_vertex, view, skips_backs } = part;
+                let view = &views[*view as usize];
                 let eye = view.eye.filter(|_| *skips_backs);
                 let hidden = self.before.zip(view.clip_from_mesh.as_ref());
                 let is_wanted = |bounds: &Bounds| {

@@ -46,9 +46,9 @@ pub(crate) struct ResolvedIndices {
 }
 
 impl ResolvedIndices {
-    /// What of a batch is gathered, where it is.
-    pub(crate) fn gathered(&self, batch: &Batch) -> Option<&Faces> {
-        self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch))
+    /// What of a batch is gathered, where it is. `hides`: whether anything is hidden.
+    pub(crate) fn gathered(&self, batch: &Batch, hides: bool) -> Option<&Faces> {
+        self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch, hides))
     }
 
     /// Its large faces, the largest first.

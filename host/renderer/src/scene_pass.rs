@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 use crate::RenderError;
 use crate::batch::{Batch, Plan};
 use crate::features::FeatureKit;
-use crate::gathering::{Gathered, Gathering};
+use crate::gathering::{Gathered, Gathering, View};
 use crate::index_cache::IndexCache;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::{Morpher, VERTEX_BYTES};
@@ -39,6 +39,14 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) shows_backs: bool,
 }
 
+/// Draws to be made.
+#[derive(Default)]
+struct Listed<'a> {
+    sections: Vec<Section<'a>>,
+    /// Of the instances that are gathered.
+    views: Vec<View>,
+}
+
 /// A draw of one section.
 #[derive(Clone)]
 struct Section<'a> {
@@ -65,14 +73,15 @@ impl<'a> SceneDrawer<'a> {
         shading: &Shading,
         wanted: Sections,
     ) -> Result<DrawCount, RenderError> {
-        let mut sections = Vec::with_capacity(self.plan.batches.len());
+        let mut listed = Listed::default();
+        listed.sections.reserve(self.plan.batches.len());
         for batch in self.plan.seen() {
-            self.list(&mut sections, shading, batch, wanted);
+            self.list(&mut listed, shading, batch, wanted);
         }
-        let mut in_order: Vec<&Section<'_>> = sections.iter().collect();
+        let mut in_order: Vec<&Section<'_>> = listed.sections.iter().collect();
         in_order.sort_by_key(|section| section.order);
         let draws = match &self.gathering {
-            Some(gathering) => gather(gathering, &in_order)?,
+            Some(gathering) => gather(gathering, &in_order, &listed.views)?,
             None => in_order.into_iter().map(Section::draw).collect(),
         };
         Ok(pass.draw_all(&draws)?)
@@ -103,18 +112,18 @@ impl<'a> SceneDrawer<'a> {
             }
         }
         singles.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let mut sections = Vec::with_capacity(singles.len());
+        let mut listed = Listed::default();
         for (_, single) in &singles {
-            self.list(&mut sections, shading, single, Sections::Blended);
+            self.list(&mut listed, shading, single, Sections::Blended);
         }
-        let draws: Vec<_> = sections.iter().map(Section::draw).collect();
+        let draws: Vec<_> = listed.sections.iter().map(Section::draw).collect();
         Ok(pass.draw_all(&draws)?)
     }
 
     /// Lists the draws of a batch.
     fn list<'s>(
         &self,
-        sections: &mut Vec<Section<'s>>,
+        Listed { sections, views }: &mut Listed<'s>,
         shading: &'s Shading,
         batch: &Batch,
         wanted: Sections,
@@ -127,7 +136,14 @@ impl<'a> SceneDrawer<'a> {
         let Some(vertices) = self.vertices_of(mesh, batch) else { return };
         let Some(indices) = &resolved.indices else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
-        let gathered = self.gathering.as_ref().zip(resolved.gathered(batch));
+        let gathered = self.gathering.as_ref().and_then(|gathering| {
+            let faces = resolved.gathered(batch, gathering.hides())?;
+            let first_view = views.len() as u32;
+            let seen =
+                &self.plan.instances[batch.instances.start as usize..][..batch.instances.len()];
+            views.extend(seen.iter().map(|instance| gathering.view_of(instance)));
+            Some((faces, first_view))
+        });
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -176,13 +192,12 @@ impl<'a> SceneDrawer<'a> {
                     },
                     gathered: None,
                 };
-                let Some((gathering, faces)) = gathered.filter(|_| features.is_none()) else {
+                let Some((faces, first_view)) = gathered.filter(|_| features.is_none()) else {
                     sections.push(section);
                     continue;
                 };
                 // Each instance by itself: of each something else is seen.
-                sections.extend(batch.instances.clone().map(|index| {
-                    let view = gathering.view_of(&self.plan.instances[index as usize]);
+                sections.extend(batch.instances.clone().zip(first_view..).map(|(index, view)| {
                     let range = part.start / 3..part.end / 3;
                     let skips_backs = cull_back && !is_slender;
                     let draw = Draw { instance_range: index..index + 1, ..section.draw.clone() };
@@ -230,12 +245,13 @@ struct Vertices<'a> {
 fn gather<'s>(
     gathering: &Gathering<'s>,
     sections: &[&'s Section<'s>],
+    views: &[View],
 ) -> Result<Vec<Draw<'s>>, RenderError> {
     let mut draws = Vec::with_capacity(sections.len());
     for alike in sections.chunk_by(|one, next| one.is_gathered_with(next)) {
         let parts = alike.iter().filter_map(|section| section.gathered.as_ref());
         let indices = match &alike[0].gathered {
-            Some(_) => gathering.gather(parts)?,
+            Some(_) => gathering.gather(parts, views)?,
             None => None,
         };
         match indices {
