@@ -10,7 +10,7 @@ use crate::slender::SectionRange;
 /// Corners that a face has at most.
 const MAX_CORNERS: usize = 12;
 /// Faces of a mesh, the largest ones.
-const MAX_FACES: usize = 16;
+const MAX_FACES: usize = 24;
 /// Triangles that they are made of.
 const MAX_TRIANGLES: usize = 2 * MAX_FACES;
 /// What has less than this share of the largest triangle's area is left out.
