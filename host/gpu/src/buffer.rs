@@ -217,8 +217,9 @@ impl Buffer {
         range: std::ops::Range<u64>,
         read: impl FnOnce(&[u8]),
     ) -> Result<(), GpuError> {
+        let in_sight = self.is_in_sight();
         let allocation = self.allocation();
-        let memory = allocation.as_ref().and_then(Allocation::mapped_slice);
+        let memory = allocation.as_ref().filter(|_| in_sight).and_then(Allocation::mapped_slice);
         let place = memory.and_then(|memory| memory.get(range.start as usize..range.end as usize));
         read(place.ok_or(GpuError::Misuse("a read of what is out of sight"))?);
         Ok(())

@@ -1,8 +1,9 @@
 //! The heap under models of many megabytes, and under a software rasteriser.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use busbar_huge_pages::{self as huge_pages, Pages, Wanted};
 
 /// Memory that a frame of a million triangles takes, and more.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -49,9 +50,8 @@ const TOP_PAD_BYTES: libc::c_int = 128 << 10;
 pub fn load_within_one_heap() {
     IS_ONE_HEAP.store(true, Ordering::Relaxed);
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    // SAFETY: mallopt sets numbers that malloc reads, under its own lock; the block is freed
-    // once. Advice changes no content, and is given for what lies between a block of the heap
-    // and its end.
+    // SAFETY: mallopt sets numbers that malloc reads, under its own lock; sbrk says where the
+    // heap ends, and moves nothing; the block is freed once.
     unsafe {
         libc::mallopt(libc::M_ARENA_MAX, 1);
         libc::mallopt(libc::M_TRIM_THRESHOLD, KEPT_BYTES);
@@ -62,10 +62,10 @@ pub fn load_within_one_heap() {
         let bytes = (libc::sbrk(0) as usize).saturating_sub(block as usize);
         // A block that is none of the heap's is not below its end, or far below.
         if !block.is_null() && bytes <= 2 * FIRST_HEAP_BYTES as usize {
-            let pages = huge_pages(block, bytes);
-            advise(pages, libc::MADV_HUGEPAGE);
-            HEAP.0.store(pages.0 as usize, Ordering::Relaxed);
-            HEAP.1.store(pages.1, Ordering::Relaxed);
+            let pages = Pages::within(block, bytes);
+            pages.advise(Wanted::Huge);
+            HEAP.0.store(pages.start().addr(), Ordering::Relaxed);
+            HEAP.1.store(pages.bytes(), Ordering::Relaxed);
         }
         libc::free(block.cast());
     }
@@ -81,11 +81,6 @@ pub fn give_back_freed_memory() {
         libc::malloc_trim(0);
     }
 }
-
-/// From here on a block has a huge page within it.
-const LARGE_BLOCK_BYTES: usize = 4 << 20;
-/// Of x86-64, and of `AArch64` with pages of 4 KiB.
-const HUGE_PAGE_BYTES: usize = 2 << 20;
 
 /// The system's heap, which asks for huge pages under large blocks (madvise(2),
 /// `MADV_HUGEPAGE`): loading touches hundreds of megabytes once, and where the system does
@@ -124,90 +119,26 @@ unsafe impl GlobalAlloc for LargePages {
 
 /// Where the one heap lies that is under huge pages, and how long it is.
 static HEAP: (AtomicUsize, AtomicUsize) = (AtomicUsize::new(0), AtomicUsize::new(0));
-/// Huge pages that were slow, one after the other.
-static SLOW_PAGES: AtomicU8 = AtomicU8::new(0);
-/// So many, and no more are asked for.
-const MAX_SLOW_PAGES: u8 = 2;
-/// Far longer than small pages in place of a huge one take.
-const SLOW: Duration = Duration::from_millis(2);
-/// One huge page in so many is timed: what a block has room for may never be touched.
-const TIMED: usize = 8;
 
-/// Asks for huge pages where they lie wholly within a large block, while they are fast.
+/// Asks for huge pages where they lie wholly within a large block, while they are fast; once
+/// they are not, the one heap goes without them too.
 ///
 /// # Safety
 /// `block` is null or has this many bytes; from `used_bytes` on there is nothing in it, or
 /// zeros.
 unsafe fn advised(block: *mut u8, used_bytes: usize, bytes: usize) -> *mut u8 {
-    if bytes < LARGE_BLOCK_BYTES || block.is_null() || are_slow() {
+    if block.is_null() || !huge_pages::are_worth(bytes) {
         return block;
     }
-    let pages = huge_pages(block, bytes);
-    #[cfg(target_os = "linux")]
-    advise(pages, libc::MADV_HUGEPAGE);
-    let (first, within) = pages;
-    let used = (block.addr() + used_bytes).saturating_sub(first.addr());
-    let mut page = used.next_multiple_of(HUGE_PAGE_BYTES);
-    while page < within {
-        let start = cpu_time();
+    let touch = |page: *mut u8| {
         // SAFETY: it lies within the block, where nothing is, or a zero as this is.
-        unsafe { first.add(page).write_volatile(0) };
-        if cpu_time().saturating_sub(start) < SLOW {
-            SLOW_PAGES.store(0, Ordering::Relaxed);
-            page += TIMED * HUGE_PAGE_BYTES;
-            continue;
-        }
-        // The next one tells whether that was by chance.
-        page += HUGE_PAGE_BYTES;
-        if SLOW_PAGES.fetch_add(1, Ordering::Relaxed) + 1 >= MAX_SLOW_PAGES {
-            do_without((first.wrapping_add(page), within.saturating_sub(page)));
-            break;
-        }
+        unsafe { page.write_volatile(0) }
+    };
+    if huge_pages::ask(block, bytes, used_bytes, touch) {
+        let heap = std::ptr::without_provenance_mut(HEAP.0.load(Ordering::Relaxed));
+        Pages::within(heap, HEAP.1.load(Ordering::Relaxed)).advise(Wanted::Small);
     }
     block
-}
-
-fn are_slow() -> bool {
-    SLOW_PAGES.load(Ordering::Relaxed) >= MAX_SLOW_PAGES
-}
-
-/// Small pages from now on, for these and for the one heap; what is there stays.
-fn do_without(pages: (*mut u8, usize)) {
-    #[cfg(target_os = "linux")]
-    {
-        advise(pages, libc::MADV_NOHUGEPAGE);
-        let heap = (HEAP.0.load(Ordering::Relaxed), HEAP.1.load(Ordering::Relaxed));
-        advise((std::ptr::without_provenance_mut(heap.0), heap.1), libc::MADV_NOHUGEPAGE);
-    }
-}
-
-/// The part of a block that is whole huge pages: where it begins, and its bytes.
-fn huge_pages(block: *mut u8, bytes: usize) -> (*mut u8, usize) {
-    let before = block.align_offset(HUGE_PAGE_BYTES).min(bytes);
-    (block.wrapping_add(before), (bytes - before) & !(HUGE_PAGE_BYTES - 1))
-}
-
-/// Says what pages are wanted under memory of this process.
-#[cfg(target_os = "linux")]
-fn advise((start, bytes): (*mut u8, usize), advice: libc::c_int) {
-    if bytes > 0 {
-        // SAFETY: neither advice changes content; a system that knows no huge pages refuses,
-        // and nothing is lost.
-        unsafe { libc::madvise(start.cast(), bytes, advice) };
-    }
-}
-
-/// What this thread took of the processor, the system's work for it included.
-fn cpu_time() -> Duration {
-    #[cfg(target_os = "linux")]
-    {
-        let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-        // SAFETY: it writes into a struct of ours.
-        unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
-        Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
-    }
-    #[cfg(not(target_os = "linux"))]
-    Duration::ZERO
 }
 
 #[cfg(test)]
@@ -215,6 +146,7 @@ mod tests {
     use std::slice;
 
     use super::*;
+    use huge_pages::{HUGE_PAGE_BYTES, LARGE_BLOCK_BYTES};
 
     #[test]
     fn blocks_of_all_sizes_keep_what_is_in_them_as_they_grow_and_shrink() {

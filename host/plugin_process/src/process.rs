@@ -191,9 +191,8 @@ impl PluginProcess {
         progress: &mut dyn FnMut(f32) -> bool,
     ) -> Result<Optimised, PluginError> {
         let failed = |error: std::io::Error| self.failed(format!("shared memory: {error}"));
-        let Answer::OptimizerDescribed { reads_wedges } =
-            self.shared.call(Request::DescribeOptimizer, &[])?
-        else {
+        let described = self.call_long(Request::DescribeOptimizer, &[], progress)?;
+        let Answer::OptimizerDescribed { reads_wedges } = described else {
             return Err(self.shared.confused());
         };
         let (sizes, shared_mesh) = memory::write_mesh(mesh, reads_wedges).map_err(failed)?;

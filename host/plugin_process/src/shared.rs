@@ -222,11 +222,7 @@ impl Shared {
 
     /// Notes that an answer to `request` is due; its number.
     pub(crate) fn expect(&self, state: &mut State, request: &Request, reply: Reply) -> u64 {
-        let allowance = match request {
-            Request::Draw { .. } => DRAW_DEADLINE,
-            Request::Optimize { .. } | Request::Run { .. } => state.deadlines.optimize,
-            _ => state.deadlines.lifecycle + DEADLINE_PER_TAG * request.tags(),
-        };
+        let allowance = allowance(request, state.deadlines);
         let call = self.next_call.fetch_add(1, Ordering::Relaxed);
         let deadline = Instant::now() + allowance;
         state.calls.insert(call, Pending { what: request.name(), allowance, deadline, reply });
@@ -281,5 +277,33 @@ impl Shared {
     pub(crate) fn confused(&self) -> PluginError {
         let what = "its process answers another question".into();
         PluginError::Violation { id: self.state().id.clone(), what }
+    }
+}
+
+/// How long a call may take.
+fn allowance(request: &Request, deadlines: Deadlines) -> Duration {
+    match request {
+        Request::Draw { .. } => DRAW_DEADLINE,
+        // What an optimiser looks at is asked before it works, and may have to wait for a command
+        // to end as that has.
+        Request::Optimize { .. } | Request::Run { .. } | Request::DescribeOptimizer => {
+            deadlines.optimize
+        }
+        _ => deadlines.lifecycle + DEADLINE_PER_TAG * request.tags(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_waits_for_a_command_may_take_as_long_as_one() {
+        let deadlines = Deadlines::default();
+        let run = Request::Run { name: String::new(), arguments: Vec::new() };
+        for request in [run, Request::DescribeOptimizer] {
+            assert_eq!(allowance(&request, deadlines), deadlines.optimize, "{}", request.name());
+        }
+        assert_eq!(allowance(&Request::DescribeChart, deadlines), deadlines.lifecycle);
     }
 }

@@ -108,7 +108,7 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarCollapseOutput { struct_size, collapse_capacity, collapse_count, stage_capacity,
             stage_count, collapses, stages }
         BusbarProgress { struct_size, context, report }
-        BusbarMeshOptimizer { struct_size, optimize }
+        BusbarMeshOptimizer { struct_size, flags, optimize }
         BusbarSample { tag, kind, quality, reason, value, source_time_unix_nanos }
         BusbarTagSpec { tag, kind, freshness_millis, id, address_json }
         BusbarSampleSink { struct_size, context, publish, report_link }

@@ -11,7 +11,7 @@ use crate::{Error, Plugin};
 /// Orders the half-edge collapses of meshes.
 pub trait MeshOptimizer: Plugin {
     /// Whether [`Mesh::wedges`] are looked at. Where they are not, the host need not hand
-    /// over half of the mesh, and gives none.
+    /// over half of the mesh; there are none then, whatever the host.
     const READS_WEDGES: bool = true;
 
     /// The whole sequence, the least important collapse first. The same mesh
@@ -123,7 +123,11 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     output: *mut abi::BusbarCollapseOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
-    let (view, output) = unsafe { (read_mesh(mesh)?, given_mut(output, "optimize: output")?) };
+    let (mut view, output) = unsafe { (read_mesh(mesh)?, given_mut(output, "optimize: output")?) };
+    if !P::READS_WEDGES {
+        // A host that knows no flags gives them: the sequence must be the same there.
+        view.wedges = None;
+    }
     let raw = match progress.is_null() {
         true => None,
         // SAFETY: as above.

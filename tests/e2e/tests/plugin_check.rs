@@ -303,6 +303,41 @@ fn what_cannot_be_checked_is_told_in_words() {
     assert!(output.stdout.contains("6 passed, 0 failed, 0 skipped"), "{}", output.stdout);
 }
 
+/// An optimiser in C whose flags say that it reads no wedges, with another line of work.
+fn optimizer_without_wedges(folder: &Path, work: &str) -> PathBuf {
+    let templates = workspace_path("plugins/sdk/templates");
+    let mut text = std::fs::read_to_string(templates.join("optimizer_c/plugin.c"))
+        .expect("the template is there");
+    let count = "size_t count = 3 * (size_t)mesh->triangle_count;";
+    let flags = ".flags = BUSBAR_OPTIMIZER_NO_WEDGES, .optimize = optimize};";
+    for (old, new) in
+        [(count, &format!("{count} {work}")), (".optimize = optimize};", &flags.to_owned())]
+    {
+        assert_eq!(text.matches(old).count(), 1, "{old}");
+        text = text.replace(old, new);
+    }
+    let (source, library) = (folder.join("plugin.c"), folder.join("liboptimizer.so"));
+    std::fs::write(&source, text).expect("it can be written");
+    let mut gcc = Command::new("gcc");
+    gcc.args(["-shared", "-fPIC", "-O2", "-Wall", "-Wextra", "-Werror"]).arg("-I");
+    gcc.arg(workspace_path("plugins/abi/include")).arg("-I").arg(templates.join("c"));
+    finish(gcc.arg(&source).arg("-o").arg(&library).arg("-lm")).expect_code(0);
+    library
+}
+
+#[test]
+fn who_reads_wedges_and_denies_it_is_found() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let check = |work: &str| {
+        let library = optimizer_without_wedges(folder.path(), work);
+        finish(busbar().args(["plugin", "check"]).arg(library))
+    };
+    check("").expect_code(0);
+    let output = check("if (mesh->wedge_count == 0) count = 0;").expect_code(1);
+    let found = ["FAIL  optimizer-sequence", "leave BUSBAR_OPTIMIZER_NO_WEDGES out"];
+    assert!(found.iter().all(|line| output.stdout.contains(line)), "{}", output.stdout);
+}
+
 #[test]
 fn a_fault_of_each_kind_is_found() {
     let missing: Vec<_> =

@@ -44,7 +44,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
-    ("busbar_gpu", &[]),
+    ("busbar_gpu", &["busbar_huge_pages"]),
     ("busbar_history", &["busbar_tags"]),
     (
         "busbar_plugin_check",
@@ -92,7 +92,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_ui", &["busbar_chart", "busbar_records"]),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
-    ("busbar_plugin_sdk", &["busbar_plugin_abi"]),
+    ("busbar_huge_pages", &[]),
+    ("busbar_plugin_sdk", &["busbar_huge_pages", "busbar_plugin_abi"]),
     ("condition", &["busbar_plugin_sdk"]),
     ("contour", &["busbar_plugin_sdk"]),
     ("csv_records", &["busbar_plugin_sdk", "record_source"]),
@@ -293,9 +294,9 @@ const RESERVED: &[(&str, &[&str])] = &[
 /// Of these, what others may use in tests and examples.
 const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
     [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
-/// Crates that may have unsafe code: they call Vulkan, speak the C ABI or share
-/// memory with other processes.
-const UNSAFE: [&str; 10] = [
+/// Crates that may have unsafe code: they call Vulkan or the system, speak the C ABI or
+/// share memory with other processes.
+const UNSAFE: [&str; 11] = [
     "host/embed",
     "host/gpu",
     "host/plugin_check",
@@ -304,6 +305,7 @@ const UNSAFE: [&str; 10] = [
     "host/protocol",
     "plugins/abi",
     "plugins/fault_injector",
+    "plugins/huge_pages",
     "plugins/sdk",
     "tests/vulkan_faults",
 ];

@@ -1,6 +1,7 @@
-use std::ptr::null;
+use std::ptr::{null, null_mut};
 
 use super::*;
+use crate::Host;
 
 const POSITIONS: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 const TRIANGLES: [[u32; 3]; 1] = [[0, 1, 2]];
@@ -115,4 +116,47 @@ fn faults_are_named() {
     check(abi::BusbarMesh { triangles: outside.as_ptr().cast(), ..raw() }, "does not exist");
     // SAFETY: null is allowed.
     assert!(unsafe { read_mesh(null()) }.is_err());
+}
+
+/// Looks whether there are wedges.
+struct Looking<const READS: bool>;
+
+impl<const READS: bool> Plugin for Looking<READS> {
+    const ID: &'static str = "test.looking";
+    const NAME: &'static str = "Looking";
+    const VERSION: &'static str = "1";
+    const DESCRIPTION: &'static str = "Looks whether there are wedges.";
+    type Settings = ();
+
+    fn create((): (), _: Host) -> Result<Self, Error> {
+        Ok(Self)
+    }
+}
+
+impl<const READS: bool> MeshOptimizer for Looking<READS> {
+    const READS_WEDGES: bool = READS;
+
+    fn optimize(&self, mesh: Mesh<'_>, _: &mut Progress<'_>) -> Result<CollapseList, Error> {
+        assert_eq!(mesh.wedges.is_some(), READS);
+        Ok(CollapseList::default())
+    }
+}
+
+#[test]
+fn who_reads_no_wedges_sees_none_of_a_host_that_knows_no_flags() {
+    let mut output = abi::BusbarCollapseOutput {
+        struct_size: size_of::<abi::BusbarCollapseOutput>() as u32,
+        collapse_capacity: 0,
+        collapse_count: 0,
+        stage_capacity: 0,
+        stage_count: 0,
+        reserved: 0,
+        collapses: null_mut(),
+        stages: null_mut(),
+    };
+    // SAFETY: the pointers lead to what is here, or are null as they may be.
+    unsafe {
+        run(&Looking::<true>, &raw(), null(), &raw mut output).unwrap();
+        run(&Looking::<false>, &raw(), null(), &raw mut output).unwrap();
+    }
 }
