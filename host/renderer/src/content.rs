@@ -272,13 +272,14 @@ impl Content {
     }
 
     /// Whether what is behind large faces is left out: where the processor draws, that takes
-    /// less time than drawing it.
+    /// less time than drawing it. A section and a wireframe are seen through, without
+    /// perspective distances do not tell what is behind, and a pick draws next to nothing.
     fn hides(&self, recorder: &Recorder<'_>, viewing: Viewing, frame: &Frame<'_>) -> bool {
-        let is_through = frame.wireframe || frame.section.is_some();
+        let is_seen_through = frame.wireframe || frame.section.is_some();
         recorder.gpu().is_software()
             && matches!(viewing, Viewing::Frame)
             && !frame.camera.is_orthographic()
-            && !is_through
+            && !is_seen_through
     }
 
     /// Makes room for what a frame gathers.

@@ -1,6 +1,7 @@
 //! Where the processor draws, each draw costs time, and so does a triangle that faces away from
-//! the eye, is beside the picture or hidden. So small draws beside each other that differ in
-//! their triangles alone are gathered into one, without those.
+//! the eye, is beside the picture or hidden. So draws beside each other that differ in their
+//! triangles alone are gathered into one, without those; and instances of large meshes are
+//! gathered one by one, since of each something else is hidden.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -86,10 +87,11 @@ impl Faces {
         indices.is_in_sight().then(|| Self { indices: indices.clone(), outlook })
     }
 
-    /// Whether they are gathered: those of one instance, or so many that it pays to see what
-    /// of each instance is hidden, if anything is. Their vertices are the mesh's own.
+    /// Whether they are gathered: those of one instance, or so many an instance that it pays to
+    /// see what of each is hidden, if anything is (`hides`). Their vertices are the mesh's own.
     pub(crate) fn are_gathered_of(&self, batch: &Batch, hides: bool) -> bool {
-        let pays = || hides && self.count() >= LEAST_BY_ITSELF;
+        let fits = self.count_of(batch) <= u64::from(MAX_FRAME_TRIANGLES);
+        let pays = || hides && self.count() >= LEAST_BY_ITSELF && fits;
         batch.way.is_none() && (batch.instances.len() == 1 || pays())
     }
 
@@ -120,7 +122,6 @@ impl Outlook {
     ) {
         let Self { normals, boxes } = self;
         let mut kept = [[0; 3]; BLOCK];
-        let range = range.start..range.end.min(triangles.len());
         let mut start = range.start;
         while start < range.end {
             let block = start / BLOCK;
@@ -242,7 +243,8 @@ impl<'a> Gathering<'a> {
                     count += triangles.len();
                 };
                 faces.indices.read_by(|bytes| {
-                    let triangles = bytemuck::try_cast_slice(bytes).unwrap_or_default();
+                    // Slices begin at multiples of 256 bytes.
+                    let triangles = bytemuck::cast_slice(bytes);
                     faces.outlook.facing(triangles, range, eye, is_wanted, give);
                 })
             });
@@ -255,8 +257,8 @@ impl<'a> Gathering<'a> {
 }
 
 /// The live triangles from which on a mesh is gathered where the processor draws: a part of a
-/// model always is, with the others; what is by itself where that pays; what is large gains
-/// little.
+/// model always is, with the others; what is by itself where that pays. What has very many in
+/// all never is: it gains little, and its normals would take memory.
 pub(crate) fn gathered_from(mesh: &Mesh, is_part: bool) -> usize {
     match mesh.triangles.len() {
         ..=MAX_MESH_TRIANGLES if is_part => 0,

@@ -46,7 +46,8 @@ pub(crate) struct ResolvedIndices {
 }
 
 impl ResolvedIndices {
-    /// What of a batch is gathered, where it is. `hides`: whether anything is hidden.
+    /// What of a batch is gathered, where it is: of more than one instance only where anything
+    /// is hidden (`hides`).
     pub(crate) fn gathered(&self, batch: &Batch, hides: bool) -> Option<&Faces> {
         self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch, hides))
     }

@@ -10,25 +10,31 @@ use std::ops::Range;
 use busbar_geometry::Bounds;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use crate::CameraView;
+
 /// Pixels along a side of a cell.
 const CELL: u32 = 8;
 /// The mask of a cell that is covered.
 const COVERED: u64 = u64::MAX;
-/// Corners of a face, with those that the near plane adds.
-const MAX_CORNERS: usize = 32;
+/// Corners of a face, with the one that the near plane adds to a convex one.
+const MAX_CORNERS: usize = crate::occluders::MAX_CORNERS + 1;
 /// Pixels by which a rasteriser may draw an edge elsewhere than we do: it keeps places to
 /// 1/256 of a pixel (Vulkan, `subPixelPrecisionBits`).
 const SNAPPED: f32 = 1.0 / 64.0;
 /// Of what is far beside the picture, the share by which rounding moves edges and depths.
 const ROUNDING: f32 = 1.0 / (1 << 17) as f32;
+/// Pixels from the picture beyond which faces are not drawn.
+const MAX_PLACE: f32 = 1e8;
 /// From a pixel's middle to where samples may be, pixels.
 const MULTISAMPLED: f32 = 0.5;
 /// Pixels around a box that what is in it may be drawn in: slender things are drawn a pixel
 /// wide.
 const WIDENED: f32 = 2.0;
-/// Of a distance, the share by which what is hidden lies farther: what is slender comes
-/// nearer where it is widened.
-const BEHIND: f32 = 2e-3;
+/// Of a distance, the share by which what is hidden lies farther, whatever its size.
+const BEHIND: f32 = 1e-3;
+/// Half of the width in pixels that slender things are drawn with, which takes them as much
+/// nearer.
+const SLENDER: f32 = 0.5;
 
 /// What faces cover of a picture. Depths are one over the distance along the line of sight,
 /// which is linear on the screen.
@@ -38,18 +44,26 @@ pub(crate) struct MaskedDepth {
     columns: usize,
     /// Pixels by which a face's edges are drawn in.
     margin: f32,
+    /// Pixels by which, a unit away, places may be elsewhere for their distance from the origin.
+    rounding: f32,
+    /// Of a distance, the share by which what is hidden lies farther.
+    behind: f32,
     masks: Vec<u64>,
     /// The least of what covers a cell.
     depths: Vec<f32>,
 }
 
 impl MaskedDepth {
-    /// Begins a picture of so many pixels, whose pixels have so many samples.
-    pub(crate) fn begin(&mut self, size: [u32; 2], samples: u32) {
+    /// Begins a picture of so many pixels, none of its sides zero, whose pixels have so many
+    /// samples.
+    pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2], samples: u32) {
         let [columns, rows] = size.map(|pixels| pixels.div_ceil(CELL) as usize);
+        let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
         self.size = size;
         self.columns = columns;
         self.margin = if samples > 1 { MULTISAMPLED + SNAPPED } else { SNAPPED };
+        self.rounding = camera.eye.abs().max_element() * 2.0 * f32::EPSILON * pixels_per_unit;
+        self.behind = BEHIND + SLENDER / pixels_per_unit;
         self.masks.clear();
         self.masks.resize(columns * rows, 0);
         self.depths.clear();
@@ -77,7 +91,8 @@ impl MaskedDepth {
         let mut clipped = Corners::default();
         corners.for_each(|corner| clipped.push(corner));
         let clipped = clipped.beyond_near();
-        let Some(face) = Projected::of(clipped.get(), self.size, self.margin) else { return };
+        let margins = [self.margin, self.rounding];
+        let Some(face) = Projected::of(clipped.get(), self.size, margins) else { return };
         let [top, bottom] = [face.least.y, face.most.y].map(|y| y.clamp(0.0, self.size[1] as f32));
         let rows = (top as u32 / CELL)..(bottom.ceil() as u32).div_ceil(CELL);
         rows.for_each(|row| self.add_row(&face, row));
@@ -133,6 +148,11 @@ impl MaskedDepth {
         if nearest <= (center.z + reach.z).max(0.0) {
             return center.w + reach.w >= 0.0;
         }
+        let depth = (1.0 + self.behind) / nearest;
+        // Most of what is seen is so in its middle.
+        if self.shows(center, depth) {
+            return true;
+        }
         let (mut least, mut most) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for corner in [x + y, x - y, y - x, -x - y].map(|side| center + side) {
             for corner in [corner + z, corner - z] {
@@ -147,7 +167,6 @@ impl MaskedDepth {
         if most.x < 0.0 || most.y < 0.0 || least.x > width || least.y > height {
             return false;
         }
-        let depth = (1.0 + BEHIND) / nearest;
         let cells = |from: f32, to: f32, pixels: u32| {
             let last = (to as u32).min(pixels - 1) / CELL;
             (from.max(0.0) as u32 / CELL) as usize..=last as usize
@@ -155,9 +174,25 @@ impl MaskedDepth {
         let columns = cells(least.x, most.x, self.size[0]);
         let is_hidden = |row: usize| {
             let cells = columns.clone().map(|column| row * self.columns + column);
-            cells.into_iter().all(|at| self.masks[at] == COVERED && depth < self.depths[at])
+            cells.into_iter().all(|at| self.is_behind(at, depth))
         };
         !cells(least.y, most.y, self.size[1]).all(is_hidden)
+    }
+
+    /// Whether a place is in the picture, and what is so near in its cell not hidden.
+    fn shows(&self, place: Vec4, depth: f32) -> bool {
+        let [width, height] = self.size.map(|pixels| pixels as f32);
+        let x = (place.x / place.w * 0.5 + 0.5) * width;
+        let y = (place.y / place.w * 0.5 + 0.5) * height;
+        if !(x >= 0.0 && y >= 0.0 && x < width && y < height) {
+            return false;
+        }
+        let [column, row] = [x, y].map(|at| at as usize / CELL as usize);
+        !self.is_behind(row * self.columns + column, depth)
+    }
+
+    fn is_behind(&self, cell: usize, depth: f32) -> bool {
+        self.masks[cell] == COVERED && depth < self.depths[cell]
     }
 }
 
@@ -225,8 +260,9 @@ struct Projected {
 }
 
 impl Projected {
-    /// `None` where next to nothing of it is seen. `margin`: by how much its edges are drawn in.
-    fn of(corners: &[Vec4], size: [u32; 2], margin: f32) -> Option<Self> {
+    /// `None` where next to nothing of it is seen, or its places are not to be told. `margins`:
+    /// by how much its edges are drawn in, anywhere and a unit away.
+    fn of(corners: &[Vec4], size: [u32; 2], margins: [f32; 2]) -> Option<Self> {
         let scale = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
         let mut places = [Vec3::ZERO; MAX_CORNERS];
         for (place, corner) in places.iter_mut().zip(corners) {
@@ -238,26 +274,30 @@ impl Projected {
             places.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(least, most), place| {
                 (least.min(*place), most.max(*place))
             });
-        if !(places.len() >= 3 && least.is_finite() && most.is_finite()) {
+        let farthest = least.abs().max(most.abs()).truncate().max_element();
+        let are_places = places.iter().all(|place| place.is_finite()) && farthest < MAX_PLACE;
+        if places.len() < 3 || !are_places {
             return None;
         }
         // The plane by the largest of the triangles around its first corner.
         let normal = |pair: &[Vec3]| (pair[0] - places[0]).cross(pair[1] - places[0]);
         let normals = places[1..].windows(2).map(normal);
         let normal = normals.max_by(|a, b| a.z.abs().total_cmp(&b.z.abs()))?;
-        if normal.z.abs() < 1.0 {
+        if !(normal.is_finite() && normal.z.abs() >= 1.0) {
             return None;
         }
         let slope = -normal.truncate() / normal.z;
-        let depth = slope.extend(places[0].z - slope.dot(places[0].truncate()));
-        let farthest = least.abs().max(most.abs());
-        let margin = margin + farthest.x.max(farthest.y) * ROUNDING;
+        // No nearer than at any corner, though not all are in one plane to the last digit.
+        let at_left = |place: &Vec3| place.z - slope.dot(place.truncate());
+        let at_corner = places.iter().map(at_left).fold(f32::INFINITY, f32::min);
+        let depth = slope.extend(at_corner - most.z * ROUNDING);
+        let margin = margins[0] + margins[1] * most.z + farthest * ROUNDING;
         let mut face = Self {
             edges: [Edge::default(); MAX_CORNERS],
             count: places.len(),
             least: least.truncate(),
             most: most.truncate(),
-            depth: depth - Vec3::Z * (most.z * ROUNDING),
+            depth,
             least_depth: least.z,
         };
         for (index, edge) in face.edges[..places.len()].iter_mut().enumerate() {

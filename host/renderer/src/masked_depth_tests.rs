@@ -8,15 +8,18 @@ use crate::CameraView;
 const SIZE: [u32; 2] = [75, 43];
 const NEAR: f32 = 0.5;
 
-fn clip_from_world() -> Mat4 {
+fn camera() -> CameraView {
     let aspect = SIZE[0] as f32 / SIZE[1] as f32;
-    let eye = Vec3::new(0.0, 0.0, 10.0);
-    CameraView::look_at(eye, Vec3::ZERO, Vec3::Y, 1.0, aspect, NEAR).clip_from_world()
+    CameraView::look_at(Vec3::Z * 10.0, Vec3::ZERO, Vec3::Y, 1.0, aspect, NEAR)
+}
+
+fn clip_from_world() -> Mat4 {
+    camera().clip_from_world()
 }
 
 fn depth_of(samples: u32, faces: &[Vec<Vec3>]) -> MaskedDepth {
     let mut depth = MaskedDepth::default();
-    depth.begin(SIZE, samples);
+    depth.begin(&camera(), SIZE, samples);
     for face in faces {
         depth.add(face.iter().map(|corner| clip_from_world() * corner.extend(1.0)));
     }
@@ -82,9 +85,32 @@ fn faces_cover_together() {
 }
 
 #[test]
+fn what_has_no_place_covers_nothing() {
+    for odd in [f32::NAN, f32::INFINITY, 1e25] {
+        for corner in 0..4 {
+            let mut face = wall(-20.0, 20.0, 20.0, 5.0);
+            face[corner].x = odd;
+            assert!(sees(&depth_of(1, &[face]), [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]), "{odd}");
+        }
+    }
+}
+
+#[test]
+fn the_smallest_pictures_are_covered_too() {
+    for size in [[1, 1], [8, 8], [9, 7]] {
+        let mut depth = MaskedDepth::default();
+        depth.begin(&camera(), size, 1);
+        assert!(sees(&depth, [-1.0, -2.0, 0.0], [1.0, 2.0, 2.0]), "{size:?}");
+        let face = wall(-20.0, 20.0, 20.0, 5.0);
+        depth.add(face.iter().map(|corner| clip_from_world() * corner.extend(1.0)));
+        assert!(!sees(&depth, [-1.0, -2.0, 0.0], [1.0, 2.0, 2.0]), "{size:?}");
+    }
+}
+
+#[test]
 fn a_picture_begins_empty() {
     let mut depth = depth_of(1, &[wall(-20.0, 20.0, 20.0, 5.0)]);
-    depth.begin(SIZE, 1);
+    depth.begin(&camera(), SIZE, 1);
     assert!(sees(&depth, [-1.0, -2.0, 0.0], [1.0, 0.0, 2.0]));
 }
 
@@ -116,37 +142,60 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Whatever is taken to be hidden: no pixel shows any of it.
+    /// Whatever is taken to be hidden: no sample of a pixel shows any of it.
     #[test]
     fn nothing_that_is_seen_is_taken_to_be_hidden(
         faces in prop::collection::vec(
-            prop::array::uniform3(prop::array::uniform3(-14.0_f32..14.0)), 1..24),
-        least in prop::array::uniform3(-9.0_f32..5.0),
+            prop::array::uniform4(prop::array::uniform2(-14.0_f32..14.0)), 1..24),
+        planes in prop::collection::vec(prop::array::uniform3(-1.0_f32..1.0), 24),
+        samples in prop::sample::select(vec![1_u32, 4]),
+        least in prop::array::uniform3(-4.0_f32..3.0),
         size in prop::array::uniform3(0.01_f32..2.0),
     ) {
-        let faces: Vec<Vec<Vec3>> =
-            faces.iter().map(|corners| corners.map(Vec3::from).to_vec()).collect();
-        let depth = depth_of(1, &faces);
+        // In a plane each, two triangles that make a convex face or the first alone.
+        let faces: Vec<Vec<Vec3>> = faces
+            .iter()
+            .zip(&planes)
+            .map(|(corners, &[slope_x, slope_y, offset])| {
+                let place = |[x, y]: [f32; 2]| {
+                    Vec3::new(x, y, slope_x * x + slope_y * y + 8.0 * offset)
+                };
+                let corners = corners.map(place);
+                let turn = |from: usize| {
+                    let [a, b, c] = [0, 1, 2].map(|step| corners[(from + step) % 4]);
+                    (b - a).cross(c - b).z > 0.0
+                };
+                let is_convex = (0..4).all(|from| turn(from) == turn(0));
+                corners[..if is_convex { 4 } else { 3 }].to_vec()
+            })
+            .collect();
+        let depth = depth_of(samples, &faces);
         let min = Vec3::from(least);
         let bounds = Bounds { min, max: min + Vec3::from(size) };
+        prop_assume!(depth_of(samples, &[]).may_see(&clip_from_world(), &bounds));
         prop_assume!(!depth.may_see(&clip_from_world(), &bounds));
-        let eye = Vec3::new(0.0, 0.0, 10.0);
+        let eye = camera().eye;
         let world_from_clip = clip_from_world().inverse();
         let [width, height] = SIZE.map(|pixels| pixels as f32);
-        for y in 0..SIZE[1] {
-            for x in 0..SIZE[0] {
-                let clip_x = (x as f32 + 0.5) / width * 2.0 - 1.0;
-                let clip_y = (y as f32 + 0.5) / height * 2.0 - 1.0;
-                let on_near = world_from_clip.project_point3(Vec3::new(clip_x, clip_y, 1.0));
-                let ray = (on_near - eye).normalize();
-                let Some(enters) = entry(eye, ray, &bounds) else { continue };
-                let near = on_near.distance(eye);
-                let is_hidden = faces.iter().any(|face| {
-                    // What is before the near plane is not drawn.
-                    meets(eye + ray * near, ray, [face[0], face[1], face[2]], enters - near)
-                });
-                prop_assert!(is_hidden, "pixel {x}, {y}");
-            }
+        let places: &[f32] = if samples == 1 { &[0.5] } else { &[0.01, 0.5, 0.99] };
+        let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+        let all = pixels.flat_map(|(x, y)| {
+            let of = move |&dx: &f32| places.iter().map(move |dy| (x as f32 + dx, y as f32 + dy));
+            places.iter().flat_map(of)
+        });
+        for (x, y) in all {
+            let clip = Vec3::new(x / width * 2.0 - 1.0, y / height * 2.0 - 1.0, 1.0);
+            let on_near = world_from_clip.project_point3(clip);
+            let ray = (on_near - eye).normalize();
+            let Some(enters) = entry(eye, ray, &bounds) else { continue };
+            let near = on_near.distance(eye);
+            // What is before the near plane is not drawn.
+            let from = eye + ray * near;
+            let is_hidden = faces.iter().any(|face| {
+                let fan = (1..face.len() - 1).map(|second| [face[0], face[second], face[second + 1]]);
+                fan.into_iter().any(|triangle| meets(from, ray, triangle, enters - near))
+            });
+            prop_assert!(is_hidden, "at {x}, {y}");
         }
     }
 }

@@ -8,14 +8,17 @@ use glam::{Vec3, Vec4};
 use crate::slender::SectionRange;
 
 /// Corners that a face has at most.
-const MAX_CORNERS: usize = 12;
+pub(crate) const MAX_CORNERS: usize = 12;
 /// Faces of a mesh, the largest ones.
-const MAX_FACES: usize = 24;
+const MAX_FACES: usize = 16;
 /// Triangles that they are made of.
 const MAX_TRIANGLES: usize = 2 * MAX_FACES;
+/// Triangles that are kept in mind until only those are.
+const MAX_CANDIDATES: usize = 16 * MAX_TRIANGLES;
 /// What has less than this share of the largest triangle's area is left out.
 const LEAST_SHARE: f32 = 1.0 / 16.0;
-/// What is no farther off a plane is on it: a share of the face's extent.
+/// Off a plane by this share of a triangle's edge, its corner is still on it; and so little of
+/// a turn is none.
 const FLAT: f32 = 1e-5;
 
 /// A convex flat face, mesh space.
@@ -83,26 +86,35 @@ impl Candidate {
 /// Triangles of the largest areas, the largest first; none of what is slender, which is
 /// drawn wider than it is, and not in full.
 fn largest(mesh: &Mesh, triangles: &[[u32; 3]], sections: &[SectionRange]) -> Vec<Candidate> {
-    let mut candidates = Vec::new();
+    let order = |a: &Candidate, b: &Candidate| b.area.total_cmp(&a.area);
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut most = 0.0_f32;
     for (section, range) in (0..).zip(sections) {
         for &wedges in &triangles[range.all.start as usize..range.slender_from as usize] {
             let corners = mesh.corner_positions(wedges);
             let [a, b, c] = corners.map(|position| mesh.positions[position as usize]);
             let area = 0.5 * (b - a).cross(c - a).length();
-            if area > 0.0 && area.is_finite() {
+            if area > 0.0 && area.is_finite() && area >= most * LEAST_SHARE {
+                most = most.max(area);
                 candidates.push(Candidate { corners, area, section });
+            }
+            if candidates.len() == MAX_CANDIDATES {
+                keep_largest(&mut candidates);
             }
         }
     }
-    let order = |a: &Candidate, b: &Candidate| b.area.total_cmp(&a.area);
-    if candidates.len() > MAX_TRIANGLES {
-        candidates.select_nth_unstable_by(MAX_TRIANGLES, order);
-        candidates.truncate(MAX_TRIANGLES);
-    }
+    keep_largest(&mut candidates);
     candidates.sort_by(order);
     let least = candidates.first().map_or(0.0, |largest| largest.area * LEAST_SHARE);
     candidates.retain(|candidate| candidate.area >= least);
     candidates
+}
+
+fn keep_largest(candidates: &mut Vec<Candidate>) {
+    if candidates.len() > MAX_TRIANGLES {
+        candidates.select_nth_unstable_by(MAX_TRIANGLES, |a, b| b.area.total_cmp(&a.area));
+        candidates.truncate(MAX_TRIANGLES);
+    }
 }
 
 /// A face that grows from a triangle.
@@ -275,8 +287,18 @@ mod tests {
 
     #[test]
     fn there_are_no_more_than_so_many_and_what_is_slender_is_none() {
+        // Apart from each other.
+        let corners = (0..60).flat_map(|number| {
+            let x = 3.0 * number as f32;
+            [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0 + x, 0.0]]
+        });
+        let triangles: Vec<[u32; 3]> =
+            (0..60).map(|number| [0, 1, 2].map(|corner| 3 * number + corner)).collect();
+        let faces = faces_of(&mesh(&corners.collect::<Vec<_>>(), &triangles));
+        assert_eq!(faces.len(), MAX_FACES);
+        assert!(faces.is_sorted_by(|a, b| a.area >= b.area));
+        assert!((faces[0].area - 0.5 * (1.0 + 3.0 * 59.0)).abs() < 1e-3, "the largest");
         let mesh = wall(40, 40);
-        assert_eq!(faces_of(&mesh).len().min(MAX_FACES + 1), faces_of(&mesh).len());
         let slender = SectionRange { all: 0..mesh.triangles.len() as u32, slender_from: 2 };
         let faces = occluders_of(&mesh, &mesh.triangles, &[slender]);
         assert!((faces.iter().map(|face| face.area).sum::<f32>() - 1.0).abs() < 1e-6);

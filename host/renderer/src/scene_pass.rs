@@ -136,7 +136,9 @@ impl<'a> SceneDrawer<'a> {
         let Some(vertices) = self.vertices_of(mesh, batch) else { return };
         let Some(indices) = &resolved.indices else { return };
         let first_index = (indices.offset() / size_of::<u32>() as u64) as u32;
-        let gathered = self.gathering.as_ref().and_then(|gathering| {
+        // What blends is drawn in an order of its own.
+        let gathering = self.gathering.as_ref().filter(|_| wanted != Sections::Blended);
+        let gathered = gathering.and_then(|gathering| {
             let faces = resolved.gathered(batch, gathering.hides())?;
             let first_view = views.len() as u32;
             let seen =

@@ -12,13 +12,18 @@ use crate::frustum::{Ball, Frustum};
 use crate::index_cache::IndexCache;
 use crate::masked_depth::MaskedDepth;
 use crate::model::{GpuMesh, GpuModel};
-use crate::occluders::Occluder;
+use crate::occluders::{MAX_CORNERS, Occluder};
 use crate::roster::{Members, Roster};
 
 /// Of a picture, the share that a face must cover to be worth looking behind.
-const LEAST_SHARE: f32 = 1.0 / 256.0;
+const LEAST_SHARE: f32 = 1.0 / 128.0;
 /// Faces of a frame, those that cover most.
 const MAX_FACES: usize = 1024;
+/// Faces that are kept in mind until only those are.
+const MAX_FOUND: usize = 4 * MAX_FACES;
+/// An eye no farther before a face, as a share of how far it is from the mesh's origin, may be
+/// behind it for all that rounding tells.
+const ON_EDGE: f32 = 1e-5;
 
 /// What a camera may see.
 pub(crate) struct Sight<'a> {
@@ -44,7 +49,7 @@ impl Sight<'_> {
     }
 }
 
-/// Large faces on the screen, and what they hide.
+/// Large faces that stand before the rest of the picture, and what they hide.
 #[derive(Default)]
 pub(crate) struct Before {
     clip_from_world: Mat4,
@@ -98,19 +103,35 @@ impl Before {
                     let instance = &roster.instances[member.slot as usize];
                     self.find_of((instance, ball), (model, mesh), occluders, &look);
                 }
+                if self.found.len() >= MAX_FOUND {
+                    self.keep_largest();
+                }
             }
         }
-        if self.found.len() > MAX_FACES {
-            self.found.select_nth_unstable_by(MAX_FACES, |a, b| b.pixels.total_cmp(&a.pixels));
-            self.found.truncate(MAX_FACES);
-        }
+        self.keep_largest();
         self.found.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
         if !self.found.is_empty() {
-            self.depth.begin(size, samples);
+            self.depth.begin(camera, size, samples);
         }
         for Found { corners, .. } in &self.found {
             self.depth.add(self.corners[corners.clone()].iter().copied());
         }
+    }
+
+    /// Keeps those that cover most.
+    fn keep_largest(&mut self) {
+        if self.found.len() <= MAX_FACES {
+            return;
+        }
+        self.found.select_nth_unstable_by(MAX_FACES, |a, b| b.pixels.total_cmp(&a.pixels));
+        self.found.truncate(MAX_FACES);
+        let mut kept = Vec::with_capacity(self.found.len() * MAX_CORNERS);
+        for Found { corners, .. } in &mut self.found {
+            let first = kept.len();
+            kept.extend_from_slice(&self.corners[corners.clone()]);
+            *corners = first..kept.len();
+        }
+        self.corners = kept;
     }
 
     /// Itself, where there are any.
@@ -129,19 +150,21 @@ impl Before {
         let world_from_mesh = world_from_mesh(instance);
         let clip_from_mesh = self.clip_from_world * world_from_mesh;
         let eye = world_from_mesh.inverse().transform_point3(look.eye).extend(1.0);
+        let on_edge = ON_EDGE * (eye.truncate().length() + mesh.ball.center.length());
         let stretch = ball.radius / mesh.ball.radius;
         let is_large = |face: &&Occluder| look.is_large(face.area * stretch * stretch, ball);
         for Occluder { plane, corners, section, .. } in occluders.iter().take_while(is_large) {
             let section = &mesh.stacks.mesh().sections[*section as usize];
             let material = model.material(section.material);
-            let is_seen = material.double_sided || plane.dot(eye) > 0.0;
+            let is_seen = material.double_sided || plane.dot(eye) > on_edge;
             if !(material.opaque && is_seen) {
                 continue;
             }
             let first = self.corners.len();
             self.corners.extend(corners.iter().map(|corner| clip_from_mesh * corner.extend(1.0)));
-            let (pixels, nearest) = look.size_of(&self.corners[first..]);
-            if pixels >= look.least {
+            let added = &self.corners[first..];
+            let (pixels, nearest) = look.size_of(added);
+            if pixels >= look.least && !is_beside(added) {
                 self.found.push(Found { pixels, nearest, corners: first..self.corners.len() });
             } else {
                 self.corners.truncate(first);
@@ -195,6 +218,16 @@ impl Look {
             .fold(0.0, |twice, place| twice + std::mem::replace(&mut last, place).perp_dot(place));
         (0.5 * twice.abs(), least.recip())
     }
+}
+
+/// Whether a face is wholly beside the picture, or behind it.
+fn is_beside(corners: &[Vec4]) -> bool {
+    let all = |is_out: fn(&Vec4) -> bool| corners.iter().all(is_out);
+    all(|corner| corner.x > corner.w)
+        || all(|corner| corner.x < -corner.w)
+        || all(|corner| corner.y > corner.w)
+        || all(|corner| corner.y < -corner.w)
+        || all(|corner| corner.z > corner.w)
 }
 
 /// As a matrix.

@@ -7,7 +7,7 @@ mod common;
 use busbar_geometry::{Mesh, RawPrimitive, weld};
 use busbar_renderer::{
     CameraView, DrawInstance, Frame, FrameStats, ModelHandle, OutlineKind, Outlined, Picture,
-    Quality, Renderer,
+    Quality, Renderer, SectionPlane,
 };
 use busbar_scene::{AlphaMode, Material};
 use common::*;
@@ -111,7 +111,7 @@ fn what_can_be_seen_through_hides_nothing() {
 }
 
 #[test]
-fn what_is_hidden_has_its_outline_and_is_picked_where_the_wall_ends() {
+fn what_is_hidden_has_its_outline() {
     with_each_quality(1, |renderer| {
         let wall = cubes(renderer, glowing([0.0, 1.0, 0.0]));
         let small = cubes(renderer, glowing([1.0, 0.0, 0.0]));
@@ -121,8 +121,52 @@ fn what_is_hidden_has_its_outline_and_is_picked_where_the_wall_ends() {
         let [(_, expected), (_, shown)] = first_and_second(renderer, &selected);
         assert!(expected == shown);
         assert!(shown != drawn(renderer, &frame(&both)).1, "there is an outline");
-        let ids = renderer.pick_all(&frame(&both)).unwrap();
-        assert!(ids.contains(&Some(1)) && !ids.contains(&Some(2)));
+    });
+}
+
+/// What is before the eye changes with it, and in a section, a wireframe or without perspective
+/// all is drawn.
+#[test]
+fn only_what_is_behind_for_this_camera_is_hidden() {
+    with_each_quality(1, |renderer| {
+        let wall = cubes(renderer, glowing([0.0, 1.0, 0.0]));
+        let small = cubes(renderer, glowing([1.0, 0.0, 0.0]));
+        let both = wall_and_box(wall, small, [0.5, -1.0, -2.0]);
+        let from_before = frame(&both);
+        let seen_of = |renderer: &mut Renderer, frame: &Frame<'_>| {
+            let [_, (seen, _)] = first_and_second(renderer, frame);
+            seen.seen_instances
+        };
+        assert_eq!(seen_of(renderer, &from_before), 1);
+        let camera = CameraView::look_at(Vec3::Z * -9.0, Vec3::ZERO, Vec3::Y, 0.9, 1.5, 0.1);
+        let (seen, _) = drawn(renderer, &Frame { camera, ..from_before });
+        assert_eq!(seen.seen_instances, 2, "from the other side");
+        let section = Some(SectionPlane { normal: Vec3::Z, distance: 100.0 });
+        assert_eq!(seen_of(renderer, &Frame { section, ..from_before }), 2);
+        assert_eq!(seen_of(renderer, &Frame { wireframe: true, ..from_before }), 2);
+        let camera = CameraView::orthographic(Vec3::Z * 4.0, Vec3::ZERO, Vec3::Y, 4.0, 1.5, 50.0);
+        assert_eq!(seen_of(renderer, &Frame { camera, ..from_before }), 2);
+        assert_eq!(seen_of(renderer, &from_before), 1);
+    });
+}
+
+/// So large that it is looked at block by block, an instance at a time.
+#[test]
+fn of_large_meshes_what_is_seen_is_drawn() {
+    with_each_quality(1, |renderer| {
+        let wall = cubes(renderer, glowing([0.0, 1.0, 0.0]));
+        let large = upload(renderer, grid(64, Some(0)), &[glowing([1.0, 0.0, 0.0])], &[]);
+        let mut instances = vec![instance(wall, placed([0.0, -2.0, 0.0], [9.0, 2.2, 0.1]), 1)];
+        let places = [[-2.5, 0.0, -3.0], [0.0, -0.4, -2.0], [2.0, -2.2, -2.0], [1.0, 0.5, 1.0]];
+        instances.extend(
+            (2..)
+                .zip(places)
+                .map(|(object, at)| instance(large, placed(at, [0.8, 0.8, 1.0]), object)),
+        );
+        let [(first, expected), (second, shown)] = first_and_second(renderer, &frame(&instances));
+        assert!(expected == shown);
+        assert_eq!(first.seen_instances, second.seen_instances + 1, "one is hidden");
+        assert!(second.draw_calls < first.draw_calls, "blocks of others are");
     });
 }
 
