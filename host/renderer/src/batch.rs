@@ -64,9 +64,10 @@ impl Plan {
             let mut highlights = Highlights::None;
             let mesh = mesh_at(models, kind.key);
             let bounds = mesh.map(|mesh| mesh.bounds).unwrap_or_default();
-            for (member, ball) in members.iter().zip(balls) {
+            let seen = members.iter().zip(balls).filter(|(_, ball)| sight.frustum.may_see(ball));
+            for (member, _) in seen {
                 let mut instance = roster.instances[member.slot as usize];
-                if !sight.may_see(ball, &instance, &bounds) {
+                if sight.hides(&instance, &bounds) {
                     continue;
                 }
                 if instance.first_feature_object != 0 && !object_highlights.is_empty() {

@@ -36,6 +36,9 @@ const BLOCK: usize = 64;
 /// Length of a normal that is kept in whole numbers.
 const UNIT: f32 = 127.0;
 
+/// The longest side of a way to the eye in whole numbers.
+const WHOLE: f32 = 16_384.0;
+
 /// How far off such a normal of length 1 may be: half a number along each axis, and rounding.
 const ROUNDED: f32 = 0.0072;
 
@@ -139,12 +142,14 @@ impl Outlook {
             // From a triangle it is seen as from the middle, but for this.
             let to_eye = eye - bounds.center();
             let aside = bounds.min.distance(bounds.max) * 0.5 + to_eye.length() * ROUNDED;
-            let behind = -aside * UNIT;
+            // In whole numbers, which are faster, each cut off by less than one.
+            let scale = WHOLE / to_eye.abs().max_element();
+            let [to_x, to_y, to_z] = (to_eye * scale).to_array().map(|of_axis| of_axis as i32);
+            let behind = (-aside * scale * UNIT - 3.0 * UNIT) as i32;
             let mut count = 0;
             for (triangle, &[x, y, z, _]) in triangles.iter().zip(normals) {
                 kept[count] = *triangle;
-                let before = Vec3::new(f32::from(x), f32::from(y), f32::from(z)).dot(to_eye);
-                // What is not a number does not.
+                let before = i32::from(x) * to_x + i32::from(y) * to_y + i32::from(z) * to_z;
                 let faces_away = before < behind;
                 count += usize::from(!faces_away);
             }

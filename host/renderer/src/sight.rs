@@ -13,7 +13,7 @@ use crate::index_cache::IndexCache;
 use crate::masked_depth::MaskedDepth;
 use crate::model::{GpuMesh, GpuModel};
 use crate::occluders::{MAX_CORNERS, Occluder};
-use crate::roster::{Members, Roster};
+use crate::roster::{Kind, Members, Roster};
 
 /// Of a picture, the share that a face must cover to be worth looking behind.
 const LEAST_SHARE: f32 = 1.0 / 128.0;
@@ -38,14 +38,11 @@ impl Sight<'_> {
         Self { frustum: Frustum::of(clip_from_world), before: None }
     }
 
-    /// Whether a camera may see an instance, of which a ball in the world and a box in the
-    /// mesh are given.
+    /// Whether nothing in a box of an instance's mesh is seen.
     #[inline]
-    pub(crate) fn may_see(&self, ball: &Ball, instance: &Instance, bounds: &Bounds) -> bool {
-        self.frustum.may_see(ball)
-            && self
-                .before
-                .is_none_or(|before| before.may_see_in(&before.clip_from_mesh(instance), bounds))
+    pub(crate) fn hides(&self, instance: &Instance, bounds: &Bounds) -> bool {
+        self.before
+            .is_some_and(|before| !before.may_see_in(&before.clip_from_mesh(instance), bounds))
     }
 }
 
@@ -83,26 +80,24 @@ impl Before {
         self.clip_from_world = camera.clip_from_world();
         let frustum = Frustum::of(&self.clip_from_world);
         let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
+        let square = pixels_per_unit * pixels_per_unit;
+        let least = size[0] as f32 * size[1] as f32 * LEAST_SHARE;
         let look = Look {
             eye: camera.eye,
-            square: pixels_per_unit * pixels_per_unit,
-            least: size[0] as f32 * size[1] as f32 * LEAST_SHARE,
+            square,
+            least,
+            near: (1.0 + (PI * square / least).sqrt()).powi(2),
             half: Vec2::new(size[0] as f32, size[1] as f32) * 0.5,
         };
         for Members { kind, members, balls } in roster.members() {
-            let may_be_large = |ball: &&Ball| look.is_large(PI * ball.radius * ball.radius, ball);
-            // Of most kinds nothing is near enough.
-            if kind.way.is_some() || !balls.iter().any(|ball| may_be_large(&ball)) {
-                continue;
-            }
-            let occluders = cache.get(kind.key).map_or(&[][..], |resolved| resolved.occluders());
-            let Some(model) = &models[kind.key.model as usize] else { continue };
-            let mesh = &model.meshes[kind.key.mesh as usize];
-            for (member, ball) in members.iter().zip(balls) {
-                if may_be_large(&ball) && frustum.may_see(ball) {
-                    let instance = &roster.instances[member.slot as usize];
-                    self.find_of((instance, ball), (model, mesh), occluders, &look);
-                }
+            // Of most kinds nothing is near enough, and nothing more is looked up.
+            let mut of_kind = None;
+            let near = members.iter().zip(balls).filter(|(_, ball)| look.is_near(ball));
+            for (member, ball) in near.filter(|(_, ball)| frustum.may_see(ball)) {
+                let found = of_kind.get_or_insert_with(|| faces_of(models, cache, kind));
+                let Some((of, occluders)) = found else { break };
+                let instance = &roster.instances[member.slot as usize];
+                self.find_of((instance, ball), *of, occluders, &look);
                 if self.found.len() >= MAX_FOUND {
                     self.keep_largest();
                 }
@@ -184,6 +179,17 @@ impl Before {
     }
 }
 
+/// The large faces of a kind that is not on its way anywhere, and what they are of.
+fn faces_of<'a>(
+    models: &'a [Option<GpuModel>],
+    cache: &'a IndexCache,
+    kind: &Kind,
+) -> Option<((&'a GpuModel, &'a GpuMesh), &'a [Occluder])> {
+    let resolved = cache.get(kind.key).filter(|_| kind.way.is_none())?;
+    let model = models[kind.key.model as usize].as_ref()?;
+    Some(((model, &model.meshes[kind.key.mesh as usize]), resolved.occluders()))
+}
+
 /// From where one looks.
 struct Look {
     eye: Vec3,
@@ -191,11 +197,19 @@ struct Look {
     square: f32,
     /// Pixels that a face must cover.
     least: f32,
+    /// Within so many of its squared radii a disc as large as a ball covers them.
+    near: f32,
     /// Pixels from the middle of the picture to its edges.
     half: Vec2,
 }
 
 impl Look {
+    /// Whether anything in a ball may cover as much as is worth looking behind.
+    #[inline]
+    fn is_near(&self, ball: &Ball) -> bool {
+        ball.center.distance_squared(self.eye) <= self.near * ball.radius * ball.radius
+    }
+
     /// Whether an area anywhere in a ball may cover as much as is worth looking behind.
     #[inline]
     fn is_large(&self, area: f32, ball: &Ball) -> bool {
