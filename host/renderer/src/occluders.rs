@@ -7,6 +7,9 @@ use glam::{Vec3, Vec4};
 
 use crate::slender::SectionRange;
 
+/// Live triangles of a mesh in which faces are looked for: those of more take as long as
+/// they would spare.
+const MAX_MESH_TRIANGLES: usize = 65_536;
 /// Corners that a face has at most.
 pub(crate) const MAX_CORNERS: usize = 12;
 /// Faces of a mesh, the largest ones.
@@ -39,6 +42,9 @@ pub(crate) fn occluders_of(
     triangles: &[[u32; 3]],
     sections: &[SectionRange],
 ) -> Box<[Occluder]> {
+    if triangles.len() > MAX_MESH_TRIANGLES {
+        return Box::default();
+    }
     let candidates = largest(mesh, triangles, sections);
     let by_edge: HashMap<[u32; 2], usize> = candidates
         .iter()
@@ -86,7 +92,6 @@ impl Candidate {
 /// Triangles of the largest areas, the largest first; none of what is slender, which is
 /// drawn wider than it is, and not in full.
 fn largest(mesh: &Mesh, triangles: &[[u32; 3]], sections: &[SectionRange]) -> Vec<Candidate> {
-    let order = |a: &Candidate, b: &Candidate| b.area.total_cmp(&a.area);
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut most = 0.0_f32;
     for (section, range) in (0..).zip(sections) {
@@ -104,7 +109,7 @@ fn largest(mesh: &Mesh, triangles: &[[u32; 3]], sections: &[SectionRange]) -> Ve
         }
     }
     keep_largest(&mut candidates);
-    candidates.sort_by(order);
+    candidates.sort_by(|a, b| b.area.total_cmp(&a.area));
     let least = candidates.first().map_or(0.0, |largest| largest.area * LEAST_SHARE);
     candidates.retain(|candidate| candidate.area >= least);
     candidates
@@ -298,6 +303,7 @@ mod tests {
         assert_eq!(faces.len(), MAX_FACES);
         assert!(faces.is_sorted_by(|a, b| a.area >= b.area));
         assert!((faces[0].area - 0.5 * (1.0 + 3.0 * 59.0)).abs() < 1e-3, "the largest");
+        assert!(faces_of(&wall(200, 200)).is_empty(), "too many to look at");
         let mesh = wall(40, 40);
         let slender = SectionRange { all: 0..mesh.triangles.len() as u32, slender_from: 2 };
         let faces = occluders_of(&mesh, &mesh.triangles, &[slender]);
