@@ -1,5 +1,6 @@
 //! What of a roster a camera sees, as draw calls.
 
+use std::cell::LazyCell;
 use std::ops::Range;
 
 use busbar_shaders::{Instance, NONE};
@@ -62,16 +63,21 @@ impl Plan {
         for Members { kind, members, balls } in roster.members() {
             let mut start = self.instances.len() as u32;
             let mut highlights = Highlights::None;
-            let mesh = mesh_at(models, kind.key);
-            let bounds = mesh.map(|mesh| mesh.bounds).unwrap_or_default();
+            // Of most kinds it is of no account.
+            let mesh = LazyCell::new(|| mesh_at(models, kind.key));
+            let is_hidden = |instance: &Instance| {
+                sight.before.is_some_and(|before| {
+                    mesh.is_some_and(|mesh| before.hides(instance, &mesh.bounds))
+                })
+            };
             let seen = members.iter().zip(balls).filter(|(_, ball)| sight.frustum.may_see(ball));
             for (member, _) in seen {
                 let mut instance = roster.instances[member.slot as usize];
-                if sight.hides(&instance, &bounds) {
+                if is_hidden(&instance) {
                     continue;
                 }
                 if instance.first_feature_object != 0 && !object_highlights.is_empty() {
-                    self.tint_features(&mut instance, mesh, object_highlights)?;
+                    self.tint_features(&mut instance, *mesh, object_highlights)?;
                 }
                 highlights = highlights.max(highlights_of(&instance));
                 self.instances.push(instance);

@@ -92,6 +92,12 @@ impl CameraView {
         [corner, right, (through(-1.0, 1.0) - corner) / height]
     }
 
+    /// Pixels that a metre covers a metre away, or anywhere without perspective, in a picture
+    /// of so many pixels' height.
+    pub(crate) fn pixels_per_unit(&self, height: u32) -> f32 {
+        self.projection.y_axis.y.abs() * height as f32 * 0.5
+    }
+
     /// World to clip space.
     pub fn clip_from_world(&self) -> Mat4 {
         self.projection * self.camera_from_world

@@ -322,7 +322,9 @@ mod tests {
             let outlook = outlook_of(&mesh);
             let range = first.min(mesh.triangles.len())..mesh.triangles.len();
             let (mut all, mut kept) = (Vec::new(), Vec::new());
-            outlook.facing(&mesh.triangles, range.clone(), None, |_| true, |some| all.extend_from_slice(some));
+            outlook.facing(&mesh.triangles, range.clone(), None, |_| true, |some| {
+                all.extend_from_slice(some);
+            });
             prop_assert_eq!(&all, &mesh.triangles[range.clone()]);
             let boxes = &outlook.boxes;
             let is_wanted = |bounds: &Bounds| Some(bounds) != boxes.get(unwanted);

@@ -58,7 +58,7 @@ impl MaskedDepth {
     /// samples.
     pub(crate) fn begin(&mut self, camera: &CameraView, size: [u32; 2], samples: u32) {
         let [columns, rows] = size.map(|pixels| pixels.div_ceil(CELL) as usize);
-        let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
+        let pixels_per_unit = camera.pixels_per_unit(size[1]);
         self.size = size;
         self.columns = columns;
         self.margin = if samples > 1 { MULTISAMPLED + SNAPPED } else { SNAPPED };
@@ -270,10 +270,7 @@ impl Projected {
             *place = (Vec2::new(corner.x, corner.y) * depth * scale + scale).extend(depth);
         }
         let places = &places[..corners.len()];
-        let (least, most) =
-            places.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(least, most), place| {
-                (least.min(*place), most.max(*place))
-            });
+        let Bounds { min: least, max: most } = Bounds::around(places.iter().copied())?;
         let farthest = least.abs().max(most.abs()).truncate().max_element();
         let are_places = places.iter().all(|place| place.is_finite()) && farthest < MAX_PLACE;
         if places.len() < 3 || !are_places {

@@ -37,13 +37,6 @@ impl Sight<'_> {
     pub(crate) fn through(clip_from_world: &Mat4) -> Self {
         Self { frustum: Frustum::of(clip_from_world), before: None }
     }
-
-    /// Whether nothing in a box of an instance's mesh is seen.
-    #[inline]
-    pub(crate) fn hides(&self, instance: &Instance, bounds: &Bounds) -> bool {
-        self.before
-            .is_some_and(|before| !before.may_see_in(&before.clip_from_mesh(instance), bounds))
-    }
 }
 
 /// Large faces that stand before the rest of the picture, and what they hide.
@@ -79,8 +72,7 @@ impl Before {
         let Some(camera) = camera else { return };
         self.clip_from_world = camera.clip_from_world();
         let frustum = Frustum::of(&self.clip_from_world);
-        let pixels_per_unit = camera.projection.y_axis.y.abs() * size[1] as f32 * 0.5;
-        let square = pixels_per_unit * pixels_per_unit;
+        let square = camera.pixels_per_unit(size[1]).powi(2);
         let least = size[0] as f32 * size[1] as f32 * LEAST_SHARE;
         let look = Look {
             eye: camera.eye,
@@ -167,6 +159,12 @@ impl Before {
         }
     }
 
+    /// Whether nothing in a box of an instance's mesh is seen.
+    #[inline]
+    pub(crate) fn hides(&self, instance: &Instance, bounds: &Bounds) -> bool {
+        !self.may_see_in(&self.clip_from_mesh(instance), bounds)
+    }
+
     /// Clip space from an instance's mesh, as [`Before::may_see_in`] takes it.
     pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
@@ -179,15 +177,16 @@ impl Before {
     }
 }
 
-/// The large faces of a kind that is not on its way anywhere, and what they are of.
+/// The large faces of a kind that is not on its way anywhere, and what they are of; `None`
+/// where there are none.
 fn faces_of<'a>(
     models: &'a [Option<GpuModel>],
     cache: &'a IndexCache,
     kind: &Kind,
 ) -> Option<((&'a GpuModel, &'a GpuMesh), &'a [Occluder])> {
-    let resolved = cache.get(kind.key).filter(|_| kind.way.is_none())?;
-    let model = models[kind.key.model as usize].as_ref()?;
-    Some(((model, &model.meshes[kind.key.mesh as usize]), resolved.occluders()))
+    let occluders = cache.get(kind.key).filter(|_| kind.way.is_none())?.occluders();
+    let model = models[kind.key.model as usize].as_ref().filter(|_| !occluders.is_empty())?;
+    Some(((model, &model.meshes[kind.key.mesh as usize]), occluders))
 }
 
 /// From where one looks.
