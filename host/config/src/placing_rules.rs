@@ -2,8 +2,9 @@
 //! place: ids used once, places within bounds, not too many, no template within itself.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::cell::OnceCell;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 
 use serde_json::Value;
 
@@ -17,8 +18,14 @@ pub(crate) type Equipment<'d> = BTreeMap<Cow<'d, str>, &'d Value>;
 
 /// Reports the faults of the scene as a whole and gives the ids in it.
 pub(crate) fn check<'d>(document: &'d Value, report: &mut Report<'_>) -> Equipment<'d> {
-    let mut walk =
-        Walk { document, equipment: BTreeMap::new(), nodes: 0, open: Vec::new(), report };
+    let mut walk = Walk {
+        document,
+        equipment: BTreeMap::new(),
+        nodes: 0,
+        open: Vec::new(),
+        ids: OnceCell::new(),
+        report,
+    };
     walk.place_nodes(&document["scene"], "/scene", Some(World::ROOT), "");
     if walk.nodes > MAX_NODES {
         // What is beyond in templates is not even counted: they may multiply.
@@ -39,6 +46,8 @@ struct Walk<'d, 'r, 'p> {
     nodes: usize,
     /// Templates that are being placed, one within another.
     open: Vec<&'d str>,
+    /// [`id_pointers`] of the document, as soon as a fault asked for it.
+    ids: OnceCell<HashMap<*const Value, String>>,
     report: &'r mut Report<'p>,
 }
 
@@ -150,8 +159,9 @@ impl<'d> Walk<'d, '_, '_> {
             Entry::Occupied(first) => {
                 let (positions, document) = (self.report.positions(), self.document);
                 self.report.error_with(&pointer(), || {
-                    let first_pointer = pointer_of(document, first.get());
-                    let (line, column) = positions.locate(&first_pointer.unwrap_or_default());
+                    let ids = self.ids.get_or_init(|| id_pointers(document));
+                    let at = ids.get(&std::ptr::from_ref(*first.get()));
+                    let (line, column) = positions.locate(at.map_or("", String::as_str));
                     let cause = format!(
                         "the equipment id '{}' is used twice, first at line {line}, column {column}",
                         suggest::shown(first.key())
@@ -163,23 +173,27 @@ impl<'d> Walk<'d, '_, '_> {
     }
 }
 
-/// Where a value is in a document, by its address: only faults ask for it.
-fn pointer_of(document: &Value, wanted: &Value) -> Option<String> {
-    if std::ptr::eq(document, wanted) {
-        return Some(String::new());
-    }
-    let below = |(key, value): (String, &Value)| {
-        pointer_of(value, wanted).map(|rest| join_pointer("", key) + &rest)
-    };
-    match document {
-        Value::Array(elements) => {
-            let mut elements = elements.iter().enumerate();
-            elements.find_map(|(index, value)| below((index.to_string(), value)))
+/// Where the ids in a document are, by their addresses: only faults ask for it.
+fn id_pointers(document: &Value) -> HashMap<*const Value, String> {
+    fn note(value: &Value, pointer: String, pointers: &mut HashMap<*const Value, String>) {
+        match value {
+            Value::Array(elements) => {
+                for (index, element) in elements.iter().enumerate() {
+                    note(element, join_pointer(&pointer, index), pointers);
+                }
+            }
+            Value::Object(members) => {
+                for (key, member) in members {
+                    note(member, join_pointer(&pointer, key), pointers);
+                }
+            }
+            Value::String(_) if pointer.ends_with("/id") => {
+                pointers.insert(value, pointer);
+            }
+            _ => (),
         }
-        Value::Object(members) => {
-            let mut members = members.iter();
-            members.find_map(|(key, value)| below((key.clone(), value)))
-        }
-        _ => None,
     }
+    let mut pointers = HashMap::new();
+    note(document, String::new(), &mut pointers);
+    pointers
 }
