@@ -85,41 +85,50 @@ impl Block {
 
 /// A part of a buffer; clones share it. It lives until the GPU is done with it.
 #[derive(Clone)]
-pub struct Slice(Arc<Part>);
+pub struct Slice {
+    // At hand: each draw of each frame asks.
+    block: Arc<Block>,
+    offset: u64,
+    size: u64,
+    /// Shared by clones.
+    #[expect(dead_code, reason = "its end is what matters")]
+    part: Arc<Part>,
+}
 
+/// Gives back what slices hold of a block.
 struct Part {
     device: Arc<Device>,
     block: Arc<Block>,
-    /// What it holds of the block, rounded up.
+    /// Rounded up.
     range: Range<u64>,
-    size: u64,
 }
 
 impl Slice {
     fn of(device: &Arc<Device>, block: &Arc<Block>, needed: u64, size: u64) -> Option<Self> {
         let range = block.free().allocate_range(needed).ok()?;
-        let (device, block) = (Arc::clone(device), Arc::clone(block));
-        Some(Self(Arc::new(Part { device, block, range, size })))
+        let (device, of, offset) = (Arc::clone(device), Arc::clone(block), range.start);
+        let part = Arc::new(Part { device, block: of, range });
+        Some(Self { block: Arc::clone(block), offset, size, part })
     }
 
     /// The buffer that it is a part of.
     pub fn buffer(&self) -> &Buffer {
-        &self.0.block.buffer
+        &self.block.buffer
     }
 
     /// Which of its arena's buffers that is.
     pub fn block(&self) -> u32 {
-        self.0.block.number
+        self.block.number
     }
 
     /// Bytes of the buffer before it.
     pub fn offset(&self) -> u64 {
-        self.0.range.start
+        self.offset
     }
 
     /// Size in bytes.
     pub fn size(&self) -> u64 {
-        self.0.size
+        self.size
     }
 
     /// Whether the processor sees it as it is: of a software rasteriser, and where device
@@ -163,7 +172,7 @@ mod tests {
     }
 
     fn overlaps(a: &Slice, b: &Slice) -> bool {
-        let (a_range, b_range) = (&a.0.range, &b.0.range);
+        let [a_range, b_range] = [a, b].map(|slice| slice.offset..slice.offset + slice.size);
         a.block() == b.block() && a_range.start < b_range.end && b_range.start < a_range.end
     }
 

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use busbar_gpu::{Arena, BufferUsage, Recorder, Slice};
+use smallvec::SmallVec;
 
 use crate::RenderError;
 use crate::batch::Batch;
@@ -20,6 +21,9 @@ pub const MAX_FRAME_INDEX_BYTES: u64 = 2 << 30;
 /// What an entry costs besides its indices, so that empty ones count too.
 const ENTRY_BYTES: u64 = 256;
 
+/// Sections that most meshes have at most.
+const USUAL_SECTIONS: usize = 2;
+
 /// A mesh at a cursor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct IndexKey {
@@ -32,8 +36,8 @@ pub(crate) struct IndexKey {
 pub(crate) struct ResolvedIndices {
     /// `None` when no triangle lives.
     pub(crate) indices: Option<Slice>,
-    /// For each section, its range among them.
-    pub(crate) sections: Vec<SectionRange>,
+    /// For each section, its range among them; of most meshes beside the rest.
+    pub(crate) sections: SmallVec<[SectionRange; USUAL_SECTIONS]>,
     pub(crate) triangles: u32,
     /// Where they are gathered.
     faces: Option<Faces>,

@@ -153,13 +153,20 @@ impl MaskedDepth {
         if self.shows(center, depth) {
             return true;
         }
-        let (mut least, mut most) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        for corner in [x + y, x - y, y - x, -x - y].map(|side| center + side) {
-            for corner in [corner + z, corner - z] {
-                let place = Vec2::new(corner.x, corner.y) / corner.w;
-                (least, most) = (least.min(place), most.max(place));
-            }
-        }
+        // Four of the eight corners at a time, side by side: by x, y and w.
+        let sides = [x + y, x - y, y - x, -x - y];
+        let of_axis = |axis: fn(&Vec4) -> f32| {
+            let places = Vec4::from_array(sides.map(|side| axis(&side))) + axis(&center);
+            [places + axis(&z), places - axis(&z)]
+        };
+        let [one_w, other_w] = of_axis(|corner| corner.w);
+        let along = |axis: fn(&Vec4) -> f32| {
+            let [one, other] = of_axis(axis);
+            let [one, other] = [one / one_w, other / other_w];
+            [one.min(other).min_element(), one.max(other).max_element()]
+        };
+        let [[left, right], [top, bottom]] = [along(|corner| corner.x), along(|corner| corner.y)];
+        let (least, most) = (Vec2::new(left, top), Vec2::new(right, bottom));
         let [width, height] = self.size.map(|pixels| pixels as f32);
         let scale = Vec2::new(width, height) * 0.5;
         let least = least * scale + scale - WIDENED;
@@ -246,6 +253,8 @@ impl Corners {
 struct Edge {
     across: Vec2,
     offset: f32,
+    /// Where a line crosses it: by y, and at the top.
+    crossing: Vec2,
 }
 
 /// A face on the screen, pixels.
@@ -302,7 +311,9 @@ impl Projected {
                 [index, (index + 1) % places.len()].map(|index| places[index].truncate());
             let across = (to - from).perp() * normal.z.signum();
             let drawn_in = margin * (across.x.abs() + across.y.abs());
-            *edge = Edge { across, offset: -across.dot(from) - drawn_in };
+            let offset = -across.dot(from) - drawn_in;
+            let crossing = Vec2::new(across.y, offset) / -across.x;
+            *edge = Edge { across, offset, crossing };
         }
         Some(face)
     }
@@ -311,13 +322,12 @@ impl Projected {
     fn span(&self, line: u32, width: u32) -> Range<i32> {
         let y = line as f32 + 0.5;
         let (mut from, mut to) = (0.0_f32, width as f32);
-        for Edge { across, offset } in &self.edges[..self.count] {
-            let at_left = across.y * y + offset;
+        for Edge { across, offset, crossing } in &self.edges[..self.count] {
             if across.x > 0.0 {
-                from = from.max(-at_left / across.x);
+                from = from.max(crossing.x * y + crossing.y);
             } else if across.x < 0.0 {
-                to = to.min(-at_left / across.x);
-            } else if at_left < 0.0 {
+                to = to.min(crossing.x * y + crossing.y);
+            } else if across.y * y + offset < 0.0 {
                 return 0..0;
             }
         }

@@ -134,12 +134,17 @@ impl Before {
         occluders: &[Occluder],
         look: &Look,
     ) {
+        let stretch = ball.radius / mesh.ball.radius;
+        let least_area = look.least_area(ball) / (stretch * stretch);
+        let is_large = |face: &&Occluder| face.area >= least_area;
+        // Of most there are none, and nothing more is worked out.
+        if !occluders.first().is_some_and(|first| is_large(&first)) {
+            return;
+        }
         let world_from_mesh = world_from_mesh(instance);
         let clip_from_mesh = self.clip_from_world * world_from_mesh;
         let eye = world_from_mesh.inverse().transform_point3(look.eye).extend(1.0);
         let on_edge = ON_EDGE * (eye.truncate().length() + mesh.ball.center.length());
-        let stretch = ball.radius / mesh.ball.radius;
-        let is_large = |face: &&Occluder| look.is_large(face.area * stretch * stretch, ball);
         for Occluder { plane, corners, section, .. } in occluders.iter().take_while(is_large) {
             let section = &mesh.stacks.mesh().sections[*section as usize];
             let material = model.material(section.material);
@@ -209,11 +214,11 @@ impl Look {
         ball.center.distance_squared(self.eye) <= self.near * ball.radius * ball.radius
     }
 
-    /// Whether an area anywhere in a ball may cover as much as is worth looking behind.
+    /// The least area anywhere in a ball that may cover as much as is worth looking behind.
     #[inline]
-    fn is_large(&self, area: f32, ball: &Ball) -> bool {
+    fn least_area(&self, ball: &Ball) -> f32 {
         let distance = (ball.center.distance(self.eye) - ball.radius).max(0.0);
-        area * self.square >= self.least * distance * distance
+        self.least * distance * distance / self.square
     }
 
     /// The pixels that a face covers by its corners in clip space, also beside the picture,
