@@ -18,7 +18,7 @@ use crate::morph::Morpher;
 use crate::occlusion::Occlusion;
 use crate::outline::Outlines;
 use crate::pick::{PickTargets, PixelArea};
-use crate::pipelines::{Layouts, Pipelines};
+use crate::pipelines::{Layouts, Needed, Pipelines, Wireframe};
 use crate::polylines::PolylineKit;
 use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::roster::Roster;
@@ -259,7 +259,13 @@ impl Content {
         before.find(drawn, hides.then_some(&frame.camera), picture);
         sight.before = before.seen();
         plan.fill(&self.models, roster, frame.object_highlights, &sight)?;
-        self.pipelines.ready(recorder.gpu(), &self.layouts, frame.section.is_some())?;
+        let needed = Needed {
+            section: frame.section.is_some(),
+            blended: self.models.iter().flatten().any(|model| model.blends),
+            wireframe: frame.wireframe,
+            pick: matches!(viewing, Viewing::Pick),
+        };
+        self.pipelines.ready(recorder.gpu(), &self.layouts, needed)?;
         let layout = (&self.layouts.frame, &*bindings_of(self.high.as_ref()));
         let uniform = frame_uniform(frame, area.viewport(), self.sun_of(frame).as_ref());
         self.streams[stream].write(recorder.gpu(), layout, &uniform, &plan)?;
@@ -384,9 +390,11 @@ impl Content {
         let slot = recorder.slot();
         let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
         let looks = self.pipelines.looks(frame.section.is_some());
-        if frame.wireframe {
-            let mut calls = drawer.draw(&mut pass, &looks.wire_fill, Sections::All)?;
-            if let Some(lines) = &looks.wire_lines {
+        if let Some(Wireframe { fill, lines }) =
+            looks.wireframe.as_ref().filter(|_| frame.wireframe)
+        {
+            let mut calls = drawer.draw(&mut pass, fill, Sections::All)?;
+            if let Some(lines) = lines {
                 calls += drawer.draw(&mut pass, lines, Sections::All)?;
             }
             return Ok(calls);
@@ -396,7 +404,9 @@ impl Content {
             self.ground.draw(&mut pass, pipeline, drawer.frame_group, drawer.instances)?;
             calls += DrawCount::ONE;
         }
-        calls += drawer.draw_blended(&mut pass, &looks.blended, frame.camera.eye)?;
+        if let Some(blended) = &looks.blended {
+            calls += drawer.draw_blended(&mut pass, blended, frame.camera.eye)?;
+        }
         if let (Some(kit), Some(lines)) = (&self.polylines, &frame.polylines) {
             let group = drawer.frame_group;
             calls += kit.draw_faces(&mut pass, group, slot, lines)?;
@@ -490,8 +500,9 @@ impl Content {
         let plan = self.prepare(recorder, (Viewing::Pick, PICK_STREAM), frame, area)?;
         let drawer = self.drawer(&plan, PICK_STREAM, frame);
         let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
-        let pick = &self.pipelines.looks(frame.section.is_some()).pick;
-        drawer.draw(&mut pass, pick, Sections::All)?;
+        if let Some(pick) = &self.pipelines.looks(frame.section.is_some()).pick {
+            drawer.draw(&mut pass, pick, Sections::All)?;
+        }
         drop(pass);
         self.views[Viewing::Pick as usize].plan = plan;
         Ok(())

@@ -44,6 +44,8 @@ pub struct ModelUpload<'a> {
 pub(crate) struct GpuModel {
     pub(crate) meshes: Vec<GpuMesh>,
     materials: Vec<GpuMaterial>,
+    /// Whether anything of it blends.
+    pub(crate) blends: bool,
 }
 
 /// A mesh on the device: all vertices, once.
@@ -86,11 +88,13 @@ impl GpuModel {
         upload: ModelUpload<'_>,
     ) -> Result<Self, RenderError> {
         let materials = kit.upload(recorder, upload.materials, upload.textures)?;
-        let mut model = Self { meshes: Vec::with_capacity(upload.stacks.len()), materials };
+        let meshes = Vec::with_capacity(upload.stacks.len());
+        let mut model = Self { meshes, materials, blends: false };
         let is_part = upload.stacks.len() > 1;
         for (index, stacks) in upload.stacks.iter().enumerate() {
             check_sections(index, stacks.mesh(), upload.materials.len())?;
             let mesh = model.upload_mesh(recorder, feature_kit, vertices, (stacks, is_part))?;
+            model.blends |= mesh.blends;
             model.meshes.push(mesh);
         }
         Ok(model)

@@ -40,7 +40,16 @@ struct Asked {
     samples: u32,
 }
 
-/// Compiled once: what frames need at start, what cuts them when a plane first does.
+/// What a picture needs besides pipelines for what is opaque.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Needed {
+    pub(crate) section: bool,
+    pub(crate) blended: bool,
+    pub(crate) wireframe: bool,
+    pub(crate) pick: bool,
+}
+
+/// Compiled once: what all frames need at start, the rest when something first does.
 pub(crate) struct Pipelines {
     asked: Asked,
     whole: Looks,
@@ -56,13 +65,19 @@ pub(crate) struct Pipelines {
 /// Pipelines of all that draws meshes, with a section plane or without.
 pub(crate) struct Looks {
     pub(crate) opaque: Shading,
-    pub(crate) blended: Shading,
-    pub(crate) wire_fill: Shading,
-    /// `None` on a device that cannot draw lines.
-    pub(crate) wire_lines: Option<Shading>,
-    pub(crate) pick: Shading,
+    /// `None` until they are needed.
+    pub(crate) blended: Option<Shading>,
+    pub(crate) wireframe: Option<Wireframe>,
+    pub(crate) pick: Option<Shading>,
     /// `None` unless at high quality.
     pub(crate) shadow: Option<Shading>,
+}
+
+/// Pipelines of wireframes.
+pub(crate) struct Wireframe {
+    pub(crate) fill: Shading,
+    /// `None` on a device that cannot draw lines.
+    pub(crate) lines: Option<Shading>,
 }
 
 /// What is highlighted of the instances that are drawn together.
@@ -165,7 +180,7 @@ impl Pipelines {
         let asked = Asked { quality, samples };
         Ok(Self {
             asked,
-            whole: Looks::new(gpu, layouts, asked, false)?,
+            whole: Making::of(gpu, layouts, asked, false).looks(layouts)?,
             section: None,
             target: shown_undecoded(gpu, quality).unwrap_or(color),
             undecoded: shown_undecoded(gpu, quality).is_some(),
@@ -173,15 +188,26 @@ impl Pipelines {
         })
     }
 
-    /// Compiles what a section needs, the first time.
+    /// Compiles what a picture needs and none needed before.
     pub(crate) fn ready(
         &mut self,
         gpu: &Gpu,
         layouts: &Layouts,
-        is_section: bool,
+        needed: Needed,
     ) -> Result<(), GpuError> {
-        if is_section {
-            ready(&mut self.section, || Looks::new(gpu, layouts, self.asked, true))?;
+        let making = Making::of(gpu, layouts, self.asked, needed.section);
+        let looks = match needed.section {
+            true => ready(&mut self.section, || making.looks(layouts))?,
+            false => &mut self.whole,
+        };
+        if needed.blended {
+            ready(&mut looks.blended, || making.blended())?;
+        }
+        if needed.wireframe {
+            ready(&mut looks.wireframe, || making.wireframe())?;
+        }
+        if needed.pick {
+            ready(&mut looks.pick, || making.pick())?;
         }
         Ok(())
     }
@@ -197,38 +223,66 @@ fn shown_undecoded(gpu: &Gpu, quality: Quality) -> Option<Format> {
     gpu.picture_format().undecoded().filter(|_| quality == Quality::Low)
 }
 
-impl Looks {
-    fn new(
-        gpu: &Gpu,
-        layouts: &Layouts,
-        Asked { quality, samples }: Asked,
-        is_section: bool,
-    ) -> Result<Self, GpuError> {
-        let color = gpu.picture_format();
-        let undecoded = shown_undecoded(gpu, quality);
-        let words = Words::of(quality, undecoded.is_some(), is_section);
-        let shaded = [&layouts.frame, &layouts.features, &layouts.material];
-        let scene = Recipe {
-            name: "scene",
-            words: words.scene,
-            vertex: c"feature_vertex_main",
-            fragment: Some(c"fragment_main"),
-            groups: &shaded,
-        };
-        let without_features =
-            Recipe { name: "scene without features", vertex: c"vertex_main", ..scene };
+/// What pipelines of a look are made from.
+struct Making<'a> {
+    gpu: &'a Gpu,
+    /// The groups that shaded things name.
+    groups: [&'a BindGroupLayout; 3],
+    words: Words,
+    asked: Asked,
+    is_section: bool,
+}
+
+impl<'a> Making<'a> {
+    fn of(gpu: &'a Gpu, layouts: &'a Layouts, asked: Asked, is_section: bool) -> Self {
+        let is_undecoded = shown_undecoded(gpu, asked.quality).is_some();
+        let words = Words::of(asked.quality, is_undecoded, is_section);
+        let groups = [&layouts.frame, &layouts.features, &layouts.material];
+        Self { gpu, groups, words, asked, is_section }
+    }
+
+    /// Those that all frames need.
+    fn looks(&self, layouts: &Layouts) -> Result<Looks, GpuError> {
+        let Self { gpu, is_section, .. } = *self;
+        let shadow = self.words.shadow.map(|words| shadow_shading(gpu, layouts, words, is_section));
+        let opaque = self.opaque()?;
+        let shadow = shadow.transpose()?;
+        Ok(Looks { opaque, blended: None, wireframe: None, pick: None, shadow })
+    }
+
+    fn opaque(&self) -> Result<Shading, GpuError> {
         let plain = Recipe {
             name: "plain scene",
             vertex: c"plain_vertex_main",
             fragment: Some(c"plain_fragment_main"),
-            ..scene
+            ..self.scene()
         };
+        Ok(Shading {
+            any: self.shaded(&self.scene(), Blend::Replace)?,
+            without_features: Some(self.shaded(&self.without_features(), Blend::Replace)?),
+            plain: Some(self.shaded(&plain, Blend::Replace)?),
+            plain_is_narrow: shown_undecoded(self.gpu, self.asked.quality).is_some(),
+            slender: Some(self.slender()?),
+        })
+    }
+
+    fn blended(&self) -> Result<Shading, GpuError> {
+        Ok(Shading {
+            any: self.shaded(&self.scene(), Blend::Over)?,
+            without_features: Some(self.shaded(&self.without_features(), Blend::Over)?),
+            plain: None,
+            plain_is_narrow: false,
+            slender: None,
+        })
+    }
+
+    fn wireframe(&self) -> Result<Wireframe, GpuError> {
         let fill = Recipe {
             name: "wireframe fill",
-            words: words.wireframe,
+            words: self.words.wireframe,
             vertex: c"fill_vertex",
             fragment: Some(c"fill_fragment"),
-            groups: &shaded[..2],
+            groups: &self.groups[..2],
         };
         let lines = Recipe {
             name: "wireframe lines",
@@ -236,56 +290,56 @@ impl Looks {
             fragment: Some(c"line_fragment"),
             ..fill
         };
-        let pick = Recipe { name: "pick", words: words.pick, vertex: c"vertex_main", ..scene };
-        let shown = Some(undecoded.unwrap_or(color));
-        let solid =
-            |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Replace, false);
-        let clear = |recipe: &Recipe<'_>| recipe.compile(gpu, shown, samples, Blend::Over, false);
+        let color = self.gpu.picture_format();
         let wired = |recipe: &Recipe<'_>, lines| {
-            recipe.compile(gpu, Some(color), samples, Blend::Replace, lines)
+            recipe.compile(self.gpu, Some(color), self.asked.samples, Blend::Replace, lines)
         };
-        let wire_lines = gpu.can_draw_lines().then(|| wired(&lines, true)).transpose()?;
-        let shadow = words.shadow.map(|words| shadow_shading(gpu, layouts, words, is_section));
-        Ok(Self {
-            opaque: Shading {
-                any: solid(&scene)?,
-                without_features: Some(solid(&without_features)?),
-                plain: Some(solid(&plain)?),
-                plain_is_narrow: undecoded.is_some(),
-                slender: Some(slender_shading(gpu, scene, shown, samples)?),
-            },
-            blended: Shading {
-                any: clear(&scene)?,
-                without_features: Some(clear(&without_features)?),
-                plain: None,
-                plain_is_narrow: false,
-                slender: None,
-            },
-            wire_fill: Shading::of_one(wired(&fill, false)?),
-            wire_lines: wire_lines.map(Shading::of_one),
-            pick: Shading::of_one(pick.compile(gpu, Some(ID_FORMAT), 1, Blend::Replace, false)?),
-            shadow: shadow.transpose()?,
+        let can_draw_lines = self.gpu.can_draw_lines();
+        let lines = can_draw_lines.then(|| wired(&lines, true)).transpose()?;
+        let fill = Shading::of_one(wired(&fill, false)?);
+        Ok(Wireframe { fill, lines: lines.map(Shading::of_one) })
+    }
+
+    fn pick(&self) -> Result<Shading, GpuError> {
+        let scene = self.scene();
+        let pick = Recipe { name: "pick", words: self.words.pick, vertex: c"vertex_main", ..scene };
+        let compiled = pick.compile(self.gpu, Some(ID_FORMAT), 1, Blend::Replace, false)?;
+        Ok(Shading::of_one(compiled))
+    }
+
+    /// With several samples a pixel, what is widened covers as many of them as it would cover
+    /// of the pixel; with one sample it covers it.
+    fn slender(&self) -> Result<Slender, GpuError> {
+        let compile = |name, vertex, fragment| {
+            let recipe = Recipe { name, vertex, fragment: Some(fragment), ..self.scene() };
+            self.shaded(&recipe, Blend::Cover)
+        };
+        let (any, plain) = (c"slender_vertex_main", c"plain_slender_vertex_main");
+        Ok(Slender {
+            any: compile("slender scene", any, c"slender_fragment_main")?,
+            plain: compile("plain slender scene", plain, c"plain_slender_fragment_main")?,
         })
     }
-}
 
-/// With several samples a pixel, what is widened covers as many of them as it would cover of
-/// the pixel; with one sample it covers it.
-fn slender_shading(
-    gpu: &Gpu,
-    scene: Recipe<'_>,
-    shown: Option<Format>,
-    samples: u32,
-) -> Result<Slender, GpuError> {
-    let compile = |name, vertex, fragment| {
-        let recipe = Recipe { name, vertex, fragment: Some(fragment), ..scene };
-        recipe.compile(gpu, shown, samples, Blend::Cover, false)
-    };
-    let (any, plain) = (c"slender_vertex_main", c"plain_slender_vertex_main");
-    Ok(Slender {
-        any: compile("slender scene", any, c"slender_fragment_main")?,
-        plain: compile("plain slender scene", plain, c"plain_slender_fragment_main")?,
-    })
+    fn scene(&self) -> Recipe<'_> {
+        Recipe {
+            name: "scene",
+            words: self.words.scene,
+            vertex: c"feature_vertex_main",
+            fragment: Some(c"fragment_main"),
+            groups: &self.groups,
+        }
+    }
+
+    fn without_features(&self) -> Recipe<'_> {
+        Recipe { name: "scene without features", vertex: c"vertex_main", ..self.scene() }
+    }
+
+    fn shaded(&self, recipe: &Recipe<'_>, blend: Blend) -> Result<Pipeline, GpuError> {
+        let Asked { quality, samples } = self.asked;
+        let format = shown_undecoded(self.gpu, quality).unwrap_or(self.gpu.picture_format());
+        recipe.compile(self.gpu, Some(format), samples, blend, false)
+    }
 }
 
 /// What the sun sees: depth, with holes where materials have them.
