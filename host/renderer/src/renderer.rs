@@ -140,9 +140,7 @@ impl Renderer {
         let content = Content::new(&mut gpu, quality, samples)?;
         let one_pixel = PickTargets::new(&gpu, [1, 1])?;
         let panels = Panels::new(&gpu, gpu.picture_format())?;
-        if let Err(error) = gpu.save_pipelines() {
-            tracing::info!("compiled pipelines are not kept: {error}");
-        }
+        keep_pipelines(&gpu);
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
@@ -521,6 +519,20 @@ impl Renderer {
     /// The device's name.
     pub fn device_name(&self) -> &str {
         self.gpu.device_name()
+    }
+}
+
+impl Drop for Renderer {
+    fn drop(&mut self) {
+        // Some are compiled when first asked for.
+        keep_pipelines(&self.gpu);
+    }
+}
+
+/// Keeps on disk what was compiled, if anything was since.
+fn keep_pipelines(gpu: &Gpu) {
+    if let Err(error) = gpu.save_pipelines() {
+        tracing::info!("compiled pipelines are not kept: {error}");
     }
 }
 
