@@ -253,7 +253,7 @@ impl Corners {
 struct Edge {
     across: Vec2,
     offset: f32,
-    /// Where a line crosses it: by y, and at the top.
+    /// Where a line crosses it, unless it lies along it: by y, and at the top.
     crossing: Vec2,
 }
 
@@ -313,6 +313,9 @@ impl Projected {
             let drawn_in = margin * (across.x.abs() + across.y.abs());
             let offset = -across.dot(from) - drawn_in;
             let crossing = Vec2::new(across.y, offset) / -across.x;
+            if across.x != 0.0 && !crossing.is_finite() {
+                return None;
+            }
             *edge = Edge { across, offset, crossing };
         }
         Some(face)
