@@ -46,10 +46,14 @@ const VIEW_SCENE: &str = "config/picture.json";
 /// The same without a device: every value is marked.
 const LINK_DOWN: (&str, &[&str]) = ("link_down", &["--camera", "transformer"]);
 
-/// Pictures of windows: name, and what the mouse does first: places on the
-/// screen that it is dragged along.
-const WINDOWS: &[(&str, &[[u32; 2]])] =
-    &[("window", &[]), ("window_theta", &[[52, 172], [90, 172], [140, 172], [184, 172]])];
+/// Places on the screen that the mouse is dragged along; where there is one, it clicks.
+type Drag = &'static [[u32; 2]];
+
+/// Pictures of windows: name, and what the mouse does first. Theta is among what is displayed.
+const WINDOWS: &[(&str, &[Drag])] = &[
+    ("window", &[]),
+    ("window_theta", &[&[[151, 15]], &[[52, 311], [90, 311], [130, 311], [166, 311]]]),
+];
 
 /// Pictures of the generated substation: name, and options.
 const SUBSTATION: &[(&str, &[&str])] = &[
@@ -101,8 +105,8 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     for (name, view, options) in VIEWS {
         render_view(workspace, view, options, &picture(&folder, name))?;
     }
-    for (name, drag) in WINDOWS {
-        photograph(workspace, drag, &picture(&folder, name))?;
+    for (name, drags) in WINDOWS {
+        photograph(workspace, drags, &picture(&folder, name))?;
     }
     Ok(())
 }
@@ -170,7 +174,7 @@ fn render_charts(workspace: &Workspace, pictures: &Path) -> Result<()> {
 }
 
 /// Opens a window on a display in memory and takes a picture of that display.
-fn photograph(workspace: &Workspace, drag: &[[u32; 2]], out: &Path) -> Result<()> {
+fn photograph(workspace: &Workspace, drags: &[Drag], out: &Path) -> Result<()> {
     let server = XServer::start(SCREEN)?;
     let mut command = busbar(workspace);
     command.args(["view", SCENE]).env("DISPLAY", &server.display);
@@ -180,7 +184,7 @@ fn photograph(workspace: &Workspace, drag: &[[u32; 2]], out: &Path) -> Result<()
         .wait_for_line(MAX_FIRST_FRAME, |line| line == "ready")
         .context("the window showed no frame")?;
     process::sleep(LIVE_AFTER)?;
-    drag_mouse(&server.display, drag)?;
+    drags.iter().try_for_each(|drag| drag_mouse(&server.display, drag))?;
     let mut import = Command::new("import");
     // Without the time of day the same picture is the same file.
     import.args(["-display", &server.display, "-window", "root", "-strip"]);
@@ -188,7 +192,7 @@ fn photograph(workspace: &Workspace, drag: &[[u32; 2]], out: &Path) -> Result<()
 }
 
 /// Drags the mouse along places, slowly enough that every one gets a frame.
-fn drag_mouse(display: &str, places: &[[u32; 2]]) -> Result<()> {
+fn drag_mouse(display: &str, places: Drag) -> Result<()> {
     let xdotool = |arguments: &[&str]| {
         process::run(Command::new("xdotool").args(arguments).env("DISPLAY", display))?;
         process::sleep(A_FRAME)
@@ -199,5 +203,5 @@ fn drag_mouse(display: &str, places: &[[u32; 2]]) -> Result<()> {
             xdotool(&["mousedown", "1"])?;
         }
     }
-    if places.is_empty() { Ok(()) } else { xdotool(&["mouseup", "1"]) }
+    xdotool(&["mouseup", "1"])
 }
