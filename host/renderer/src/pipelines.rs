@@ -180,7 +180,7 @@ impl Pipelines {
         let asked = Asked { quality, samples };
         Ok(Self {
             asked,
-            whole: Making::of(gpu, layouts, asked, false).looks(layouts)?,
+            whole: Making::of(gpu, layouts, asked, false).looks()?,
             section: None,
             target: shown_undecoded(gpu, quality).unwrap_or(color),
             undecoded: shown_undecoded(gpu, quality).is_some(),
@@ -197,7 +197,7 @@ impl Pipelines {
     ) -> Result<(), GpuError> {
         let making = Making::of(gpu, layouts, self.asked, needed.section);
         let looks = match needed.section {
-            true => ready(&mut self.section, || making.looks(layouts))?,
+            true => ready(&mut self.section, || making.looks())?,
             false => &mut self.whole,
         };
         if needed.blended {
@@ -229,25 +229,25 @@ struct Making<'a> {
     /// The groups that shaded things name.
     groups: [&'a BindGroupLayout; 3],
     words: Words,
-    asked: Asked,
+    samples: u32,
+    /// What [`shown_undecoded`] says.
+    undecoded: Option<Format>,
     is_section: bool,
 }
 
 impl<'a> Making<'a> {
     fn of(gpu: &'a Gpu, layouts: &'a Layouts, asked: Asked, is_section: bool) -> Self {
-        let is_undecoded = shown_undecoded(gpu, asked.quality).is_some();
-        let words = Words::of(asked.quality, is_undecoded, is_section);
+        let Asked { quality, samples } = asked;
+        let undecoded = shown_undecoded(gpu, quality);
+        let words = Words::of(quality, undecoded.is_some(), is_section);
         let groups = [&layouts.frame, &layouts.features, &layouts.material];
-        Self { gpu, groups, words, asked, is_section }
+        Self { gpu, groups, words, samples, undecoded, is_section }
     }
 
     /// Those that all frames need.
-    fn looks(&self, layouts: &Layouts) -> Result<Looks, GpuError> {
-        let Self { gpu, is_section, .. } = *self;
-        let shadow = self.words.shadow.map(|words| shadow_shading(gpu, layouts, words, is_section));
-        let opaque = self.opaque()?;
-        let shadow = shadow.transpose()?;
-        Ok(Looks { opaque, blended: None, wireframe: None, pick: None, shadow })
+    fn looks(&self) -> Result<Looks, GpuError> {
+        let shadow = self.words.shadow.map(|words| self.shadow(words)).transpose()?;
+        Ok(Looks { opaque: self.opaque()?, blended: None, wireframe: None, pick: None, shadow })
     }
 
     fn opaque(&self) -> Result<Shading, GpuError> {
@@ -261,7 +261,7 @@ impl<'a> Making<'a> {
             any: self.shaded(&self.scene(), Blend::Replace)?,
             without_features: Some(self.shaded(&self.without_features(), Blend::Replace)?),
             plain: Some(self.shaded(&plain, Blend::Replace)?),
-            plain_is_narrow: shown_undecoded(self.gpu, self.asked.quality).is_some(),
+            plain_is_narrow: self.undecoded.is_some(),
             slender: Some(self.slender()?),
         })
     }
@@ -292,7 +292,7 @@ impl<'a> Making<'a> {
         };
         let color = self.gpu.picture_format();
         let wired = |recipe: &Recipe<'_>, lines| {
-            recipe.compile(self.gpu, Some(color), self.asked.samples, Blend::Replace, lines)
+            recipe.compile(self.gpu, Some(color), self.samples, Blend::Replace, lines)
         };
         let can_draw_lines = self.gpu.can_draw_lines();
         let lines = can_draw_lines.then(|| wired(&lines, true)).transpose()?;
@@ -321,6 +321,31 @@ impl<'a> Making<'a> {
         })
     }
 
+    /// What the sun sees: depth, with holes where materials have them.
+    fn shadow(&self, words: &[u32]) -> Result<Shading, GpuError> {
+        let with_holes = Recipe {
+            name: "shadow",
+            words,
+            vertex: c"vertex_main",
+            fragment: Some(c"fragment_main"),
+            groups: &self.groups,
+        };
+        let plain = Recipe {
+            name: "plain shadow",
+            vertex: c"plain_vertex_main",
+            fragment: self.is_section.then_some(c"plain_fragment_main"),
+            ..with_holes
+        };
+        let depth = |recipe: &Recipe<'_>| recipe.compile(self.gpu, None, 1, Blend::Replace, false);
+        Ok(Shading {
+            any: depth(&with_holes)?,
+            without_features: None,
+            plain: Some(depth(&plain)?),
+            plain_is_narrow: false,
+            slender: None,
+        })
+    }
+
     fn scene(&self) -> Recipe<'_> {
         Recipe {
             name: "scene",
@@ -336,40 +361,9 @@ impl<'a> Making<'a> {
     }
 
     fn shaded(&self, recipe: &Recipe<'_>, blend: Blend) -> Result<Pipeline, GpuError> {
-        let Asked { quality, samples } = self.asked;
-        let format = shown_undecoded(self.gpu, quality).unwrap_or(self.gpu.picture_format());
-        recipe.compile(self.gpu, Some(format), samples, blend, false)
+        let format = self.undecoded.unwrap_or(self.gpu.picture_format());
+        recipe.compile(self.gpu, Some(format), self.samples, blend, false)
     }
-}
-
-/// What the sun sees: depth, with holes where materials have them.
-fn shadow_shading(
-    gpu: &Gpu,
-    layouts: &Layouts,
-    words: &[u32],
-    is_section: bool,
-) -> Result<Shading, GpuError> {
-    let with_holes = Recipe {
-        name: "shadow",
-        words,
-        vertex: c"vertex_main",
-        fragment: Some(c"fragment_main"),
-        groups: &[&layouts.frame, &layouts.features, &layouts.material],
-    };
-    let plain = Recipe {
-        name: "plain shadow",
-        vertex: c"plain_vertex_main",
-        fragment: is_section.then_some(c"plain_fragment_main"),
-        ..with_holes
-    };
-    let depth = |recipe: &Recipe<'_>| recipe.compile(gpu, None, 1, Blend::Replace, false);
-    Ok(Shading {
-        any: depth(&with_holes)?,
-        without_features: None,
-        plain: Some(depth(&plain)?),
-        plain_is_narrow: false,
-        slender: None,
-    })
 }
 
 /// What draws the mask of outlines.
