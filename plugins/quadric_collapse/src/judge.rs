@@ -20,6 +20,8 @@ const LOST_AREA_WEIGHT: f64 = 0.6;
 /// Weight of area times one minus the cosine of the angle that it turns by:
 /// keeps slivers from standing up step by step.
 const TURN_WEIGHT: f64 = 0.4;
+/// Square of the heights of triangles that what they lose may lie away at most.
+const HEIGHTS_SQUARED: f64 = 8.0;
 /// Weight of the length of an edge: of collapses that change no shape, the
 /// shortest comes first. A change of shape by 1/10,000 of the length counts as
 /// much.
@@ -62,6 +64,19 @@ pub(crate) struct Choice {
 struct Face {
     normal: DVec3,
     double_area: f64,
+    height_squared: f64,
+}
+
+impl Face {
+    /// By the sides at the vertex: over the longer of these it is as high, or
+    /// higher than over the third.
+    fn of([ahead, behind]: [DVec3; 2]) -> Self {
+        let normal = ahead.cross(behind);
+        let double_area = normal.length();
+        let side_squared = ahead.length_squared().max(behind.length_squared());
+        let height_squared = double_area * double_area / side_squared.max(f64::MIN_POSITIVE);
+        Self { normal, double_area, height_squared }
+    }
 }
 
 /// Judges collapses of one vertex after the other.
@@ -231,17 +246,18 @@ impl Judge {
         let origin = surface.positions[vertex as usize];
         self.faces.clear();
         for spoke in &self.ring {
-            let ahead = surface.positions[spoke.ahead as usize] - origin;
-            let normal = ahead.cross(surface.positions[spoke.behind as usize] - origin);
-            self.faces.push(Face { normal, double_area: normal.length() });
+            let ends = [spoke.ahead, spoke.behind];
+            self.faces.push(Face::of(ends.map(|end| surface.positions[end as usize] - origin)));
         }
     }
 
     /// The cost of a collapse; `None` if it turns a triangle over.
     ///
     /// To the least cost comes area that is lost (of a border cut short, a
-    /// collapsed end of a rod, a thin plate), as far from what stays as the
-    /// edge is long; triangles that turn; and wedges that do not fit.
+    /// collapsed end of a rod, a thin plate), triangles that turn, and wedges
+    /// that do not fit: as far from what stays as the edge is long, but no
+    /// farther than some heights of the triangles. Those along a wire are strips,
+    /// and its edges much longer than it is thick.
     #[inline]
     fn cost(
         &self,
@@ -255,37 +271,58 @@ impl Judge {
         let target = positions[kept as usize];
         let mut lost = 0.0;
         let mut turned = 0.0;
+        let mut highest_squared = 0.0_f64;
         for (spoke, face) in self.ring.iter().zip(&self.faces) {
             lost += face.double_area;
+            highest_squared = highest_squared.max(face.height_squared);
             if spoke.ahead == kept || spoke.behind == kept {
                 continue;
             }
-            let ahead = positions[spoke.ahead as usize] - target;
-            let normal = ahead.cross(positions[spoke.behind as usize] - target);
-            let double_area = normal.length();
-            let turn = face.normal.dot(normal);
-            if shell.guards == Guards::All
-                && turn <= COS_MAX_TURN * face.double_area * double_area
-                && face.double_area > 0.0
+            let ends = [spoke.ahead, spoke.behind];
+            let moved = Face::of(ends.map(|end| positions[end as usize] - target));
+            highest_squared = highest_squared.max(moved.height_squared);
+            let turn = face.normal.dot(moved.normal);
+            let scale = face.double_area * moved.double_area;
+            if shell.guards == Guards::All && turn <= COS_MAX_TURN * scale && face.double_area > 0.0
             {
                 return None;
             }
-            lost -= double_area;
-            let scale = face.double_area * double_area;
+            lost -= moved.double_area;
             if scale > 0.0 {
-                turned += face.double_area.max(double_area) * (1.0 - turn / scale);
+                turned += face.double_area.max(moved.double_area) * (1.0 - turn / scale);
             }
         }
         let length_squared = target.distance_squared(positions[removed as usize]);
-        let lost = LOST_AREA_WEIGHT * 0.5 * lost.abs() * length_squared;
-        let mut cost = least + lost + TURN_WEIGHT * 0.5 * turned * length_squared;
+        let mut reach_squared = length_squared.min(HEIGHTS_SQUARED * highest_squared);
+        if reach_squared < length_squared {
+            let gap_squared = self.gap_squared(&shell.surface, removed, kept);
+            reach_squared = reach_squared.max(gap_squared);
+        }
+        let lost = LOST_AREA_WEIGHT * 0.5 * lost.abs() * reach_squared;
+        let mut cost = least + lost + TURN_WEIGHT * 0.5 * turned * reach_squared;
         if let Some(attributes) = source.attributes {
             let onto = shell.surface.vertices[kept as usize];
             let misfit = self.passages.misfit(attributes, &self.ring, kept, onto);
-            cost += source.weights.attribute * misfit * length_squared;
+            cost += source.weights.attribute * misfit * reach_squared;
         }
         let shape = shell.quadrics[removed as usize].at(target) + lost;
         Some(Choice { kept, cost, shape })
+    }
+
+    /// How far a vertex that moved was from the edges at where it is now, and
+    /// not farther than it moved, squared: at the end of a wire nothing is left.
+    fn gap_squared(&self, surface: &Surface, removed: u32, kept: u32) -> f64 {
+        let positions = &surface.positions;
+        let [point, target] = [removed, kept].map(|vertex| positions[vertex as usize]);
+        let offset = point - target;
+        let to_edge = |end: u32| {
+            let along = positions[end as usize] - target;
+            let share = offset.dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+            (offset - along * share.clamp(0.0, 1.0)).length_squared()
+        };
+        let ends = self.ring.iter().flat_map(|spoke| [spoke.ahead, spoke.behind]);
+        let ends = ends.filter(|&end| end != kept);
+        ends.map(to_edge).fold(offset.length_squared(), f64::min)
     }
 
     /// The link condition (Dey, Edelsbrunner, Guha and Nekhayev 1999) for the

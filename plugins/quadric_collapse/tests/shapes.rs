@@ -208,3 +208,51 @@ fn small_pieces_die_as_wholes() {
     assert_eq!(used.len() as u32, stacks.surviving(cursor), "no vertex is without triangles");
     assert!(stacks.error_at(cursor) > 0.09, "what died was 0.1 m in radius");
 }
+
+/// A wire of so many segments of a metre that sags, 2.2 cm in radius, with six sides.
+fn wire(segments: u32, sag: f32) -> Mesh {
+    const SIDES: u32 = 6;
+    let ring = |number: u32| {
+        let along = 2.0 * number as f32 / segments as f32 - 1.0;
+        let center = Vec3::new(number as f32, sag * (along * along - 1.0), 0.0);
+        (0..SIDES).map(move |side| {
+            let (sin, cos) = (side as f32 * std::f32::consts::TAU / SIDES as f32).sin_cos();
+            (center, Vec3::new(0.0, cos, sin))
+        })
+    };
+    let points: Vec<(Vec3, Vec3)> = (0..=segments).flat_map(ring).collect();
+    let side = |number: u32, side: u32| {
+        let next = (side + 1) % SIDES;
+        let [a, b] = [side, next].map(|side| number * SIDES + side);
+        [[a, b, b + SIDES], [a, b + SIDES, a + SIDES]]
+    };
+    let primitive = RawPrimitive {
+        positions: points.iter().map(|&(center, out)| center + out * 0.022).collect(),
+        normals: points.iter().map(|&(_, out)| out).collect(),
+        triangles: (0..segments).flat_map(|i| (0..SIDES).flat_map(move |k| side(i, k))).collect(),
+        ..RawPrimitive::default()
+    };
+    welded(&[primitive])
+}
+
+/// What is narrow may turn and shrink for little: the way along a wire is long, but what is
+/// lost on it is no farther off than the wire is thick.
+#[test]
+fn a_wire_loses_segments_rather_than_its_thickness() {
+    let stacks = stacks(&wire(30, 1.0));
+    let at = |position: u32| stacks.mesh().positions[position as usize];
+    let [all, left] = [0, stacks.collapse_count() * 3 / 4].map(|cursor| live(&stacks, cursor));
+    let share = area(stacks.mesh(), &left) / area(stacks.mesh(), &all);
+    assert!(share > 0.8, "{share} of its surface is left");
+    let distance = |point: &Vec3, from: u32, to: u32| {
+        let along = at(to) - at(from);
+        let share = (*point - at(from)).dot(along) / along.length_squared();
+        point.distance(at(from) + along * share.clamp(0.0, 1.0))
+    };
+    let off = |point: &Vec3| {
+        let edges = left.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        edges.map(|[from, to]| distance(point, from, to)).fold(f32::INFINITY, f32::min)
+    };
+    let farthest = stacks.mesh().positions.iter().map(off).fold(0.0, f32::max);
+    assert!(farthest < 0.06, "{farthest} m");
+}
