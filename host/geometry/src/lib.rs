@@ -7,6 +7,7 @@
 mod by_error;
 mod deviation;
 mod islands;
+mod loose_faces;
 mod merge;
 mod mesh;
 mod sequence;

@@ -25,6 +25,8 @@ const MAX_MOVE_SIDES: f32 = 0.6;
 const LEAST_SHARE: f32 = 0.25;
 /// What an island may show more or less without being stretched for it, as a share.
 const LEAST_STRETCH: f32 = 0.01;
+/// Triangles that an island may have for each square that it shows; of more it is taken apart.
+const MAX_TRIANGLES_A_SQUARE: usize = 8;
 /// The island of a position without triangles.
 const NOWHERE: u32 = u32::MAX;
 /// Pieces of [`Mesh::divide`]: what stays, and what goes.
@@ -58,6 +60,12 @@ impl Island {
     /// The way from one end to the other, of unit length.
     fn axis(&self) -> Vec3 {
         (self.second.point - self.first.point).normalize_or_zero()
+    }
+
+    /// Reaches as far from its axis as a point.
+    fn reach_to(&mut self, point: Vec3) {
+        let offset = point - self.bounds.center();
+        self.reach = self.reach.max(offset.cross(self.axis()).length());
     }
 
     /// What it shows at least, if it is to be seen where a pixel is a square with this side.
@@ -95,6 +103,14 @@ impl Fate {
     }
 }
 
+/// Islands, and faces of those that were taken apart.
+struct Pieces {
+    /// Of each position, or [`NOWHERE`].
+    island_of: Vec<u32>,
+    islands: Vec<Island>,
+    fates: Vec<Fate>,
+}
+
 impl CollapseStacks {
     /// The mesh without most of the islands that show less than a square with a side of so
     /// many metres, or are thinner than a sixteenth of that; the others of these are widened
@@ -102,7 +118,8 @@ impl CollapseStacks {
     /// square, or what the longest of them shows.
     ///
     /// Islands of more triangles than one a square go down further, by collapses with errors up
-    /// to half of its sides; they show as much as before.
+    /// to half of its sides; they show as much as before. Those that have many times as many even
+    /// so, lattices, are taken apart into faces, of which a share is kept likewise.
     ///
     /// # Errors
     /// None where errors are numbers.
@@ -116,7 +133,7 @@ impl CollapseStacks {
         let (mut island_of, _) = coarse.mesh().numbered_islands();
         let (mut mesh, _) = coarse.from_cursor(coarse.collapse_count())?;
         island_of.truncate(mesh.positions.len());
-        let islands = mesh.shown_islands(&island_of, count);
+        let Pieces { island_of, islands, fates } = mesh.take_apart(&island_of, &fates, side);
         let stretches: Vec<Option<Stretch>> = islands
             .iter()
             .zip(&fates)
@@ -219,10 +236,64 @@ impl Mesh {
         };
         at_each_point(|island, point| island.first.reach(island.bounds.center(), point));
         at_each_point(|island, point| island.second.reach(island.first.point, point));
-        at_each_point(|island, point| {
-            let offset = point - island.bounds.center();
-            island.reach = island.reach.max(offset.cross(island.axis()).length());
-        });
+        at_each_point(Island::reach_to);
+    }
+
+    /// Takes those islands apart that have too many triangles for what they show.
+    fn take_apart(&mut self, island_of: &[u32], fates: &[Fate], side: f32) -> Pieces {
+        let mut triangles = vec![0_usize; fates.len()];
+        for &corners in &self.triangles {
+            let [position, ..] = self.corner_positions(corners);
+            triangles[island_of[position as usize] as usize] += 1;
+        }
+        let has_too_many = |island: u32| {
+            let Fate { shows, max_triangles } = fates[island as usize];
+            shows > 0.0 && triangles[island as usize] > MAX_TRIANGLES_A_SQUARE * max_triangles
+        };
+        self.loosen_faces(island_of, has_too_many);
+        let (piece_of, count) = self.numbered_islands();
+        let mut pieces = self.shown_islands(&piece_of, count);
+        let mut known = vec![None; count];
+        for (&piece, &island) in piece_of.iter().zip(island_of) {
+            if let Some(known) = known.get_mut(piece as usize) {
+                *known = fates.get(island as usize).copied();
+            }
+        }
+        let is_face: Vec<bool> = known.iter().map(Option::is_none).collect();
+        self.see_faces(&piece_of, &mut pieces, &is_face);
+        let faces = pieces.iter().zip(&is_face).filter(|(_, is_face)| **is_face);
+        let faces: Vec<Island> = faces.map(|(face, _)| face.clone()).collect();
+        let mut of_loose = Fate::of(&faces, self.sections.len(), side).into_iter();
+        let fates = known.into_iter().filter_map(|known| known.or_else(|| of_loose.next()));
+        Pieces { fates: fates.collect(), island_of: piece_of, islands: pieces }
+    }
+
+    /// A face is seen from one side, all of it, and is as long as its longer edges, not as its
+    /// diagonal, which is the longest edge of its triangles.
+    fn see_faces(&self, piece_of: &[u32], pieces: &mut [Island], is_face: &[bool]) {
+        for (piece, _) in pieces.iter_mut().zip(is_face).filter(|(_, is_face)| **is_face) {
+            piece.shown *= 2.0;
+            (piece.first, piece.second, piece.reach) = (Far::NONE, Far::NONE, 0.0);
+        }
+        for &corners in &self.triangles {
+            let positions = self.corner_positions(corners);
+            let piece = piece_of[positions[0] as usize] as usize;
+            if is_face[piece] {
+                let [a, b, c] = positions.map(|position| self.positions[position as usize]);
+                let mut edges = [(a, b), (b, c), (c, a)].map(|(a, b)| (a.distance(b), a, b));
+                edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let (metres, from, to) = edges[1];
+                if metres > pieces[piece].second.metres {
+                    pieces[piece].first.point = from;
+                    pieces[piece].second = Far { point: to, metres };
+                }
+            }
+        }
+        for (&point, &piece) in self.positions.iter().zip(piece_of) {
+            if is_face.get(piece as usize) == Some(&true) {
+                pieces[piece as usize].reach_to(point);
+            }
+        }
     }
 
     fn stretch(&mut self, island_of: &[u32], stretches: &[Option<Stretch>]) {
@@ -443,6 +514,50 @@ mod tests {
         assert!((shown(&thinned) / 40.0 - 1.0).abs() < 1e-3, "{}", shown(&thinned));
         let beyond = strip.thinned(1.0).unwrap();
         assert_eq!(beyond.triangles.len(), 160, "0.8 m is too much an error for squares of 1 m");
+    }
+
+    /// A lattice in the plane x, z: a square of so many metres with bars of 0.1 m a metre apart
+    /// both ways, which nothing collapses.
+    fn lattice(metres: u32) -> Mesh {
+        let marks: Vec<f32> = (0..=metres).flat_map(|at| [at as f32, at as f32 + 0.1]).collect();
+        let (count, mut lattice) = (marks.len(), RawPrimitive::default());
+        lattice
+            .positions
+            .extend(marks.iter().flat_map(|&z| marks.iter().map(move |&x| Vec3::new(x, 0.0, z))));
+        lattice.normals = vec![Vec3::Y; lattice.positions.len()];
+        for (row, column) in (0..count - 1).flat_map(|row| (0..count - 1).map(move |c| (row, c))) {
+            if row % 2 == 0 || column % 2 == 0 {
+                let [a, b] = [row, row + 1].map(|row| (row * count + column) as u32);
+                let sides = [[a, b, b + 1], [a, b + 1, a + 1], [a, b + 1, b], [a, a + 1, b + 1]];
+                lattice.triangles.extend(sides);
+            }
+        }
+        weld(&[lattice]).unwrap().0
+    }
+
+    #[test]
+    fn of_a_lattice_a_share_of_its_faces_is_kept() {
+        let mesh = lattice(40);
+        let thinned = thinned(&mesh, 2.0);
+        let [before, after] = [&mesh, &thinned].map(|mesh| mesh.triangles.len());
+        assert!(after * 5 < before, "{after} of {before} triangles");
+        assert!((shown(&thinned) / shown(&mesh) - 1.0).abs() < 0.02, "{}", shown(&thinned));
+        // Everywhere: in each quarter of it as much as in the others.
+        let quarter = |of: usize| {
+            let in_it = |t: &&[u32; 3]| {
+                let [a, b, c] =
+                    thinned.corner_positions(**t).map(|p| thinned.positions[p as usize]);
+                let middle = (a + b + c) / 3.0;
+                usize::from(middle.x > 20.0) + 2 * usize::from(middle.z > 20.0) == of
+            };
+            thinned.triangles.iter().filter(in_it).count()
+        };
+        for of in 0..4 {
+            let share = quarter(of) as f32 / after as f32;
+            assert!((share - 0.25).abs() < 0.05, "{share} in quarter {of}");
+        }
+        let near = super::tests::thinned(&mesh, 0.2);
+        assert_eq!(near.triangles.len(), before, "what is large enough stays as it is");
     }
 
     #[test]
