@@ -14,6 +14,10 @@ const METAL = 0.45;
 // Of a tint, what shines by itself: it must be seen in the shade too.
 const TINT_SHINE = 0.35;
 
+// Of red and green in a vertex's colour.
+const COLOR_BITS = 14u;
+const COLOR_MASK = 0x3fffu;
+
 // What reaches a surface, encoded. A square root stands in for the sRGB curve: that
 // of a product is the product of its factors', and a power takes ten times as long.
 fn light(normal: vec3<f32>) -> f32 {
@@ -39,6 +43,20 @@ struct PlainVaryings {
 fn plain_vertex_main(vertex: VertexInput) -> PlainVaryings {
     let lit = material.encoded_color.rgb * light(unit(world_normal(vertex)));
     return PlainVaryings(clip_position(world_position(vertex)), lit);
+}
+
+// The same where vertices bring their material's colour, so that materials are drawn together.
+@vertex
+fn colored_vertex_main(vertex: VertexInput) -> PlainVaryings {
+    let lit = vertex_color(vertex) * light(unit(world_normal(vertex)));
+    return PlainVaryings(clip_position(world_position(vertex)), lit);
+}
+
+// In place of a texture coordinate: `vertex_color` of the Rust side.
+fn vertex_color(vertex: VertexInput) -> vec3<f32> {
+    let red_green = bitcast<u32>(vertex.position_u.w);
+    let parts = vec2<u32>(red_green >> COLOR_BITS, red_green) & vec2<u32>(COLOR_MASK);
+    return vec3<f32>(vec2<f32>(parts) / f32(COLOR_MASK), vertex.normal_v.w);
 }
 
 @fragment

@@ -13,7 +13,8 @@ include!(concat!(env!("OUT_DIR"), "/layouts.rs"));
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Vertex {
-    /// Mesh space, metres; then u of the texture coordinate.
+    /// Mesh space, metres; then u of the texture coordinate. At low quality a vertex of a plain
+    /// material has a [`vertex_color`] in place of that.
     pub position_u: [f32; 4],
     /// Unit normal, mesh space, or that of a slender thing, [`SLENDER`] and its radius long;
     /// then v of the texture coordinate, down.
@@ -23,6 +24,17 @@ pub struct Vertex {
 /// What the normal of something long and thin is longer by than its radius, metres in mesh
 /// space: it is drawn at least a pixel wide (`shaders/common/frame.wgsl`).
 pub const SLENDER: f32 = 2.0;
+
+/// A colour, encoded, each of red, green and blue from 0 to 1, in place of u and v: red and green
+/// to 14 bits, then blue. Neither is ever no number, nor one that is too small for some devices.
+pub fn vertex_color([red, green, blue]: [f32; 3]) -> [f32; 2] {
+    const BITS: u32 = 14;
+    const FULL: f32 = ((1 << BITS) - 1) as f32;
+    /// Of a number that is neither.
+    const NORMAL: u32 = 1 << 29;
+    let [red, green] = [red, green].map(|part| (part.clamp(0.0, 1.0) * FULL).round() as u32);
+    [f32::from_bits(NORMAL | red << BITS | green), blue]
+}
 
 /// What is the same for a whole frame.
 #[repr(C)]

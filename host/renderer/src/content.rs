@@ -121,7 +121,7 @@ impl Content {
             cache: IndexCache::new(MAX_CACHED_INDEX_BYTES),
             resolver: Resolver::new()?,
             morpher: Morpher::default(),
-            kit: MaterialKit::new(gpu, layouts.material.clone())?,
+            kit: MaterialKit::new(gpu, layouts.material.clone(), pipelines.undecoded)?,
             feature_kit: FeatureKit::new(gpu, layouts.features.clone())?,
             ground: GroundKit::new(gpu)?,
             layouts,

@@ -19,7 +19,7 @@ use crate::{CameraView, RenderError};
 const MAX_MESH_TRIANGLES: usize = 65_536;
 
 /// Triangles of an instance that it pays to gather by itself where there are more instances.
-const LEAST_BY_ITSELF: usize = 8192;
+const LEAST_BY_ITSELF: usize = 1024;
 
 /// More live triangles than there are.
 pub(crate) const NEVER: usize = usize::MAX;

@@ -8,7 +8,7 @@ use busbar_gpu::{
     Sampler,
 };
 use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
-use busbar_shaders::MaterialUniform;
+use busbar_shaders::{MaterialUniform, vertex_color};
 
 use crate::RenderError;
 use crate::targets::srgb_from_linear;
@@ -32,6 +32,15 @@ pub(crate) struct GpuMaterial {
     pub(crate) plain: bool,
     /// Shines by itself.
     pub(crate) emits: bool,
+    /// What its vertices bring in place of texture coordinates, so that it need not be bound.
+    pub(crate) vertex_color: Option<[f32; 2]>,
+}
+
+impl GpuMaterial {
+    /// Shows only fronts, and only what does not shine by itself.
+    pub(crate) fn is_narrow(&self) -> bool {
+        !self.double_sided && !self.emits
+    }
 }
 
 /// What all materials share.
@@ -44,10 +53,16 @@ pub(crate) struct MaterialKit {
     made: u32,
     /// Stands in where a material has no texture.
     white: Image,
+    /// Whether vertices bring the colours of plain materials.
+    colors_vertices: bool,
 }
 
 impl MaterialKit {
-    pub(crate) fn new(gpu: &mut Gpu, layout: BindGroupLayout) -> Result<Self, RenderError> {
+    pub(crate) fn new(
+        gpu: &mut Gpu,
+        layout: BindGroupLayout,
+        colors_vertices: bool,
+    ) -> Result<Self, RenderError> {
         let wraps = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
         let mut samplers = HashMap::new();
         for u in wraps {
@@ -58,7 +73,7 @@ impl MaterialKit {
         let mut recorder = gpu.begin_transfer()?;
         let white = recorder.upload_texture("white", Format::Rgba8Linear, [1, 1], &[255; 4])?;
         recorder.submit_and_wait()?;
-        Ok(Self { layout, samplers, untextured: HashMap::new(), made: 0, white })
+        Ok(Self { layout, samplers, untextured: HashMap::new(), made: 0, white, colors_vertices })
     }
 
     /// Uploads materials and the textures they use. The last one returned is
@@ -104,7 +119,7 @@ impl MaterialKit {
                 (self.made, group)
             }
         };
-        Ok(GpuMaterial {
+        let mut made = GpuMaterial {
             group,
             number,
             blends: material.alpha == AlphaMode::Blend,
@@ -112,7 +127,13 @@ impl MaterialKit {
             emits: material.emissive != [0.0; 3],
             opaque: material.alpha == AlphaMode::Opaque,
             plain: material.alpha == AlphaMode::Opaque && !is_textured,
-        })
+            vertex_color: None,
+        };
+        if self.colors_vertices && made.plain && made.is_narrow() {
+            let [red, green, blue, _] = uniform.encoded_color;
+            made.vertex_color = Some(vertex_color([red, green, blue]));
+        }
+        Ok(made)
     }
 
     /// Keeps the group made last in mind.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use busbar_geometry::{Bounds, CollapseStacks, Mesh};
+use busbar_geometry::{Bounds, CollapseStacks, Mesh, Section};
 use busbar_gpu::{Arena, Recorder, Slice};
 use busbar_scene::{Material, Texture};
 use busbar_shaders::{SLENDER, Vertex};
@@ -112,7 +112,9 @@ impl GpuModel {
         let is_software = recorder.gpu().is_software();
         let outward = slender_normals(stacks);
         let bytes = mesh.wedges.len() * size_of::<Vertex>();
-        let write = |bytes: &mut [u8]| write_vertices(mesh, &outward, bytes);
+        let color_of = |section: &Section| self.material(section.material).vertex_color;
+        let colors: Vec<Option<[f32; 2]>> = mesh.sections.iter().map(color_of).collect();
+        let write = |bytes: &mut [u8]| write_vertices(mesh, &outward, &colors, bytes);
         let vertices = match bytes {
             0 => None,
             bytes => Some(recorder.upload_slice_by(arena, bytes as u64, write)?),
@@ -165,19 +167,21 @@ fn slender_normals(stacks: &CollapseStacks) -> Vec<Vec3> {
 
 /// Wedges are the vertices: a position with one set of attributes each. They are written in
 /// order and never read: device memory that the processor sees may be slow to read.
-fn write_vertices(mesh: &Mesh, slender: &[Vec3], into: &mut [u8]) {
+fn write_vertices(mesh: &Mesh, slender: &[Vec3], colors: &[Option<[f32; 2]>], into: &mut [u8]) {
     let wedges = &mesh.wedges;
     let normal_at = |position: usize, own: Vec3| match slender.get(position) {
         Some(&normal) if normal != Vec3::ZERO => normal,
         _ => unit_at_most(own),
     };
-    let wedges = wedges.position.iter().zip(&wedges.normal).zip(&wedges.uv);
+    let of_wedges = wedges.position.iter().zip(&wedges.normal);
+    let of_wedges = of_wedges.zip(&wedges.uv).zip(&wedges.section);
     let (places, _) = into.as_chunks_mut::<{ size_of::<Vertex>() }>();
-    for (place, ((&position, &normal), uv)) in places.iter_mut().zip(wedges) {
+    for (place, (((&position, &normal), uv), &section)) in places.iter_mut().zip(of_wedges) {
         let position = position as usize;
+        let [u, v] = colors.get(section as usize).copied().flatten().unwrap_or(uv.to_array());
         *place = bytemuck::cast(Vertex {
-            position_u: mesh.positions[position].extend(uv.x).to_array(),
-            normal_v: normal_at(position, normal).extend(uv.y).to_array(),
+            position_u: mesh.positions[position].extend(u).to_array(),
+            normal_v: normal_at(position, normal).extend(v).to_array(),
         });
     }
 }

@@ -4,6 +4,7 @@ use busbar_gpu::{BindGroupLayout, BindingKind, Blend, Format, Gpu, GpuError, Pip
 use busbar_shaders::{GROUND, GROUND_SHADOWED, MASK, MASK_SECTION};
 
 use crate::Quality;
+use crate::batch::Batch;
 use crate::layer::ready;
 use crate::material::GpuMaterial;
 use crate::pick::ID_FORMAT;
@@ -101,6 +102,8 @@ pub(crate) struct Shading {
     plain: Option<Pipeline>,
     /// Whether that shows only fronts, and only what does not shine by itself.
     plain_is_narrow: bool,
+    /// Draws the same where vertices bring their colours.
+    colored: Option<Pipeline>,
     /// For what is slender.
     slender: Option<Slender>,
 }
@@ -118,11 +121,20 @@ pub(crate) struct Chosen<'a> {
     pub(crate) pipeline: &'a Pipeline,
     /// Whether it finds out which feature a vertex is of.
     pub(crate) finds_features: bool,
+    /// Whether it looks the material up.
+    pub(crate) finds_material: bool,
 }
 
 impl Shading {
     fn of_one(any: Pipeline) -> Self {
-        Self { any, without_features: None, plain: None, plain_is_narrow: false, slender: None }
+        Self {
+            any,
+            without_features: None,
+            plain: None,
+            plain_is_narrow: false,
+            colored: None,
+            slender: None,
+        }
     }
 
     /// Whether what is slender has pipelines of its own.
@@ -133,13 +145,28 @@ impl Shading {
     /// The fastest pipeline that will do.
     pub(crate) fn pipeline(
         &self,
-        highlights: Highlights,
+        batch: &Batch,
         material: &GpuMaterial,
         is_slender: bool,
     ) -> Chosen<'_> {
-        let chosen = |place, pipeline, finds_features| Chosen { place, pipeline, finds_features };
-        let is_narrow = !material.double_sided && !material.emits;
-        let plain = material.plain && (is_narrow || !self.plain_is_narrow);
+        let highlights = batch.highlights;
+        let chosen = |place, pipeline, finds_features| Chosen {
+            place,
+            pipeline,
+            finds_features,
+            finds_material: true,
+        };
+        let plain = material.plain && (material.is_narrow() || !self.plain_is_narrow);
+        // On its way a vertex is between two colours, which are no numbers.
+        let colored = self.colored.as_ref().filter(|_| {
+            material.vertex_color.is_some()
+                && batch.way.is_none()
+                && highlights == Highlights::None
+                && !is_slender
+        });
+        if let Some(colored) = colored {
+            return Chosen { finds_material: false, ..chosen(5, colored, false) };
+        }
         if let Some(slender) = self.slender.as_ref().filter(|_| is_slender) {
             return match (highlights, plain) {
                 (Highlights::None, true) => chosen(3, &slender.plain, false),
@@ -257,11 +284,20 @@ impl<'a> Making<'a> {
             fragment: Some(c"plain_fragment_main"),
             ..self.scene()
         };
+        // A cut asks the material whether it shows both sides.
+        let brings_colors = self.undecoded.is_some() && !self.is_section;
+        let colored = Recipe {
+            name: "colored scene",
+            vertex: c"colored_vertex_main",
+            groups: &self.groups[..1],
+            ..plain
+        };
         Ok(Shading {
             any: self.shaded(&self.scene(), Blend::Replace)?,
             without_features: Some(self.shaded(&self.without_features(), Blend::Replace)?),
             plain: Some(self.shaded(&plain, Blend::Replace)?),
             plain_is_narrow: self.undecoded.is_some(),
+            colored: brings_colors.then(|| self.shaded(&colored, Blend::Replace)).transpose()?,
             slender: Some(self.slender()?),
         })
     }
@@ -272,6 +308,7 @@ impl<'a> Making<'a> {
             without_features: Some(self.shaded(&self.without_features(), Blend::Over)?),
             plain: None,
             plain_is_narrow: false,
+            colored: None,
             slender: None,
         })
     }
@@ -342,6 +379,7 @@ impl<'a> Making<'a> {
             without_features: None,
             plain: Some(depth(&plain)?),
             plain_is_narrow: false,
+            colored: None,
             slender: None,
         })
     }

@@ -1,16 +1,23 @@
 //! Records a plan's draws.
 
+use std::ops::Range;
+
 use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, Pass};
 use glam::{Vec3, Vec4};
+use smallvec::SmallVec;
 
 use crate::RenderError;
 use crate::batch::{Batch, Plan};
 use crate::features::FeatureKit;
 use crate::gathering::{Gathered, Gathering, View};
 use crate::index_cache::IndexCache;
+use crate::material::GpuMaterial;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::{Morpher, VERTEX_BYTES};
 use crate::pipelines::{Chosen, Shading};
+
+/// Runs that most meshes have at most.
+const USUAL_RUNS: usize = 2;
 
 /// Which sections of a mesh are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +63,23 @@ struct Section<'a> {
     draw: Draw<'a>,
     /// Where it may be gathered with others.
     gathered: Option<Gathered<'a>>,
+}
+
+/// Triangles of a mesh that are drawn alike.
+struct Run<'a> {
+    chosen: Chosen<'a>,
+    /// Of its first section; others have theirs in their vertices.
+    material: &'a GpuMaterial,
+    is_slender: bool,
+    /// Indices.
+    part: Range<u32>,
+}
+
+impl Run<'_> {
+    /// Whether a section's part after it may be drawn with it.
+    fn goes_on_with(&self, chosen: &Chosen<'_>, part: &Range<u32>) -> bool {
+        !self.chosen.finds_material && !chosen.finds_material && self.part.end == part.start
+    }
 }
 
 /// What is alike in it is drawn together: pipeline, faces, features, material, and where
@@ -146,6 +170,7 @@ impl<'a> SceneDrawer<'a> {
             views.extend(seen.iter().map(|instance| gathering.view_of(instance)));
             Some((faces, first_view))
         });
+        let mut runs: SmallVec<[Run<'_>; USUAL_RUNS]> = SmallVec::new();
         for (section, range) in mesh.stacks.mesh().sections.iter().zip(&resolved.sections) {
             let material = model.material(section.material);
             let is_wanted = match wanted {
@@ -156,57 +181,61 @@ impl<'a> SceneDrawer<'a> {
             if !is_wanted {
                 continue;
             }
-            let cull_back = !material.double_sided && !self.shows_backs;
-            let last = self.more.unwrap_or(self.frame_group);
             for (is_slender, part) in range.parts(shading.widens()) {
-                if part.is_empty() {
-                    continue;
+                let chosen = shading.pipeline(batch, material, is_slender);
+                match runs.last_mut() {
+                    _ if part.is_empty() => {}
+                    Some(last) if last.goes_on_with(&chosen, &part) => last.part.end = part.end,
+                    _ => runs.push(Run { chosen, material, is_slender, part }),
                 }
-                let Chosen { place, pipeline, finds_features } =
-                    shading.pipeline(batch.highlights, material, is_slender);
-                let features = mesh.features.as_ref().filter(|_| finds_features);
-                let (vertex_offset, first_vertex) = match features {
-                    // By a vertex's number in its mesh.
-                    Some(_) => (vertices.offset, 0),
-                    None => (0, (vertices.offset / VERTEX_BYTES) as u32),
-                };
-                let ways = [cull_back, batch.mirrored, features.is_some()];
-                let section = Section {
-                    order: (place, ways, material.number, [vertices.block, indices.block()]),
-                    groups: [
-                        self.frame_group,
-                        self.feature_kit.group(features),
-                        &material.group,
-                        last,
-                    ],
-                    draw: Draw {
-                        pipeline,
-                        groups: &[],
-                        vertices: vertices.buffer,
-                        vertex_offset,
-                        first_vertex,
-                        instances: self.instances,
-                        indices: indices.buffer(),
-                        index_range: first_index + part.start..first_index + part.end,
-                        instance_range: batch.instances.clone(),
-                        cull_back,
-                        mirrored: batch.mirrored,
-                    },
-                    gathered: None,
-                };
-                let Some((faces, first_view)) = gathered.filter(|_| features.is_none()) else {
-                    sections.push(section);
-                    continue;
-                };
-                // Each instance by itself: of each something else is seen.
-                sections.extend(batch.instances.clone().zip(first_view..).map(|(index, view)| {
-                    let range = part.start / 3..part.end / 3;
-                    let skips_backs = cull_back && !is_slender;
-                    let draw = Draw { instance_range: index..index + 1, ..section.draw.clone() };
-                    let gathered = Gathered { faces, range, first_vertex, view, skips_backs };
-                    Section { draw, gathered: Some(gathered), ..section.clone() }
-                }));
             }
+        }
+        for Run { chosen, material, is_slender, part } in runs {
+            let Chosen { place, pipeline, finds_features, finds_material } = chosen;
+            let cull_back = !material.double_sided && !self.shows_backs;
+            let features = mesh.features.as_ref().filter(|_| finds_features);
+            let (vertex_offset, first_vertex) = match features {
+                // By a vertex's number in its mesh.
+                Some(_) => (vertices.offset, 0),
+                None => (0, (vertices.offset / VERTEX_BYTES) as u32),
+            };
+            let ways = [cull_back, batch.mirrored, features.is_some()];
+            let material_number = if finds_material { material.number } else { 0 };
+            let section = Section {
+                order: (place, ways, material_number, [vertices.block, indices.block()]),
+                groups: [
+                    self.frame_group,
+                    self.feature_kit.group(features),
+                    &material.group,
+                    self.more.unwrap_or(self.frame_group),
+                ],
+                draw: Draw {
+                    pipeline,
+                    groups: &[],
+                    vertices: vertices.buffer,
+                    vertex_offset,
+                    first_vertex,
+                    instances: self.instances,
+                    indices: indices.buffer(),
+                    index_range: first_index + part.start..first_index + part.end,
+                    instance_range: batch.instances.clone(),
+                    cull_back,
+                    mirrored: batch.mirrored,
+                },
+                gathered: None,
+            };
+            let Some((faces, first_view)) = gathered.filter(|_| features.is_none()) else {
+                sections.push(section);
+                continue;
+            };
+            // Each instance by itself: of each something else is seen.
+            sections.extend(batch.instances.clone().zip(first_view..).map(|(index, view)| {
+                let range = part.start / 3..part.end / 3;
+                let skips_backs = cull_back && !is_slender;
+                let draw = Draw { instance_range: index..index + 1, ..section.draw.clone() };
+                let gathered = Gathered { faces, range, first_vertex, view, skips_backs };
+                Section { draw, gathered: Some(gathered), ..section.clone() }
+            }));
         }
     }
 
