@@ -21,7 +21,7 @@ use super::LoadedModel;
 
 /// The most triangles that a proxy has for each mesh instance that it stands for: where
 /// there are more, what an instance costs by itself is little beside them.
-const MAX_TRIANGLES_PER_INSTANCE: u64 = 128;
+const MAX_TRIANGLES_PER_INSTANCE: u64 = 176;
 /// The most that all proxies of a scene have together: some 100 MB.
 const MAX_PROXY_TRIANGLES: u64 = 1 << 20;
 /// The most levels of the policy that a group has proxies for, and one within another, which
