@@ -1,8 +1,8 @@
 //! Islands taken apart into faces.
 //!
-//! What is full of holes, a lattice, say, keeps a tube of triangles around each of its bars
-//! however coarse it is: no collapse closes a hole. Where all of it is a few pixels, its faces
-//! may go one by one ([`crate::CollapseStacks::thinned`]).
+//! An optimiser that keeps a surface a surface stops at a tube of three sides around each bar of
+//! a lattice, say, until the whole dies. Where all of it is a few pixels, its faces may go one by
+//! one ([`crate::CollapseStacks::thinned`]).
 
 use std::cmp::Reverse;
 

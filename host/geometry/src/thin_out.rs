@@ -85,7 +85,7 @@ struct Fate {
 
 impl Fate {
     /// Of all islands where a pixel is a square with this side.
-    fn of(islands: &[Island], sections: usize, side: f32) -> Vec<Self> {
+    fn of<'a>(islands: impl Iterator<Item = &'a Island>, sections: usize, side: f32) -> Vec<Self> {
         // Of what each section lost so far, in islands.
         let mut owed = vec![0.0_f32; sections];
         let fate = |island: &Island| {
@@ -99,7 +99,7 @@ impl Fate {
             let max_triangles = (shows / (side * side)).ceil() as usize;
             Self { shows: if stays { shows } else { 0.0 }, max_triangles }
         };
-        islands.iter().map(fate).collect()
+        islands.map(fate).collect()
     }
 }
 
@@ -126,7 +126,7 @@ impl CollapseStacks {
     pub fn thinned(self, side: f32) -> Result<Mesh, SequenceError> {
         let (island_of, count) = self.mesh().numbered_islands();
         let islands = self.mesh().shown_islands(&island_of, count);
-        let fates = Fate::of(&islands, self.mesh().sections.len(), side);
+        let fates = Fate::of(islands.iter(), self.mesh().sections.len(), side);
         let sequence = self.beyond(&island_of, &fates, MAX_ERROR_SIDES * side)?;
         let coarse = Self::build(self.into_mesh(), &sequence);
         // Their numbers are by the order of triangles, which is the same.
@@ -262,9 +262,9 @@ impl Mesh {
         let is_face: Vec<bool> = known.iter().map(Option::is_none).collect();
         self.see_faces(&piece_of, &mut pieces, &is_face);
         let faces = pieces.iter().zip(&is_face).filter(|(_, is_face)| **is_face);
-        let faces: Vec<Island> = faces.map(|(face, _)| face.clone()).collect();
-        let mut of_loose = Fate::of(&faces, self.sections.len(), side).into_iter();
-        let fates = known.into_iter().filter_map(|known| known.or_else(|| of_loose.next()));
+        let faces = faces.map(|(face, _)| face);
+        let mut of_faces = Fate::of(faces, self.sections.len(), side).into_iter();
+        let fates = known.into_iter().filter_map(|known| known.or_else(|| of_faces.next()));
         Pieces { fates: fates.collect(), island_of: piece_of, islands: pieces }
     }
 
