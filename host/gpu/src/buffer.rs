@@ -247,12 +247,18 @@ impl Buffer {
     }
 
     pub(crate) fn read(&self) -> Result<Vec<u8>, GpuError> {
-        self.allocation()
-            .as_ref()
-            .and_then(Allocation::mapped_slice)
-            .and_then(|memory| memory.get(..self.0.size as usize))
-            .map(<[u8]>::to_vec)
-            .ok_or(GpuError::Misuse("a read from a buffer on the device"))
+        let mut bytes = Vec::new();
+        self.read_whole_by(|contents| bytes.extend_from_slice(contents))?;
+        Ok(bytes)
+    }
+
+    /// Has what was copied to it read.
+    pub(crate) fn read_whole_by(&self, read: impl FnOnce(&[u8])) -> Result<(), GpuError> {
+        let allocation = self.allocation();
+        let memory = allocation.as_ref().and_then(Allocation::mapped_slice);
+        let contents = memory.and_then(|memory| memory.get(..self.0.size as usize));
+        read(contents.ok_or(GpuError::Misuse("a read from a buffer on the device"))?);
+        Ok(())
     }
 
     /// Size in bytes.

@@ -23,7 +23,7 @@ pub enum ImageKind {
         /// 1 or 4.
         samples: u32,
     },
-    /// Drawn into, one sample a pixel, and then sampled by shaders.
+    /// Drawn into, one sample a pixel, and then sampled by shaders; depth is perhaps read back.
     SampledTarget,
 }
 
@@ -130,15 +130,15 @@ impl ImageKind {
             Self::Target { samples: 1 } => {
                 vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC
             }
-            Self::SampledTarget => vk::ImageUsageFlags::SAMPLED | Self::attachment(format),
+            Self::SampledTarget if format == Format::Depth32 => {
+                vk::ImageUsageFlags::SAMPLED
+                    | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+            }
+            Self::SampledTarget => {
+                vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::COLOR_ATTACHMENT
+            }
             Self::Target { .. } => vk::ImageUsageFlags::COLOR_ATTACHMENT,
-        }
-    }
-
-    fn attachment(format: Format) -> vk::ImageUsageFlags {
-        match format {
-            Format::Depth32 => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-            _ => vk::ImageUsageFlags::COLOR_ATTACHMENT,
         }
     }
 

@@ -46,7 +46,7 @@ pub use gpu::{Gpu, GpuOptions, MAX_FRAMES_IN_FLIGHT};
 pub use heap::{LargePages, give_back_freed_memory, load_within_one_heap};
 pub use image::{Image, ImageDescription, ImageKind};
 pub use paint::{Paint, PaintPass};
-pub use pass::{ClearColor, DepthAfter, Draw, DrawCount, Pass, Targets, Viewport};
+pub use pass::{ClearColor, DepthAfter, Draw, DrawCount, Pass, Start, Targets, Viewport};
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
@@ -54,5 +54,5 @@ pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};
 pub use slot::{MAX_STAGES, StageMillis};
 pub use surface::WindowHandles;
-pub use transfer::Download;
+pub use transfer::{DepthCopy, Download};
 pub use validation::ValidationLog;

@@ -18,7 +18,7 @@ pub enum ClearColor {
     Number(u32),
 }
 
-/// Where a pass draws. All of one size; the depth starts at "infinitely far".
+/// Where a pass draws. All of one size.
 pub struct Targets<'a> {
     /// Drawn into.
     pub color: &'a Image,
@@ -28,11 +28,20 @@ pub struct Targets<'a> {
     pub depth: &'a Image,
     /// What becomes of it.
     pub depth_after: DepthAfter<'a>,
-    /// What the colour starts with.
-    pub clear: ClearColor,
+    /// What they start with.
+    pub start: Start,
     /// Takes sRGB colours as bytes: shaders encode, and blending and resolving do not
     /// decode.
     pub undecoded: bool,
+}
+
+/// What a pass's targets start with.
+#[derive(Clone, Copy, Debug)]
+pub enum Start {
+    /// This colour, and depth "infinitely far".
+    Cleared(ClearColor),
+    /// What the last pass left there, which kept its depth.
+    Resumed,
 }
 
 /// What becomes of a pass's depth.
@@ -162,7 +171,7 @@ struct Bound {
 }
 
 impl Recorder<'_> {
-    /// Begins a pass that fills its targets anew.
+    /// Begins a pass.
     ///
     /// # Errors
     /// When the targets do not fit together.
@@ -171,7 +180,7 @@ impl Recorder<'_> {
         targets: &Targets<'_>,
         viewport: Viewport,
     ) -> Result<Pass<'_>, GpuError> {
-        let Targets { color, resolve, depth, depth_after, clear, undecoded } = targets;
+        let Targets { color, resolve, depth, depth_after, start, undecoded } = targets;
         let fits = color.size() == depth.size()
             && color.samples() == depth.samples()
             && depth.format() == Format::Depth32
@@ -191,9 +200,8 @@ impl Recorder<'_> {
             image.undecoded_view().zip(image.format().undecoded()).ok_or(fault)
         };
         let (view, format) = viewed(color)?;
-        let mut color_info = attachment(view, ImageUse::ColorTarget)
-            .clear_value(clear.vk())
-            .store_op(vk::AttachmentStoreOp::STORE);
+        let mut color_info =
+            attachment(view, ImageUse::ColorTarget).store_op(vk::AttachmentStoreOp::STORE);
         if let Some(resolve) = resolve {
             self.use_image(resolve, ImageUse::ColorTarget);
             color_info = color_info
@@ -202,7 +210,14 @@ impl Recorder<'_> {
                 .resolve_image_view(viewed(resolve)?.0)
                 .resolve_image_layout(ImageUse::ColorTarget.layout());
         }
-        let depth_info = self.depth_attachment(depth, *depth_after);
+        let mut depth_info = self.depth_attachment(depth, *depth_after);
+        match start {
+            Start::Cleared(clear) => color_info = color_info.clear_value(clear.vk()),
+            Start::Resumed => {
+                color_info = color_info.load_op(vk::AttachmentLoadOp::LOAD);
+                depth_info = depth_info.load_op(vk::AttachmentLoadOp::LOAD);
+            }
+        }
         Ok(self.begin_pass(color, Some((color_info, format)), depth_info, viewport))
     }
 

@@ -149,13 +149,17 @@ impl<'g> Recorder<'g> {
         self.device().wait(self.command_slot().value, "a transfer")
     }
 
-    /// Submits what was recorded, waits for it and goes on recording.
-    pub(crate) fn flush(&mut self) -> Result<(), GpuError> {
+    /// Submits what was recorded, waits for it and goes on recording. All that belongs to the
+    /// recorder's slot is free to be written again.
+    ///
+    /// # Errors
+    /// As [`Recorder::submit_and_wait`].
+    pub fn flush(&mut self) -> Result<(), GpuError> {
         self.finish(None, None)?;
-        self.device().wait(self.command_slot().value, "a transfer")?;
+        self.device().wait(self.command_slot().value, "the first part of a submission")?;
         self.device().collect_garbage()?;
         self.staged_bytes = 0;
-        self.gpu.slots[self.slot].begin()
+        self.gpu.slots[self.slot].resume()
     }
 
     /// Submits what was recorded and shows the picture in the window. If the

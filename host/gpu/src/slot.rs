@@ -35,6 +35,8 @@ pub(crate) struct CommandSlot {
     queries: vk::QueryPool,
     /// Of the last submission, as far as they ended.
     stages: Vec<&'static str>,
+    /// What parts of it took that were submitted before, and stages of theirs.
+    before: (f64, Vec<(&'static str, f64)>),
     /// What its draws are read from.
     pub(crate) calls: RefCell<IndirectCalls>,
     /// The last submission; 0 before the first.
@@ -49,6 +51,7 @@ impl CommandSlot {
             commands: vk::CommandBuffer::null(),
             queries: vk::QueryPool::null(),
             stages: Vec::new(),
+            before: (0.0, Vec::new()),
             calls: RefCell::default(),
             value: 0,
         };
@@ -81,6 +84,20 @@ impl CommandSlot {
     }
 
     pub(crate) fn begin(&mut self) -> Result<(), GpuError> {
+        self.before.0 = 0.0;
+        self.before.1.clear();
+        self.begin_part()
+    }
+
+    /// Begins the next part of a submission, once the last one is finished.
+    pub(crate) fn resume(&mut self) -> Result<(), GpuError> {
+        if let Some((millis, stages)) = self.elapsed_millis()? {
+            self.before = (millis, stages.iter().collect());
+        }
+        self.begin_part()
+    }
+
+    fn begin_part(&mut self) -> Result<(), GpuError> {
         self.stages.clear();
         self.calls.get_mut().restart();
         let raw = &self.device.raw;
@@ -102,7 +119,7 @@ impl CommandSlot {
 
     /// What was recorded since the last stage, or the beginning, is this one.
     pub(crate) fn end_stage(&mut self, name: &'static str) {
-        if self.stages.len() < MAX_STAGES {
+        if self.before.1.len() + self.stages.len() < MAX_STAGES {
             self.stages.push(name);
             self.stamp(self.stages.len() as u32);
         }
@@ -130,7 +147,7 @@ impl CommandSlot {
         }
     }
 
-    /// How long the finished last submission took, and each of its stages.
+    /// How long the finished last submission took, all parts of it, and each of its stages.
     pub(crate) fn elapsed_millis(&self) -> Result<Option<(f64, StageMillis)>, GpuError> {
         if self.value == 0 || self.queries == vk::QueryPool::null() {
             return Ok(None);
@@ -149,11 +166,12 @@ impl CommandSlot {
                 let between = |from: usize, to: usize| {
                     ticks[to].saturating_sub(ticks[from]) as f64 * period_nanos / 1e6
                 };
+                let (before, of_before) = &self.before;
+                let own = (0..).zip(&self.stages).map(|(i, &name)| (name, between(i, i + 1)));
+                let all = of_before.iter().copied().chain(own);
                 let mut stages = StageMillis::default();
-                for (index, (stage, &name)) in stages.0.iter_mut().zip(&self.stages).enumerate() {
-                    *stage = Some((name, between(index, index + 1)));
-                }
-                Ok(Some((between(0, written - 1), stages)))
+                stages.0.iter_mut().zip(all).for_each(|(place, stage)| *place = Some(stage));
+                Ok(Some((before + between(0, written - 1), stages)))
             }
             Err(vk::Result::NOT_READY) => Ok(None),
             Err(code) => Err(at("reading timestamps")(code)),

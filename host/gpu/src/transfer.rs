@@ -5,8 +5,8 @@ use ash::vk;
 use crate::format::PIXEL_BYTES;
 use crate::image::ImageUse;
 use crate::{
-    Arena, Buffer, BufferUsage, Format, GpuError, Image, ImageDescription, ImageKind, Recorder,
-    Slice,
+    Arena, Buffer, BufferUsage, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
+    Recorder, Slice,
 };
 
 /// Bytes that may wait in staging buffers before an upload waits for the GPU.
@@ -248,13 +248,57 @@ impl Recorder<'_> {
         unsafe {
             self.device().raw.cmd_copy_buffer(self.commands(), from.raw(), buffer.raw(), &region);
         }
-        let copied = vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
-            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ);
-        self.barriers(&[], &[copied]);
+        self.barriers(&[], &[copied()]);
         Ok(buffer)
+    }
+
+    /// Copies a part of an image's depth to where the CPU can read it: from an upper left
+    /// corner on, so wide and high.
+    ///
+    /// # Errors
+    /// When the image holds no depth that can be copied, or the part does not fit.
+    pub fn copy_depth(
+        &mut self,
+        image: &Image,
+        (origin, size): ([u32; 2], [u32; 2]),
+        copy: &mut DepthCopy,
+    ) -> Result<(), GpuError> {
+        let [right, below] = [0, 1].map(|axis| origin[axis].saturating_add(size[axis]));
+        let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
+        let fits = right <= image.size()[0]
+            && below <= image.size()[1]
+            && !size.contains(&0)
+            && bytes <= copy.buffer.size();
+        if image.kind() != ImageKind::SampledTarget || image.format() != Format::Depth32 || !fits {
+            return Err(GpuError::Misuse("a read-back of depth that is not there"));
+        }
+        self.use_image(image, ImageUse::CopySource);
+        (copy.origin, copy.size) = (origin, size);
+        let [x, y] = origin.map(u32::cast_signed);
+        let [width, height] = size;
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: image.format().aspect(),
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_offset(vk::Offset3D { x, y, z: 0 })
+            .image_extent(vk::Extent3D { width, height, depth: 1 })];
+        // SAFETY: the commands are being recorded, outside any pass; the image has this part
+        // and is a copy source by the barrier; the buffer holds it and lives until the
+        // submission is finished.
+        unsafe {
+            self.device().raw.cmd_copy_image_to_buffer(
+                self.commands(),
+                image.raw(),
+                ImageUse::CopySource.layout(),
+                copy.buffer.raw(),
+                &region,
+            );
+        }
+        self.barriers(&[], &[copied()]);
+        Ok(())
     }
 
     /// Copies an image of one sample to where the CPU can read it.
@@ -270,15 +314,63 @@ impl Recorder<'_> {
         let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, bytes)?;
         self.use_image(image, ImageUse::CopySource);
         self.copy_from_image(image, buffer.raw());
-        self.barriers(
-            &[],
-            &[vk::MemoryBarrier2::default()
-                .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
-                .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-                .dst_access_mask(vk::AccessFlags2::HOST_READ)],
-        );
+        self.barriers(&[], &[copied()]);
         Ok(Download { buffer, format: image.format() })
+    }
+}
+
+/// What was copied is there for the CPU.
+fn copied() -> vk::MemoryBarrier2<'static> {
+    vk::MemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+        .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+        .dst_access_mask(vk::AccessFlags2::HOST_READ)
+}
+
+/// Depth of a part of an image where the CPU can read it: room that is used again.
+pub struct DepthCopy {
+    buffer: Buffer,
+    origin: [u32; 2],
+    size: [u32; 2],
+}
+
+impl DepthCopy {
+    /// Of an image of at most so many pixels; nothing is in it yet.
+    ///
+    /// # Errors
+    /// When memory runs out.
+    pub fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, GpuError> {
+        let bytes = u64::from(width) * u64::from(height) * PIXEL_BYTES;
+        let buffer = Buffer::new(gpu, "depth read-back", BufferUsage::Readback, bytes)?;
+        Ok(Self { buffer, origin: [0; 2], size: [0; 2] })
+    }
+
+    /// The upper left corner of what was copied last.
+    pub fn origin(&self) -> [u32; 2] {
+        self.origin
+    }
+
+    /// Its width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Has it read once its recorder was submitted and waited for: rows from the top.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn read_by(&self, read: impl FnOnce(&[f32])) -> Result<(), GpuError> {
+        let [width, height] = self.size.map(|pixels| pixels as usize);
+        let mut done = Err(GpuError::Misuse("depth that does not lie as numbers do"));
+        self.buffer.read_whole_by(|bytes| {
+            let depths = bytemuck::try_cast_slice(&bytes[..width * height * size_of::<f32>()]);
+            if let Ok(depths) = depths {
+                read(depths);
+                done = Ok(());
+            }
+        })?;
+        done
     }
 }
 

@@ -25,6 +25,8 @@ pub(crate) struct Batch {
     /// Range in [`Plan::instances`]: those that may be in the picture. Where there are
     /// none, it is ready for the camera to turn, but not drawn.
     pub(crate) instances: Range<u32>,
+    /// How many of these, the first ones, are drawn before the rest.
+    pub(crate) near: u32,
     /// How many it has, seen or not.
     pub(crate) count: u32,
 }
@@ -34,6 +36,31 @@ impl Batch {
     pub(crate) fn single(&self, index: u32) -> Self {
         Self { instances: index..index + 1, count: 1, ..self.clone() }
     }
+
+    /// Its instances, as indices of a list.
+    pub(crate) fn range(&self) -> Range<usize> {
+        self.instances.start as usize..self.instances.end as usize
+    }
+
+    /// Those of its instances that are in a part of what is drawn.
+    pub(crate) fn part(&self, part: Part) -> Self {
+        let Range { start, end } = self.instances;
+        let middle = start + self.near;
+        let instances = match part {
+            Part::Near => start..middle,
+            Part::Rest => middle..end,
+        };
+        Self { instances, ..self.clone() }
+    }
+}
+
+/// A part of what is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// What is drawn first, to see what that hides.
+    Near,
+    /// All else.
+    Rest,
 }
 
 /// One frame's instances in drawing order. Filled anew each frame; its room serves the
@@ -45,6 +72,8 @@ pub(crate) struct Plan {
     /// Tints of features, instance by instance.
     pub(crate) feature_highlights: Vec<[f32; 4]>,
     pub(crate) batches: Vec<Batch>,
+    /// Whether what is near is drawn before the rest.
+    pub(crate) has_near: bool,
 }
 
 impl Plan {
@@ -60,6 +89,7 @@ impl Plan {
         self.instances.clear();
         self.feature_highlights.clear();
         self.batches.clear();
+        self.has_near = false;
         for Members { kind, members, balls } in roster.members() {
             let mut start = self.instances.len() as u32;
             let mut highlights = Highlights::None;
@@ -96,6 +126,7 @@ impl Plan {
                 mirrored: kind.mirrored,
                 highlights,
                 instances: start..self.instances.len() as u32,
+                near: 0,
                 count: members.len() as u32,
             });
         }
@@ -105,6 +136,18 @@ impl Plan {
     /// Batches of which something may be in the picture.
     pub(crate) fn seen(&self) -> impl Iterator<Item = &Batch> {
         self.batches.iter().filter(|batch| !batch.instances.is_empty())
+    }
+
+    /// How many instances may be in the picture; what batches share counts once.
+    pub(crate) fn seen_count(&self) -> u32 {
+        let mut counted = 0;
+        let more = |batch: &Batch| {
+            let Range { start, end } = batch.instances;
+            let more = end.saturating_sub(start.max(counted));
+            counted = counted.max(end);
+            more
+        };
+        self.seen().map(more).sum()
     }
 
     /// Notes the tints of an instance's features, where any has one.

@@ -2,11 +2,15 @@
 
 use std::time::Instant;
 
-use busbar_gpu::{Arena, Binding, BufferUsage, DrawCount, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder};
+use busbar_gpu::{
+    Arena, Binding, BufferUsage, DepthAfter, DrawCount, Gpu, MAX_FRAMES_IN_FLIGHT, Recorder, Start,
+    Targets,
+};
 use rayon::prelude::*;
 
-use crate::batch::Plan;
+use crate::batch::{Part, Plan};
 use crate::density::{Density, PlaneKit};
+use crate::drawn_depth::DrawnDepth;
 use crate::features::FeatureKit;
 use crate::gathering::{self, Gathering};
 use crate::ground::GroundKit;
@@ -24,7 +28,7 @@ use crate::resolver::{Request, Resolved, ResolvedTriangles, Resolver};
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
 use crate::shadows::{Drawn, Shadows, Sun};
-use crate::sight::{Before, Sight};
+use crate::sight::{Before, Hiding, Sight};
 use crate::stream::FrameStream;
 use crate::targets::{SceneTargets, whole};
 use crate::uniform::frame_uniform;
@@ -70,6 +74,7 @@ pub(crate) struct Content {
     streams: Vec<FrameStream>,
     /// Those of frames and of picks.
     views: [View; 2],
+    drawn_depth: DrawnDepth,
 }
 
 /// Who looks at the content.
@@ -85,6 +90,13 @@ struct View {
     roster: Roster,
     plan: Plan,
     before: Before,
+}
+
+/// What drawing what is near before the rest took.
+#[derive(Default)]
+struct Near {
+    calls: DrawCount,
+    waited_millis: f64,
 }
 
 /// What high quality adds.
@@ -129,6 +141,7 @@ impl Content {
             high,
             outlines: None,
             views: <[View; 2]>::default(),
+            drawn_depth: DrawnDepth::default(),
             polylines: None,
             density: None,
             planes: None,
@@ -259,6 +272,9 @@ impl Content {
         before.find(drawn, hides.then_some(&frame.camera), picture);
         sight.before = before.seen();
         plan.fill(&self.models, roster, frame.object_highlights, &sight)?;
+        if hides && self.samples == 1 {
+            plan.put_near_first((&self.models, &self.cache), frame.camera.eye);
+        }
         let needed = Needed {
             section: frame.section.is_some(),
             blended: self.models.iter().flatten().any(|model| model.blends),
@@ -288,22 +304,30 @@ impl Content {
             && !is_seen_through
     }
 
-    /// Makes room for what a frame gathers.
+    /// Makes room for what a part of a frame gathers.
     fn ready_gathering(
         &mut self,
         recorder: &Recorder<'_>,
-        stream: usize,
-        plan: &Plan,
+        (plan, part): (&Plan, Part),
+        is_behind_near: bool,
     ) -> Result<(), RenderError> {
         if !recorder.gpu().is_software() {
             return Ok(());
         }
-        let hides = self.views[Viewing::Frame as usize].before.seen().is_some();
+        let hiding = self.hiding(is_behind_near);
         let gathered = plan.seen().filter_map(|batch| {
-            Some(self.cache.get(batch.key)?.gathered(batch, hides)?.count_of(batch))
+            let batch = batch.part(part);
+            Some(self.cache.get(batch.key)?.gathered(&batch, hiding)?.count_of(&batch))
         });
         let triangles = gathered.sum();
-        gathering::ready(&mut self.streams[stream].gathered, recorder.gpu(), triangles)
+        let stream = &mut self.streams[recorder.slot()];
+        gathering::ready(&mut stream.gathered, recorder.gpu(), triangles)
+    }
+
+    /// What tells what is hidden in a frame: all that was drawn, or large faces.
+    fn hiding(&self, is_behind_near: bool) -> Option<Hiding<'_>> {
+        let before = || self.views[Viewing::Frame as usize].before.seen().map(Hiding::Faces);
+        if is_behind_near { Some(Hiding::Drawn(&self.drawn_depth)) } else { before() }
     }
 
     /// The sun, where it casts shadows.
@@ -312,7 +336,16 @@ impl Content {
         frame.shadow_bounds.filter(|_| !frame.wireframe).map(Sun::over)
     }
 
-    fn drawer<'a>(&'a self, plan: &'a Plan, stream: usize, frame: &Frame<'_>) -> SceneDrawer<'a> {
+    /// Draws a part of a plan; of frames, and behind what is near or not (`is_behind_near`),
+    /// some of it is gathered.
+    fn drawer<'a>(
+        &'a self,
+        (plan, part): (&'a Plan, Part),
+        stream: usize,
+        (frame, is_behind_near): (&Frame<'_>, bool),
+    ) -> SceneDrawer<'a> {
+        let gathered = self.streams[stream].gathered.as_ref();
+        let hiding = self.hiding(is_behind_near);
         SceneDrawer {
             models: &self.models,
             cache: &self.cache,
@@ -322,7 +355,8 @@ impl Content {
             feature_kit: &self.feature_kit,
             morpher: Some(&self.morpher),
             more: None,
-            gathering: None,
+            part,
+            gathering: gathered.map(|buffer| Gathering::into(buffer, &frame.camera, hiding)),
             // Insides come to be seen.
             shows_backs: frame.section.is_some(),
         }
@@ -338,24 +372,25 @@ impl Content {
         let stream = recorder.slot();
         let ways = self.upload_resolved(recorder)?;
         let area = PixelArea::whole(targets.size());
-        let plan = self.prepare(recorder, (Viewing::Frame, stream), frame, &area)?;
-        self.ready_gathering(recorder, stream, &plan)?;
+        let mut plan = self.prepare(recorder, (Viewing::Frame, stream), frame, &area)?;
         recorder.end_stage("upload");
         let resolve_millis = millis_since(resolving);
         let _span = tracing::debug_span!("scene").entered();
         let shadows_drawn = self.record_shadows(recorder, frame)?;
+        let near = self.record_near(recorder, targets, frame, &mut plan)?;
+        let has_near = plan.has_near;
+        self.ready_gathering(recorder, (&plan, Part::Rest), has_near)?;
         let occludes = self.high.is_some() && !frame.wireframe;
         let keeps_depth = occludes || !frame.outlined.is_empty();
         if keeps_depth {
             targets.ready_depth(recorder.gpu(), &self.layouts.texture)?;
         }
         self.ready_polylines(recorder, frame)?;
-        let mut drawer = self.drawer(&plan, stream, frame);
-        let gathered = self.streams[stream].gathered.as_ref();
-        let before = self.views[Viewing::Frame as usize].before.seen();
-        drawer.gathering = gathered.map(|buffer| Gathering::into(buffer, &frame.camera, before));
-        let calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
-        let (triangles, seen_instances) = (drawer.triangles(), plan.instances.len() as u32);
+        let drawer = self.drawer((&plan, Part::Rest), stream, (frame, has_near));
+        let more = (keeps_depth, has_near);
+        let mut calls = self.record_scene(recorder, targets, frame, &drawer, more)?;
+        calls += near.calls;
+        let (triangles, seen_instances) = (drawer.triangles(), plan.seen_count());
         recorder.end_stage("scene");
         if let (true, Some(high)) = (occludes, &self.high) {
             let group = &self.streams[stream].group;
@@ -373,8 +408,42 @@ impl Content {
             resolved: self.cache.made() + ways,
             shadows_drawn,
             waiting: self.resolver.waiting() as u32,
+            waited_millis: near.waited_millis,
             ..FrameStats::default()
         })
+    }
+
+    /// Draws what is near before the rest, if the plan has it so, waits for it, and leaves out
+    /// what it hides.
+    fn record_near(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        targets: &SceneTargets,
+        frame: &Frame<'_>,
+        plan: &mut Plan,
+    ) -> Result<Near, RenderError> {
+        let Some(depth) = targets.own_depth().filter(|_| plan.has_near) else {
+            return Ok(Near::default());
+        };
+        self.ready_gathering(recorder, (plan, Part::Near), false)?;
+        let drawer = self.drawer((plan, Part::Near), recorder.slot(), (frame, false));
+        let cleared = targets.cleared_to(frame.background, self.pipelines.undecoded, false);
+        let kept = Targets { depth_after: DepthAfter::Kept, ..cleared };
+        let mut pass = recorder.pass(&kept, whole(targets.size()))?;
+        let looks = self.pipelines.looks(false);
+        let calls = drawer.draw(&mut pass, &looks.opaque, Sections::Opaque)?;
+        drop(pass);
+        self.drawn_depth.begin(&frame.camera, targets.size());
+        plan.ask_of_rest(&self.models, &mut self.drawn_depth);
+        self.drawn_depth.record(recorder, depth)?;
+        recorder.end_stage("near");
+        let waiting = Instant::now();
+        recorder.flush()?;
+        let waited_millis = millis_since(waiting);
+        self.drawn_depth.read()?;
+        plan.leave_hidden(&self.models, &self.drawn_depth);
+        self.streams[recorder.slot()].write_instances(plan)?;
+        Ok(Near { calls, waited_millis })
     }
 
     fn record_scene(
@@ -383,12 +452,13 @@ impl Content {
         targets: &SceneTargets,
         frame: &Frame<'_>,
         drawer: &SceneDrawer<'_>,
-        keeps_depth: bool,
+        (keeps_depth, resumes): (bool, bool),
     ) -> Result<DrawCount, RenderError> {
         let undecoded = self.pipelines.undecoded && !frame.wireframe;
         let cleared = targets.cleared_to(frame.background, undecoded, keeps_depth);
+        let start = if resumes { Start::Resumed } else { cleared.start };
         let slot = recorder.slot();
-        let mut pass = recorder.pass(&cleared, whole(targets.size()))?;
+        let mut pass = recorder.pass(&Targets { start, ..cleared }, whole(targets.size()))?;
         let looks = self.pipelines.looks(frame.section.is_some());
         if let Some(Wireframe { fill, lines }) =
             looks.wireframe.as_ref().filter(|_| frame.wireframe)
@@ -498,7 +568,7 @@ impl Content {
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
         let plan = self.prepare(recorder, (Viewing::Pick, PICK_STREAM), frame, area)?;
-        let drawer = self.drawer(&plan, PICK_STREAM, frame);
+        let drawer = self.drawer((&plan, Part::Rest), PICK_STREAM, (frame, false));
         let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
         if let Some(pick) = &self.pipelines.looks(frame.section.is_some()).pick {
             drawer.draw(&mut pass, pick, Sections::All)?;

@@ -173,6 +173,8 @@ pub struct FrameStats {
     /// CPU time from the frame's beginning to its submission; waiting for the
     /// GPU is left out.
     pub cpu_millis: f64,
+    /// How long it waited meanwhile for what is near, to see what that hides.
+    pub waited_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,
     /// Meshes at new cursors that came onto the device, and ways to them.
@@ -185,7 +187,7 @@ pub struct FrameStats {
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,
-    /// What of that each stage took: `upload`, `shadows`, `scene`, `occlusion`, `outline`,
+    /// What of that each stage took: `upload`, `near`, `shadows`, `scene`, `occlusion`, `outline`,
     /// `panels`, as far as there are any; the rest is handing the picture to the window.
     pub gpu_stages: StageMillis,
 }

@@ -12,14 +12,16 @@ use busbar_shaders::Instance;
 use glam::{Mat4, Vec3};
 
 use crate::batch::Batch;
-use crate::sight::{Before, world_from_mesh};
+use crate::sight::{Hiding, world_from_mesh};
 use crate::{CameraView, RenderError};
 
 /// Triangles of the largest mesh that is gathered.
 const MAX_MESH_TRIANGLES: usize = 65_536;
 
-/// Triangles of an instance that it pays to gather by itself where there are more instances.
+/// Triangles of an instance that it pays to gather by itself where there are more instances:
+/// where large faces hide some, and where all that is nearer does.
 const LEAST_BY_ITSELF: usize = 1024;
+const LEAST_BEHIND_ALL: usize = 64;
 
 /// More live triangles than there are.
 pub(crate) const NEVER: usize = usize::MAX;
@@ -91,10 +93,15 @@ impl Faces {
     }
 
     /// Whether they are gathered: those of one instance, or so many an instance that it pays to
-    /// see what of each is hidden, if anything is (`hides`). Their vertices are the mesh's own.
-    pub(crate) fn are_gathered_of(&self, batch: &Batch, hides: bool) -> bool {
+    /// see what of each is hidden, if anything is. Their vertices are the mesh's own.
+    pub(crate) fn are_gathered_of(&self, batch: &Batch, hiding: Option<Hiding<'_>>) -> bool {
         let fits = self.count_of(batch) <= u64::from(MAX_FRAME_TRIANGLES);
-        let pays = || hides && self.count() >= LEAST_BY_ITSELF && fits;
+        let least = match hiding {
+            None => NEVER,
+            Some(Hiding::Faces(_)) => LEAST_BY_ITSELF,
+            Some(Hiding::Drawn(_)) => LEAST_BEHIND_ALL,
+        };
+        let pays = || self.count() >= least && fits;
         batch.way.is_none() && (batch.instances.len() == 1 || pays())
     }
 
@@ -164,7 +171,7 @@ pub(crate) struct Gathering<'a> {
     /// World space; `None` where there is no one point that all is seen from.
     eye: Option<Vec3>,
     /// `None` where nothing is hidden.
-    before: Option<&'a Before>,
+    hiding: Option<Hiding<'a>>,
     /// Triangles in it.
     taken: Cell<u32>,
 }
@@ -196,20 +203,20 @@ impl<'a> Gathering<'a> {
     pub(crate) fn into(
         buffer: &'a Buffer,
         camera: &CameraView,
-        before: Option<&'a Before>,
+        hiding: Option<Hiding<'a>>,
     ) -> Self {
         let eye = (!camera.is_orthographic()).then_some(camera.eye);
-        Self { buffer, eye, before, taken: Cell::new(0) }
+        Self { buffer, eye, hiding, taken: Cell::new(0) }
     }
 
     pub(crate) fn view_of(&self, instance: &Instance) -> View {
         let eye = self.eye.map(|eye| world_from_mesh(instance).inverse().transform_point3(eye));
-        View { eye, clip_from_mesh: self.before.map(|before| before.clip_from_mesh(instance)) }
+        View { eye, clip_from_mesh: self.hiding.map(|hiding| hiding.clip_from_mesh(instance)) }
     }
 
-    /// Whether anything is hidden.
-    pub(crate) fn hides(&self) -> bool {
-        self.before.is_some()
+    /// What tells what is hidden, if anything is.
+    pub(crate) fn hiding(&self) -> Option<Hiding<'a>> {
+        self.hiding
     }
 
     pub(crate) fn buffer(&self) -> &'a Buffer {
@@ -236,9 +243,9 @@ impl<'a> Gathering<'a> {
                 let Gathered { faces, range, first_vertex, view, skips_backs } = part;
                 let view = &views[*view as usize];
                 let eye = view.eye.filter(|_| *skips_backs);
-                let hidden = self.before.zip(view.clip_from_mesh.as_ref());
+                let hidden = self.hiding.zip(view.clip_from_mesh.as_ref());
                 let is_wanted = |bounds: &Bounds| {
-                    hidden.is_none_or(|(before, clip)| before.may_see_in(clip, bounds))
+                    hidden.is_none_or(|(hiding, clip)| hiding.may_see_in(clip, bounds))
                 };
                 let range = range.start as usize..range.end as usize;
                 let give = |triangles: &[[u32; 3]]| {
@@ -267,7 +274,7 @@ impl<'a> Gathering<'a> {
 pub(crate) fn gathered_from(mesh: &Mesh, is_part: bool) -> usize {
     match mesh.triangles.len() {
         ..=MAX_MESH_TRIANGLES if is_part => 0,
-        ..=MAX_MESH_TRIANGLES => LEAST_BY_ITSELF,
+        ..=MAX_MESH_TRIANGLES => LEAST_BEHIND_ALL,
         _ => NEVER,
     }
 }

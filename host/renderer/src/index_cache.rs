@@ -10,6 +10,7 @@ use crate::batch::Batch;
 use crate::gathering::Faces;
 use crate::occluders::{Occluder, bytes_of};
 use crate::resolver::ResolvedTriangles;
+use crate::sight::Hiding;
 use crate::slender::SectionRange;
 
 /// Bytes of index buffers that are kept beyond what the current frame needs.
@@ -51,9 +52,9 @@ pub(crate) struct ResolvedIndices {
 
 impl ResolvedIndices {
     /// What of a batch is gathered, where it is: of more than one instance only where anything
-    /// is hidden (`hides`).
-    pub(crate) fn gathered(&self, batch: &Batch, hides: bool) -> Option<&Faces> {
-        self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch, hides))
+    /// is hidden.
+    pub(crate) fn gathered(&self, batch: &Batch, hiding: Option<Hiding<'_>>) -> Option<&Faces> {
+        self.faces.as_ref().filter(|faces| faces.are_gathered_of(batch, hiding))
     }
 
     /// Its large faces, the largest first.

@@ -11,6 +11,7 @@ use busbar_geometry::Bounds;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::CameraView;
+use crate::screen_box::ScreenBox;
 
 /// Pixels along a side of a cell.
 const CELL: u32 = 8;
@@ -132,41 +133,14 @@ impl MaskedDepth {
     /// Whether anything of a box may be seen: it is in the picture, and not behind what
     /// was added. What is not a number may be.
     pub(crate) fn may_see(&self, clip_from_box: &Mat4, bounds: &Bounds) -> bool {
-        let center = *clip_from_box * bounds.center().extend(1.0);
-        let half = (bounds.max - bounds.min) * 0.5;
-        let [x, y, z] = [
-            clip_from_box.x_axis * half.x,
-            clip_from_box.y_axis * half.y,
-            clip_from_box.z_axis * half.z,
-        ];
-        let reach = x.abs() + y.abs() + z.abs();
-        if !(center.abs() + reach).is_finite() {
-            return true;
-        }
-        // Before the near plane, where clip space has no places on the screen.
-        let nearest = center.w - reach.w;
-        if nearest <= (center.z + reach.z).max(0.0) {
-            return center.w + reach.w >= 0.0;
-        }
+        let found = ScreenBox::of(clip_from_box, bounds);
+        let Some(nearest) = found.nearest() else { return found.may_surround() };
         let depth = (1.0 + self.behind) / nearest;
         // Most of what is seen is so in its middle.
-        if self.shows(center, depth) {
+        if self.shows(found.center(), depth) {
             return true;
         }
-        // Four of the eight corners at a time, side by side: by x, y and w.
-        let sides = [x + y, x - y, y - x, -x - y];
-        let of_axis = |axis: fn(&Vec4) -> f32| {
-            let places = Vec4::from_array(sides.map(|side| axis(&side))) + axis(&center);
-            [places + axis(&z), places - axis(&z)]
-        };
-        let [one_w, other_w] = of_axis(|corner| corner.w);
-        let along = |axis: fn(&Vec4) -> f32| {
-            let [one, other] = of_axis(axis);
-            let [one, other] = [one / one_w, other / other_w];
-            [one.min(other).min_element(), one.max(other).max_element()]
-        };
-        let [[left, right], [top, bottom]] = [along(|corner| corner.x), along(|corner| corner.y)];
-        let (least, most) = (Vec2::new(left, top), Vec2::new(right, bottom));
+        let [least, most] = found.extent();
         let [width, height] = self.size.map(|pixels| pixels as f32);
         let scale = Vec2::new(width, height) * 0.5;
         let least = least * scale + scale - WIDENED;

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use busbar_gpu::{
     BindGroup, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
-    ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Targets,
+    ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Start, Targets,
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
 
-use crate::batch::Plan;
+use crate::batch::{Part, Plan};
 use crate::layer::{Layer, ready};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
@@ -103,6 +103,7 @@ impl Outlines {
             instances: &self.streams[recorder.slot()].instances,
             feature_kit: drawn_with.feature_kit,
             morpher: Some(drawn_with.morpher),
+            part: Part::Rest,
             more: Some(&scene_depth.group),
             gathering: None,
             shows_backs: true,
@@ -112,7 +113,7 @@ impl Outlines {
             resolve: None,
             depth: &mask.depth,
             depth_after: DepthAfter::Forgotten,
-            clear: ClearColor::Number(0),
+            start: Start::Cleared(ClearColor::Number(0)),
             undecoded: false,
         };
         let mut pass = recorder.pass(&cleared, whole(size))?;

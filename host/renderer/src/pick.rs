@@ -2,7 +2,7 @@
 
 use busbar_gpu::{
     ClearColor, DepthAfter, Download, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
-    Submission, Targets, Viewport,
+    Start, Submission, Targets, Viewport,
 };
 use glam::{Mat4, vec3};
 
@@ -37,7 +37,7 @@ impl PickTargets {
             resolve: None,
             depth: &self.depth,
             depth_after: DepthAfter::Forgotten,
-            clear: ClearColor::Number(BACKGROUND),
+            start: Start::Cleared(ClearColor::Number(BACKGROUND)),
             undecoded: false,
         }
     }

@@ -372,7 +372,7 @@ impl Renderer {
             self.panels.record(&mut recorder, picture, primitives, pixels_per_point)?;
             recorder.end_stage("panels");
         }
-        stats.cpu_millis = millis_since(started);
+        stats.cpu_millis = millis_since(started) - stats.waited_millis;
         stats.gpu_millis = recorder.gpu().frame_millis();
         stats.gpu_stages = recorder.gpu().stage_millis();
         if self.origin.window.is_some() {

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use smallvec::SmallVec;
 
 use crate::RenderError;
-use crate::batch::{Batch, Plan};
+use crate::batch::{Batch, Part, Plan};
 use crate::features::FeatureKit;
 use crate::gathering::{Gathered, Gathering, View};
 use crate::index_cache::IndexCache;
@@ -40,6 +40,8 @@ pub(crate) struct SceneDrawer<'a> {
     pub(crate) morpher: Option<&'a Morpher>,
     /// Bound after the material's group, where a pipeline takes more.
     pub(crate) more: Option<&'a BindGroup>,
+    /// What of the plan is drawn, but for what blends.
+    pub(crate) part: Part,
     /// Where small draws are gathered.
     pub(crate) gathering: Option<Gathering<'a>>,
     /// Faces are shown from behind, too.
@@ -100,7 +102,10 @@ impl<'a> SceneDrawer<'a> {
         let mut listed = Listed::default();
         listed.sections.reserve(self.plan.batches.len());
         for batch in self.plan.seen() {
-            self.list(&mut listed, shading, batch, wanted);
+            let batch = batch.part(self.part);
+            if !batch.instances.is_empty() {
+                self.list(&mut listed, shading, &batch, wanted);
+            }
         }
         let mut in_order: Vec<&Section<'_>> = listed.sections.iter().collect();
         in_order.sort_by_key(|section| section.order);
@@ -163,7 +168,7 @@ impl<'a> SceneDrawer<'a> {
         // What blends is drawn in an order of its own.
         let gathering = self.gathering.as_ref().filter(|_| wanted != Sections::Blended);
         let gathered = gathering.and_then(|gathering| {
-            let faces = resolved.gathered(batch, gathering.hides())?;
+            let faces = resolved.gathered(batch, gathering.hiding())?;
             let first_view = views.len() as u32;
             let seen =
                 &self.plan.instances[batch.instances.start as usize..][..batch.instances.len()];

@@ -9,7 +9,7 @@ use busbar_shaders::SUN_DIRECTION;
 use glam::camera::rh::view;
 use glam::{DMat4, DVec3, Mat4, Vec3};
 
-use crate::batch::Plan;
+use crate::batch::{Part, Plan};
 use crate::model::GpuModel;
 use crate::morph::Morpher;
 use crate::pipelines::Shading;
@@ -226,6 +226,7 @@ impl Shadows {
             feature_kit: drawn_with.feature_kit,
             // Else it would be drawn anew each frame of a change.
             morpher: None,
+            part: Part::Rest,
             more: None,
             gathering: None,
             shows_backs: true,

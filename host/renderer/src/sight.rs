@@ -8,6 +8,7 @@ use busbar_shaders::Instance;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::CameraView;
+use crate::drawn_depth::DrawnDepth;
 use crate::frustum::{Ball, Frustum};
 use crate::index_cache::IndexCache;
 use crate::masked_depth::MaskedDepth;
@@ -36,6 +37,32 @@ impl Sight<'_> {
     /// All in the picture, hidden or not.
     pub(crate) fn through(clip_from_world: &Mat4) -> Self {
         Self { frustum: Frustum::of(clip_from_world), before: None }
+    }
+}
+
+/// What tells what is hidden.
+#[derive(Clone, Copy)]
+pub(crate) enum Hiding<'a> {
+    Faces(&'a Before),
+    Drawn(&'a DrawnDepth),
+}
+
+impl Hiding<'_> {
+    /// Clip space from an instance's mesh, as [`Hiding::may_see_in`] takes it.
+    pub(crate) fn clip_from_mesh(self, instance: &Instance) -> Mat4 {
+        match self {
+            Self::Faces(before) => before.clip_from_mesh(instance),
+            Self::Drawn(drawn) => drawn.clip_from_mesh(instance),
+        }
+    }
+
+    /// Whether anything in a box is in the picture and not hidden.
+    #[inline]
+    pub(crate) fn may_see_in(self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
+        match self {
+            Self::Faces(before) => before.may_see_in(clip_from_mesh, bounds),
+            Self::Drawn(drawn) => drawn.may_see(clip_from_mesh, bounds),
+        }
     }
 }
 
@@ -170,14 +197,12 @@ impl Before {
         !self.may_see_in(&self.clip_from_mesh(instance), bounds)
     }
 
-    /// Clip space from an instance's mesh, as [`Before::may_see_in`] takes it.
-    pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
+    fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
     }
 
-    /// Whether anything in a box is in the picture and not hidden.
     #[inline]
-    pub(crate) fn may_see_in(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
+    fn may_see_in(&self, clip_from_mesh: &Mat4, bounds: &Bounds) -> bool {
         self.depth.may_see(clip_from_mesh, bounds)
     }
 }

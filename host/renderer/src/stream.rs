@@ -85,9 +85,14 @@ impl FrameStream {
             *self = Self { gathered, ..Self::with_capacities(gpu, layout, capacities)? };
         }
         self.uniform.write(bytemuck::bytes_of(uniform))?;
-        self.instances.write(bytemuck::cast_slice(instances))?;
+        self.write_instances(plan)?;
         self.highlights.write(bytemuck::cast_slice(highlights))?;
         Ok(())
+    }
+
+    /// Writes a plan's instances again, in another order.
+    pub(crate) fn write_instances(&self, plan: &Plan) -> Result<(), RenderError> {
+        Ok(self.instances.write(bytemuck::cast_slice(&plan.instances))?)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use busbar_gpu::{
     BindGroupLayout, ClearColor, DepthAfter, Format, Gpu, GpuError, Image, ImageDescription,
-    ImageKind, Targets, Viewport,
+    ImageKind, Start, Targets, Viewport,
 };
 
 use crate::layer::{Layer, ready};
@@ -70,6 +70,11 @@ impl SceneTargets {
         Ok(())
     }
 
+    /// Depth as it is drawn, where a pixel has one sample.
+    pub(crate) fn own_depth(&self) -> Option<&Image> {
+        self.color.is_none().then_some(&self.depth)
+    }
+
     /// Depth with one sample a pixel, once it is ready and drawn.
     pub(crate) fn depth(&self) -> Option<&Layer> {
         self.one_depth.as_ref()
@@ -99,7 +104,7 @@ impl SceneTargets {
             resolve,
             depth: &self.depth,
             depth_after,
-            clear: ClearColor::Linear([r, g, b, 1.0]),
+            start: Start::Cleared(ClearColor::Linear([r, g, b, 1.0])),
             undecoded,
         }
     }

@@ -184,6 +184,62 @@ impl Numbers {
     }
 }
 
+/// A yard of panes and posts in rows, of more triangles than are drawn without looking.
+fn yard(renderer: &mut Renderer, numbers: &mut Numbers) -> Vec<DrawInstance> {
+    let pane = upload(renderer, grid(16, Some(0)), &[glowing([0.0, 0.6, 0.0])], &[]);
+    let plain = Material { double_sided: true, ..Material::default() };
+    let post = upload(renderer, grid(12, Some(0)), &[plain], &[]);
+    let glass = cubes(renderer, blended([0.7, 0.0, 0.0], 0.5));
+    let mut place = |number: u32| {
+        let turn = Quat::from_rotation_y(1.2 * numbers.next());
+        let size = Vec3::new(0.2, 0.4, 1.0) * (1.5 + numbers.next());
+        let at = Vec3::new(4.0 * numbers.next(), numbers.next(), -0.15 * number as f32);
+        Mat4::from_scale_rotation_translation(size, turn, at)
+    };
+    let mut instances: Vec<DrawInstance> = (0..240)
+        .map(|number| instance([pane, post][number as usize % 2], place(number), number + 1))
+        .collect();
+    instances.extend(
+        (0..6).map(|row| instance(glass, placed([0.0, 0.3, -5.0 * row as f32], [0.3; 3]), 1)),
+    );
+    instances
+}
+
+/// Many small things that are near hide what is far, and no byte of the picture differs for it.
+#[test]
+fn what_is_behind_much_that_is_near_is_not_drawn() {
+    for seed in [3, 5, 7] {
+        with_each_quality(1, |renderer| {
+            let instances = yard(renderer, &mut Numbers(seed));
+            let [(first, expected), (second, shown)] =
+                first_and_second(renderer, &frame(&instances));
+            assert!(expected == shown);
+            assert_eq!((first.waited_millis, first.seen_instances), (0.0, 246));
+            assert!(second.waited_millis > 0.0, "it looked what is near");
+            assert!(second.seen_instances < 200, "{} are seen", second.seen_instances);
+            assert_eq!(first.triangles, second.triangles, "they count as there");
+            // From a picture of another size, and with an outline of what is far.
+            let outlined = [Outlined { object: 239, kind: OutlineKind::Selected }];
+            let selected = Frame { outlined: &outlined, ..frame(&instances) };
+            renderer.resize([97, 61]);
+            renderer.free_memory().unwrap();
+            let [(_, expected), (third, shown)] = first_and_second(renderer, &selected);
+            assert!(expected == shown && third.waited_millis > 0.0);
+            renderer.resize(SIZE);
+        });
+    }
+}
+
+/// With several samples a pixel the first of them does not tell what the others show.
+#[test]
+fn with_several_samples_nothing_waits_for_what_is_near() {
+    with_each_quality(4, |renderer| {
+        let instances = yard(renderer, &mut Numbers(3));
+        let [_, (second, _)] = first_and_second(renderer, &frame(&instances));
+        assert_eq!(second.waited_millis, 0.0);
+    });
+}
+
 /// Whatever stands where: hiding changes no byte of the picture.
 #[test]
 fn no_picture_differs_for_what_is_hidden() {

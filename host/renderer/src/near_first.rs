@@ -1,0 +1,152 @@
+//! Where the processor draws, most of a frame goes into what is hidden by much that is nearer,
+//! though by nothing large: rows of equipment, one behind the other. So what is near is drawn
+//! first, and of the rest what is not behind that, by the depth that was drawn.
+
+use glam::Vec3;
+
+use crate::batch::{Batch, Part, Plan};
+use crate::drawn_depth::DrawnDepth;
+use crate::index_cache::IndexCache;
+use crate::model::{GpuMesh, GpuModel};
+use crate::sight::world_from_mesh;
+
+/// Of a frame's triangles, the share that is drawn first.
+const NEAR_SHARE: f32 = 0.2;
+/// Triangles of the rest that are worth it: to look for what is hidden takes as long as to
+/// draw some ten thousand.
+const LEAST_REST: u64 = 50_000;
+/// The shortest and the longest distances that are told apart, metres, and in how many steps
+/// they double.
+const SHORTEST: f32 = 0.0625;
+const LONGEST: f32 = 65_536.0;
+const STEPS_A_DOUBLING: u32 = 4;
+const STEPS: usize = (step_of(LONGEST) + 1) as usize;
+
+/// The step of a distance: the first bits of a number are its exponent and what follows it.
+const fn step_of(metres: f32) -> u32 {
+    const DROPPED: u32 = f32::MANTISSA_DIGITS - 1 - STEPS_A_DOUBLING.ilog2();
+    // What is no number is near.
+    let told_apart = match metres {
+        LONGEST.. => LONGEST,
+        SHORTEST.. => metres,
+        _ => SHORTEST,
+    };
+    (told_apart.to_bits() - SHORTEST.to_bits()) >> DROPPED
+}
+
+impl Plan {
+    /// Puts those instances first in each batch that are near an eye, if it pays to draw them
+    /// before the rest.
+    pub(crate) fn put_near_first(
+        &mut self,
+        (models, cache): (&[Option<GpuModel>], &IndexCache),
+        eye: Vec3,
+    ) {
+        let mut steps: Vec<u32> = Vec::with_capacity(self.instances.len());
+        let mut triangles = [0_u64; STEPS];
+        for batch in self.seen() {
+            let ball = mesh_of(models, batch).map(|mesh| mesh.ball);
+            let live = cache.get(batch.key).map_or(0, |resolved| resolved.triangles);
+            for instance in &self.instances[batch.range()] {
+                let ball = ball.map(|ball| ball.transformed(&world_from_mesh(instance)));
+                let metres = ball.map_or(0.0, |ball| ball.center.distance(eye) - ball.radius);
+                let step = step_of(metres);
+                steps.push(step);
+                triangles[step as usize] += u64::from(live);
+            }
+        }
+        let Some(first_far) = first_far(&triangles) else { return };
+        self.has_near = true;
+        let Self { instances, batches, .. } = self;
+        let mut steps = steps.into_iter();
+        let mut far = Vec::new();
+        for batch in batches.iter_mut().filter(|batch| !batch.instances.is_empty()) {
+            let members = &mut instances[batch.range()];
+            let mut near = 0;
+            for index in 0..members.len() {
+                match steps.next() {
+                    Some(step) if step >= first_far => far.push(members[index]),
+                    _ => {
+                        members[near] = members[index];
+                        near += 1;
+                    }
+                }
+            }
+            members[near..].copy_from_slice(&far);
+            far.clear();
+            batch.near = near as u32;
+        }
+    }
+
+    /// Asks of each of the rest whether it is behind what is being drawn.
+    pub(crate) fn ask_of_rest(&self, models: &[Option<GpuModel>], drawn: &mut DrawnDepth) {
+        for batch in self.seen() {
+            let rest = &self.instances[batch.part(Part::Rest).range()];
+            if let (Some(mesh), [_, ..]) = (mesh_of(models, batch), rest) {
+                rest.iter().for_each(|instance| drawn.ask(instance, &mesh.bounds));
+            }
+        }
+    }
+
+    /// Leaves out what is, once that is drawn.
+    pub(crate) fn leave_hidden(&mut self, models: &[Option<GpuModel>], drawn: &DrawnDepth) {
+        let Self { instances, batches, .. } = self;
+        let mut answers = drawn.answers();
+        for batch in batches.iter_mut().filter(|batch| mesh_of(models, batch).is_some()) {
+            let rest = batch.part(Part::Rest).range();
+            let mut end = rest.start;
+            for index in rest {
+                if answers.next().unwrap_or(true) {
+                    instances[end] = instances[index];
+                    end += 1;
+                }
+            }
+            batch.instances.end = end as u32;
+        }
+    }
+}
+
+/// The first step that is not drawn first: nearer is the least that has the share of all
+/// triangles. `None` where what is left is not worth it.
+fn first_far(triangles: &[u64; STEPS]) -> Option<u32> {
+    let all: u64 = triangles.iter().sum();
+    let mut near = 0;
+    let last_near = triangles.iter().position(|of_step| {
+        near += of_step;
+        near as f32 >= all as f32 * NEAR_SHARE
+    })?;
+    (all - near >= LEAST_REST).then_some(last_near as u32 + 1)
+}
+
+fn mesh_of<'a>(models: &'a [Option<GpuModel>], batch: &Batch) -> Option<&'a GpuMesh> {
+    models.get(batch.key.model as usize)?.as_ref()?.meshes.get(batch.key.mesh as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_steps_double_a_distance() {
+        assert_eq!([0.0, 0.0625, f32::NAN].map(step_of), [0; 3]);
+        for metres in [0.125_f32, 1.0, 3.7, 300.0] {
+            assert_eq!(step_of(2.0 * metres), step_of(metres) + STEPS_A_DOUBLING);
+            assert!(step_of(1.26 * metres) > step_of(metres));
+        }
+        assert_eq!([1e6, f32::INFINITY].map(|far| step_of(far) as usize), [STEPS - 1; 2]);
+    }
+
+    #[test]
+    fn a_fifth_is_near_where_the_rest_is_worth_it() {
+        let triangles = |of: &[(usize, u64)]| {
+            let mut triangles = [0; STEPS];
+            of.iter().for_each(|&(step, count)| triangles[step] = count);
+            first_far(&triangles)
+        };
+        assert_eq!(triangles(&[]), None);
+        assert_eq!(triangles(&[(5, 9_000), (9, 49_999)]), None);
+        assert_eq!(triangles(&[(5, 15_000), (9, 60_000)]), Some(6));
+        assert_eq!(triangles(&[(5, 14_000), (9, 60_000)]), None, "all is near");
+        assert_eq!(triangles(&[(5, 14_000), (9, 9_000), (20, 60_000)]), Some(10));
+    }
+}

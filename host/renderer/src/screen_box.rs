@@ -1,0 +1,76 @@
+//! Where a box lies on the screen.
+
+use busbar_geometry::Bounds;
+use glam::{Mat4, Vec2, Vec4};
+
+/// A box in clip space.
+pub(crate) struct ScreenBox {
+    center: Vec4,
+    /// From its middle to its sides.
+    halves: [Vec4; 3],
+    reach: Vec4,
+}
+
+impl ScreenBox {
+    #[inline]
+    pub(crate) fn of(clip_from_box: &Mat4, bounds: &Bounds) -> Self {
+        let half = (bounds.max - bounds.min) * 0.5;
+        let halves = [
+            clip_from_box.x_axis * half.x,
+            clip_from_box.y_axis * half.y,
+            clip_from_box.z_axis * half.z,
+        ];
+        let [x, y, z] = halves.map(Vec4::abs);
+        let center = *clip_from_box * bounds.center().extend(1.0);
+        Self { center, halves, reach: x + y + z }
+    }
+
+    pub(crate) fn center(&self) -> Vec4 {
+        self.center
+    }
+
+    /// Its least distance along the line of sight; `None` where that is no number, or it is
+    /// before the near plane in part, where clip space has no places on the screen.
+    #[inline]
+    pub(crate) fn nearest(&self) -> Option<f32> {
+        let Self { center, reach, .. } = *self;
+        let nearest = center.w - reach.w;
+        let has_places =
+            (center.abs() + reach).is_finite() && nearest > (center.z + reach.z).max(0.0);
+        has_places.then_some(nearest)
+    }
+
+    /// The distance of the near plane, which a place's depth has over its own: the same for all
+    /// where the picture has no far limit.
+    pub(crate) fn near(&self) -> f32 {
+        self.center.z + self.reach.z
+    }
+
+    /// Of one without a nearest place: whether it is not wholly behind the eye.
+    pub(crate) fn may_surround(&self) -> bool {
+        let Self { center, reach, .. } = *self;
+        let is_behind = center.w + reach.w < 0.0;
+        !((center.abs() + reach).is_finite() && is_behind)
+    }
+
+    /// Its least and greatest places, of one that has a nearest: from -1 to 1 over the picture,
+    /// from left to right and from its top down.
+    #[inline]
+    pub(crate) fn extent(&self) -> [Vec2; 2] {
+        let Self { center, halves: [x, y, z], .. } = self;
+        // Four of the eight corners at a time, side by side: by x, y and w.
+        let sides = [*x + *y, *x - *y, *y - *x, -*x - *y];
+        let of_axis = |axis: fn(&Vec4) -> f32| {
+            let places = Vec4::from_array(sides.map(|side| axis(&side))) + axis(center);
+            [places + axis(z), places - axis(z)]
+        };
+        let [one_w, other_w] = of_axis(|corner| corner.w);
+        let along = |axis: fn(&Vec4) -> f32| {
+            let [one, other] = of_axis(axis);
+            let [one, other] = [one / one_w, other / other_w];
+            [one.min(other).min_element(), one.max(other).max_element()]
+        };
+        let [[left, right], [top, bottom]] = [along(|corner| corner.x), along(|corner| corner.y)];
+        [Vec2::new(left, top), Vec2::new(right, bottom)]
+    }
+}
