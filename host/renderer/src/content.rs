@@ -92,11 +92,13 @@ struct View {
     before: Before,
 }
 
-/// What drawing what is near before the rest took.
-#[derive(Default)]
-struct Near {
+/// What is near, drawn before the rest.
+#[derive(Clone, Copy)]
+pub(crate) struct Near {
     calls: DrawCount,
-    waited_millis: f64,
+    /// When the device had it, and when it was there.
+    pub(crate) handed: Instant,
+    pub(crate) there: Instant,
 }
 
 /// What high quality adds.
@@ -367,7 +369,7 @@ impl Content {
         recorder: &mut Recorder<'_>,
         targets: &mut SceneTargets,
         frame: &Frame<'_>,
-    ) -> Result<FrameStats, RenderError> {
+    ) -> Result<(FrameStats, Option<Near>), RenderError> {
         let resolving = Instant::now();
         let stream = recorder.slot();
         let ways = self.upload_resolved(recorder)?;
@@ -389,7 +391,7 @@ impl Content {
         let drawer = self.drawer((&plan, Part::Rest), stream, (frame, has_near));
         let more = (keeps_depth, has_near);
         let mut calls = self.record_scene(recorder, targets, frame, &drawer, more)?;
-        calls += near.calls;
+        calls += near.map_or_else(DrawCount::default, |near| near.calls);
         let (triangles, seen_instances) = (drawer.triangles(), plan.seen_count());
         recorder.end_stage("scene");
         if let (true, Some(high)) = (occludes, &self.high) {
@@ -399,7 +401,7 @@ impl Content {
         }
         self.record_outlines(recorder, targets, frame)?;
         self.views[Viewing::Frame as usize].plan = plan;
-        Ok(FrameStats {
+        let stats = FrameStats {
             triangles,
             seen_instances,
             draw_calls: calls.draws,
@@ -408,9 +410,9 @@ impl Content {
             resolved: self.cache.made() + ways,
             shadows_drawn,
             waiting: self.resolver.waiting() as u32,
-            waited_millis: near.waited_millis,
             ..FrameStats::default()
-        })
+        };
+        Ok((stats, near))
     }
 
     /// Draws what is near before the rest, if the plan has it so, waits for it, and leaves out
@@ -421,9 +423,9 @@ impl Content {
         targets: &SceneTargets,
         frame: &Frame<'_>,
         plan: &mut Plan,
-    ) -> Result<Near, RenderError> {
+    ) -> Result<Option<Near>, RenderError> {
         let Some(depth) = targets.own_depth().filter(|_| plan.has_near) else {
-            return Ok(Near::default());
+            return Ok(None);
         };
         self.ready_gathering(recorder, (plan, Part::Near), false)?;
         let drawer = self.drawer((plan, Part::Near), recorder.slot(), (frame, false));
@@ -437,13 +439,13 @@ impl Content {
         plan.ask_of_rest(&self.models, &mut self.drawn_depth);
         self.drawn_depth.record(recorder, depth)?;
         recorder.end_stage("near");
-        let waiting = Instant::now();
+        let handed = Instant::now();
         recorder.flush()?;
-        let waited_millis = millis_since(waiting);
+        let there = Instant::now();
         self.drawn_depth.read()?;
         plan.leave_hidden(&self.models, &self.drawn_depth);
         self.streams[recorder.slot()].write_instances(plan)?;
-        Ok(Near { calls, waited_millis })
+        Ok(Some(Near { calls, handed, there }))
     }
 
     fn record_scene(

@@ -170,11 +170,14 @@ pub struct FrameStats {
     /// Commands that ask for them: those beside each other that are alike are one, where the
     /// device can.
     pub draw_commands: u32,
-    /// CPU time from the frame's beginning to its submission; waiting for the
-    /// GPU is left out.
+    /// CPU time from the frame's beginning until the GPU has all of it, or what is near,
+    /// where that is drawn first; waiting for the GPU is left out.
     pub cpu_millis: f64,
-    /// How long it waited meanwhile for what is near, to see what that hides.
+    /// How long the frame waited for what is near, to see what that hides.
     pub waited_millis: f64,
+    /// CPU time from then until the GPU has the rest. It is where the processor is the GPU,
+    /// and what it does in place of drawing.
+    pub hide_millis: f64,
     /// Part of `cpu_millis` spent on meshes at new cursors.
     pub resolve_millis: f64,
     /// Meshes at new cursors that came onto the device, and ways to them.

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use busbar_gpu::{Gpu, GpuOptions, ValidationLog, WindowHandles};
 
-use crate::content::{self, Content, millis_since};
+use crate::content::{self, Content, Near, millis_since};
 use crate::density;
 use crate::model::GpuModel;
 use crate::panels::Panels;
@@ -365,14 +365,20 @@ impl Renderer {
         let targets = self.targets.insert(targets);
         let mut recorder = self.gpu.begin_frame()?;
         let started = Instant::now();
-        let mut stats = self.content.record(&mut recorder, targets, frame)?;
+        let (mut stats, near) = self.content.record(&mut recorder, targets, frame)?;
         if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
             let _span = tracing::debug_span!("panels").entered();
             let picture = &targets.picture;
             self.panels.record(&mut recorder, picture, primitives, pixels_per_point)?;
             recorder.end_stage("panels");
         }
-        stats.cpu_millis = millis_since(started) - stats.waited_millis;
+        stats.cpu_millis = millis_since(started);
+        if let Some(Near { handed, there, .. }) = near {
+            let millis = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
+            stats.cpu_millis = millis(started, handed);
+            stats.waited_millis = millis(handed, there);
+            stats.hide_millis = millis_since(there);
+        }
         stats.gpu_millis = recorder.gpu().frame_millis();
         stats.gpu_stages = recorder.gpu().stage_millis();
         if self.origin.window.is_some() {

@@ -30,9 +30,12 @@ pub struct Stats {
     pub theta: BTreeMap<String, f64>,
     /// Least and greatest theta of its instances by model.
     pub theta_span: BTreeMap<String, [f64; 2]>,
-    /// Milliseconds from the last frame's beginning until it was handed to the device,
-    /// without waiting for that.
+    /// Milliseconds from the last frame's beginning until it was handed to the device, or what
+    /// is near of it, where that is drawn first; without waiting for it.
     pub cpu_ms: f64,
+    /// Milliseconds from when what is near was drawn until the rest was handed to the device:
+    /// for what is hidden, where the processor draws.
+    pub hide_ms: f64,
     /// GPU milliseconds of the last frame it finished: `frame` in all, and by stage:
     /// `upload`, `scene`, `panels`. Empty on devices without timestamps.
     pub gpu_ms: BTreeMap<&'static str, f64>,

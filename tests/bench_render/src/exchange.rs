@@ -34,6 +34,9 @@ pub(crate) struct Answer {
     /// A frame each, from its beginning until it is handed to the device; of ours alone.
     #[serde(default)]
     pub(crate) cpu_millis: Vec<f64>,
+    /// A frame each, what is done between the parts of it that the device draws; of ours alone.
+    #[serde(default)]
+    pub(crate) hide_millis: Vec<f64>,
     /// Triangles of the last frame; of ours alone.
     #[serde(default)]
     pub(crate) triangles: u64,

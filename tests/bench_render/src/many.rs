@@ -46,6 +46,7 @@ pub(crate) struct Many {
     pub(crate) triangles: u64,
     pub(crate) millis: Series,
     pub(crate) cpu_millis: Series,
+    pub(crate) hide_millis: Series,
     pub(crate) peak_bytes: u64,
     /// Of the picture's pixels, those of the second pose that are not as the first pixel.
     pub(crate) covered_share: f64,
@@ -103,11 +104,13 @@ fn measure_view(
     for _ in 0..WARM_UP_ROUNDS {
         drawer.frames(cameras)?;
     }
-    let (mut millis, mut cpu_millis, mut triangles) = (Vec::new(), Vec::new(), 0);
+    let [mut millis, mut cpu_millis, mut hide_millis] = [const { Vec::new() }; 3];
+    let mut triangles = 0;
     for _ in 0..rounds {
         let answer = drawer.frames(cameras)?;
         millis.extend(answer.millis);
         cpu_millis.extend(answer.cpu_millis);
+        hide_millis.extend(answer.hide_millis);
         triangles = answer.triangles;
     }
     Ok(Many {
@@ -116,6 +119,7 @@ fn measure_view(
         triangles,
         millis: Series::of(millis),
         cpu_millis: Series::of(cpu_millis),
+        hide_millis: Series::of(hide_millis),
         peak_bytes: drawer.peak_bytes()?,
         covered_share: 0.0,
     })

@@ -48,7 +48,7 @@ impl Ours {
                     answer.millis.push(start.elapsed().as_secs_f64() * 1e3);
                     let stats = viewer.stats();
                     answer.cpu_millis.push(stats.cpu_ms);
-
+                    answer.hide_millis.push(stats.hide_ms);
                     answer.triangles = stats.triangles;
                 }
                 Ok(answer)
