@@ -13,6 +13,7 @@ mod hlod;
 mod morphs;
 
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
 use busbar_config::ThetaConfig;
 use busbar_geometry::{Bounds, CollapseStacks};
@@ -25,10 +26,12 @@ use glam::Vec3;
 use self::drawn::Told;
 use self::hlod::HlodState;
 use self::morphs::{Morphs, ON_NONE};
-use crate::load::{HlodGroup, LoadedModel};
+use crate::load::{LoadedModel, MeshProxy, Proxies};
 
 /// The cursor of what is not shown.
 const NOWHERE: u32 = u32::MAX;
+/// The first cursor that is none of the mesh: from here on its proxies are numbered.
+const FIRST_PROXY: u32 = 1 << 31;
 /// The level where the past plays no part.
 const NO_LEVEL: u32 = u32::MAX;
 
@@ -135,7 +138,6 @@ pub(crate) enum Needed {
 }
 
 /// A mesh as instances show it.
-#[derive(Clone, Copy)]
 struct Kind {
     model: u32,
     mesh: u32,
@@ -143,14 +145,29 @@ struct Kind {
     policy: u32,
     /// Metres to a unit of the mesh, at most.
     metres: f32,
+    /// Of the mesh, the finest first.
+    proxies: Option<Arc<[MeshProxy]>>,
 }
 
 impl Kind {
-    fn at(self, cursor: u32) -> Place {
-        Place { model: self.model as usize, mesh: self.mesh as usize, cursor }
+    fn at(&self, cursor: u32) -> Place {
+        let proxy = cursor.checked_sub(FIRST_PROXY).zip(self.proxies.as_ref());
+        match proxy.and_then(|(index, proxies)| proxies.get(index as usize)) {
+            Some(&MeshProxy { model, mesh, .. }) => {
+                Place { model: model as usize, mesh: mesh as usize, cursor: 0 }
+            }
+            None => Place { model: self.model as usize, mesh: self.mesh as usize, cursor },
+        }
     }
 
-    fn stacks(self, models: &[LoadedModel]) -> &CollapseStacks {
+    /// The cursor of the coarsest proxy with at most this error, in units of the mesh.
+    fn proxy_within(&self, error: f64) -> Option<u32> {
+        let proxies = self.proxies.as_ref()?;
+        let within = proxies.partition_point(|proxy| proxy.error <= error);
+        Some(FIRST_PROXY + within.checked_sub(1)? as u32)
+    }
+
+    fn stacks<'a>(&self, models: &'a [LoadedModel]) -> &'a CollapseStacks {
         &models[self.model as usize].stacks[self.mesh as usize]
     }
 }
@@ -164,7 +181,7 @@ struct Kinds {
 
 impl Kinds {
     fn number(&mut self, kind: Kind) -> u32 {
-        let Kind { model, mesh, policy, metres } = kind;
+        let Kind { model, mesh, policy, metres, .. } = kind;
         *self.known.entry([model, mesh, policy, metres.to_bits()]).or_insert_with(|| {
             self.all.push(kind);
             self.all.len() as u32 - 1
@@ -214,6 +231,10 @@ impl InstanceCursor {
         Self { kind, level, bounds, theta, wanted: 0, shown: 0, way, triangles }
     }
 
+    fn wanted_proxy(&self) -> Option<u32> {
+        (FIRST_PROXY..NOWHERE).contains(&self.wanted).then_some(self.wanted)
+    }
+
     fn level(&self) -> Option<u32> {
         (self.level != NO_LEVEL).then_some(self.level)
     }
@@ -225,7 +246,7 @@ impl Cursors {
         graph: &SceneGraph,
         models: &[LoadedModel],
         mut policies: Vec<ThetaPolicy>,
-        groups: &[HlodGroup],
+        Proxies { groups, of_meshes }: &Proxies,
         scale: f64,
     ) -> Self {
         let own_policies = policies.len() as u32;
@@ -238,6 +259,7 @@ impl Cursors {
                 mesh: instance.mesh,
                 policy: instance.theta.map_or(instance.model.0, |theta| own_policies + theta.0),
                 metres: greatest_stretch(&graph.world_from_mesh(&instance)),
+                proxies: of_meshes.get(&(instance.model.0, instance.mesh)).cloned(),
             };
             let triangles = kind.stacks(models).mesh().triangles.len() as u32;
             InstanceCursor::of(kinds.number(kind), graph.bounds_of_mesh(&instance), triangles)
@@ -248,7 +270,8 @@ impl Cursors {
         let policy = policies.len().saturating_sub(1) as u32;
         instances.extend(groups.iter().map(|group| {
             // Its errors are in metres already.
-            let kind = Kind { model: group.model as u32, mesh: 0, policy, metres: 1.0 };
+            let (model, proxies) = (group.model as u32, None);
+            let kind = Kind { model, mesh: 0, policy, metres: 1.0, proxies };
             InstanceCursor::of_proxy(kinds.number(kind), group)
         }));
         Self {
@@ -395,7 +418,7 @@ impl Cursors {
         if let Some(theta) = forced.or(self.by_hand[model as usize]) {
             if anew {
                 self.instances[index].level = NO_LEVEL;
-                self.want(index, theta, models);
+                self.want(index, theta, None, models);
             }
         } else if anew || self.policies[policy as usize].follows_camera() {
             let level = self.level_of(index, eye);
@@ -417,26 +440,33 @@ impl Cursors {
     fn take_level(&mut self, index: usize, level: u32, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
         instance.level = level;
-        let kind = self.kinds[instance.kind as usize];
-        let theta = match self.policies[kind.policy as usize].detail(level) {
-            Detail::Theta(theta) => theta,
+        let kind = &self.kinds[instance.kind as usize];
+        let (theta, proxy) = match self.policies[kind.policy as usize].detail(level) {
+            Detail::Theta(theta) => (theta, None),
             Detail::Error(metres) => {
                 let stacks = kind.stacks(models);
-                let cursor = stacks.cursor_within((metres / f64::from(kind.metres)) as f32);
-                f64::from(cursor) / f64::from(stacks.position_count().max(1))
+                let error = metres / f64::from(kind.metres);
+                let cursor = stacks.cursor_within(error as f32);
+                let theta = f64::from(cursor) / f64::from(stacks.position_count().max(1));
+                (theta, kind.proxy_within(error))
             }
         };
-        self.want(index, (theta * self.scale).clamp(0.0, 1.0), models);
+        // A proxy may leave out what must be seen.
+        let proxy = proxy.filter(|_| self.scale == 1.0 && !self.marked.contains(&index));
+        self.want(index, (theta * self.scale).clamp(0.0, 1.0), proxy, models);
     }
 
-    fn want(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
+    /// Wants a theta, or a proxy in place of what is there.
+    fn want(&mut self, index: usize, theta: f64, proxy: Option<u32>, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
-        if theta == instance.theta && instance.shown != NOWHERE {
+        let is_as_before = theta == instance.theta && proxy == instance.wanted_proxy();
+        if is_as_before && instance.shown != NOWHERE {
             return;
         }
         let stacks = self.kinds[instance.kind as usize].stacks(models);
         let was_moving = instance.wanted != instance.shown || instance.way != ON_NONE;
-        (instance.theta, instance.wanted) = (theta, stacks.cursor_at(theta));
+        let wanted = proxy.unwrap_or_else(|| stacks.cursor_at(theta));
+        (instance.theta, instance.wanted) = (theta, wanted);
         self.has_changed = true;
         if !was_moving && instance.wanted != instance.shown {
             self.moving.push(index);
@@ -490,8 +520,8 @@ impl Cursors {
         true
     }
 
-    fn kind_of(&self, instance: &InstanceCursor) -> Kind {
-        self.kinds[instance.kind as usize]
+    fn kind_of(&self, instance: &InstanceCursor) -> &Kind {
+        &self.kinds[instance.kind as usize]
     }
 
     fn place(&self, instance: &InstanceCursor, cursor: u32) -> Place {
@@ -543,8 +573,10 @@ impl Cursors {
             let [least, greatest] = detail.theta;
             detail.theta = [least.min(instance.theta), greatest.max(instance.theta)];
             let stacks = kind.stacks(models);
-            detail.s1 += u64::from(stacks.collapse_count() - instance.shown);
-            detail.s2 += u64::from(instance.shown);
+            let is_own = instance.shown < FIRST_PROXY;
+            let cursor = if is_own { instance.shown } else { stacks.cursor_at(instance.theta) };
+            detail.s1 += u64::from(stacks.collapse_count() - cursor);
+            detail.s2 += u64::from(cursor);
             detail.triangles += u64::from(instance.triangles);
         }
         let with_source = |(detail, by_hand): (Option<ModelDetail>, &Option<f64>)| ModelDetail {

@@ -44,7 +44,7 @@ impl DrawnScene {
     ) {
         let own = scene.graph.instances().len();
         if self.list.is_empty() {
-            self.list = DrawList::with_places(own + scene.groups.len());
+            self.list = DrawList::with_places(own + scene.proxies.groups.len());
         }
         let place_of = |drawn| match drawn {
             Drawn::Instance(index) => index,
@@ -71,7 +71,7 @@ impl DrawnScene {
 fn node_of(scene: &LoadedScene, drawn: Drawn) -> NodeIndex {
     match drawn {
         Drawn::Instance(index) => scene.graph.instance(index).node,
-        Drawn::Group(index) => NodeIndex(scene.groups[index].group.nodes.start),
+        Drawn::Group(index) => NodeIndex(scene.proxies.groups[index].group.nodes.start),
     }
 }
 
@@ -93,7 +93,7 @@ fn instance_of(
             let instance = scene.graph.instance(index);
             (scene.graph.world_from_mesh(&instance), instance.first_feature)
         }
-        Drawn::Group(index) => (scene.groups[index].group.world_from_group, Some(node)),
+        Drawn::Group(index) => (scene.proxies.groups[index].group.world_from_group, Some(node)),
     };
     DrawInstance {
         model: models[place.model].handle,

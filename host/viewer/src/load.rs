@@ -31,7 +31,7 @@ use busbar_scene::{Material, NodeIndex, SceneGraph, Texture, ThetaPolicy};
 use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
-pub(crate) use hlod::HlodGroup;
+pub(crate) use hlod::{HlodGroup, MeshProxy, Proxies};
 pub use points::{DevicePoints, POINTS_COMMAND, PointSource};
 use reuse::Reuse;
 pub use reuse::{Reload, ReloadError};
@@ -57,12 +57,12 @@ pub struct LoadedScene {
     /// Where relative paths start from.
     folder: PathBuf,
     pub(crate) instances: BTreeMap<String, Plugin>,
-    /// Those of the configuration, then the proxies of groups.
+    /// Those of the configuration, then the proxies.
     pub(crate) models: Vec<LoadedModel>,
     /// How often each model of the configuration is placed.
     pub(crate) instances_of_models: Vec<usize>,
     pub(crate) graph: Arc<SceneGraph>,
-    pub(crate) groups: Arc<[HlodGroup]>,
+    pub(crate) proxies: Arc<Proxies>,
     pub(crate) tags: Arc<TagSet>,
     pub(crate) bindings: Arc<[Binding]>,
     /// Parts that move, as modelled.
@@ -270,12 +270,12 @@ impl LoadedScene {
             Some(graph) if !errors => {
                 let start = Instant::now();
                 let policies = policies_of(&config);
-                let groups = match known.filter(|scene| scene.policies() == policies) {
+                let proxies = match known.filter(|scene| scene.policies() == policies) {
                     Some(scene) => {
                         models.extend_from_slice(&scene.models[scene.model_count()..]);
-                        Arc::clone(&scene.groups)
+                        Arc::clone(&scene.proxies)
                     }
-                    None => hlod::build(&graph, &policies, &mut models).into(),
+                    None => Arc::new(hlod::build(&graph, &policies, &mut models)),
                 };
                 reuse.give_slots(&mut models);
                 millis.insert("proxies".into(), millis_since(start));
@@ -292,7 +292,7 @@ impl LoadedScene {
                     models,
                     instances_of_models,
                     graph,
-                    groups,
+                    proxies,
                     tags,
                     bindings: bindings.into(),
                     moving,

@@ -7,6 +7,7 @@ use busbar_scene::Group;
 
 use super::tests::{eye_at, loaded, row_of, strip};
 use super::*;
+use crate::load::HlodGroup;
 
 /// Errors that the proxies have: seen as half a pixel from 20 m and from 100 m.
 const INNER_ERROR: f64 = 0.01;
@@ -38,8 +39,8 @@ fn grouped<const N: usize>(
         base_error,
         policy: Arc::new(policy.clone()),
     };
-    let groups = groups.map(group);
-    (Cursors::new(&graph, &models, vec![policy.clone()], &groups, 1.0), models)
+    let proxies = Proxies { groups: groups.map(group).into(), ..Proxies::default() };
+    (Cursors::new(&graph, &models, vec![policy.clone()], &proxies, 1.0), models)
 }
 
 fn drawn(cursors: &Cursors) -> Vec<Drawn> {

@@ -6,7 +6,7 @@
 
 use busbar_renderer::{MAX_MORPHED_BYTES, Morph, VERTEX_BYTES};
 
-use super::{Cursors, InstanceCursor, NOWHERE, Needed};
+use super::{Cursors, FIRST_PROXY, InstanceCursor, NOWHERE, Needed};
 use crate::load::LoadedModel;
 
 /// Instances that are on their way at once.
@@ -115,11 +115,12 @@ impl Cursors {
         }
     }
 
-    /// Whether an instance goes where it is wanted by degrees.
+    /// Whether an instance goes where it is wanted by degrees: to and from proxies there is no
+    /// way.
     pub(super) fn morphs(&self, instance: &InstanceCursor, models: &[LoadedModel]) -> bool {
         let Morphs { seconds, ways, bytes, .. } = &self.morphs;
         *seconds > 0.0
-            && instance.shown != NOWHERE
+            && instance.shown.max(instance.wanted) < FIRST_PROXY
             && ways.len() < MAX_MORPHS
             && bytes + self.vertex_bytes(instance, models) <= MAX_MORPHED_BYTES
     }

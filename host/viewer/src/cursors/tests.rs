@@ -66,7 +66,7 @@ fn row(places: &[f32], last_theta: Option<f64>) -> (Cursors, Vec<LoadedModel>) {
     let levels = [(0.0, 0.0), (10.0, 0.5), (100.0, 0.9)];
     let levels = levels.map(|(beyond, theta)| DistanceLevel { beyond, theta }).to_vec();
     let policies = vec![ThetaPolicy::Distance(DistanceTable::new(levels, 0.1))];
-    (Cursors::new(&graph, &models, policies, &[], 1.0), models)
+    (Cursors::new(&graph, &models, policies, &Proxies::default(), 1.0), models)
 }
 
 /// Of a narrow picture.
@@ -166,7 +166,7 @@ fn without_perspective_detail_by_the_error_on_the_screen_is_the_same_at_any_dist
     let (graph, mut models) = row_of(&[0.0, 50.0, 5000.0], None);
     models[0].stacks = vec![Arc::new(stacks(strip(), 0.01))];
     let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(1.0, 0.0))];
-    let mut cursors = Cursors::new(&graph, &models, policies, &[], 1.0);
+    let mut cursors = Cursors::new(&graph, &models, policies, &Proxies::default(), 1.0);
     let mut at = |pixel| {
         cursors.choose(Eye { position: Vec3::NEG_X, ahead: Vec3::X, pixel }, &models, true);
         cursors.advance(&models, true, 0.0, |_| true);
@@ -293,4 +293,81 @@ fn what_is_to_be_in_full_detail_is_so_at_any_distance_and_by_any_hand() {
     cursors.set_by_hand(0, None);
     cursors.set_full_detail(BTreeSet::new());
     assert_eq!(step(&mut cursors, &models, 0.0, true), before, "as it was");
+}
+
+/// A strip whose positions go with so much error each, and a proxy of it from 0.05 m on.
+fn proxied(places: &[f32]) -> (Cursors, Vec<LoadedModel>) {
+    let (graph, mut models) = row_of(places, None);
+    models[0].stacks = vec![Arc::new(stacks(strip(), 0.01))];
+    models.push(loaded(strip()));
+    let proxy = MeshProxy { model: 1, mesh: 0, error: 0.05 };
+    let proxies = Proxies { of_meshes: [((0, 0), [proxy].into())].into(), ..Proxies::default() };
+    let policies = vec![ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.0))];
+    (Cursors::new(&graph, &models, policies, &proxies, 1.0), models)
+}
+
+/// Whether instances are shown as proxies, where an eye is so far before them.
+fn proxies_from(
+    cursors: &mut Cursors,
+    models: &[LoadedModel],
+    metres: f32,
+    is_ready: bool,
+) -> Vec<bool> {
+    cursors.choose(eye_at(-metres), models, false);
+    cursors.advance(models, false, 0.0, |_| is_ready);
+    let mut shown = Vec::new();
+    cursors.for_each_drawn(|_, place, _| {
+        assert!(place.model == 0 || place == Place { model: 1, mesh: 0, cursor: 0 });
+        shown.push(place.model == 1);
+    });
+    shown
+}
+
+#[test]
+fn what_is_far_is_shown_as_the_proxy_of_its_mesh_once_that_is_ready() {
+    // An error of 0.05 m is half a pixel from 100 m on.
+    let (mut cursors, models) = proxied(&[0.0, 50.0]);
+    let mut at = |metres, is_ready| proxies_from(&mut cursors, &models, metres, is_ready);
+    assert_eq!(at(1.0, true), [false, false]);
+    assert_eq!(at(70.0, false), [false, false], "until it is ready");
+    assert_eq!(at(71.0, true), [false, true]);
+    assert_eq!(at(200.0, true), [true, true]);
+    assert_eq!(at(1.0, false), [true, true], "until its own mesh is");
+    assert_eq!(at(2.0, true), [false, false]);
+}
+
+#[test]
+fn proxies_count_as_the_mesh_that_they_stand_for() {
+    let (mut cursors, models) = proxied(&[0.0, 0.0]);
+    proxies_from(&mut cursors, &models, 200.0, true);
+    cursors.count_moved(|place| Some(if place.model == 1 { 3 } else { 99 }));
+    let detail = cursors.changed_detail(&models).unwrap();
+    let own = &models[0].stacks[0];
+    let cursor = own.cursor_at(detail[0].theta[0]);
+    assert!(cursor > 0 && detail[0].triangles == 2 * 3);
+    assert_eq!(detail[0].s2, 2 * u64::from(cursor));
+    assert_eq!(detail[0].s1, 2 * u64::from(own.collapse_count() - cursor));
+    assert_eq!(detail[1], ModelDetail { by_policy: true, ..ModelDetail::default() });
+}
+
+#[test]
+fn what_is_marked_selected_or_set_by_hand_is_no_proxy_and_nothing_bends_to_one() {
+    let (mut cursors, models) = proxied(&[0.0, 0.0]);
+    let far = |cursors: &mut Cursors| proxies_from(cursors, &models, 200.0, true);
+    assert_eq!(far(&mut cursors), [true, true]);
+    cursors.set_marked([1].into());
+    assert_eq!(far(&mut cursors), [true, false]);
+    cursors.set_marked(BTreeSet::new());
+    cursors.set_full_detail([0].into());
+    assert_eq!(far(&mut cursors), [false, true]);
+    cursors.set_full_detail(BTreeSet::new());
+    cursors.set_by_hand(0, Some(0.5));
+    assert_eq!(far(&mut cursors), [false, false]);
+    cursors.set_by_hand(0, None);
+    cursors.set_scale(0.5);
+    assert_eq!(far(&mut cursors), [false, false]);
+    cursors.set_scale(1.0);
+    cursors.set_morph_seconds(1.0);
+    assert_eq!(far(&mut cursors), [true, true], "at once");
+    assert!(!cursors.is_morphing());
 }

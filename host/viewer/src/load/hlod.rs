@@ -4,6 +4,7 @@
 //! ([`busbar_geometry::Mesh::thinned`]): to the cursors they are groups within each other.
 
 mod materials;
+mod mesh_proxies;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use glam::Mat4;
 use rayon::prelude::*;
 
 use self::materials::Materials;
+pub(crate) use self::mesh_proxies::{MeshProxies, MeshProxy};
 use super::LoadedModel;
 
 /// The most triangles that a proxy has for each mesh instance that it stands for: where
@@ -55,15 +57,31 @@ pub(crate) struct HlodGroup {
     pub(crate) policy: Arc<ThetaPolicy>,
 }
 
-/// Finds groups whose detail follows the error on the screen, and makes their proxies,
-/// which come after the other models.
+/// What stands for others where they are far away.
+#[derive(Default)]
+pub(crate) struct Proxies {
+    pub(crate) groups: Vec<HlodGroup>,
+    pub(crate) of_meshes: MeshProxies,
+}
+
+/// Makes proxies of what follows the error on the screen; they come after the other models.
 pub(super) fn build(
     graph: &SceneGraph,
     policies: &[ThetaPolicy],
     models: &mut Vec<LoadedModel>,
+) -> Proxies {
+    let policies = Policies { placed: graph.policies(), of_models: policies };
+    let groups = build_groups(graph, policies, models);
+    Proxies { groups, of_meshes: mesh_proxies::build(graph, policies, models) }
+}
+
+/// Finds groups, and makes their proxies.
+fn build_groups(
+    graph: &SceneGraph,
+    policies: Policies<'_>,
+    models: &mut Vec<LoadedModel>,
 ) -> Vec<HlodGroup> {
     // A proxy goes down by one policy: the first such one.
-    let policies = Policies { placed: graph.policies(), of_models: policies };
     let follows = |policy: &&ThetaPolicy| matches!(policy, ThetaPolicy::ScreenError(_));
     let Some(policy) = graph.instances().map(|i| policies.of(&i)).find(follows) else {
         return Vec::new();
@@ -171,15 +189,19 @@ impl Proxy {
     }
 
     fn into_model(self) -> LoadedModel {
-        let positions = self.mesh.positions.len() as u32;
-        let nothing_collapses = CollapseSequence::new(Vec::new(), positions).unwrap_or_default();
         LoadedModel {
             name: String::new(),
-            stacks: vec![Arc::new(CollapseStacks::build(self.mesh, &nothing_collapses))],
+            stacks: vec![Arc::new(uncollapsed(self.mesh))],
             materials: self.materials,
             ..LoadedModel::default()
         }
     }
+}
+
+/// A mesh that stays as it is.
+fn uncollapsed(mesh: Mesh) -> CollapseStacks {
+    let nothing_collapses = CollapseSequence::none(mesh.positions.len() as u32);
+    CollapseStacks::build(mesh, &nothing_collapses)
 }
 
 /// All members of a group as one mesh that goes down as they do.

@@ -81,8 +81,13 @@ impl Viewer {
             scene.config.view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
         let camera =
             camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config);
-        let mut cursors =
-            Cursors::new(&scene.graph, &scene.models, scene.policies(), &scene.groups, theta_scale);
+        let mut cursors = Cursors::new(
+            &scene.graph,
+            &scene.models,
+            scene.policies(),
+            &scene.proxies,
+            theta_scale,
+        );
         cursors.set_morph_seconds(scene.config.view.morph_seconds);
         // In a window, its own glue says how large a point is.
         let scale = if in_window { 1.0 } else { scene.config.view.scale };

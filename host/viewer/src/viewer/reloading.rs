@@ -40,8 +40,8 @@ impl Viewer {
         self.carry_alarms(&before);
         self.carry_plugins(&numbers, &is_kept, telemetry, overlays);
         self.carry_view(&before);
-        let same_groups = Arc::ptr_eq(&before.groups, &self.scene.groups);
-        if !has_same_graph || !same_groups || before.policies() != self.scene.policies() {
+        let same_proxies = Arc::ptr_eq(&before.proxies, &self.scene.proxies);
+        if !has_same_graph || !same_proxies || before.policies() != self.scene.policies() {
             self.place_anew(&before, &numbers, has_same_graph);
         }
         self.carry_equipment(&numbers);
@@ -227,7 +227,8 @@ impl Viewer {
         let scene = &self.scene;
         let scale = scene.config.view.theta_scale;
         let policies = scene.policies();
-        let mut cursors = Cursors::new(&scene.graph, &scene.models, policies, &scene.groups, scale);
+        let mut cursors =
+            Cursors::new(&scene.graph, &scene.models, policies, &scene.proxies, scale);
         cursors.set_morph_seconds(scene.config.view.morph_seconds);
         cursors.inherit(&self.cursors, same_graph, |model| {
             let name = &scene.models.get(model)?.name;

@@ -26,7 +26,8 @@ impl Materials {
         sections.map(|section| self.of_section(member.model, section.material)).collect()
     }
 
-    fn of_section(&mut self, model: &LoadedModel, material: Option<u32>) -> Option<u32> {
+    /// Of a section of a model's mesh, likewise.
+    pub(super) fn of_section(&mut self, model: &LoadedModel, material: Option<u32>) -> Option<u32> {
         let key = (std::ptr::from_ref(model), material);
         if let Some(&known) = self.known.get(&key) {
             return Some(known);

@@ -1,8 +1,8 @@
 //! Proxies of single meshes that are shown often.
 //!
 //! A mesh goes down by its own collapses, and those leave a lattice hundreds of triangles
-//! wherever it is ([`busbar_geometry::CollapseStacks::thinned`]). From some error on, what is
-//! left is thinned out as the proxies of groups are, once for all that show the mesh.
+//! wherever it is ([`CollapseStacks::thinned`]). Where it is small in the picture, what is left
+//! is thinned out as the proxies of groups are, once for all that show the mesh.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -18,8 +18,11 @@ use super::{GREATEST_SHARE, ISLAND_ERRORS, LoadedModel, Policies, uncollapsed};
 const MIN_INSTANCES: usize = 2;
 /// The most proxies of a mesh.
 const MAX_LEVELS: usize = 8;
-/// The most triangles that all of a scene have together: some 25 MB.
-const MAX_TRIANGLES: u64 = 1 << 18;
+/// The most triangles that all of a scene have together: some 12 MB.
+const MAX_TRIANGLES: u64 = 1 << 17;
+/// Errors in the radius of the largest that is shown as a proxy: where an error may be half a
+/// pixel, 24 pixels. What is larger would be seen to be another shape.
+const MAX_RADIUS: f64 = 48.0;
 /// By how much what a proxy shows may differ from what the mesh does, as a share. In a group
 /// others stand for what is left out; here nothing does.
 const MAX_DIFFERENCE: f32 = 0.1;
@@ -33,6 +36,9 @@ pub(crate) struct MeshProxy {
     /// In units of the mesh that it stands for.
     pub(crate) error: f64,
 }
+
+/// One in the making, and its error.
+type Made = (Mesh, f64);
 
 /// The proxies of meshes, by the indices of model and mesh, the finest first.
 pub(crate) type MeshProxies = HashMap<(u32, u32), Arc<[MeshProxy]>>;
@@ -53,7 +59,7 @@ pub(super) fn build(
     }
     shown.retain(|_, (count, _)| *count >= MIN_INSTANCES);
     let shown: Vec<_> = shown.into_iter().collect();
-    let mut made_of: BTreeMap<u32, Vec<(u32, Vec<(Mesh, f64)>)>> = BTreeMap::new();
+    let mut made_of: BTreeMap<u32, Vec<(u32, Vec<Made>)>> = BTreeMap::new();
     let of_meshes: Vec<_> = shown
         .into_par_iter()
         .map(|((model, mesh), (_, policy))| {
@@ -79,10 +85,15 @@ pub(super) fn build(
     proxies
 }
 
-/// The proxies of a mesh, the finest first, each with its error.
-fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<(Mesh, f64)> {
+/// The proxies of a mesh, the finest first, each with its error. What is slender has none: it
+/// is widened where it is less than a pixel.
+fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<Made> {
+    let Some(bounds) = stacks.mesh().bounds().filter(|_| stacks.slender_points().is_empty()) else {
+        return Vec::new();
+    };
+    let least_error = f64::from(bounds.radius()) / MAX_RADIUS;
     let shown = area_of(stacks.mesh());
-    let mut made: Vec<(Mesh, f64)> = Vec::new();
+    let mut made: Vec<Made> = Vec::new();
     let coarsest = policy.level(Sight { distance: f32::MAX, pixel: f32::MAX }, None);
     for level in 1..=coarsest {
         let Detail::Error(error) = policy.detail(level) else { break };
@@ -93,8 +104,8 @@ fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<(Mesh, f64)> {
             break;
         }
         let squares = f64::from(shown) / (ISLAND_ERRORS * error).powi(2);
-        if squares > most {
-            // Each triangle shows something.
+        if squares > most || error < least_error {
+            // It is large in the picture, or each triangle shows something.
             continue;
         }
         let mesh = thinned(stacks, error).filter(|mesh| mesh.triangles.len() as f64 <= most);
@@ -108,7 +119,8 @@ fn all_of(stacks: &CollapseStacks, policy: &ThetaPolicy) -> Vec<(Mesh, f64)> {
 fn thinned(stacks: &CollapseStacks, error: f64) -> Option<Mesh> {
     let (mesh, left) = stacks.from_cursor(stacks.cursor_within(error as f32)).ok()?;
     let shown = area_of(&mesh);
-    let thinned = CollapseStacks::build(mesh, &left).thinned((ISLAND_ERRORS * error) as f32).ok()?;
+    let thinned =
+        CollapseStacks::build(mesh, &left).thinned((ISLAND_ERRORS * error) as f32).ok()?;
     ((area_of(&thinned) - shown).abs() <= MAX_DIFFERENCE * shown).then_some(thinned)
 }
 
@@ -135,7 +147,7 @@ impl ProxyModel {
     fn take(
         &mut self,
         model: &LoadedModel,
-        made: Vec<(Mesh, f64)>,
+        made: Vec<Made>,
         index: usize,
         left: &mut u64,
     ) -> Vec<MeshProxy> {
@@ -165,5 +177,128 @@ impl ProxyModel {
             materials: self.materials.merged.into(),
             ..LoadedModel::default()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_geometry::{CollapseSequence, RawPrimitive, weld};
+    use busbar_scene::{
+        Material, Model, ModelIndex, ModelNode, Placement, ScreenError, TextureRef, Transform, Wrap,
+    };
+    use glam::{Mat4, Vec3};
+
+    use super::*;
+
+    fn policy() -> ThetaPolicy {
+        ThetaPolicy::ScreenError(ScreenError::new(0.5, 0.1))
+    }
+
+    /// A rack of bars of a metre, a centimetre wide, without collapses: none goes away by them.
+    fn rack(bars: u32) -> Mesh {
+        let mut rack = RawPrimitive { material: Some(0), ..RawPrimitive::default() };
+        for bar in 0..bars {
+            let first = rack.positions.len() as u32;
+            let corner = |corner: u32| {
+                let [x, y, z] = [0, 1, 2].map(|axis| (corner >> axis & 1) as f32);
+                Vec3::new(x, 0.01 * y, 0.01 * z) + Vec3::Y * (0.05 * bar as f32)
+            };
+            rack.positions.extend((0..8).map(corner));
+            let sides = [
+                [1, 3, 7, 5],
+                [0, 4, 6, 2],
+                [2, 6, 7, 3],
+                [0, 1, 5, 4],
+                [4, 5, 7, 6],
+                [0, 2, 3, 1],
+            ];
+            rack.triangles.extend(sides.iter().flat_map(|&[a, b, c, d]| {
+                [[a, b, c], [a, c, d]].map(|triangle| triangle.map(|corner: u32| first + corner))
+            }));
+        }
+        weld(&[rack]).unwrap().0
+    }
+
+    /// A rack so often in a row, and its model.
+    fn racks(count: usize, policy: ThetaPolicy) -> (MeshProxies, Vec<LoadedModel>) {
+        let node = ModelNode {
+            name: "rack".into(),
+            parent: None,
+            parent_from_node: Mat4::IDENTITY,
+            mesh: Some(0),
+        };
+        let model = Model { meshes: vec![rack(40)], nodes: vec![node], ..Model::default() };
+        let placement = |number: usize| Placement {
+            id: number.to_string(),
+            parent: None,
+            transform: Transform { translation: Vec3::X * number as f32, ..Transform::default() },
+            model: Some(ModelIndex(0)),
+            theta: None,
+        };
+        let placements: Vec<_> = (0..count).map(placement).collect();
+        let graph = SceneGraph::build(&placements, std::slice::from_ref(&model)).unwrap();
+        let mesh = rack(40);
+        let none = CollapseSequence::none(mesh.positions.len() as u32);
+        let material = Material {
+            base_color: [0.5, 0.25, 1.0, 1.0],
+            base_color_texture: Some(TextureRef { texture: 0, wrap: [Wrap::Repeat; 2] }),
+            ..Default::default()
+        };
+        let loaded = LoadedModel {
+            name: "rack".into(),
+            stacks: vec![Arc::new(CollapseStacks::build(mesh, &none))],
+            materials: vec![material].into(),
+            ..LoadedModel::default()
+        };
+        let mut models = vec![loaded];
+        let policies = Policies { placed: graph.policies(), of_models: &[policy] };
+        (build(&graph, policies, &mut models), models)
+    }
+
+    #[test]
+    fn what_is_shown_often_has_fewer_triangles_by_far_with_each_proxy_and_as_much_surface() {
+        let (proxies, models) = racks(2, policy());
+        let of_rack = &proxies[&(0, 0)];
+        assert!(!of_rack.is_empty());
+        let own = models[0].stacks[0].mesh();
+        let (mut triangles, mut error) = (own.triangles.len(), 0.0);
+        for proxy in of_rack.iter() {
+            let mesh = models[proxy.model as usize].stacks[proxy.mesh as usize].mesh();
+            assert!(mesh.triangles.len() as f64 <= triangles as f64 * GREATEST_SHARE);
+            assert!(proxy.error > error && proxy.error * MAX_RADIUS >= 1.0);
+            let surface = area_of(mesh) / area_of(own);
+            assert!((surface - 1.0).abs() <= MAX_DIFFERENCE, "{surface}");
+            (triangles, error) = (mesh.triangles.len(), proxy.error);
+        }
+        // With the colours of the model, seen from afar.
+        let material = &models[of_rack[0].model as usize].materials[0];
+        assert_eq!(
+            (material.base_color[..3].to_vec(), &material.base_color_texture),
+            (vec![0.5, 0.25, 1.0], &None)
+        );
+    }
+
+    #[test]
+    fn what_is_shown_once_or_by_another_policy_has_none() {
+        for (proxies, models) in [racks(1, policy()), racks(9, ThetaPolicy::Fixed(0.5))] {
+            assert!(proxies.is_empty());
+            assert_eq!(models.len(), 1);
+        }
+    }
+
+    #[test]
+    fn what_there_is_no_room_for_is_left_out_the_finest_first() {
+        let made =
+            all_of(&CollapseStacks::build(rack(40), &CollapseSequence::none(320)), &policy());
+        let coarsest = made.last().unwrap().0.triangles.len() as u64;
+        let mut left = coarsest + 1;
+        let model = LoadedModel::default();
+        let error = made.last().unwrap().1;
+        let taken = ProxyModel::default().take(&model, made, 7, &mut left);
+        assert_eq!(
+            taken.iter().map(|proxy| (proxy.model, proxy.error)).collect::<Vec<_>>(),
+            [(7, error)]
+        );
+        assert_eq!(left, 1);
     }
 }
