@@ -8,7 +8,7 @@ use std::fs;
 
 use common::{Subject, faults_of, is_final, sample};
 use e2e::{Output, finish};
-use serde_json::json;
+use serde_json::{Value, json};
 use vulkan_faults::{Fault, name_of};
 
 const SIZE: [u32; 2] = [160, 120];
@@ -18,6 +18,8 @@ const PICKED: &str = "80,60";
 const SAMPLE: usize = 48;
 /// The same at high quality.
 const HIGH_SAMPLE: usize = 24;
+/// And where frames are drawn in parts.
+const PARTS_SAMPLE: usize = 24;
 
 /// Renders the scene and picks in it; with a fault if there is one.
 fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
@@ -65,6 +67,20 @@ fn at_high_quality_too_with_an_outline_and_a_section() {
     let section = json!({ "normal": [1, 0, 0], "distance": 0.6 });
     let view = json!({ "size": SIZE, "quality": "high", "ground": true, "section": section });
     strike_all(&Subject::with_view(view), HIGH_SAMPLE);
+}
+
+/// Where what is near is drawn first, and the rest once it is known what that hides.
+#[test]
+fn between_the_parts_of_a_frame_too() {
+    let view = json!({ "size": SIZE, "quality": "low" });
+    let subject = Subject::with_sheets(view, 40);
+    let stats = subject.path("stats.json").to_string_lossy().into_owned();
+    let out = subject.path("picture.png").to_string_lossy().into_owned();
+    let words = ["--out", &out, "--pick", PICKED, "--stats", &stats];
+    finish(&mut subject.command("render", &words)).expect_code(0);
+    let stats: Value = serde_json::from_slice(&fs::read(&stats).unwrap()).unwrap();
+    assert!(stats["hide_ms"].as_f64() > Some(0.0), "{}", stats["hide_ms"]);
+    strike_all(&subject, PARTS_SAMPLE);
 }
 
 /// Lets calls of a run fail, `count` of them if nobody asks for more.

@@ -32,18 +32,30 @@ impl Subject {
     }
 
     /// `view` as in a configuration, without a camera.
-    pub(crate) fn with_view(mut view: Value) -> Self {
+    pub(crate) fn with_view(view: Value) -> Self {
+        Self::with_sheets(view, 0)
+    }
+
+    /// The same with so many sheets behind it, of some thousand triangles each.
+    pub(crate) fn with_sheets(mut view: Value, sheets: usize) -> Self {
         view["camera"] = "front".into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let file = write_glb(&model()).expect("it can be written");
+        let sheet = write_glb(&sheet()).expect("it can be written");
         let write = |name: &str, bytes: &[u8]| {
             fs::write(folder.path().join(name), bytes).expect("the folder can be written");
         };
         write("model.glb", &file);
+        write("sheet.glb", &sheet);
+        let mut scene = vec![json!({ "id": "=Q1", "model": "quads" })];
+        scene.extend((0..sheets).map(|number| {
+            let at = [0.1 * (number % 7) as f64, 0.0, -1.5 - 0.2 * number as f64];
+            json!({ "id": format!("sheet {number}"), "model": "sheet", "transform": { "translation": at } })
+        }));
         let config = json!({
             "version": 1,
-            "models": { "quads": { "file": "model.glb" } },
-            "scene": [{ "id": "=Q1", "model": "quads" }],
+            "models": { "quads": { "file": "model.glb" }, "sheet": { "file": "sheet.glb" } },
+            "scene": scene,
             "cameras": { "front": { "eye": [0.4, 0.7, 4.0], "target": [0.0, 0.0, 0.0],
                 "fov_degrees": 40.0 } },
             "view": view,
@@ -168,6 +180,33 @@ fn model() -> Model {
                 mesh: Some(mesh),
             })
             .into(),
+        ..Model::default()
+    }
+}
+
+/// A sheet of 2,048 triangles.
+fn sheet() -> Model {
+    const SIDE: u32 = 32;
+    let point = |number: u32| {
+        let [x, y] = [number % (SIDE + 1), number / (SIDE + 1)].map(|at| at as f32 / SIDE as f32);
+        Vec3::new(x - 0.5, y - 0.5, 0.1 * (x * 9.0).sin())
+    };
+    let cells = (0..SIDE * SIDE).map(|cell| cell % SIDE + cell / SIDE * (SIDE + 1));
+    let sheet = RawPrimitive {
+        positions: (0..(SIDE + 1).pow(2)).map(point).collect(),
+        triangles: cells
+            .flat_map(|a| [[a, a + 1, a + SIDE + 2], [a, a + SIDE + 2, a + SIDE + 1]])
+            .collect(),
+        ..RawPrimitive::default()
+    };
+    Model {
+        meshes: vec![weld(&[sheet]).expect("its points are finite").0],
+        nodes: vec![ModelNode {
+            name: "sheet".into(),
+            parent: None,
+            parent_from_node: Mat4::IDENTITY,
+            mesh: Some(0),
+        }],
         ..Model::default()
     }
 }
