@@ -11,7 +11,7 @@ use crate::error::at;
 use crate::indirect::IndirectCalls;
 
 /// Stages of a submission whose time is taken; those after have none of their own.
-pub const MAX_STAGES: usize = 6;
+pub const MAX_STAGES: usize = 7;
 
 /// Timestamps a slot writes at most: its begin, after each stage, and its end.
 const TIMESTAMPS: usize = MAX_STAGES + 2;

@@ -72,6 +72,8 @@ pub(crate) struct Plan {
     /// Tints of features, instance by instance.
     pub(crate) feature_highlights: Vec<[f32; 4]>,
     pub(crate) batches: Vec<Batch>,
+    /// Room for them in another order.
+    pub(crate) ordered: Vec<Instance>,
     /// Whether what is near is drawn before the rest.
     pub(crate) has_near: bool,
 }

@@ -55,27 +55,38 @@ impl Plan {
                 triangles[step as usize] += u64::from(live);
             }
         }
-        let Some(first_far) = first_far(&triangles) else { return };
-        self.has_near = true;
-        let Self { instances, batches, .. } = self;
-        let mut steps = steps.into_iter();
+        if let Some(first_far) = first_far(&triangles) {
+            self.has_near = true;
+            self.order(steps.into_iter().map(|step| step < first_far));
+        }
+    }
+
+    /// Puts those instances first in each batch that are near, as they are told batch by batch.
+    fn order(&mut self, mut are_near: impl Iterator<Item = bool>) {
+        let Self { instances, ordered, batches, .. } = self;
+        ordered.clear();
+        // Parts share an instance where each is the only one of its batch: where it was, and is.
+        let mut shared: Option<[u32; 2]> = None;
         let mut far = Vec::new();
         for batch in batches.iter_mut().filter(|batch| !batch.instances.is_empty()) {
-            let members = &mut instances[batch.range()];
-            let mut near = 0;
-            for index in 0..members.len() {
-                match steps.next() {
-                    Some(step) if step >= first_far => far.push(members[index]),
-                    _ => {
-                        members[near] = members[index];
-                        near += 1;
-                    }
-                }
+            let (was, start) = (batch.instances.start, ordered.len() as u32);
+            let members = &instances[batch.range()];
+            let shares = shared.filter(|[before, _]| *before == was && members.len() == 1);
+            if let Some([_, is]) = shares {
+                batch.near = are_near.next().unwrap_or_default().into();
+                batch.instances = is..is + 1;
+                continue;
             }
-            members[near..].copy_from_slice(&far);
-            far.clear();
-            batch.near = near as u32;
+            for member in members {
+                let is_near = are_near.next().unwrap_or_default();
+                if is_near { &mut *ordered } else { &mut far }.push(*member);
+            }
+            batch.near = ordered.len() as u32 - start;
+            ordered.append(&mut far);
+            batch.instances = start..ordered.len() as u32;
+            shared = (members.len() == 1).then_some([was, start]);
         }
+        std::mem::swap(instances, ordered);
     }
 
     /// Asks of each of the rest whether it is behind what is being drawn.

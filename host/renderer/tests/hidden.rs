@@ -6,8 +6,8 @@ mod common;
 
 use busbar_geometry::{Mesh, RawPrimitive, weld};
 use busbar_renderer::{
-    CameraView, DrawInstance, Frame, FrameStats, ModelHandle, OutlineKind, Outlined, Picture,
-    Quality, Renderer, SectionPlane,
+    CameraView, DrawInstance, Frame, FrameStats, ModelHandle, ModelUpload, OutlineKind, Outlined,
+    Picture, Quality, Renderer, SectionPlane,
 };
 use busbar_scene::{AlphaMode, Material};
 use common::*;
@@ -228,6 +228,31 @@ fn what_is_behind_much_that_is_near_is_not_drawn() {
             renderer.resize(SIZE);
         });
     }
+}
+
+/// What stands where another part of its model does shares what was written of that, but not
+/// where that moves among others of its kind.
+#[test]
+fn parts_stay_in_their_places_when_what_is_near_comes_first() {
+    with_each_quality(1, |renderer| {
+        let stacks = [stacks(grid(60, Some(0))), stacks(cube())];
+        let materials = [glowing([0.0, 0.6, 0.0])];
+        let upload = ModelUpload { stacks: &stacks, materials: &materials, textures: &[] };
+        let model = renderer.upload_model(upload).unwrap();
+        // The near one comes last.
+        let mut instances: Vec<DrawInstance> = (0..12)
+            .map(|number| {
+                let at = Vec3::new(number as f32 * 0.3 - 1.6, 0.0, number as f32 * 1.5 - 16.0);
+                let size = Mat4::from_scale(Vec3::new(0.15, 0.5, 0.15));
+                instance(model, Mat4::from_translation(at) * size, number + 1)
+            })
+            .collect();
+        let last = instances[11];
+        instances.push(DrawInstance { mesh: 1, ..last });
+        let [(_, expected), (second, shown)] = first_and_second(renderer, &frame(&instances));
+        assert!(second.waited_millis > 0.0);
+        assert!(expected == shown);
+    });
 }
 
 /// With several samples a pixel the first of them does not tell what the others show.

@@ -10,13 +10,13 @@
 
 mod drawn;
 mod hlod;
+mod kinds;
 mod morphs;
 
-use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
+use std::collections::BTreeSet;
 
 use busbar_config::ThetaConfig;
-use busbar_geometry::{Bounds, CollapseStacks};
+use busbar_geometry::Bounds;
 use busbar_scene::{
     Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
     distance_to_bounds, greatest_stretch,
@@ -25,13 +25,12 @@ use glam::Vec3;
 
 use self::drawn::Told;
 use self::hlod::HlodState;
+use self::kinds::{FIRST_PROXY, Kind, Kinds};
 use self::morphs::{Morphs, ON_NONE};
-use crate::load::{LoadedModel, MeshProxy, Proxies};
+use crate::load::{LoadedModel, Proxies};
 
 /// The cursor of what is not shown.
 const NOWHERE: u32 = u32::MAX;
-/// The first cursor that is none of the mesh: from here on its proxies are numbered.
-const FIRST_PROXY: u32 = 1 << 31;
 /// The level where the past plays no part.
 const NO_LEVEL: u32 = u32::MAX;
 
@@ -135,58 +134,6 @@ pub(crate) enum Needed {
     Mesh(Place),
     /// The way to or from it, for what is finer.
     Way(Place),
-}
-
-/// A mesh as instances show it.
-struct Kind {
-    model: u32,
-    mesh: u32,
-    /// Index of its policy.
-    policy: u32,
-    /// Metres to a unit of the mesh, at most.
-    metres: f32,
-    /// Of the mesh, the finest first.
-    proxies: Option<Arc<[MeshProxy]>>,
-}
-
-impl Kind {
-    fn at(&self, cursor: u32) -> Place {
-        let proxy = cursor.checked_sub(FIRST_PROXY).zip(self.proxies.as_ref());
-        match proxy.and_then(|(index, proxies)| proxies.get(index as usize)) {
-            Some(&MeshProxy { model, mesh, .. }) => {
-                Place { model: model as usize, mesh: mesh as usize, cursor: 0 }
-            }
-            None => Place { model: self.model as usize, mesh: self.mesh as usize, cursor },
-        }
-    }
-
-    /// The cursor of the coarsest proxy with at most this error, in units of the mesh.
-    fn proxy_within(&self, error: f64) -> Option<u32> {
-        let proxies = self.proxies.as_ref()?;
-        let within = proxies.partition_point(|proxy| proxy.error <= error);
-        Some(FIRST_PROXY + within.checked_sub(1)? as u32)
-    }
-
-    fn stacks<'a>(&self, models: &'a [LoadedModel]) -> &'a CollapseStacks {
-        &models[self.model as usize].stacks[self.mesh as usize]
-    }
-}
-
-/// Kinds that are known, by what makes them.
-#[derive(Default)]
-struct Kinds {
-    all: Vec<Kind>,
-    known: HashMap<[u32; 4], u32>,
-}
-
-impl Kinds {
-    fn number(&mut self, kind: Kind) -> u32 {
-        let Kind { model, mesh, policy, metres, .. } = kind;
-        *self.known.entry([model, mesh, policy, metres.to_bits()]).or_insert_with(|| {
-            self.all.push(kind);
-            self.all.len() as u32 - 1
-        })
-    }
 }
 
 /// Where an instance stands: a site has a hundred thousand of them.

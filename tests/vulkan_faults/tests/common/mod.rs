@@ -36,25 +36,29 @@ impl Subject {
         Self::with_sheets(view, 0)
     }
 
-    /// The same with so many sheets behind it, of some thousand triangles each.
+    /// The same with so many sheets before it, of some thousand triangles each.
     pub(crate) fn with_sheets(mut view: Value, sheets: usize) -> Self {
         view["camera"] = "front".into();
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let file = write_glb(&model()).expect("it can be written");
-        let sheet = write_glb(&sheet()).expect("it can be written");
         let write = |name: &str, bytes: &[u8]| {
             fs::write(folder.path().join(name), bytes).expect("the folder can be written");
         };
         write("model.glb", &file);
-        write("sheet.glb", &sheet);
+        let mut models = json!({ "quads": { "file": "model.glb" } });
         let mut scene = vec![json!({ "id": "=Q1", "model": "quads" })];
+        if sheets > 0 {
+            write("sheet.glb", &write_glb(&sheet()).expect("it can be written"));
+            models["sheet"] = json!({ "file": "sheet.glb" });
+        }
         scene.extend((0..sheets).map(|number| {
-            let at = [0.1 * (number % 7) as f64, 0.0, -1.5 - 0.2 * number as f64];
-            json!({ "id": format!("sheet {number}"), "model": "sheet", "transform": { "translation": at } })
+            let at = [0.1 * (number % 7) as f64 - 0.3, -0.8, 0.8 + 0.02 * number as f64];
+            let transform = json!({ "translation": at, "scale": 0.3 });
+            json!({ "id": format!("sheet {number}"), "model": "sheet", "transform": transform })
         }));
         let config = json!({
             "version": 1,
-            "models": { "quads": { "file": "model.glb" }, "sheet": { "file": "sheet.glb" } },
+            "models": models,
             "scene": scene,
             "cameras": { "front": { "eye": [0.4, 0.7, 4.0], "target": [0.0, 0.0, 0.0],
                 "fov_degrees": 40.0 } },
