@@ -73,7 +73,7 @@ fn at_high_quality_too_with_an_outline_and_a_section() {
 #[test]
 fn between_the_parts_of_a_frame_too() {
     let view = json!({ "size": SIZE, "quality": "low" });
-    let subject = Subject::with_sheets(view, 40);
+    let subject = Subject::with_sheets(view, 60);
     let stats = subject.path("stats.json").to_string_lossy().into_owned();
     let out = subject.path("picture.png").to_string_lossy().into_owned();
     let words = ["--out", &out, "--pick", PICKED, "--stats", &stats];

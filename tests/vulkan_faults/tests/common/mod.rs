@@ -52,7 +52,10 @@ impl Subject {
             models["sheet"] = json!({ "file": "sheet.glb" });
         }
         scene.extend((0..sheets).map(|number| {
-            let at = [0.1 * (number % 7) as f64 - 0.3, -0.8, 0.8 + 0.02 * number as f64];
+            // Below the way from the eye to the quads, along all of it.
+            let way = 0.3 + 0.4 * number as f64 / sheets as f64;
+            let aside = 0.15 * (number % 7) as f64 - 0.45;
+            let at = [0.4 - 0.4 * way + aside * way, 0.7 - 1.7 * way, 4.0 - 4.0 * way];
             let transform = json!({ "translation": at, "scale": 0.3 });
             json!({ "id": format!("sheet {number}"), "model": "sheet", "transform": transform })
         }));
