@@ -8,6 +8,7 @@ use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
 use glam::Mat4;
 
 use super::*;
+use crate::load::MeshProxy;
 
 /// A strip of ten quads, one metre long, whose positions collapse one by one.
 pub(super) fn strip() -> Mesh {
