@@ -206,7 +206,7 @@ impl<'g> Recorder<'g> {
     }
 
     pub(crate) fn copy_to_image(&self, source: vk::Buffer, image: &Image) {
-        let region = [whole_image(image)];
+        let region = [part_of(image, [0; 2], image.size())];
         // SAFETY: the commands are being recorded; the image is a copy target
         // by the caller's barrier, and the buffer holds all its pixels.
         unsafe {
@@ -220,8 +220,14 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    pub(crate) fn copy_from_image(&self, image: &Image, target: vk::Buffer) {
-        let region = [whole_image(image)];
+    /// Copies from an upper left corner on, so wide and high.
+    pub(crate) fn copy_from_image(
+        &self,
+        image: &Image,
+        (origin, size): ([u32; 2], [u32; 2]),
+        target: vk::Buffer,
+    ) {
+        let region = [part_of(image, origin, size)];
         // SAFETY: as above, the other way round.
         unsafe {
             self.device().raw.cmd_copy_image_to_buffer(
@@ -245,9 +251,9 @@ impl Drop for Recorder<'_> {
     }
 }
 
-/// The whole first level.
-fn whole_image(image: &Image) -> vk::BufferImageCopy {
-    let [width, height] = image.size();
+/// A part of the first level.
+fn part_of(image: &Image, origin: [u32; 2], [width, height]: [u32; 2]) -> vk::BufferImageCopy {
+    let [x, y] = origin.map(u32::cast_signed);
     vk::BufferImageCopy::default()
         .image_subresource(vk::ImageSubresourceLayers {
             aspect_mask: image.format().aspect(),
@@ -255,5 +261,6 @@ fn whole_image(image: &Image) -> vk::BufferImageCopy {
             base_array_layer: 0,
             layer_count: 1,
         })
+        .image_offset(vk::Offset3D { x, y, z: 0 })
         .image_extent(vk::Extent3D { width, height, depth: 1 })
 }

@@ -273,30 +273,8 @@ impl Recorder<'_> {
             return Err(GpuError::Misuse("a read-back of depth that is not there"));
         }
         self.use_image(image, ImageUse::CopySource);
-        (copy.origin, copy.size) = (origin, size);
-        let [x, y] = origin.map(u32::cast_signed);
-        let [width, height] = size;
-        let region = [vk::BufferImageCopy::default()
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: image.format().aspect(),
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: 1,
-            })
-            .image_offset(vk::Offset3D { x, y, z: 0 })
-            .image_extent(vk::Extent3D { width, height, depth: 1 })];
-        // SAFETY: the commands are being recorded, outside any pass; the image has this part
-        // and is a copy source by the barrier; the buffer holds it and lives until the
-        // submission is finished.
-        unsafe {
-            self.device().raw.cmd_copy_image_to_buffer(
-                self.commands(),
-                image.raw(),
-                ImageUse::CopySource.layout(),
-                copy.buffer.raw(),
-                &region,
-            );
-        }
+        copy.size = size;
+        self.copy_from_image(image, (origin, size), copy.buffer.raw());
         self.barriers(&[], &[copied()]);
         Ok(())
     }
@@ -313,7 +291,7 @@ impl Recorder<'_> {
         let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
         let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, bytes)?;
         self.use_image(image, ImageUse::CopySource);
-        self.copy_from_image(image, buffer.raw());
+        self.copy_from_image(image, ([0; 2], size), buffer.raw());
         self.barriers(&[], &[copied()]);
         Ok(Download { buffer, format: image.format() })
     }
@@ -331,7 +309,6 @@ fn copied() -> vk::MemoryBarrier2<'static> {
 /// Depth of a part of an image where the CPU can read it: room that is used again.
 pub struct DepthCopy {
     buffer: Buffer,
-    origin: [u32; 2],
     size: [u32; 2],
 }
 
@@ -343,15 +320,10 @@ impl DepthCopy {
     pub fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, GpuError> {
         let bytes = u64::from(width) * u64::from(height) * PIXEL_BYTES;
         let buffer = Buffer::new(gpu, "depth read-back", BufferUsage::Readback, bytes)?;
-        Ok(Self { buffer, origin: [0; 2], size: [0; 2] })
+        Ok(Self { buffer, size: [0; 2] })
     }
 
-    /// The upper left corner of what was copied last.
-    pub fn origin(&self) -> [u32; 2] {
-        self.origin
-    }
-
-    /// Its width and height, pixels.
+    /// Width and height of what was copied last, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }

@@ -140,6 +140,12 @@ impl Plan {
         self.batches.iter().filter(|batch| !batch.instances.is_empty())
     }
 
+    /// The same of a part of what is drawn, with the instances that are in it.
+    pub(crate) fn seen_in(&self, part: Part) -> impl Iterator<Item = Batch> {
+        let parts = self.seen().map(move |batch| batch.part(part));
+        parts.filter(|batch| !batch.instances.is_empty())
+    }
+
     /// How many instances may be in the picture; what batches share counts once.
     pub(crate) fn seen_count(&self) -> u32 {
         let mut counted = 0;
@@ -176,7 +182,7 @@ impl Plan {
     }
 }
 
-fn mesh_at(models: &[Option<GpuModel>], key: IndexKey) -> Option<&GpuMesh> {
+pub(crate) fn mesh_at(models: &[Option<GpuModel>], key: IndexKey) -> Option<&GpuMesh> {
     models.get(key.model as usize)?.as_ref()?.meshes.get(key.mesh as usize)
 }
 

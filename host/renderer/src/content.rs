@@ -304,14 +304,12 @@ impl Content {
         &mut self,
         recorder: &Recorder<'_>,
         (plan, part): (&Plan, Part),
-        is_behind_near: bool,
     ) -> Result<(), RenderError> {
         if !recorder.gpu().is_software() {
             return Ok(());
         }
-        let hiding = self.hiding(is_behind_near);
-        let gathered = plan.seen().filter_map(|batch| {
-            let batch = batch.part(part);
+        let hiding = self.hiding((plan, part));
+        let gathered = plan.seen_in(part).filter_map(|batch| {
             Some(self.cache.get(batch.key)?.gathered(&batch, hiding)?.count_of(&batch))
         });
         let triangles = gathered.sum();
@@ -319,10 +317,12 @@ impl Content {
         gathering::ready(&mut stream.gathered, recorder.gpu(), triangles)
     }
 
-    /// What tells what is hidden in a frame: all that was drawn, or large faces.
-    fn hiding(&self, is_behind_near: bool) -> Option<Hiding<'_>> {
-        let before = || self.views[Viewing::Frame as usize].before.seen().map(Hiding::Faces);
-        if is_behind_near { Some(Hiding::Drawn(&self.drawn_depth)) } else { before() }
+    /// What tells what is hidden of a part of a frame: what was drawn before it, or large faces.
+    fn hiding(&self, (plan, part): (&Plan, Part)) -> Option<Hiding<'_>> {
+        match part {
+            Part::Rest if plan.has_near => Some(Hiding::Drawn(&self.drawn_depth)),
+            _ => self.views[Viewing::Frame as usize].before.seen().map(Hiding::Faces),
+        }
     }
 
     /// The sun, where it casts shadows.
@@ -331,16 +331,15 @@ impl Content {
         frame.shadow_bounds.filter(|_| !frame.wireframe).map(Sun::over)
     }
 
-    /// Draws a part of a plan; of frames, and behind what is near or not (`is_behind_near`),
-    /// some of it is gathered.
+    /// Draws a part of a plan; of frames, some of it is gathered.
     fn drawer<'a>(
         &'a self,
         (plan, part): (&'a Plan, Part),
         stream: usize,
-        (frame, is_behind_near): (&Frame<'_>, bool),
+        frame: &Frame<'_>,
     ) -> SceneDrawer<'a> {
         let gathered = self.streams[stream].gathered.as_ref();
-        let hiding = self.hiding(is_behind_near);
+        let hiding = self.hiding((plan, part));
         SceneDrawer {
             models: &self.models,
             cache: &self.cache,
@@ -373,17 +372,15 @@ impl Content {
         let _span = tracing::debug_span!("scene").entered();
         let shadows_drawn = self.record_shadows(recorder, frame)?;
         let near = self.record_near(recorder, targets, frame, &mut plan)?;
-        let has_near = plan.has_near;
-        self.ready_gathering(recorder, (&plan, Part::Rest), has_near)?;
+        self.ready_gathering(recorder, (&plan, Part::Rest))?;
         let occludes = self.high.is_some() && !frame.wireframe;
         let keeps_depth = occludes || !frame.outlined.is_empty();
         if keeps_depth {
             targets.ready_depth(recorder.gpu(), &self.layouts.texture)?;
         }
         self.ready_polylines(recorder, frame)?;
-        let drawer = self.drawer((&plan, Part::Rest), stream, (frame, has_near));
-        let more = (keeps_depth, has_near);
-        let mut calls = self.record_scene(recorder, targets, frame, &drawer, more)?;
+        let drawer = self.drawer((&plan, Part::Rest), stream, frame);
+        let mut calls = self.record_scene(recorder, targets, frame, &drawer, keeps_depth)?;
         calls += near.map_or_else(DrawCount::default, |near| near.calls);
         let (triangles, seen_instances) = (drawer.triangles(), plan.seen_count());
         recorder.end_stage("scene");
@@ -414,11 +411,11 @@ impl Content {
         targets: &SceneTargets,
         frame: &Frame<'_>,
         drawer: &SceneDrawer<'_>,
-        (keeps_depth, resumes): (bool, bool),
+        keeps_depth: bool,
     ) -> Result<DrawCount, RenderError> {
         let undecoded = self.pipelines.undecoded && !frame.wireframe;
         let cleared = targets.cleared_to(frame.background, undecoded, keeps_depth);
-        let start = if resumes { Start::Resumed } else { cleared.start };
+        let start = if drawer.plan.has_near { Start::Resumed } else { cleared.start };
         let slot = recorder.slot();
         let mut pass = recorder.pass(&Targets { start, ..cleared }, whole(targets.size()))?;
         let looks = self.pipelines.looks(frame.section.is_some());
@@ -530,7 +527,7 @@ impl Content {
         frame: &Frame<'_>,
     ) -> Result<(), RenderError> {
         let plan = self.prepare(recorder, (Viewing::Pick, PICK_STREAM), frame, area)?;
-        let drawer = self.drawer((&plan, Part::Rest), PICK_STREAM, (frame, false));
+        let drawer = self.drawer((&plan, Part::Rest), PICK_STREAM, frame);
         let mut pass = recorder.pass(&targets.cleared(), area.viewport())?;
         if let Some(pick) = &self.pipelines.looks(frame.section.is_some()).pick {
             drawer.draw(&mut pass, pick, Sections::All)?;

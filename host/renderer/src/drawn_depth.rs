@@ -8,6 +8,7 @@ use busbar_shaders::Instance;
 use glam::{Mat4, Vec2};
 
 use crate::CameraView;
+use crate::layer::ready;
 use crate::screen_box::ScreenBox;
 use crate::sight::world_from_mesh;
 
@@ -44,6 +45,7 @@ pub(crate) struct DrawnDepth {
     /// The least depth in each, row by row.
     tiles: Vec<f32>,
     asked: Vec<Place>,
+    /// Room for the depth of a picture, and of which size.
     copy: Option<(DepthCopy, [u32; 2])>,
 }
 
@@ -97,12 +99,9 @@ impl DrawnDepth {
 
     /// Room for the depth of a picture.
     fn copy_of(&mut self, gpu: &Gpu) -> Result<&mut DepthCopy, GpuError> {
-        let there = self.copy.take().filter(|(_, size)| *size == self.size);
-        let made = match there {
-            Some(there) => there,
-            None => (DepthCopy::new(gpu, self.size)?, self.size),
-        };
-        Ok(&mut self.copy.insert(made).0)
+        let Self { copy, size, .. } = self;
+        drop(copy.take_if(|(_, made_for)| made_for != size));
+        Ok(&mut ready(copy, || Ok::<_, GpuError>((DepthCopy::new(gpu, *size)?, *size)))?.0)
     }
 
     /// Takes over what was copied, once it is there.

@@ -190,7 +190,7 @@ pub struct FrameStats {
     /// GPU time of the last frame that it finished; `None` before the first,
     /// and on devices without timestamps.
     pub gpu_millis: Option<f64>,
-    /// What of that each stage took: `upload`, `near`, `shadows`, `scene`, `occlusion`, `outline`,
+    /// What of that each stage took: `upload`, `shadows`, `near`, `scene`, `occlusion`, `outline`,
     /// `panels`, as far as there are any; the rest is handing the picture to the window.
     pub gpu_stages: StageMillis,
 }

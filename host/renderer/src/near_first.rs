@@ -4,10 +4,10 @@
 
 use glam::Vec3;
 
-use crate::batch::{Batch, Part, Plan};
+use crate::batch::{Part, Plan, mesh_at};
 use crate::drawn_depth::DrawnDepth;
 use crate::index_cache::IndexCache;
-use crate::model::{GpuMesh, GpuModel};
+use crate::model::GpuModel;
 use crate::sight::world_from_mesh;
 
 /// Of a frame's triangles, the share that is drawn first.
@@ -45,7 +45,7 @@ impl Plan {
         let mut steps: Vec<u32> = Vec::with_capacity(self.instances.len());
         let mut triangles = [0_u64; STEPS];
         for batch in self.seen() {
-            let ball = mesh_of(models, batch).map(|mesh| mesh.ball);
+            let ball = mesh_at(models, batch.key).map(|mesh| mesh.ball);
             let live = cache.get(batch.key).map_or(0, |resolved| resolved.triangles);
             for instance in &self.instances[batch.range()] {
                 let ball = ball.map(|ball| ball.transformed(&world_from_mesh(instance)));
@@ -91,9 +91,9 @@ impl Plan {
 
     /// Asks of each of the rest whether it is behind what is being drawn.
     pub(crate) fn ask_of_rest(&self, models: &[Option<GpuModel>], drawn: &mut DrawnDepth) {
-        for batch in self.seen() {
-            let rest = &self.instances[batch.part(Part::Rest).range()];
-            if let (Some(mesh), [_, ..]) = (mesh_of(models, batch), rest) {
+        for batch in self.seen_in(Part::Rest) {
+            if let Some(mesh) = mesh_at(models, batch.key) {
+                let rest = &self.instances[batch.range()];
                 rest.iter().for_each(|instance| drawn.ask(instance, &mesh.bounds));
             }
         }
@@ -103,7 +103,7 @@ impl Plan {
     pub(crate) fn leave_hidden(&mut self, models: &[Option<GpuModel>], drawn: &DrawnDepth) {
         let Self { instances, batches, .. } = self;
         let mut answers = drawn.answers();
-        for batch in batches.iter_mut().filter(|batch| mesh_of(models, batch).is_some()) {
+        for batch in batches.iter_mut().filter(|batch| mesh_at(models, batch.key).is_some()) {
             let rest = batch.part(Part::Rest).range();
             let mut end = rest.start;
             for index in rest {
@@ -127,10 +127,6 @@ fn first_far(triangles: &[u64; STEPS]) -> Option<u32> {
         near as f32 >= all as f32 * NEAR_SHARE
     })?;
     (all - near >= LEAST_REST).then_some(last_near as u32 + 1)
-}
-
-fn mesh_of<'a>(models: &'a [Option<GpuModel>], batch: &Batch) -> Option<&'a GpuMesh> {
-    models.get(batch.key.model as usize)?.as_ref()?.meshes.get(batch.key.mesh as usize)
 }
 
 #[cfg(test)]

@@ -101,11 +101,8 @@ impl<'a> SceneDrawer<'a> {
     ) -> Result<DrawCount, RenderError> {
         let mut listed = Listed::default();
         listed.sections.reserve(self.plan.batches.len());
-        for batch in self.plan.seen() {
-            let batch = batch.part(self.part);
-            if !batch.instances.is_empty() {
-                self.list(&mut listed, shading, &batch, wanted);
-            }
+        for batch in self.plan.seen_in(self.part) {
+            self.list(&mut listed, shading, &batch, wanted);
         }
         let mut in_order: Vec<&Section<'_>> = listed.sections.iter().collect();
         in_order.sort_by_key(|section| section.order);
@@ -170,8 +167,7 @@ impl<'a> SceneDrawer<'a> {
         let gathered = gathering.and_then(|gathering| {
             let faces = resolved.gathered(batch, gathering.hiding())?;
             let first_view = views.len() as u32;
-            let seen =
-                &self.plan.instances[batch.instances.start as usize..][..batch.instances.len()];
+            let seen = &self.plan.instances[batch.range()];
             views.extend(seen.iter().map(|instance| gathering.view_of(instance)));
             Some((faces, first_view))
         });

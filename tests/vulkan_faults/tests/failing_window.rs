@@ -113,11 +113,13 @@ fn a_window_goes_on_after_failing_calls() {
     view(&screen, &subject, SECONDS[0], None).1.expect_code(0);
     let calls = subject.calls();
     let faults = faults_of(&calls);
-    // Whatever the lot, a device is lost once.
+    // Whatever the lot, a device is lost once, while frames are drawn: one that is lost while the
+    // scene opens is not counted.
     let is_loss = |fault: &&Fault| {
         fault.command == "vkQueueSubmit2" && name_of(fault.code) == "VK_ERROR_DEVICE_LOST"
     };
-    let loss = faults.iter().find(is_loss).expect("a window submits").clone();
+    let losses: Vec<&Fault> = faults.iter().filter(is_loss).collect();
+    let loss = losses[losses.len() / 2].clone();
     let chosen: Vec<Fault> = [loss].into_iter().chain(sample(faults.clone(), SAMPLE)).collect();
     eprintln!("{} calls, {} faults, {} of them now", calls.len(), faults.len(), chosen.len());
     let (mut wrong, mut missed, mut replaced) = (Vec::new(), 0, 0);

@@ -32,8 +32,8 @@ impl Content {
         let Some(depth) = targets.own_depth().filter(|_| plan.has_near) else {
             return Ok(None);
         };
-        self.ready_gathering(recorder, (plan, Part::Near), false)?;
-        let drawer = self.drawer((plan, Part::Near), recorder.slot(), (frame, false));
+        self.ready_gathering(recorder, (plan, Part::Near))?;
+        let drawer = self.drawer((plan, Part::Near), recorder.slot(), frame);
         let cleared = targets.cleared_to(frame.background, self.pipelines.undecoded, false);
         let kept = Targets { depth_after: DepthAfter::Kept, ..cleared };
         let mut pass = recorder.pass(&kept, whole(targets.size()))?;
