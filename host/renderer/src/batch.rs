@@ -92,7 +92,7 @@ impl Plan {
         self.feature_highlights.clear();
         self.batches.clear();
         self.has_near = false;
-        for Members { kind, members, balls } in roster.members() {
+        for Members { kind, members, balls, .. } in roster.members() {
             let mut start = self.instances.len() as u32;
             let mut highlights = Highlights::None;
             // Of most kinds it is of no account.

@@ -4,6 +4,8 @@
 //! what is drawn alone, not on how it came to be, so that the same frame gives the same
 //! picture.
 
+use std::collections::HashMap;
+
 use busbar_shaders::{Instance, NONE};
 use glam::Mat4;
 
@@ -14,7 +16,7 @@ use crate::morph::Way;
 use crate::{DrawInstance, DrawList, Instances, Morph, PATTERNS, RenderError};
 
 /// What is drawn together, the most important first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Kind {
     pub(crate) key: IndexKey,
     /// Where it is on its way to, if it is.
@@ -32,6 +34,8 @@ pub(crate) struct Members {
     /// Around each, world space: beside each other, since whoever looks goes through all
     /// of them while the caches hold the last picture.
     pub(crate) balls: Vec<Ball>,
+    /// Whether some came or went that are not in order yet.
+    is_stale: bool,
 }
 
 /// An instance of a kind.
@@ -42,8 +46,12 @@ pub(crate) struct Member {
     pub(crate) slot: u32,
 }
 
-/// In place of a slot: nothing is drawn there.
+/// In place of a slot or a kind: nothing is drawn there.
 const EMPTY: u32 = u32::MAX;
+
+/// Kinds that are kept though nothing is of them any more: what comes and goes as one walks
+/// finds its room again.
+const MAX_BARE_KINDS: usize = 256;
 
 /// A list in order.
 #[derive(Default)]
@@ -54,11 +62,19 @@ pub(crate) struct Roster {
     slots: Vec<u32>,
     /// By slot; features are named, but not tinted yet.
     pub(crate) instances: Vec<Instance>,
-    kinds: Vec<Kind>,
+    /// By slot the number of its kind, or [`EMPTY`].
+    kinds: Vec<u32>,
     /// Slots that nothing is in any more.
     free: Vec<u32>,
-    /// In order.
+    /// By the numbers of their kinds.
     members: Vec<Members>,
+    numbers: HashMap<Kind, u32, foldhash::fast::RandomState>,
+    /// Numbers of kinds in the order of those.
+    order: Vec<u32>,
+    /// Numbers of those that are stale.
+    stale: Vec<u32>,
+    /// Room to put members in order.
+    joined: Vec<(Member, Ball)>,
 }
 
 impl Roster {
@@ -88,8 +104,10 @@ impl Roster {
         self.revision = None;
     }
 
-    pub(crate) fn members(&self) -> &[Members] {
-        &self.members
+    /// What there is of each kind, in order.
+    pub(crate) fn members(&self) -> impl Iterator<Item = &Members> {
+        let in_order = self.order.iter().map(|&number| &self.members[number as usize]);
+        in_order.filter(|members| !members.members.is_empty())
     }
 
     fn fill<'a>(
@@ -97,30 +115,12 @@ impl Roster {
         models: &[Option<GpuModel>],
         drawn: impl Iterator<Item = (u32, &'a DrawInstance)>,
     ) -> Result<(), RenderError> {
-        self.slots.clear();
-        self.free.clear();
-        self.members.clear();
-        let mut order = drawn
-            .map(|(place, drawn)| Ok((place, InOrder::of(models, drawn)?)))
-            .collect::<Result<Vec<(u32, InOrder)>, RenderError>>()?;
-        let places = order.last().map_or(0, |(last, _)| last + 1);
-        self.slots.resize(places as usize, EMPTY);
-        order.sort_unstable_by_key(|(place, drawn)| (drawn.kind, *place));
-        for (slot, (place, _)) in (0..).zip(&order) {
-            self.slots[*place as usize] = slot;
+        *self = Self::default();
+        for (place, drawn) in drawn {
+            self.slots.resize(place as usize + 1, EMPTY);
+            self.put(place, InOrder::of(models, drawn)?);
         }
-        self.instances = order.iter().map(|(_, drawn)| drawn.instance).collect();
-        self.kinds = order.iter().map(|(_, drawn)| drawn.kind).collect();
-        let of_kinds = order.chunk_by(|(_, a), (_, b)| a.kind == b.kind);
-        self.members.extend(of_kinds.map(|of_kind| {
-            let member =
-                |&(place, _): &(u32, InOrder)| Member { place, slot: self.slots[place as usize] };
-            Members {
-                kind: of_kind[0].1.kind,
-                members: of_kind.iter().map(member).collect(),
-                balls: of_kind.iter().map(|(_, drawn)| drawn.ball).collect(),
-            }
-        }));
+        self.put_in_order();
         Ok(())
     }
 
@@ -132,72 +132,109 @@ impl Roster {
     ) -> Result<(), RenderError> {
         self.slots.resize(list.len(), EMPTY);
         for place in changed {
-            let drawn = list.get(place).map(|drawn| InOrder::of(models, drawn)).transpose()?;
-            let slot = self.slots[place];
-            let kind = drawn.as_ref().map(|drawn| drawn.kind);
-            let was = self.kinds.get(slot as usize).copied();
-            if was != kind {
-                was.into_iter().for_each(|kind| self.leave(kind, place as u32));
-            }
-            match drawn {
-                Some(drawn) => self.put(place, drawn),
-                None if slot != EMPTY => {
-                    self.slots[place] = EMPTY;
-                    self.free.push(slot);
-                }
-                None => {}
+            match list.get(place) {
+                Some(drawn) => self.put(place as u32, InOrder::of(models, drawn)?),
+                None => self.empty(place as u32),
             }
         }
+        self.put_in_order();
+        self.drop_bare();
         Ok(())
     }
 
-    /// Puts into a place what is not among members of another kind.
-    fn put(&mut self, place: usize, InOrder { kind, ball, instance }: InOrder) {
-        let slot = match self.slots[place] {
+    /// Puts something into a place, whatever was there.
+    fn put(&mut self, place: u32, InOrder { kind, ball, instance }: InOrder) {
+        let number = self.number_of(kind);
+        let slot = match self.slots[place as usize] {
             EMPTY => self.free.pop().unwrap_or(self.instances.len() as u32),
             slot => slot,
         };
-        self.slots[place] = slot;
+        self.slots[place as usize] = slot;
         if slot as usize == self.instances.len() {
             self.instances.push(instance);
-            self.kinds.push(kind);
+            self.kinds.push(number);
         } else {
-            (self.instances[slot as usize], self.kinds[slot as usize]) = (instance, kind);
+            self.instances[slot as usize] = instance;
+            let was = std::mem::replace(&mut self.kinds[slot as usize], number);
+            if was != EMPTY && was != number {
+                self.note_stale(was);
+            }
         }
-        self.join(kind, Member { place: place as u32, slot }, ball);
+        self.note_stale(number);
+        let Members { members, balls, .. } = &mut self.members[number as usize];
+        members.push(Member { place, slot });
+        balls.push(ball);
     }
 
-    fn leave(&mut self, kind: Kind, place: u32) {
-        let Ok(at) = self.members.binary_search_by_key(&kind, |members| members.kind) else {
-            return;
-        };
-        let Members { members, balls, .. } = &mut self.members[at];
-        if let Ok(index) = members.binary_search_by_key(&place, |member| member.place) {
-            members.remove(index);
-            balls.remove(index);
-        }
-        if members.is_empty() {
-            self.members.remove(at);
+    fn empty(&mut self, place: u32) {
+        let slot = std::mem::replace(&mut self.slots[place as usize], EMPTY);
+        if slot != EMPTY {
+            self.free.push(slot);
+            let was = std::mem::replace(&mut self.kinds[slot as usize], EMPTY);
+            self.note_stale(was);
         }
     }
 
-    /// Takes it in, or moves it where it is in already.
-    fn join(&mut self, kind: Kind, member: Member, ball: Ball) {
-        match self.members.binary_search_by_key(&kind, |members| members.kind) {
-            Ok(at) => {
-                let Members { members, balls, .. } = &mut self.members[at];
-                match members.binary_search_by_key(&member.place, |member| member.place) {
-                    Ok(index) => balls[index] = ball,
-                    Err(index) => {
-                        members.insert(index, member);
-                        balls.insert(index, ball);
-                    }
+    fn number_of(&mut self, kind: Kind) -> u32 {
+        let Self { members, numbers, order, .. } = self;
+        *numbers.entry(kind).or_insert_with(|| {
+            let number = members.len() as u32;
+            let of = |&number: &u32| members[number as usize].kind;
+            let at = order.partition_point(|number| of(number) < kind);
+            order.insert(at, number);
+            members.push(Members { kind, members: Vec::new(), balls: Vec::new(), is_stale: false });
+            number
+        })
+    }
+
+    fn note_stale(&mut self, number: u32) {
+        if !std::mem::replace(&mut self.members[number as usize].is_stale, true) {
+            self.stale.push(number);
+        }
+    }
+
+    /// Lets go of members that are no more, and puts those that came where they belong.
+    fn put_in_order(&mut self) {
+        let Self { slots, kinds, members, stale, joined, .. } = self;
+        for number in stale.drain(..) {
+            let Members { members, balls, is_stale, .. } = &mut members[number as usize];
+            *is_stale = false;
+            let is_there = |(Member { place, slot }, _): &(Member, Ball)| {
+                slots[*place as usize] == *slot && kinds[*slot as usize] == number
+            };
+            joined.extend(members.drain(..).zip(balls.drain(..)).filter(is_there));
+            // Stable: of what moved, the last is how it is.
+            joined.sort_by_key(|(member, _)| member.place);
+            for (member, ball) in joined.drain(..) {
+                if members.last().is_some_and(|last| last.place == member.place) {
+                    members.pop();
+                    balls.pop();
                 }
+                members.push(member);
+                balls.push(ball);
             }
-            Err(at) => {
-                let (members, balls) = (vec![member], vec![ball]);
-                self.members.insert(at, Members { kind, members, balls });
+        }
+    }
+
+    /// Forgets kinds of which nothing is, where they are many: others are numbered anew.
+    fn drop_bare(&mut self) {
+        if self.order.len() - self.members().count() <= MAX_BARE_KINDS {
+            return;
+        }
+        let Self { kinds, members, numbers, order, .. } = self;
+        order.retain(|&number| !members[number as usize].members.is_empty());
+        let mut renumbered = vec![EMPTY; members.len()];
+        for (was, known) in std::mem::take(members).into_iter().enumerate() {
+            if known.members.is_empty() {
+                numbers.remove(&known.kind);
+            } else {
+                renumbered[was] = members.len() as u32;
+                members.push(known);
             }
+        }
+        let of_slots = kinds.iter_mut().filter(|number| **number != EMPTY);
+        for number in numbers.values_mut().chain(order).chain(of_slots) {
+            *number = renumbered[*number as usize];
         }
     }
 }

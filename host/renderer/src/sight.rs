@@ -108,7 +108,7 @@ impl Before {
             near: (1.0 + (PI * square / least).sqrt()).powi(2),
             half: Vec2::new(size[0] as f32, size[1] as f32) * 0.5,
         };
-        for Members { kind, members, balls } in roster.members() {
+        for Members { kind, members, balls, .. } in roster.members() {
             // Of most kinds nothing is near enough, and nothing more is looked up.
             let mut of_kind = None;
             let near = members.iter().zip(balls).filter(|(_, ball)| look.is_near(ball));

@@ -95,6 +95,29 @@ fn a_kept_list_looks_like_one_made_anew() {
     }
 }
 
+/// More than are remembered while nothing is of them.
+#[test]
+fn what_was_of_many_kinds_in_turn_looks_like_what_it_is() {
+    with_renderer(1, |renderer| {
+        let model = upload(renderer, grid(20, None), &[], &[]);
+        let mut list = DrawList::default();
+        let at = |place: u32, cursor: u32| {
+            let x = Mat4::from_translation(Vec3::X * place as f32);
+            Some(DrawInstance { cursor, ..instance(model, x, place + 1) })
+        };
+        for place in 0..3 {
+            list.set(place as usize, at(place, 5 * place));
+        }
+        for cursor in 20..360 {
+            list.set(1, at(1, cursor));
+            let kept = Frame { instances: Instances::Kept(&list), ..frame(&[]) };
+            renderer.draw(&kept).unwrap();
+        }
+        list.set(0, None);
+        assert_alike(renderer, &list, 0);
+    });
+}
+
 #[test]
 fn a_list_that_names_what_is_gone_is_refused_until_it_does_not() {
     with_renderer(1, |renderer| {

@@ -18,14 +18,14 @@ use std::collections::BTreeSet;
 use busbar_config::ThetaConfig;
 use busbar_geometry::Bounds;
 use busbar_scene::{
-    Detail, DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy,
-    distance_to_bounds, greatest_stretch,
+    DistanceLevel, DistanceTable, SceneGraph, ScreenError, Sight, ThetaPolicy, distance_to_bounds,
+    greatest_stretch,
 };
 use glam::Vec3;
 
 use self::drawn::Told;
 use self::hlod::HlodState;
-use self::kinds::{FIRST_PROXY, Kind, Kinds};
+use self::kinds::{FIRST_PROXY, Kind, Kinds, Standing};
 use self::morphs::{Morphs, ON_NONE};
 use crate::load::{LoadedModel, Proxies};
 
@@ -178,10 +178,6 @@ impl InstanceCursor {
         Self { kind, level, bounds, theta, wanted: 0, shown: 0, way, triangles }
     }
 
-    fn wanted_proxy(&self) -> Option<u32> {
-        (FIRST_PROXY..NOWHERE).contains(&self.wanted).then_some(self.wanted)
-    }
-
     fn level(&self) -> Option<u32> {
         (self.level != NO_LEVEL).then_some(self.level)
     }
@@ -207,6 +203,7 @@ impl Cursors {
                 policy: instance.theta.map_or(instance.model.0, |theta| own_policies + theta.0),
                 metres: greatest_stretch(&graph.world_from_mesh(&instance)),
                 proxies: of_meshes.get(&(instance.model.0, instance.mesh)).cloned(),
+                standings: Vec::new(),
             };
             let triangles = kind.stacks(models).mesh().triangles.len() as u32;
             InstanceCursor::of(kinds.number(kind), graph.bounds_of_mesh(&instance), triangles)
@@ -217,8 +214,8 @@ impl Cursors {
         let policy = policies.len().saturating_sub(1) as u32;
         instances.extend(groups.iter().map(|group| {
             // Its errors are in metres already.
-            let (model, proxies) = (group.model as u32, None);
-            let kind = Kind { model, mesh: 0, policy, metres: 1.0, proxies };
+            let (model, proxies, standings) = (group.model as u32, None, Vec::new());
+            let kind = Kind { model, mesh: 0, policy, metres: 1.0, proxies, standings };
             InstanceCursor::of_proxy(kinds.number(kind), group)
         }));
         Self {
@@ -365,7 +362,7 @@ impl Cursors {
         if let Some(theta) = forced.or(self.by_hand[model as usize]) {
             if anew {
                 self.instances[index].level = NO_LEVEL;
-                self.want(index, theta, None, models);
+                self.want_theta(index, theta, models);
             }
         } else if anew || self.policies[policy as usize].follows_camera() {
             let level = self.level_of(index, eye);
@@ -387,33 +384,31 @@ impl Cursors {
     fn take_level(&mut self, index: usize, level: u32, models: &[LoadedModel]) {
         let instance = &mut self.instances[index];
         instance.level = level;
-        let kind = &self.kinds[instance.kind as usize];
-        let (theta, proxy) = match self.policies[kind.policy as usize].detail(level) {
-            Detail::Theta(theta) => (theta, None),
-            Detail::Error(metres) => {
-                let stacks = kind.stacks(models);
-                let error = metres / f64::from(kind.metres);
-                let cursor = stacks.cursor_within(error as f32);
-                let theta = f64::from(cursor) / f64::from(stacks.position_count().max(1));
-                (theta, kind.proxy_within(error))
-            }
-        };
-        // A proxy may leave out what must be seen.
-        let proxy = proxy.filter(|_| self.scale == 1.0 && !self.marked.contains(&index));
-        self.want(index, (theta * self.scale).clamp(0.0, 1.0), proxy, models);
+        let kind = &mut self.kinds[instance.kind as usize];
+        let Standing { theta, own, proxy } = kind.standing_at(level, &self.policies, models);
+        if self.scale == 1.0 {
+            // A proxy may leave out what must be seen.
+            let proxy = proxy.filter(|_| !self.marked.contains(&index));
+            self.want(index, theta, proxy.unwrap_or(own));
+        } else {
+            self.want_theta(index, (theta * self.scale).clamp(0.0, 1.0), models);
+        }
     }
 
-    /// Wants a theta, or a proxy in place of what is there.
-    fn want(&mut self, index: usize, theta: f64, proxy: Option<u32>, models: &[LoadedModel]) {
+    fn want_theta(&mut self, index: usize, theta: f64, models: &[LoadedModel]) {
+        let stacks = self.kind_of(&self.instances[index]).stacks(models);
+        self.want(index, theta, stacks.cursor_at(theta));
+    }
+
+    /// Wants a theta, which is at this cursor.
+    fn want(&mut self, index: usize, theta: f64, cursor: u32) {
         let instance = &mut self.instances[index];
-        let is_as_before = theta == instance.theta && proxy == instance.wanted_proxy();
+        let is_as_before = theta == instance.theta && cursor == instance.wanted;
         if is_as_before && instance.shown != NOWHERE {
             return;
         }
-        let stacks = self.kinds[instance.kind as usize].stacks(models);
         let was_moving = instance.wanted != instance.shown || instance.way != ON_NONE;
-        let wanted = proxy.unwrap_or_else(|| stacks.cursor_at(theta));
-        (instance.theta, instance.wanted) = (theta, wanted);
+        (instance.theta, instance.wanted) = (theta, cursor);
         self.has_changed = true;
         if !was_moving && instance.wanted != instance.shown {
             self.moving.push(index);
@@ -511,7 +506,8 @@ impl Cursors {
             return None;
         }
         let mut details: Vec<Option<ModelDetail>> = vec![None; models.len()];
-        for instance in self.instances.iter().filter(|instance| instance.shown != NOWHERE) {
+        self.walk(0..self.own, 0, &mut |_, index| {
+            let instance = &self.instances[index];
             let kind = self.kind_of(instance);
             let detail = details[kind.model as usize].get_or_insert(ModelDetail {
                 theta: [instance.theta; 2],
@@ -525,7 +521,7 @@ impl Cursors {
             detail.s1 += u64::from(stacks.collapse_count() - cursor);
             detail.s2 += u64::from(cursor);
             detail.triangles += u64::from(instance.triangles);
-        }
+        });
         let with_source = |(detail, by_hand): (Option<ModelDetail>, &Option<f64>)| ModelDetail {
             by_policy: by_hand.is_none(),
             ..detail.unwrap_or_default()

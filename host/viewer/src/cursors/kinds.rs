@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use busbar_geometry::CollapseStacks;
+use busbar_scene::{Detail, ThetaPolicy};
 
 use super::Place;
 use crate::load::{LoadedModel, MeshProxy};
@@ -21,6 +22,18 @@ pub(super) struct Kind {
     pub(super) metres: f32,
     /// Of the mesh, the finest first.
     pub(super) proxies: Option<Arc<[MeshProxy]>>,
+    /// By level of the policy, once it was asked for: many instances come to the same.
+    pub(super) standings: Vec<Option<Standing>>,
+}
+
+/// Where instances are wanted at a level of the policy.
+#[derive(Clone, Copy)]
+pub(super) struct Standing {
+    pub(super) theta: f64,
+    /// The mesh's own cursor there.
+    pub(super) own: u32,
+    /// That of the proxy which may stand for it.
+    pub(super) proxy: Option<u32>,
 }
 
 impl Kind {
@@ -34,8 +47,38 @@ impl Kind {
         }
     }
 
+    pub(super) fn standing_at(
+        &mut self,
+        level: u32,
+        policies: &[ThetaPolicy],
+        models: &[LoadedModel],
+    ) -> Standing {
+        let known = self.standings.get(level as usize).copied().flatten();
+        known.unwrap_or_else(|| {
+            let standing = self.find_standing(policies[self.policy as usize].detail(level), models);
+            let levels = self.standings.len().max(level as usize + 1);
+            self.standings.resize(levels, None);
+            self.standings[level as usize] = Some(standing);
+            standing
+        })
+    }
+
+    fn find_standing(&self, detail: Detail, models: &[LoadedModel]) -> Standing {
+        let stacks = self.stacks(models);
+        let (theta, proxy) = match detail {
+            Detail::Theta(theta) => (theta, None),
+            Detail::Error(metres) => {
+                let error = metres / f64::from(self.metres);
+                let cursor = stacks.cursor_within(error as f32);
+                let theta = f64::from(cursor) / f64::from(stacks.position_count().max(1));
+                (theta, self.proxy_within(error))
+            }
+        };
+        Standing { theta, own: stacks.cursor_at(theta), proxy }
+    }
+
     /// The cursor of the coarsest proxy with at most this error, in units of the mesh.
-    pub(super) fn proxy_within(&self, error: f64) -> Option<u32> {
+    fn proxy_within(&self, error: f64) -> Option<u32> {
         let proxies = self.proxies.as_ref()?;
         let within = proxies.partition_point(|proxy| proxy.error <= error);
         Some(FIRST_PROXY + within.checked_sub(1)? as u32)
