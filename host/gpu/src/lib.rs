@@ -8,6 +8,7 @@
 //! the submission that may still use it has finished.
 
 mod adapter;
+mod area;
 mod arena;
 mod bind;
 mod buffer;
@@ -36,6 +37,7 @@ mod swapchain;
 mod transfer;
 mod validation;
 
+pub use area::Area;
 pub use arena::{Arena, Slice};
 pub use bind::{BindGroup, BindGroupLayout, Binding, BindingKind};
 pub use buffer::{Buffer, BufferUsage};

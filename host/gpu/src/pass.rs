@@ -7,7 +7,7 @@ use ash::vk;
 use crate::image::ImageUse;
 use crate::indirect::{CALL_BYTES, Call};
 use crate::rounds::Rounds;
-use crate::{BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, Recorder};
+use crate::{Area, BindGroup, Buffer, BufferUsage, Format, GpuError, Image, Pipeline, Recorder};
 
 /// What colour targets are filled with first.
 #[derive(Clone, Copy, Debug)]
@@ -180,6 +180,19 @@ impl Recorder<'_> {
         targets: &Targets<'_>,
         viewport: Viewport,
     ) -> Result<Pass<'_>, GpuError> {
+        self.pass_in(targets, viewport, Area::of(targets.color))
+    }
+
+    /// Begins a pass over a part of the targets; beside it they stay as they are.
+    ///
+    /// # Errors
+    /// When the targets do not fit together or have no such part.
+    pub fn pass_in(
+        &mut self,
+        targets: &Targets<'_>,
+        viewport: Viewport,
+        area: Area,
+    ) -> Result<Pass<'_>, GpuError> {
         let Targets { color, resolve, depth, depth_after, start, undecoded } = targets;
         let fits = color.size() == depth.size()
             && color.samples() == depth.samples()
@@ -187,7 +200,8 @@ impl Recorder<'_> {
             && resolve.is_none_or(|r| {
                 r.size() == color.size() && r.format() == color.format() && color.samples() > 1
             })
-            && depth_after.fits(depth);
+            && depth_after.fits(depth)
+            && area.is_in(color);
         if !fits {
             return Err(GpuError::Misuse("targets that do not fit together"));
         }
@@ -218,7 +232,7 @@ impl Recorder<'_> {
                 depth_info = depth_info.load_op(vk::AttachmentLoadOp::LOAD);
             }
         }
-        Ok(self.begin_pass(color, Some((color_info, format)), depth_info, viewport))
+        Ok(self.begin_pass((color, area), Some((color_info, format)), depth_info, viewport))
     }
 
     /// Begins a pass that draws depth alone, anew and to be sampled afterwards.
@@ -232,7 +246,7 @@ impl Recorder<'_> {
         let viewport =
             Viewport { origin: [0.0; 2], size: depth.size().map(|pixels| pixels as f32) };
         let info = self.depth_attachment(depth, DepthAfter::Kept);
-        Ok(self.begin_pass(depth, None, info, viewport))
+        Ok(self.begin_pass((depth, Area::of(depth)), None, info, viewport))
     }
 
     fn depth_attachment(
@@ -259,13 +273,12 @@ impl Recorder<'_> {
     /// `target`: any image of the pass; images are ready for their use.
     fn begin_pass(
         &mut self,
-        target: &Image,
+        (target, area): (&Image, Area),
         color: Option<(vk::RenderingAttachmentInfo<'static>, Format)>,
         depth: vk::RenderingAttachmentInfo<'static>,
         viewport: Viewport,
     ) -> Pass<'_> {
-        let [width, height] = target.size();
-        let area = vk::Rect2D::from(vk::Extent2D { width, height });
+        let area = area.rect();
         let format = color.map(|(_, format)| format);
         let attachments = Attachments { area, color: color.map(|(info, _)| info), depth };
         let rounds = self.device().adapter.round_triangles.map(Rounds::of);

@@ -9,7 +9,7 @@ use crate::image::ImageUse;
 use crate::indirect::Call;
 use crate::presenter::Presenter;
 use crate::slot::CommandSlot;
-use crate::{Gpu, GpuError, Image};
+use crate::{Area, Gpu, GpuError, Image};
 
 /// Commands being recorded. Dropping it unsubmitted abandons them.
 pub struct Recorder<'g> {
@@ -206,7 +206,7 @@ impl<'g> Recorder<'g> {
     }
 
     pub(crate) fn copy_to_image(&self, source: vk::Buffer, image: &Image) {
-        let region = [part_of(image, [0; 2], image.size())];
+        let region = [part_of(image, Area::of(image))];
         // SAFETY: the commands are being recorded; the image is a copy target
         // by the caller's barrier, and the buffer holds all its pixels.
         unsafe {
@@ -220,14 +220,8 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Copies from an upper left corner on, so wide and high.
-    pub(crate) fn copy_from_image(
-        &self,
-        image: &Image,
-        (origin, size): ([u32; 2], [u32; 2]),
-        target: vk::Buffer,
-    ) {
-        let region = [part_of(image, origin, size)];
+    pub(crate) fn copy_from_image(&self, image: &Image, area: Area, target: vk::Buffer) {
+        let region = [part_of(image, area)];
         // SAFETY: as above, the other way round.
         unsafe {
             self.device().raw.cmd_copy_image_to_buffer(
@@ -252,8 +246,8 @@ impl Drop for Recorder<'_> {
 }
 
 /// A part of the first level.
-fn part_of(image: &Image, origin: [u32; 2], [width, height]: [u32; 2]) -> vk::BufferImageCopy {
-    let [x, y] = origin.map(u32::cast_signed);
+fn part_of(image: &Image, area: Area) -> vk::BufferImageCopy {
+    let vk::Rect2D { offset, extent } = area.rect();
     vk::BufferImageCopy::default()
         .image_subresource(vk::ImageSubresourceLayers {
             aspect_mask: image.format().aspect(),
@@ -261,6 +255,6 @@ fn part_of(image: &Image, origin: [u32; 2], [width, height]: [u32; 2]) -> vk::Bu
             base_array_layer: 0,
             layer_count: 1,
         })
-        .image_offset(vk::Offset3D { x, y, z: 0 })
-        .image_extent(vk::Extent3D { width, height, depth: 1 })
+        .image_offset(vk::Offset3D { x: offset.x, y: offset.y, z: 0 })
+        .image_extent(vk::Extent3D { width: extent.width, height: extent.height, depth: 1 })
 }

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use crate::image::ImageUse;
-use crate::{BindGroup, GpuError, Image, Pipeline, Recorder};
+use crate::{Area, BindGroup, GpuError, Image, Pipeline, Recorder};
 
 impl Recorder<'_> {
     /// Makes images ready to be sampled by what is recorded next.
@@ -13,22 +13,23 @@ impl Recorder<'_> {
         }
     }
 
-    /// Lets a pipeline's fragment shader work on every pixel of an image of one sample.
-    /// Its vertex shader is run for the vertices 0, 1 and 2, of which it makes a triangle
-    /// that covers clip space. Without `keeps` what the image holds is given up before.
+    /// Lets a pipeline's fragment shader work on every pixel of a part of an image of one
+    /// sample. Its vertex shader is run for the vertices 0, 1 and 2, of which it makes a
+    /// triangle that covers clip space, which is the whole image. Without `keeps` what the part
+    /// holds is given up before.
     ///
     /// # Errors
-    /// When pipeline and groups are not made for that.
+    /// When pipeline and groups are not made for that, or the image has no such part.
     pub fn screen_pass(
         &mut self,
-        image: &Image,
+        (image, area): (&Image, Area),
         keeps: bool,
         pipeline: &Pipeline,
         groups: &[&BindGroup],
     ) -> Result<(), GpuError> {
         let made_for = (pipeline.color, pipeline.samples, pipeline.screen);
         let fits = made_for == (Some(image.format()), 1, true) && pipeline.takes(groups);
-        if !fits || image.samples() != 1 {
+        if !fits || image.samples() != 1 || !area.is_in(image) {
             return Err(GpuError::Misuse("a screen pass that does not fit its image"));
         }
         self.use_image(image, ImageUse::ColorTarget);
@@ -42,9 +43,8 @@ impl Recorder<'_> {
             .load_op(load)
             .store_op(vk::AttachmentStoreOp::STORE)];
         let [width, height] = image.size();
-        let area = vk::Rect2D::from(vk::Extent2D { width, height });
         let info = vk::RenderingInfo::default()
-            .render_area(area)
+            .render_area(area.rect())
             .layer_count(1)
             .color_attachments(&colors);
         let viewport = vk::Viewport {
@@ -63,7 +63,7 @@ impl Recorder<'_> {
         unsafe {
             device.cmd_begin_rendering(commands, &info);
             device.cmd_set_viewport(commands, 0, &[viewport]);
-            device.cmd_set_scissor(commands, 0, &[area]);
+            device.cmd_set_scissor(commands, 0, &[area.rect()]);
             device.cmd_set_cull_mode(commands, vk::CullModeFlags::NONE);
             device.cmd_set_front_face(commands, vk::FrontFace::COUNTER_CLOCKWISE);
             device.cmd_bind_pipeline(commands, point, pipeline.raw);

@@ -5,7 +5,7 @@ use ash::vk;
 use crate::format::PIXEL_BYTES;
 use crate::image::ImageUse;
 use crate::{
-    Arena, Buffer, BufferUsage, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
+    Area, Arena, Buffer, BufferUsage, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
     Recorder, Slice,
 };
 
@@ -252,29 +252,24 @@ impl Recorder<'_> {
         Ok(buffer)
     }
 
-    /// Copies a part of an image's depth to where the CPU can read it: from an upper left
-    /// corner on, so wide and high.
+    /// Copies a part of an image's depth to where the CPU can read it.
     ///
     /// # Errors
     /// When the image holds no depth that can be copied, or the part does not fit.
     pub fn copy_depth(
         &mut self,
         image: &Image,
-        (origin, size): ([u32; 2], [u32; 2]),
+        area: Area,
         copy: &mut DepthCopy,
     ) -> Result<(), GpuError> {
-        let [right, below] = [0, 1].map(|axis| origin[axis].saturating_add(size[axis]));
-        let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
-        let fits = right <= image.size()[0]
-            && below <= image.size()[1]
-            && !size.contains(&0)
-            && bytes <= copy.buffer.size();
+        let [width, height] = area.size.map(u64::from);
+        let fits = area.is_in(image) && width * height * PIXEL_BYTES <= copy.buffer.size();
         if image.kind() != ImageKind::SampledTarget || image.format() != Format::Depth32 || !fits {
             return Err(GpuError::Misuse("a read-back of depth that is not there"));
         }
         self.use_image(image, ImageUse::CopySource);
-        copy.size = size;
-        self.copy_from_image(image, (origin, size), copy.buffer.raw());
+        copy.size = area.size;
+        self.copy_from_image(image, area, copy.buffer.raw());
         self.barriers(&[], &[copied()]);
         Ok(())
     }
@@ -291,7 +286,7 @@ impl Recorder<'_> {
         let bytes = u64::from(size[0]) * u64::from(size[1]) * PIXEL_BYTES;
         let buffer = Buffer::on(self.device(), "read-back", BufferUsage::Readback, bytes)?;
         self.use_image(image, ImageUse::CopySource);
-        self.copy_from_image(image, ([0; 2], size), buffer.raw());
+        self.copy_from_image(image, Area::of(image), buffer.raw());
         self.barriers(&[], &[copied()]);
         Ok(Download { buffer, format: image.format() })
     }

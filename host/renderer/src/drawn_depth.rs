@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
-use busbar_gpu::{DepthCopy, Gpu, GpuError, Image, Recorder};
+use busbar_gpu::{Area, DepthCopy, Gpu, GpuError, Image, Recorder};
 use busbar_shaders::Instance;
 use glam::{Mat4, Vec2};
 
@@ -94,7 +94,8 @@ impl DrawnDepth {
             return Ok(());
         }
         let copy = self.copy_of(recorder.gpu())?;
-        recorder.copy_depth(depth, ([left, top], [width, height]), copy)
+        let area = Area { origin: [left, top], size: [width, height] };
+        recorder.copy_depth(depth, area, copy)
     }
 
     /// Room for the depth of a picture.

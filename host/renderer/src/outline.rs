@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use busbar_gpu::{
-    BindGroup, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
+    Area, BindGroup, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
     ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Start, Targets,
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
+use glam::Vec2;
 
-use crate::batch::{Part, Plan};
+use crate::batch::{Part, Plan, mesh_at};
 use crate::layer::{Layer, ready};
 use crate::model::GpuModel;
 use crate::pick::ID_FORMAT;
@@ -16,14 +17,18 @@ use crate::pipelines::{Layouts, MaskShading};
 use crate::recipe::screen_pipeline;
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
+use crate::screen_box::ScreenBox;
 use crate::shadows::Drawn;
-use crate::sight::Sight;
+use crate::sight::{Sight, world_from_mesh};
 use crate::stream::{FrameStream, MAX_FEATURE_HIGHLIGHTS};
 use crate::targets::{Mask, SceneTargets, whole};
-use crate::{DrawInstance, Frame, Instances, Outlined, RenderError};
+use crate::{CameraView, DrawInstance, Frame, Instances, Outlined, RenderError};
 
 /// As `TILE` of the shader.
 const TILE_PIXELS: u32 = 8;
+/// Pixels around a box that what is in it may be drawn in: slender things and edges are drawn
+/// a pixel wide.
+const WIDENED: f32 = 2.0;
 
 /// What draws them; made when something is outlined for the first time.
 pub(crate) struct Outlines {
@@ -80,10 +85,14 @@ impl Outlines {
         let sight = Sight::through(&frame.camera.clip_from_world());
         self.roster.follow(drawn_with.models, Instances::Listed(&self.instances))?;
         self.plan.fill(drawn_with.models, &self.roster, &self.kinds, &sight)?;
+        let size = targets.size();
+        let Some(reached) = Reached::of((&self.plan, drawn_with.models), &frame.camera, size)
+        else {
+            return Ok(());
+        };
         let stream = &mut self.streams[recorder.slot()];
         stream.write(recorder.gpu(), (&layouts.frame, more), uniform, &self.plan)?;
         let frame_group = &self.streams[recorder.slot()].group;
-        let size = targets.size();
         ready(&mut targets.mask, || new_mask(recorder.gpu(), &layouts.texture, size))?;
         let (Some(scene_depth), Some(mask)) = (targets.depth(), &targets.mask) else {
             return Ok(());
@@ -116,7 +125,7 @@ impl Outlines {
             start: Start::Cleared(ClearColor::Number(0)),
             undecoded: false,
         };
-        let mut pass = recorder.pass(&cleared, whole(size))?;
+        let mut pass = recorder.pass_in(&cleared, whole(size), reached.looked_at())?;
         drawer.draw(&mut pass, &shading.faces, Sections::All)?;
         if let Some(edges) = &shading.edges {
             // What is thinner than a pixel has edges.
@@ -125,9 +134,11 @@ impl Outlines {
         drop(pass);
         recorder.sample(&[&mask.layer.image]);
         let groups: [&BindGroup; 3] = [frame_group, &mask.layer.group, &mask.tiles.group];
-        recorder.screen_pass(&mask.tiles.image, false, &self.tiles, &groups[..2])?;
+        let tiles = (&mask.tiles.image, reached.tiles());
+        recorder.screen_pass(tiles, false, &self.tiles, &groups[..2])?;
         recorder.sample(&[&mask.tiles.image]);
-        Ok(recorder.screen_pass(&targets.picture, true, &self.lines, &groups)?)
+        let picture = (&targets.picture, reached.drawn());
+        Ok(recorder.screen_pass(picture, true, &self.lines, &groups)?)
     }
 
     /// Lists the instances of which anything is outlined, and the kinds of objects.
@@ -165,6 +176,90 @@ impl Outlines {
         self.instances.extend(with_kinds);
         Ok(())
     }
+}
+
+/// Where in a picture outlines may be: that of a few things is a small part of it, and a
+/// rasteriser on the processor takes as long for all of it as for a scene.
+struct Reached {
+    /// Columns and rows of tiles that show anything of what is outlined.
+    shown: [Range<u32>; 2],
+    /// Of the picture, pixels.
+    size: [u32; 2],
+}
+
+impl Reached {
+    /// What a plan reaches; `None` where that is nothing.
+    fn of(
+        (plan, models): (&Plan, &[Option<GpuModel>]),
+        camera: &CameraView,
+        size: [u32; 2],
+    ) -> Option<Self> {
+        let clip_from_world = camera.clip_from_world();
+        let boxes =
+            plan.seen().filter_map(|batch| Some((batch, mesh_at(models, batch.key)?.bounds)));
+        let instances = boxes.flat_map(|(batch, bounds)| {
+            plan.instances[batch.range()].iter().map(move |instance| (instance, bounds))
+        });
+        let shown = instances.filter_map(|(instance, bounds)| {
+            let clip_from_mesh = clip_from_world * world_from_mesh(instance);
+            tiles_of(&ScreenBox::of(&clip_from_mesh, &bounds), size)
+        });
+        let both = |[a, b]: [Range<u32>; 2], [c, d]: [Range<u32>; 2]| {
+            let hull = |a: Range<u32>, b: Range<u32>| a.start.min(b.start)..a.end.max(b.end);
+            [hull(a, c), hull(b, d)]
+        };
+        shown.reduce(both).map(|shown| Self { shown, size })
+    }
+
+    /// With so many more tiles around it.
+    fn around(&self, more: u32) -> [Range<u32>; 2] {
+        [0, 1].map(|axis| {
+            let Range { start, end } = self.shown[axis];
+            let most = self.size[axis].div_ceil(TILE_PIXELS);
+            start.saturating_sub(more)..(end + more).min(most)
+        })
+    }
+
+    fn pixels_around(&self, more: u32) -> Area {
+        let [columns, rows] = self.around(more);
+        let origin = [columns.start, rows.start].map(|tile| tile * TILE_PIXELS);
+        let [right, below] = [(columns.end, self.size[0]), (rows.end, self.size[1])]
+            .map(|(end, most)| (end * TILE_PIXELS).min(most));
+        Area { origin, size: [right - origin[0], below - origin[1]] }
+    }
+
+    /// Pixels that outlines are drawn in: they are no wider than a tile.
+    fn drawn(&self) -> Area {
+        self.pixels_around(1)
+    }
+
+    /// Tiles that are looked at where they are drawn.
+    fn tiles(&self) -> Area {
+        let [columns, rows] = self.around(2);
+        let origin = [columns.start, rows.start];
+        Area { origin, size: [columns.len() as u32, rows.len() as u32] }
+    }
+
+    /// Pixels of these.
+    fn looked_at(&self) -> Area {
+        self.pixels_around(2)
+    }
+}
+
+/// The columns and rows of tiles that a box may show anything in, if there are any.
+fn tiles_of(found: &ScreenBox, size: [u32; 2]) -> Option<[Range<u32>; 2]> {
+    let whole = || size.map(|pixels| 0..pixels.div_ceil(TILE_PIXELS));
+    if found.nearest().is_none() {
+        return found.may_surround().then(whole);
+    }
+    let half = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
+    let [least, most] = found.extent().map(|place| place * half + half);
+    let along = |least: f32, most: f32, pixels: u32| {
+        let first = (least - WIDENED).max(0.0) as u32;
+        let end = ((most + WIDENED).ceil().max(0.0) as u32).min(pixels);
+        (first < end).then(|| first / TILE_PIXELS..end.div_ceil(TILE_PIXELS))
+    };
+    Some([along(least.x, most.x, size[0])?, along(least.y, most.y, size[1])?])
 }
 
 /// The objects that are features of an instance, counted from 0.

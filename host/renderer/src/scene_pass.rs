@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use busbar_gpu::{BindGroup, Buffer, Draw, DrawCount, Pass};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use smallvec::SmallVec;
 
 use crate::RenderError;
@@ -15,6 +15,7 @@ use crate::material::GpuMaterial;
 use crate::model::{GpuMesh, GpuModel};
 use crate::morph::{Morpher, VERTEX_BYTES};
 use crate::pipelines::{Chosen, Shading};
+use crate::sight::world_from_mesh;
 
 /// Runs that most meshes have at most.
 const USUAL_RUNS: usize = 2;
@@ -130,10 +131,9 @@ impl<'a> SceneDrawer<'a> {
                 continue;
             }
             for index in batch.instances.clone() {
-                let [x, y, z] = self.plan.instances[index as usize].world_from_mesh;
-                let rows = [x, y, z].map(Vec4::from_array);
-                let center = rows.map(|row| row.dot(mesh.ball.center.extend(1.0)));
-                let distance = Vec3::from_array(center).distance_squared(eye);
+                let world_from_mesh = world_from_mesh(&self.plan.instances[index as usize]);
+                let center = world_from_mesh.transform_point3(mesh.ball.center);
+                let distance = center.distance_squared(eye);
                 singles.push((distance, batch.single(index)));
             }
         }

@@ -120,3 +120,44 @@ fn all_frames_in_flight_and_other_sizes_have_their_own() {
         assert_eq!(picture(renderer, &shown), first);
     });
 }
+
+/// Only a part of the picture is looked at: as if all of it were.
+#[test]
+fn an_outline_is_whole_wherever_it_is_and_whatever_was_outlined_before() {
+    const LARGE: [u32; 2] = [3 * SIZE[0], 3 * SIZE[1]];
+    for samples in [1, 4] {
+        with_renderer(samples, |renderer| {
+            renderer.resize(LARGE);
+            let model = quad(renderer, glowing([0.5, 0.1, 0.0]));
+            // Before the near plane: it shows nothing, but may be anywhere.
+            let eye = Vec3::Z * 3.95;
+            let everywhere = instance(model, Mat4::from_translation(eye), 3);
+            let mut random = Random(11);
+            for round in 0..60 {
+                let mut share = |of: f32| of * (random.below(1001) as f32 / 500.0 - 1.0);
+                let thin = if share(1.0) < 0.0 { 1e-3 } else { 0.3 };
+                let mut anywhere = |object| {
+                    let place = Vec3::new(share(3.5), share(2.5), share(2.5));
+                    let turn =
+                        Mat4::from_rotation_z(share(3.0)) * Mat4::from_rotation_x(share(1.0));
+                    let scale = Vec3::new(0.5, thin, 0.5);
+                    instance(
+                        model,
+                        Mat4::from_translation(place) * turn * Mat4::from_scale(scale),
+                        object,
+                    )
+                };
+                let drawn = [anywhere(1), anywhere(2), everywhere];
+                let kinds = [OutlineKind::Selected, OutlineKind::Hovered];
+                let [one, other] = kinds.map(|kind| Outlined { object: kind as u32, kind });
+                let last = Outlined { object: 3, kind: OutlineKind::Selected };
+                for some in [&[one][..], &[other], &[one, other]] {
+                    let shown = picture(renderer, &Frame { outlined: some, ..frame(&drawn) });
+                    let outlined = [some, &[last]].concat();
+                    let all = picture(renderer, &Frame { outlined: &outlined, ..frame(&drawn) });
+                    assert_eq!(changed(&shown, &all), 0, "{samples} samples, round {round}");
+                }
+            }
+        });
+    }
+}

@@ -59,23 +59,22 @@ pub(super) fn build(
     }
     shown.retain(|_, (count, _)| *count >= MIN_INSTANCES);
     let shown: Vec<_> = shown.into_iter().collect();
-    let mut made_of: BTreeMap<u32, Vec<(u32, Vec<Made>)>> = BTreeMap::new();
-    let of_meshes: Vec<_> = shown
+    let mut of_meshes: Vec<((u32, u32), Vec<Made>)> = shown
         .into_par_iter()
-        .map(|((model, mesh), (_, policy))| {
-            let stacks = &models[model as usize].stacks[mesh as usize];
-            (model, (mesh, all_of(stacks, policy)))
+        .map(|(of, (_, policy))| {
+            let (model, mesh) = of;
+            (of, all_of(&models[model as usize].stacks[mesh as usize], policy))
         })
         .collect();
-    of_meshes.into_iter().for_each(|(model, made)| made_of.entry(model).or_default().push(made));
     let mut left = MAX_TRIANGLES;
     let mut proxies = MeshProxies::new();
-    for (model, of_meshes) in made_of {
+    for of_model in of_meshes.chunk_by_mut(|((one, _), _), ((next, _), _)| one == next) {
         let mut whole = ProxyModel::default();
-        for (mesh, made) in of_meshes {
-            let taken = whole.take(&models[model as usize], made, models.len(), &mut left);
+        for (of, made) in of_model {
+            let (made, index) = (std::mem::take(made), models.len());
+            let taken = whole.take(&models[of.0 as usize], made, index, &mut left);
             if !taken.is_empty() {
-                proxies.insert((model, mesh), taken.into());
+                proxies.insert(*of, taken.into());
             }
         }
         if !whole.meshes.is_empty() {
