@@ -522,6 +522,11 @@ impl Renderer {
         self.gpu.validation_log()
     }
 
+    /// Whether the processor draws: what is hidden is left out then, and draws are gathered.
+    pub fn draws_on_processor(&self) -> bool {
+        self.gpu.is_software()
+    }
+
     /// The device's name.
     pub fn device_name(&self) -> &str {
         self.gpu.device_name()

@@ -81,6 +81,9 @@ fn places() -> [Mat4; 4] {
 
 #[test]
 fn parts_in_one_place_are_one_draw_and_look_as_they_do_one_by_one() {
+    if draws_on_card() {
+        return;
+    }
     for samples in [1, 4] {
         with_each_quality(samples, |renderer| {
             let model = row(renderer);

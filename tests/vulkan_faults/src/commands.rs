@@ -7,7 +7,7 @@ use crate::chain::{
     destroy_instance, next_of,
 };
 use crate::codes::*;
-use crate::features::physical_device_features;
+use crate::features::{physical_device_features, physical_device_properties};
 use crate::plan;
 
 /// Pointers and non-dispatchable handles, as they cross the ABI.
@@ -182,6 +182,7 @@ unsafe extern "system" fn get_instance_proc_addr(
         "vkGetDeviceProcAddr" => get_device_proc_addr as Function,
         "vkCreateInstance" => create_instance as Function,
         "vkGetPhysicalDeviceFeatures" => physical_device_features as Function,
+        "vkGetPhysicalDeviceProperties" => physical_device_properties as Function,
         "vkDestroyInstance" => destroy_instance as Function,
         "vkCreateDevice" => create_device as Function,
         "vkDestroyDevice" => destroy_device as Function,

@@ -16,6 +16,6 @@ mod plan;
 mod setup;
 
 pub use codes::{Code, codes_of, name_of};
-pub use features::WITHOUT_VARIABLE;
+pub use features::{AS_CARD_VARIABLE, WITHOUT_VARIABLE};
 pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE};
 pub use setup::{LAYER_NAME, VALIDATION_LAYER_NAME, install};

@@ -20,6 +20,8 @@ const SAMPLE: usize = 48;
 const HIGH_SAMPLE: usize = 24;
 /// And where frames are drawn in parts.
 const PARTS_SAMPLE: usize = 24;
+/// And as on a graphics card.
+const CARD_SAMPLE: usize = 12;
 
 /// Renders the scene and picks in it; with a fault if there is one.
 fn render(subject: &Subject, fault: Option<&Fault>) -> Output {
@@ -81,6 +83,11 @@ fn between_the_parts_of_a_frame_too() {
     let stats: Value = serde_json::from_slice(&fs::read(&stats).unwrap()).unwrap();
     assert!(stats["hide_ms"].as_f64() > Some(0.0), "{}", stats["hide_ms"]);
     strike_all(&subject, PARTS_SAMPLE);
+}
+
+#[test]
+fn as_on_a_card_too() {
+    strike_all(&Subject { as_card: true, ..Subject::new(SIZE) }, CARD_SAMPLE);
 }
 
 /// Lets calls of a run fail, `count` of them if nobody asks for more.

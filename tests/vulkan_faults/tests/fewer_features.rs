@@ -1,4 +1,5 @@
-//! Devices that lack what makes frames cheap draw the same.
+//! Devices that lack what makes frames cheap draw the same, and so do those that are drawn with
+//! in other ways.
 
 mod common;
 
@@ -35,5 +36,29 @@ fn without_indirect_draws_each_is_a_command_and_the_picture_the_same() {
         let (same, stats) = render(&subject, without);
         assert_eq!((&stats["draw_calls"], &stats["draw_commands"]), (draws, draws));
         assert!(same == picture, "without {without}");
+    }
+}
+
+/// There all is drawn, hidden or not, and nothing waits for what is near.
+#[test]
+fn as_on_a_card_the_picture_is_the_same() {
+    for view in [
+        json!({ "quality": "low" }),
+        json!({ "quality": "medium", "samples": 1 }),
+        json!({ "quality": "high", "ground": true, "fog": true }),
+    ] {
+        let with_size = |mut view: Value| {
+            view["size"] = json!([320, 240]);
+            view
+        };
+        let mut subject = Subject::with_sheets(with_size(view.clone()), 60);
+        let (picture, of_processor) = render(&subject, "");
+        subject.as_card = true;
+        let (same, of_card) = render(&subject, "");
+        assert!(same == picture, "{view}");
+        let triangles = [&of_processor, &of_card].map(|stats| stats["triangles"].clone());
+        assert_eq!(triangles[0], triangles[1]);
+        let draws = [&of_processor, &of_card].map(|stats| stats["draw_calls"].as_u64());
+        assert_ne!(draws[0], draws[1], "{view}: drawn in the same way");
     }
 }

@@ -66,13 +66,16 @@ fn run_steps(
             process::run(doc_tests.args(["test", "--quiet", "--workspace", "--doc"]))
         })?;
     }
+    if filter.is_none() {
+        steps.run("as on a card", || run_as_on_a_card(workspace))?;
+    }
     // Last, so that its result ends the output.
     steps.run("tests", || run_tests(filter, python.as_deref(), results))
 }
 
 fn run_tests(filter: Option<&str>, python: Option<&Path>, results: &mut Vec<String>) -> Result<()> {
     let mut command = process::cargo();
-    if process::succeeds(process::cargo().args(["nextest", "--version"])) {
+    if has_nextest() {
         command.args(["nextest", "run", "--workspace"]).args(filter);
     } else {
         println!("cargo-nextest is not installed: running the tests with cargo test.");
@@ -87,6 +90,26 @@ fn run_tests(filter: Option<&str>, python: Option<&Path>, results: &mut Vec<Stri
         bail!("tests failed ({status}); see above");
     }
     Ok(())
+}
+
+/// Draws as on a graphics card, where more than drawing is left to the device.
+fn run_as_on_a_card(workspace: &Workspace) -> Result<()> {
+    let mut command = process::cargo();
+    if has_nextest() {
+        command.args(["nextest", "run"]);
+    } else {
+        command.arg("test");
+    }
+    command.args(["--package", "busbar_gpu", "--package", "busbar_renderer"]);
+    let folder = tempfile::tempdir().context("no folder for the layer can be made")?;
+    let library = workspace.library(Profile::Dev, "vulkan_faults");
+    vulkan_faults::install(&mut command, &library, folder.path())?;
+    set_environment(&mut command, None);
+    process::run(command.env(vulkan_faults::AS_CARD_VARIABLE, "1"))
+}
+
+fn has_nextest() -> bool {
+    process::succeeds(process::cargo().args(["nextest", "--version"]))
 }
 
 fn set_environment(command: &mut Command, python: Option<&Path>) {

@@ -41,6 +41,12 @@ pub(crate) fn with_quality(quality: Quality, samples: u32, test: impl FnOnce(&mu
     assert_eq!(log.messages(), Vec::<String>::new());
 }
 
+/// Whether a card draws: that draws what is hidden as well, and does not gather.
+pub(crate) fn draws_on_card() -> bool {
+    let options = RendererOptions { validation: true, ..RendererOptions::default() };
+    !Renderer::headless(options, SIZE).unwrap().draws_on_processor()
+}
+
 /// Emits its colour and reflects next to nothing, so that pixels are known.
 pub(crate) fn glowing(rgb: [f32; 3]) -> Material {
     Material {

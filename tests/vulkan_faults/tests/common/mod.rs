@@ -13,7 +13,9 @@ use e2e::{built, built_folder, busbar};
 use glam::{Mat4, Vec2, Vec3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
-use vulkan_faults::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install};
+use vulkan_faults::{
+    AS_CARD_VARIABLE, CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE, codes_of, install,
+};
 
 /// Says how many faults are to strike, or "all".
 const COUNT_VARIABLE: &str = "BUSBAR_VULKAN_FAULTS";
@@ -24,6 +26,8 @@ const DEFAULT_SEED: u64 = 7;
 /// The scene in a folder of its own.
 pub(crate) struct Subject {
     pub(crate) folder: TempDir,
+    /// Whether devices say that they are cards.
+    pub(crate) as_card: bool,
 }
 
 impl Subject {
@@ -69,7 +73,7 @@ impl Subject {
             "cache": { "directory": "cache" },
         });
         write("scene.json", config.to_string().as_bytes());
-        Self { folder }
+        Self { folder, as_card: false }
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
@@ -86,6 +90,9 @@ impl Subject {
         command.arg(verb).arg(self.path("scene.json")).args(words).arg("--validation");
         let library = built(built_folder().join("libvulkan_faults.so"));
         install(&mut command, &library, self.folder.path()).expect("the folder can be written");
+        if self.as_card {
+            command.env(AS_CARD_VARIABLE, "1");
+        }
         command
     }
 
