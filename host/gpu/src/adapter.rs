@@ -33,8 +33,6 @@ pub(crate) struct Adapter {
     pub(crate) is_software: bool,
     /// Triangles that it draws at a time, there.
     pub(crate) round_triangles: Option<NonZeroU32>,
-    /// Nothing is written to its memory as it is.
-    pub(crate) stages_all: bool,
     rank: u32,
 }
 
@@ -104,7 +102,6 @@ impl Adapter {
             filters_depth: filters_depth(instance, device),
             is_software,
             round_triangles: is_software.then(round_triangles),
-            stages_all: false,
             rank: rank(properties.device_type),
         }))
     }

@@ -233,8 +233,7 @@ impl Buffer {
             properties.contains(vk::MemoryPropertyFlags::HOST_COHERENT)
                 && allocation.mapped_ptr().is_some()
         };
-        let stages = self.0.device.adapter.stages_all;
-        !stages && self.allocation().as_ref().is_some_and(is_coherent)
+        self.allocation().as_ref().is_some_and(is_coherent)
     }
 
     /// What [`Recorder::download_buffer`](crate::Recorder::download_buffer) brought, once

@@ -33,9 +33,6 @@ pub struct GpuOptions {
     pub pipeline_cache: Option<PathBuf>,
     /// Takes what the validation layer says.
     pub log: ValidationLog,
-    /// Copies all that goes to the device, as where the processor does not see the device's
-    /// memory. For tests on devices where it does.
-    pub stages_all: bool,
 }
 
 /// An open device, with a window or without.
@@ -56,8 +53,7 @@ impl Gpu {
     /// asked for, no layer.
     pub fn headless(options: &GpuOptions) -> Result<Self, GpuError> {
         let instance = Instance::open(options.validation, options.log.clone(), None)?;
-        let mut adapter = Adapter::choose(&instance, None, options.device.as_deref())?;
-        adapter.stages_all = options.stages_all;
+        let adapter = Adapter::choose(&instance, None, options.device.as_deref())?;
         let device = Device::open(instance, adapter, false, options.pipeline_cache.as_deref())?;
         Self::on(device, None)
     }
@@ -72,8 +68,7 @@ impl Gpu {
     ) -> Result<Self, GpuError> {
         let instance = Instance::open(options.validation, options.log.clone(), Some(&*window))?;
         let surface = Surface::new(Arc::clone(&instance), window)?;
-        let mut adapter = Adapter::choose(&instance, Some(&surface), options.device.as_deref())?;
-        adapter.stages_all = options.stages_all;
+        let adapter = Adapter::choose(&instance, Some(&surface), options.device.as_deref())?;
         let device = Device::open(instance, adapter, true, options.pipeline_cache.as_deref())?;
         let presenter = Presenter::new(Arc::clone(&device), surface)?;
         Self::on(device, Some(presenter))

@@ -5,7 +5,7 @@ use std::ops::Range;
 use busbar_geometry::Bounds;
 use busbar_gpu::{Area, DepthCopy, Gpu, GpuError, Image, Recorder};
 use busbar_shaders::Instance;
-use glam::{Mat4, Vec2};
+use glam::Mat4;
 
 use crate::CameraView;
 use crate::layer::ready;
@@ -129,7 +129,8 @@ impl DrawnDepth {
         };
         // Depth is the near plane's distance over its own.
         let depth = found.near() / nearest * (1.0 + self.behind);
-        self.tiles_of(&found).map_or(Place::Beside, |tiles| Place::At(tiles, depth))
+        let tiles = found.tiles(self.size, TILE, WIDENED);
+        tiles.map_or(Place::Beside, |tiles| Place::At(tiles, depth))
     }
 
     fn may_see_at(&self, place: &Place) -> bool {
@@ -155,21 +156,6 @@ impl DrawnDepth {
     /// Clip space from an instance's mesh.
     pub(crate) fn clip_from_mesh(&self, instance: &Instance) -> Mat4 {
         self.clip_from_world * world_from_mesh(instance)
-    }
-
-    /// The columns and rows of tiles whose pixels a box may cover; `None` where there is no
-    /// pixel in it.
-    #[inline]
-    fn tiles_of(&self, found: &ScreenBox) -> Option<[Range<u32>; 2]> {
-        let half = Vec2::new(self.size[0] as f32, self.size[1] as f32) * 0.5;
-        let [least, most] = found.extent().map(|place| place * half + half);
-        let along = |least: f32, most: f32, pixels: u32| {
-            // Those whose middles lie within.
-            let first = (least - WIDENED + 0.5).max(0.0) as u32;
-            let end = ((most + WIDENED + 0.5).max(0.0) as u32).min(pixels);
-            (first < end).then(|| first / TILE..end.div_ceil(TILE))
-        };
-        Some([along(least.x, most.x, self.size[0])?, along(least.y, most.y, self.size[1])?])
     }
 }
 

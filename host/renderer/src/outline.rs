@@ -7,7 +7,6 @@ use busbar_gpu::{
     ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Start, Targets,
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
-use glam::Vec2;
 
 use crate::batch::{Part, Plan, mesh_at};
 use crate::layer::{Layer, ready};
@@ -248,18 +247,10 @@ impl Reached {
 
 /// The columns and rows of tiles that a box may show anything in, if there are any.
 fn tiles_of(found: &ScreenBox, size: [u32; 2]) -> Option<[Range<u32>; 2]> {
-    let whole = || size.map(|pixels| 0..pixels.div_ceil(TILE_PIXELS));
-    if found.nearest().is_none() {
-        return found.may_surround().then(whole);
+    if found.nearest().is_some() {
+        return found.tiles(size, TILE_PIXELS, WIDENED);
     }
-    let half = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
-    let [least, most] = found.extent().map(|place| place * half + half);
-    let along = |least: f32, most: f32, pixels: u32| {
-        let first = (least - WIDENED).max(0.0) as u32;
-        let end = ((most + WIDENED).ceil().max(0.0) as u32).min(pixels);
-        (first < end).then(|| first / TILE_PIXELS..end.div_ceil(TILE_PIXELS))
-    };
-    Some([along(least.x, most.x, size[0])?, along(least.y, most.y, size[1])?])
+    found.may_surround().then(|| size.map(|pixels| 0..pixels.div_ceil(TILE_PIXELS)))
 }
 
 /// The objects that are features of an instance, counted from 0.

@@ -1,5 +1,7 @@
 //! Where a box lies on the screen.
 
+use std::ops::Range;
+
 use busbar_geometry::Bounds;
 use glam::{Mat4, Vec2, Vec4};
 
@@ -72,5 +74,20 @@ impl ScreenBox {
         };
         let [[left, right], [top, bottom]] = [along(|corner| corner.x), along(|corner| corner.y)];
         [Vec2::new(left, top), Vec2::new(right, bottom)]
+    }
+    /// The columns and rows of tiles of so many pixels a side that what is in it may be drawn in,
+    /// so many pixels around it included, of one that has a nearest; `None` where there is no
+    /// pixel of the picture.
+    #[inline]
+    pub(crate) fn tiles(&self, size: [u32; 2], tile: u32, around: f32) -> Option<[Range<u32>; 2]> {
+        let half = Vec2::new(size[0] as f32, size[1] as f32) * 0.5;
+        let [least, most] = self.extent().map(|place| place * half + half);
+        let along = |least: f32, most: f32, pixels: u32| {
+            // Those whose middles lie within.
+            let first = (least - around + 0.5).max(0.0) as u32;
+            let end = ((most + around + 0.5).max(0.0) as u32).min(pixels);
+            (first < end).then(|| first / tile..end.div_ceil(tile))
+        };
+        Some([along(least.x, most.x, size[0])?, along(least.y, most.y, size[1])?])
     }
 }

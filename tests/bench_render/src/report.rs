@@ -135,12 +135,13 @@ fn start_bars(starts: &[Start]) -> Vec<Claim> {
 fn many_bars(many: &[Many]) -> Vec<Claim> {
     let mut bars = Vec::new();
     for all in many.iter().filter(|many| many.stations == STATIONS) {
-        let Some(one) = many.iter().find(|one| (one.stations, one.view) == (1, all.view)) else {
-            continue;
-        };
-        bars.push(many_frame_bar(all, one, "one from there"));
-        let filling = many.iter().find(|one| one.view == FILLING && all.view == BIRD);
-        bars.extend(filling.map(|one| many_frame_bar(all, one, "one that fills the picture so")));
+        let one_from = |view| many.iter().find(|one| (one.stations, one.view) == (1, view));
+        let Some(one) = one_from(all.view) else { continue };
+        // From above all, one covers no pixel: it is compared where it fills the picture as they do.
+        bars.extend(match all.view {
+            BIRD => one_from(FILLING).map(|one| many_frame_bar(all, one, "one that fills it so")),
+            _ => Some(many_frame_bar(all, one, "one from there")),
+        });
         let ratio = all.peak_bytes as f64 / one.peak_bytes as f64;
         bars.push(bar(
             format!(

@@ -7,8 +7,8 @@ use crate::chain::{
     destroy_instance, next_of,
 };
 use crate::codes::*;
-use crate::features::{physical_device_features, physical_device_properties};
-use crate::plan;
+use crate::features::physical_device_features;
+use crate::{card, plan};
 
 /// Pointers and non-dispatchable handles, as they cross the ABI.
 type P = *mut c_void;
@@ -182,7 +182,6 @@ unsafe extern "system" fn get_instance_proc_addr(
         "vkGetDeviceProcAddr" => get_device_proc_addr as Function,
         "vkCreateInstance" => create_instance as Function,
         "vkGetPhysicalDeviceFeatures" => physical_device_features as Function,
-        "vkGetPhysicalDeviceProperties" => physical_device_properties as Function,
         "vkDestroyInstance" => destroy_instance as Function,
         "vkCreateDevice" => create_device as Function,
         "vkDestroyDevice" => destroy_device as Function,
@@ -204,5 +203,14 @@ unsafe extern "system" fn get_device_proc_addr(device: Handle, name: *const c_ch
 fn own_or_below(handle: Handle, name: *const c_char, text: &str) -> Function {
     let Some(next) = next_of(handle) else { return std::ptr::null() };
     let below = next.function(name);
-    if below.is_null() { below } else { own(text).unwrap_or(below) }
+    let own = match text {
+        "vkAllocateMemory" => Some(allocate_memory as Function),
+        _ => own(text).or_else(|| card::own(text)),
+    };
+    own.filter(|_| !below.is_null()).unwrap_or(below)
+}
+
+unsafe extern "system" fn allocate_memory(device: Handle, info: P, allocation: P, out: P) -> Code {
+    // SAFETY: the caller's promise.
+    unsafe { card::with_own_type(info, |info| vkAllocateMemory(device, info, allocation, out)) }
 }

@@ -8,6 +8,7 @@
 //! Interface: "Loader and Layer Interface", version 2, of the Vulkan-Loader
 //! documentation; structures of `vk_layer.h`.
 
+mod card;
 mod chain;
 mod codes;
 mod commands;
@@ -15,7 +16,8 @@ mod features;
 mod plan;
 mod setup;
 
+pub use card::AS_CARD_VARIABLE;
 pub use codes::{Code, codes_of, name_of};
-pub use features::{AS_CARD_VARIABLE, WITHOUT_VARIABLE};
+pub use features::WITHOUT_VARIABLE;
 pub use plan::{CALLS_VARIABLE, FAULT_VARIABLE, Fault, STRUCK_VARIABLE};
 pub use setup::{LAYER_NAME, VALIDATION_LAYER_NAME, install};

@@ -1,0 +1,174 @@
+//! Has devices say that they are graphics cards, for tests: by their kind, and by memory of which
+//! the processor sees a part alone. What is allocated lies below where it always does.
+
+use std::ffi::{CStr, c_void};
+
+use crate::chain::{Function, Handle, next_of};
+
+/// Where it is set, devices are cards.
+pub const AS_CARD_VARIABLE: &str = "BUSBAR_VULKAN_AS_CARD";
+
+/// `VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU`, and its place in `VkPhysicalDeviceProperties`.
+const DISCRETE_GPU: u32 = 2;
+const KIND: usize = 4;
+
+/// Memory of the device's own, which the processor does not see, and of the processor's.
+const OF_DEVICE: u32 = 0;
+const OF_PROCESSOR: u32 = 1;
+/// `VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT`, and the bits "host visible", "coherent" and "cached".
+const DEVICE_LOCAL: u32 = 1;
+const HOST_VISIBLE_COHERENT_CACHED: u32 = 2 | 4 | 8;
+
+/// `VkPhysicalDeviceMemoryProperties`.
+#[repr(C)]
+struct MemoryProperties {
+    type_count: u32,
+    /// Of each, its properties and its heap.
+    types: [[u32; 2]; 32],
+    heap_count: u32,
+    heaps: [Heap; 16],
+}
+
+/// `VkMemoryHeap`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Heap {
+    size: u64,
+    flags: u32,
+}
+
+/// `VkMemoryRequirements`.
+#[repr(C)]
+struct Requirements {
+    size: u64,
+    alignment: u64,
+    /// A bit a type.
+    types: u32,
+}
+
+/// A structure that may be extended, such as `VkMemoryRequirements2`.
+#[repr(C)]
+struct Extended<T> {
+    kind: i32,
+    next: *mut c_void,
+    own: T,
+}
+
+/// `VkMemoryAllocateInfo`, without what comes before.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Allocation {
+    size: u64,
+    memory_type: u32,
+}
+
+fn is_card() -> bool {
+    std::env::var_os(AS_CARD_VARIABLE).is_some()
+}
+
+/// Lets the next layer's function of a name write a structure; tells whether it did.
+pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
+    type Ask = unsafe extern "system" fn(Handle, *mut c_void);
+    let function = function_of(device, name);
+    if function.is_null() || structure.is_null() {
+        return false;
+    }
+    // SAFETY: the next layer's functions of the names asked for have this type; the arguments
+    // are the caller's.
+    unsafe { std::mem::transmute::<Function, Ask>(function)(device, structure) };
+    true
+}
+
+/// The same for a structure about something.
+fn ask_about<T>(device: Handle, name: &CStr, about: T, structure: *mut c_void) -> bool {
+    type Ask<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
+    let function = function_of(device, name);
+    if function.is_null() || structure.is_null() {
+        return false;
+    }
+    // SAFETY: as above.
+    unsafe { std::mem::transmute::<Function, Ask<T>>(function)(device, about, structure) };
+    true
+}
+
+fn function_of(handle: Handle, name: &CStr) -> Function {
+    next_of(handle).map_or(std::ptr::null(), |next| next.function(name.as_ptr()))
+}
+
+unsafe extern "system" fn properties(device: Handle, properties: *mut c_void) {
+    if ask(device, c"vkGetPhysicalDeviceProperties", properties) && is_card() {
+        // SAFETY: the structure begins with five words, which the caller gave to be written.
+        unsafe { *properties.cast::<u32>().add(KIND) = DISCRETE_GPU };
+    }
+}
+
+impl MemoryProperties {
+    fn divide(&mut self) {
+        let size = self.heaps[0].size;
+        self.type_count = 2;
+        self.types[0] = [DEVICE_LOCAL, OF_DEVICE];
+        self.types[1] = [HOST_VISIBLE_COHERENT_CACHED, OF_PROCESSOR];
+        self.heap_count = 2;
+        self.heaps[0] = Heap { size, flags: DEVICE_LOCAL };
+        self.heaps[1] = Heap { size, flags: 0 };
+    }
+}
+
+unsafe extern "system" fn memory_properties(device: Handle, properties: *mut c_void) {
+    if ask(device, c"vkGetPhysicalDeviceMemoryProperties", properties) && is_card() {
+        // SAFETY: it is what the caller gave to be written, and was.
+        unsafe { (*properties.cast::<MemoryProperties>()).divide() };
+    }
+}
+
+unsafe extern "system" fn memory_properties2(device: Handle, properties: *mut c_void) {
+    if ask(device, c"vkGetPhysicalDeviceMemoryProperties2", properties) && is_card() {
+        // SAFETY: as above.
+        unsafe { (*properties.cast::<Extended<MemoryProperties>>()).own.divide() };
+    }
+}
+
+/// Buffers may be in either memory.
+unsafe extern "system" fn buffer_requirements(device: Handle, buffer: u64, out: *mut c_void) {
+    if ask_about(device, c"vkGetBufferMemoryRequirements", buffer, out) && is_card() {
+        // SAFETY: it is what the caller gave to be written, and was.
+        unsafe { (*out.cast::<Requirements>()).types = 1 << OF_DEVICE | 1 << OF_PROCESSOR };
+    }
+}
+
+unsafe extern "system" fn buffer_requirements2(device: Handle, about: Handle, out: *mut c_void) {
+    if ask_about(device, c"vkGetBufferMemoryRequirements2", about, out) && is_card() {
+        let types = 1 << OF_DEVICE | 1 << OF_PROCESSOR;
+        // SAFETY: as above.
+        unsafe { (*out.cast::<Extended<Requirements>>()).own.types = types };
+    }
+}
+
+/// The call that allocates, with the type that there is below.
+///
+/// # Safety
+/// As for `vkAllocateMemory`.
+pub(crate) unsafe fn with_own_type<R>(
+    info: *mut c_void,
+    allocate: impl FnOnce(*mut c_void) -> R,
+) -> R {
+    if info.is_null() || !is_card() {
+        return allocate(info);
+    }
+    // SAFETY: the caller's promise.
+    let Extended { kind, next, own } = unsafe { info.cast::<Extended<Allocation>>().read() };
+    let mut below = Extended { kind, next, own: Allocation { memory_type: 0, ..own } };
+    allocate((&raw mut below).cast())
+}
+
+/// What of a card a function tells.
+pub(crate) fn own(name: &str) -> Option<Function> {
+    Some(match name {
+        "vkGetPhysicalDeviceProperties" => properties as Function,
+        "vkGetPhysicalDeviceMemoryProperties" => memory_properties as Function,
+        "vkGetPhysicalDeviceMemoryProperties2" => memory_properties2 as Function,
+        "vkGetBufferMemoryRequirements" => buffer_requirements as Function,
+        "vkGetBufferMemoryRequirements2" => buffer_requirements2 as Function,
+        _ => return None,
+    })
+}
