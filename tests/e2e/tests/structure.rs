@@ -204,7 +204,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("peer_process", &[]),
     ("vulkan_faults", &[]),
-    ("xtask", &[]),
+    ("xtask", &["vulkan_faults"]),
 ];
 /// What tests alone may import besides.
 const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
