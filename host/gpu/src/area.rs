@@ -19,11 +19,11 @@ impl Area {
         Self { origin: [0; 2], size: image.size() }
     }
 
-    /// Whether there is anything of it, and all of it in an image.
-    pub(crate) fn is_in(self, image: &Image) -> bool {
+    /// Whether there is anything of it, and all of it in an image so wide and high.
+    pub fn is_in(self, size: [u32; 2]) -> bool {
         let ends = [0, 1].map(|axis| self.origin[axis].checked_add(self.size[axis]));
         let fits = |(end, most): (Option<u32>, u32)| end.is_some_and(|end| end <= most);
-        !self.size.contains(&0) && ends.into_iter().zip(image.size()).all(fits)
+        !self.size.contains(&0) && ends.into_iter().zip(size).all(fits)
     }
 
     pub(crate) fn rect(self) -> vk::Rect2D {

@@ -201,7 +201,7 @@ impl Recorder<'_> {
                 r.size() == color.size() && r.format() == color.format() && color.samples() > 1
             })
             && depth_after.fits(depth)
-            && area.is_in(color);
+            && area.is_in(color.size());
         if !fits {
             return Err(GpuError::Misuse("targets that do not fit together"));
         }

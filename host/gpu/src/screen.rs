@@ -13,14 +13,27 @@ impl Recorder<'_> {
         }
     }
 
-    /// Lets a pipeline's fragment shader work on every pixel of a part of an image of one
-    /// sample. Its vertex shader is run for the vertices 0, 1 and 2, of which it makes a
-    /// triangle that covers clip space, which is the whole image. Without `keeps` what the part
-    /// holds is given up before.
+    /// Lets a pipeline's fragment shader work on every pixel of an image of one sample.
+    /// Its vertex shader is run for the vertices 0, 1 and 2, of which it makes a triangle
+    /// that covers clip space. Without `keeps` what the image holds is given up before.
     ///
     /// # Errors
-    /// When pipeline and groups are not made for that, or the image has no such part.
+    /// When pipeline and groups are not made for that.
     pub fn screen_pass(
+        &mut self,
+        image: &Image,
+        keeps: bool,
+        pipeline: &Pipeline,
+        groups: &[&BindGroup],
+    ) -> Result<(), GpuError> {
+        self.screen_pass_in((image, Area::of(image)), keeps, pipeline, groups)
+    }
+
+    /// The same for a part of the image; beside it it stays as it is.
+    ///
+    /// # Errors
+    /// As above, or when the image has no such part.
+    pub fn screen_pass_in(
         &mut self,
         (image, area): (&Image, Area),
         keeps: bool,
@@ -29,7 +42,7 @@ impl Recorder<'_> {
     ) -> Result<(), GpuError> {
         let made_for = (pipeline.color, pipeline.samples, pipeline.screen);
         let fits = made_for == (Some(image.format()), 1, true) && pipeline.takes(groups);
-        if !fits || image.samples() != 1 || !area.is_in(image) {
+        if !fits || image.samples() != 1 || !area.is_in(image.size()) {
             return Err(GpuError::Misuse("a screen pass that does not fit its image"));
         }
         self.use_image(image, ImageUse::ColorTarget);

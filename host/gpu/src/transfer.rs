@@ -263,7 +263,7 @@ impl Recorder<'_> {
         copy: &mut DepthCopy,
     ) -> Result<(), GpuError> {
         let [width, height] = area.size.map(u64::from);
-        let fits = area.is_in(image) && width * height * PIXEL_BYTES <= copy.buffer.size();
+        let fits = area.is_in(image.size()) && width * height * PIXEL_BYTES <= copy.buffer.size();
         if image.kind() != ImageKind::SampledTarget || image.format() != Format::Depth32 || !fits {
             return Err(GpuError::Misuse("a read-back of depth that is not there"));
         }

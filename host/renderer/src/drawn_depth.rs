@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
-use busbar_gpu::{Area, DepthCopy, Gpu, GpuError, Image, Recorder};
+use busbar_gpu::{DepthCopy, Gpu, GpuError, Image, Recorder};
 use busbar_shaders::Instance;
 use glam::Mat4;
 
 use crate::CameraView;
 use crate::layer::ready;
-use crate::screen_box::ScreenBox;
+use crate::screen_box::{ScreenBox, hull, pixels_of};
 use crate::sight::world_from_mesh;
 
 /// Pixels along a side of a tile, of which the farthest depth is kept.
@@ -66,7 +66,7 @@ impl DrawnDepth {
         if let Place::At([columns, rows], _) = &place {
             let with = |all: &Range<u32>, more: &Range<u32>| match all.is_empty() {
                 true => more.clone(),
-                false => all.start.min(more.start)..all.end.max(more.end),
+                false => hull(all, more),
             };
             (self.columns, self.rows) = (with(&self.columns, columns), with(&self.rows, rows));
         }
@@ -84,17 +84,11 @@ impl DrawnDepth {
         recorder: &mut Recorder<'_>,
         depth: &Image,
     ) -> Result<(), GpuError> {
-        let pixels = |tiles: &Range<u32>, most: u32| {
-            let end = (tiles.end * TILE).min(most);
-            (tiles.start * TILE, end.saturating_sub(tiles.start * TILE))
-        };
-        let (left, width) = pixels(&self.columns, self.size[0]);
-        let (top, height) = pixels(&self.rows, self.size[1]);
-        if width == 0 || height == 0 {
+        let area = pixels_of([&self.columns, &self.rows], TILE, self.size);
+        if area.size.contains(&0) {
             return Ok(());
         }
         let copy = self.copy_of(recorder.gpu())?;
-        let area = Area { origin: [left, top], size: [width, height] };
         recorder.copy_depth(depth, area, copy)
     }
 

@@ -1,8 +1,6 @@
 //! Ambient occlusion: contact is darker, by the depth of the picture.
 
-use busbar_gpu::{
-    Area, BindGroup, BindGroupLayout, Blend, Format, Gpu, GpuError, Pipeline, Recorder,
-};
+use busbar_gpu::{BindGroup, BindGroupLayout, Blend, Format, Gpu, GpuError, Pipeline, Recorder};
 use busbar_shaders::OCCLUSION;
 
 use crate::layer::{Layer, ready};
@@ -55,15 +53,9 @@ impl Occlusion {
         };
         recorder.sample(&[&depth.image]);
         let groups = [frame_group, &depth.group];
-        recorder.screen_pass(
-            (&seen.image, Area::of(&seen.image)),
-            false,
-            &self.work_out,
-            &groups,
-        )?;
+        recorder.screen_pass(&seen.image, false, &self.work_out, &groups)?;
         recorder.sample(&[&seen.image]);
         let groups = [frame_group, &depth.group, &seen.group];
-        let picture = (&targets.picture, Area::of(&targets.picture));
-        recorder.screen_pass(picture, true, &self.apply, &groups)
+        recorder.screen_pass(&targets.picture, true, &self.apply, &groups)
     }
 }

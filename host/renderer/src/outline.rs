@@ -16,7 +16,7 @@ use crate::pipelines::{Layouts, MaskShading};
 use crate::recipe::screen_pipeline;
 use crate::roster::Roster;
 use crate::scene_pass::{SceneDrawer, Sections};
-use crate::screen_box::ScreenBox;
+use crate::screen_box::{ScreenBox, hull, pixels_of};
 use crate::shadows::Drawn;
 use crate::sight::{Sight, world_from_mesh};
 use crate::stream::{FrameStream, MAX_FEATURE_HIGHLIGHTS};
@@ -134,10 +134,10 @@ impl Outlines {
         recorder.sample(&[&mask.layer.image]);
         let groups: [&BindGroup; 3] = [frame_group, &mask.layer.group, &mask.tiles.group];
         let tiles = (&mask.tiles.image, reached.tiles());
-        recorder.screen_pass(tiles, false, &self.tiles, &groups[..2])?;
+        recorder.screen_pass_in(tiles, false, &self.tiles, &groups[..2])?;
         recorder.sample(&[&mask.tiles.image]);
         let picture = (&targets.picture, reached.drawn());
-        Ok(recorder.screen_pass(picture, true, &self.lines, &groups)?)
+        Ok(recorder.screen_pass_in(picture, true, &self.lines, &groups)?)
     }
 
     /// Lists the instances of which anything is outlined, and the kinds of objects.
@@ -203,9 +203,8 @@ impl Reached {
             let clip_from_mesh = clip_from_world * world_from_mesh(instance);
             tiles_of(&ScreenBox::of(&clip_from_mesh, &bounds), size)
         });
-        let both = |[a, b]: [Range<u32>; 2], [c, d]: [Range<u32>; 2]| {
-            let hull = |a: Range<u32>, b: Range<u32>| a.start.min(b.start)..a.end.max(b.end);
-            [hull(a, c), hull(b, d)]
+        let both = |one: [Range<u32>; 2], other: [Range<u32>; 2]| {
+            [0, 1].map(|axis| hull(&one[axis], &other[axis]))
         };
         shown.reduce(both).map(|shown| Self { shown, size })
     }
@@ -220,11 +219,7 @@ impl Reached {
     }
 
     fn pixels_around(&self, more: u32) -> Area {
-        let [columns, rows] = self.around(more);
-        let origin = [columns.start, rows.start].map(|tile| tile * TILE_PIXELS);
-        let [right, below] = [(columns.end, self.size[0]), (rows.end, self.size[1])]
-            .map(|(end, most)| (end * TILE_PIXELS).min(most));
-        Area { origin, size: [right - origin[0], below - origin[1]] }
+        pixels_of(self.around(more).each_ref(), TILE_PIXELS, self.size)
     }
 
     /// Pixels that outlines are drawn in: they are no wider than a tile.

@@ -1,8 +1,8 @@
 //! Which object is at a pixel.
 
 use busbar_gpu::{
-    ClearColor, DepthAfter, Download, Format, Gpu, GpuError, Image, ImageDescription, ImageKind,
-    Start, Submission, Targets, Viewport,
+    Area, ClearColor, DepthAfter, Download, Format, Gpu, GpuError, Image, ImageDescription,
+    ImageKind, Start, Submission, Targets, Viewport,
 };
 use glam::{Mat4, vec3};
 
@@ -66,10 +66,8 @@ impl PixelArea {
     }
 
     pub(crate) fn is_within(&self) -> bool {
-        (0..2).all(|axis| {
-            let end = self.origin[axis].checked_add(self.size[axis]);
-            self.size[axis] > 0 && end.is_some_and(|end| end <= self.picture[axis])
-        })
+        let Self { origin, size, picture } = *self;
+        Area { origin, size }.is_in(picture)
     }
 
     /// The picture's viewport, moved so that this part falls onto the target.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use busbar_geometry::Bounds;
+use busbar_gpu::Area;
 use glam::{Mat4, Vec2, Vec4};
 
 /// A box in clip space.
@@ -90,4 +91,19 @@ impl ScreenBox {
         };
         Some([along(least.x, most.x, size[0])?, along(least.y, most.y, size[1])?])
     }
+}
+
+/// Those that two ranges reach over.
+pub(crate) fn hull(one: &Range<u32>, other: &Range<u32>) -> Range<u32> {
+    one.start.min(other.start)..one.end.max(other.end)
+}
+
+/// The pixels of columns and rows of tiles, as far as they are in a picture.
+pub(crate) fn pixels_of([columns, rows]: [&Range<u32>; 2], tile: u32, picture: [u32; 2]) -> Area {
+    let along = |tiles: &Range<u32>, most: u32| {
+        let start = tiles.start * tile;
+        [start, (tiles.end * tile).min(most).saturating_sub(start)]
+    };
+    let [[left, width], [top, height]] = [along(columns, picture[0]), along(rows, picture[1])];
+    Area { origin: [left, top], size: [width, height] }
 }

@@ -1,9 +1,9 @@
 //! Has devices say that they are graphics cards, for tests: by their kind, and by memory of which
 //! the processor sees a part alone. What is allocated lies below where it always does.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::c_void;
 
-use crate::chain::{Function, Handle, next_of};
+use crate::chain::{Function, Handle, ask, ask_about};
 
 /// Where it is set, devices are cards.
 pub const AS_CARD_VARIABLE: &str = "BUSBAR_VULKAN_AS_CARD";
@@ -64,35 +64,6 @@ struct Allocation {
 
 fn is_card() -> bool {
     std::env::var_os(AS_CARD_VARIABLE).is_some()
-}
-
-/// Lets the next layer's function of a name write a structure; tells whether it did.
-pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
-    type Ask = unsafe extern "system" fn(Handle, *mut c_void);
-    let function = function_of(device, name);
-    if function.is_null() || structure.is_null() {
-        return false;
-    }
-    // SAFETY: the next layer's functions of the names asked for have this type; the arguments
-    // are the caller's.
-    unsafe { std::mem::transmute::<Function, Ask>(function)(device, structure) };
-    true
-}
-
-/// The same for a structure about something.
-fn ask_about<T>(device: Handle, name: &CStr, about: T, structure: *mut c_void) -> bool {
-    type Ask<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
-    let function = function_of(device, name);
-    if function.is_null() || structure.is_null() {
-        return false;
-    }
-    // SAFETY: as above.
-    unsafe { std::mem::transmute::<Function, Ask<T>>(function)(device, about, structure) };
-    true
-}
-
-fn function_of(handle: Handle, name: &CStr) -> Function {
-    next_of(handle).map_or(std::ptr::null(), |next| next.function(name.as_ptr()))
 }
 
 unsafe extern "system" fn properties(device: Handle, properties: *mut c_void) {

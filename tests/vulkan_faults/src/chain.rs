@@ -2,7 +2,7 @@
 //! device (`vk_layer.h`).
 
 use std::collections::HashMap;
-use std::ffi::{c_char, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -96,6 +96,35 @@ pub(crate) fn next_of(handle: Handle) -> Option<Arc<Next>> {
         return None;
     }
     table().lock().unwrap_or_else(PoisonError::into_inner).get(&key_of(handle)).cloned()
+}
+
+/// Lets the next layer's function of a name write a structure; tells whether it did.
+pub(crate) fn ask(device: Handle, name: &CStr, structure: *mut c_void) -> bool {
+    type Ask = unsafe extern "system" fn(Handle, *mut c_void);
+    let function = function_of(device, name);
+    if function.is_null() || structure.is_null() {
+        return false;
+    }
+    // SAFETY: the next layer's functions of the names asked for have this type; the arguments
+    // are the caller's.
+    unsafe { std::mem::transmute::<Function, Ask>(function)(device, structure) };
+    true
+}
+
+/// The same for a structure about something.
+pub(crate) fn ask_about<T>(device: Handle, name: &CStr, about: T, structure: *mut c_void) -> bool {
+    type Ask<T> = unsafe extern "system" fn(Handle, T, *mut c_void);
+    let function = function_of(device, name);
+    if function.is_null() || structure.is_null() {
+        return false;
+    }
+    // SAFETY: as above.
+    unsafe { std::mem::transmute::<Function, Ask<T>>(function)(device, about, structure) };
+    true
+}
+
+fn function_of(handle: Handle, name: &CStr) -> Function {
+    next_of(handle).map_or(std::ptr::null(), |next| next.function(name.as_ptr()))
 }
 
 fn remember(handle: Handle, get: GetProcAddr) {

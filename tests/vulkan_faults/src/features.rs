@@ -2,8 +2,7 @@
 
 use std::ffi::c_void;
 
-use crate::card::ask;
-use crate::chain::Handle;
+use crate::chain::{Handle, ask};
 
 /// Names the features that devices lack, with commas between.
 pub const WITHOUT_VARIABLE: &str = "BUSBAR_VULKAN_WITHOUT";
