@@ -38,11 +38,12 @@ const BLOCK: usize = 64;
 /// Length of a normal that is kept in whole numbers.
 const UNIT: f32 = 127.0;
 
-/// The longest side of a way to the eye in whole numbers.
-const WHOLE: f32 = 16_384.0;
+/// Length of a way to the eye in whole numbers: times [`UNIT`] it fits 16 bits.
+const WHOLE: f32 = 255.0;
 
-/// How far off such a normal of length 1 may be: half a number along each axis, and rounding.
-const ROUNDED: f32 = 0.0072;
+/// How far before a triangle of a unit's distance an eye may be that is behind it by these: half
+/// a number along each axis of either, and rounding.
+const ROUNDED: f32 = 0.0107;
 
 /// Bytes of a triangle's indices.
 const TRIANGLE_BYTES: u64 = size_of::<[u32; 3]>() as u64;
@@ -54,12 +55,18 @@ pub(crate) struct Faces {
     outlook: Outlook,
 }
 
-/// Where triangles are and whence they are seen.
+/// Where triangles are and whence they are seen, [`BLOCK`] by [`BLOCK`].
 pub(crate) struct Outlook {
-    /// Of each, of a length of [`UNIT`], mesh space; the last is unused.
-    normals: Vec<[i8; 4]>,
-    /// Around each [`BLOCK`] of them, mesh space.
-    boxes: Vec<Bounds>,
+    blocks: Vec<Block>,
+    /// Triangles.
+    count: usize,
+}
+
+/// Of so many triangles, mesh space.
+struct Block {
+    /// Their normals along each axis, of a length of [`UNIT`].
+    normals: [[i8; BLOCK]; 3],
+    bounds: Bounds,
 }
 
 impl Outlook {
@@ -67,22 +74,24 @@ impl Outlook {
         let corners = |&triangle: &[u32; 3]| {
             mesh.corner_positions(triangle).map(|position| mesh.positions[position as usize])
         };
-        let normal = |triangle: &[u32; 3]| {
-            let [a, b, c] = corners(triangle);
-            let normal = (b - a).cross(c - a).normalize_or_zero() * UNIT;
-            normal.extend(0.0).to_array().map(|of_axis| of_axis.round() as i8)
+        let block = |triangles: &[[u32; 3]]| {
+            let bounds = Bounds::around(triangles.iter().flat_map(corners)).unwrap_or_default();
+            let mut normals = [[0; BLOCK]; 3];
+            for (at, triangle) in triangles.iter().enumerate() {
+                let [a, b, c] = corners(triangle);
+                let normal = (b - a).cross(c - a).normalize_or_zero() * UNIT;
+                for (axis, of_axis) in normals.iter_mut().zip(normal.to_array()) {
+                    axis[at] = of_axis.round() as i8;
+                }
+            }
+            Block { normals, bounds }
         };
-        let around =
-            |block: &[[u32; 3]]| Bounds::around(block.iter().flat_map(corners)).unwrap_or_default();
-        Self {
-            normals: triangles.iter().map(normal).collect(),
-            boxes: triangles.chunks(BLOCK).map(around).collect(),
-        }
+        Self { blocks: triangles.chunks(BLOCK).map(block).collect(), count: triangles.len() }
     }
 
     /// Bytes of that of so many triangles.
     pub(crate) fn bytes_of(triangles: usize) -> u64 {
-        (triangles * size_of::<[i8; 4]>() + triangles.div_ceil(BLOCK) * size_of::<Bounds>()) as u64
+        (triangles.div_ceil(BLOCK) * size_of::<Block>()) as u64
     }
 }
 
@@ -106,7 +115,7 @@ impl Faces {
     }
 
     fn count(&self) -> usize {
-        self.outlook.normals.len()
+        self.outlook.count
     }
 
     /// Triangles of all instances of a batch.
@@ -120,48 +129,64 @@ impl Faces {
 }
 
 impl Outlook {
-    /// Gives those of a range of its triangles, at most a block at a time: of blocks whose
-    /// boxes are wanted those that may face an eye, or all where there is none.
-    fn facing(
+    /// Puts those of a range of its triangles into a place as long as that: of blocks whose
+    /// boxes are wanted those that may face an eye, or all where there is none. Tells how many.
+    fn gather_facing(
         &self,
         triangles: &[[u32; 3]],
         range: Range<usize>,
         eye: Option<Vec3>,
         is_wanted: impl Fn(&Bounds) -> bool,
-        mut give: impl FnMut(&[[u32; 3]]),
-    ) {
-        let Self { normals, boxes } = self;
-        let mut kept = [[0; 3]; BLOCK];
+        into: &mut [[u32; 3]],
+    ) -> usize {
+        let mut count = 0;
         let mut start = range.start;
         while start < range.end {
-            let block = start / BLOCK;
-            let end = ((block + 1) * BLOCK).min(range.end);
-            let (triangles, normals) = (&triangles[start..end], &normals[start..end]);
+            let first = start / BLOCK * BLOCK;
+            let end = (first + BLOCK).min(range.end);
+            let block = &self.blocks[first / BLOCK];
+            let triangles = &triangles[start..end];
+            let within = start - first..end - first;
             start = end;
-            let bounds = &boxes[block];
-            if !is_wanted(bounds) {
+            if !is_wanted(&block.bounds) {
                 continue;
             }
+            let into = &mut into[count..][..triangles.len()];
             let Some(eye) = eye else {
-                give(triangles);
+                into.copy_from_slice(triangles);
+                count += triangles.len();
                 continue;
             };
-            // From a triangle it is seen as from the middle, but for this.
-            let to_eye = eye - bounds.center();
-            let aside = bounds.min.distance(bounds.max) * 0.5 + to_eye.length() * ROUNDED;
-            // In whole numbers, which are faster, each cut off by less than one.
-            let scale = WHOLE / to_eye.abs().max_element();
-            let [to_x, to_y, to_z] = (to_eye * scale).to_array().map(|of_axis| of_axis as i32);
-            let behind = (-aside * scale * UNIT - 3.0 * UNIT) as i32;
-            let mut count = 0;
-            for (triangle, &[x, y, z, _]) in triangles.iter().zip(normals) {
-                kept[count] = *triangle;
-                let before = i32::from(x) * to_x + i32::from(y) * to_y + i32::from(z) * to_z;
-                let faces_away = before < behind;
-                count += usize::from(!faces_away);
+            let (before, behind) = block.before(eye);
+            let mut kept = 0;
+            for (triangle, before) in triangles.iter().zip(&before[within]) {
+                into[kept] = *triangle;
+                kept += usize::from(*before >= behind);
             }
-            give(&kept[..count]);
+            count += kept;
         }
+        count
+    }
+}
+
+impl Block {
+    /// How far an eye is before each of its triangles, and less than what it is surely behind.
+    fn before(&self, eye: Vec3) -> ([i16; BLOCK], i16) {
+        // From a triangle it is seen as from the middle, but for this.
+        let to_eye = eye - self.bounds.center();
+        let distance = to_eye.length();
+        let aside = self.bounds.min.distance(self.bounds.max) * 0.5 / distance + ROUNDED;
+        let [to_x, to_y, to_z] =
+            (to_eye * (WHOLE / distance)).to_array().map(|of_axis| of_axis.round() as i16);
+        let [xs, ys, zs] = &self.normals;
+        let before = std::array::from_fn(|at| {
+            let [x, y, z] = [xs[at], ys[at], zs[at]].map(i16::from);
+            // No normal and no way is longer than fits.
+            x.wrapping_mul(to_x)
+                .wrapping_add(y.wrapping_mul(to_y))
+                .wrapping_add(z.wrapping_mul(to_z))
+        });
+        (before, (-aside * WHOLE * UNIT).floor() as i16)
     }
 }
 
@@ -238,7 +263,8 @@ impl<'a> Gathering<'a> {
         }
         let (mut count, mut done) = (0, Ok(()));
         self.buffer.write_by(start, most * TRIANGLE_BYTES, |into| {
-            let (places, _) = into.as_chunks_mut::<{ TRIANGLE_BYTES as usize }>();
+            // Buffers and slices begin at multiples of 256 bytes.
+            let places: &mut [[u32; 3]] = bytemuck::cast_slice_mut(into);
             done = parts.into_iter().try_for_each(|part| {
                 let Gathered { faces, range, first_vertex, view, skips_backs } = part;
                 let view = &views[*view as usize];
@@ -248,16 +274,15 @@ impl<'a> Gathering<'a> {
                     hidden.is_none_or(|(hiding, clip)| hiding.may_see_in(clip, bounds))
                 };
                 let range = range.start as usize..range.end as usize;
-                let give = |triangles: &[[u32; 3]]| {
-                    for (place, triangle) in places[count..].iter_mut().zip(triangles) {
-                        *place = bytemuck::cast(triangle.map(|wedge| wedge + first_vertex));
-                    }
-                    count += triangles.len();
-                };
                 faces.indices.read_by(|bytes| {
-                    // Slices begin at multiples of 256 bytes.
                     let triangles = bytemuck::cast_slice(bytes);
-                    faces.outlook.facing(triangles, range, eye, is_wanted, give);
+                    let places = &mut places[count..];
+                    let added =
+                        faces.outlook.gather_facing(triangles, range, eye, is_wanted, places);
+                    for corner in places[..added].as_flattened_mut() {
+                        *corner += first_vertex;
+                    }
+                    count += added;
                 })
             });
         })?;
@@ -328,16 +353,18 @@ mod tests {
             let mesh = mesh(&corners);
             let outlook = outlook_of(&mesh);
             let range = first.min(mesh.triangles.len())..mesh.triangles.len();
-            let (mut all, mut kept) = (Vec::new(), Vec::new());
-            outlook.facing(&mesh.triangles, range.clone(), None, |_| true, |some| {
-                all.extend_from_slice(some);
-            });
+            let mut all = vec![[0; 3]; range.len()];
+            let mut kept = all.clone();
+            let triangles = &mesh.triangles;
+            let count = outlook.gather_facing(triangles, range.clone(), None, |_| true, &mut all);
+            prop_assert_eq!(count, all.len());
             prop_assert_eq!(&all, &mesh.triangles[range.clone()]);
-            let boxes = &outlook.boxes;
+            let boxes: Vec<Bounds> = outlook.blocks.iter().map(|block| block.bounds).collect();
             let is_wanted = |bounds: &Bounds| Some(bounds) != boxes.get(unwanted);
-            outlook.facing(&mesh.triangles, range.clone(), Some(eye.into()), is_wanted, |some| {
-                kept.extend_from_slice(some);
-            });
+            let from = Some(eye.into());
+            let count =
+                outlook.gather_facing(triangles, range.clone(), from, is_wanted, &mut kept);
+            kept.truncate(count);
             let eye = Vec3::from(eye).as_dvec3();
             let mut left = kept.iter().peekable();
             for (number, triangle) in range.clone().zip(&all) {
@@ -363,10 +390,10 @@ mod tests {
     #[test]
     fn an_eye_that_is_nowhere_sees_all() {
         let mesh = mesh(&[[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]);
-        let mut kept = 0;
+        let mut kept = [[0; 3]];
         let outlook = outlook_of(&mesh);
         let eye = Some(Vec3::NAN);
-        outlook.facing(&mesh.triangles, 0..1, eye, |_| true, |some| kept += some.len());
-        assert_eq!(kept, 1);
+        let count = outlook.gather_facing(&mesh.triangles, 0..1, eye, |_| true, &mut kept);
+        assert_eq!((count, kept[0]), (1, mesh.triangles[0]));
     }
 }
