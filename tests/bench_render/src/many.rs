@@ -14,6 +14,7 @@ use substation::Station;
 use crate::camera::{Camera, orbit, stride, walk};
 use crate::drawer::{Drawer, Recipe};
 use crate::scenes::{Scenes, write_models};
+use crate::screen_error::Likeness;
 
 /// Stations stand in rows of so many.
 const ROW: usize = 10;
@@ -35,6 +36,8 @@ pub(crate) const BIRD: &str = "bird";
 pub(crate) const FILLING: &str = "filling";
 /// On foot; what the processor takes then is asked for of some stations alone.
 const WALKING: &str = "walking";
+/// From within one, in leaps.
+const WITHIN: &str = "within";
 /// Pixels of error that theta may show.
 pub(crate) const MAX_ERROR_PX: f64 = 0.5;
 
@@ -50,6 +53,8 @@ pub(crate) struct Many {
     pub(crate) peak_bytes: u64,
     /// Of the picture's pixels, those of the second pose that are not as the first pixel.
     pub(crate) covered_share: f64,
+    /// To full detail, of all from within.
+    pub(crate) likeness: Option<Likeness>,
 }
 
 /// Measures one station, some and all, from above all of them and from within one, in leaps
@@ -70,13 +75,15 @@ pub(crate) fn measure(
     let strides = stride(scenes.bounds, STRIDES, STRIDE_METRES);
     let views = [
         (BIRD, birds),
-        ("within", walk(scenes.bounds, POSES)),
+        (WITHIN, walk(scenes.bounds, POSES)),
         (WALKING, strides),
         (FILLING, orbit(scenes.bounds, POSES, 1.0)),
     ];
+    let followed = json!({ "max_error_px": MAX_ERROR_PX });
     let mut found = Vec::new();
     for stations in [1, SOME_STATIONS, STATIONS] {
-        let path = configuration(stations, scenes.bounds, folder)?;
+        let path = configuration((stations, "followed", &followed), scenes.bounds, folder)?;
+        let full = configuration((stations, "full", &json!(0.0)), scenes.bounds, folder)?;
         let is_asked = |view: &str| match view {
             WALKING => stations == SOME_STATIONS,
             FILLING => stations == 1,
@@ -84,10 +91,16 @@ pub(crate) fn measure(
         };
         for (view, cameras) in views.iter().filter(|(view, _)| is_asked(view)) {
             let mut drawer = Drawer::start(ours, core, &path, 1)?;
-            let picture = pictures.join(format!("stations_{stations}_{view}.png"));
+            let stem = format!("stations_{stations}_{view}");
+            let picture = pictures.join(format!("{stem}.png"));
             drawer.picture(cameras[1], &picture)?;
             let mut many = measure_view(&mut drawer, cameras, rounds, stations, view)?;
             many.covered_share = covered_share(&picture)?;
+            if (stations, *view) == (STATIONS, WITHIN) {
+                let mut detail = Drawer::start(ours, core, &full, 1)?;
+                let drawers = [&mut detail, &mut drawer];
+                many.likeness = Some(Likeness::of(drawers, cameras, &stem, pictures)?);
+            }
             found.push(many);
         }
     }
@@ -122,6 +135,7 @@ fn measure_view(
         hide_millis: Series::of(hide_millis),
         peak_bytes: drawer.peak_bytes()?,
         covered_share: 0.0,
+        likeness: None,
     })
 }
 
@@ -139,8 +153,12 @@ fn step(station: Bounds) -> Vec3 {
     Vec3::new(size.x + GAP, 0.0, size.z + GAP)
 }
 
-/// Writes a scene of so many stations.
-fn configuration(stations: usize, bounds: Bounds, folder: &Path) -> Result<PathBuf> {
+/// Writes a scene of so many stations with a theta that has a name.
+fn configuration(
+    (stations, name, theta): (usize, &str, &serde_json::Value),
+    bounds: Bounds,
+    folder: &Path,
+) -> Result<PathBuf> {
     let mut scene = Station::generate(crate::scenes::SEED)?.configuration();
     let bays = scene["scene"].take();
     let place = |number: usize| {
@@ -160,9 +178,9 @@ fn configuration(stations: usize, bounds: Bounds, folder: &Path) -> Result<PathB
     scene["cameras"] = json!({});
     for model in scene["models"].as_object_mut().context("no models")?.values_mut() {
         model["optimizer"] = json!("optimizer");
-        model["theta"] = json!({ "max_error_px": MAX_ERROR_PX });
+        model["theta"] = theta.clone();
     }
-    let path = folder.join(format!("stations_{stations}.json"));
+    let path = folder.join(format!("stations_{stations}_{name}.json"));
     fs::write(&path, scene.to_string())?;
     Ok(path)
 }

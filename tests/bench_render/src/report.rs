@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::drawer::OURS;
 use crate::frames::Frames;
 use crate::many::{BIRD, FILLING, MAX_ERROR_PX, Many, SOME_STATIONS, STATIONS};
-use crate::screen_error::Followed;
+use crate::screen_error::{Followed, Likeness};
 use crate::start::{EMPTY_CACHE, F3D, FULL_CACHE, Start};
 
 /// How long our frames may take, of the best peer's, at equal triangles.
@@ -89,7 +89,7 @@ fn frame_bars(frames: &[Frames]) -> Vec<Claim> {
 }
 
 fn followed_bars(followed: &Followed) -> Vec<Claim> {
-    let Followed { path, least_ssim, greatest_flip, millis, peer, .. } = followed;
+    let Followed { path, likeness, millis, peer, .. } = followed;
     let speed = peer.map(|(who, peer)| {
         let times = peer.p50 / millis.p50;
         bar(
@@ -98,12 +98,17 @@ fn followed_bars(followed: &Followed) -> Vec<Claim> {
             format!("{:.1} ms, {who} {:.1} ms: {times:.1} times", millis.p50, peer.p50),
         )
     });
-    let alike = bar(
-        format!("{path} path: SSIM at least {MIN_SSIM} and FLIP at most {MAX_FLIP} to full detail"),
-        *least_ssim >= MIN_SSIM && *greatest_flip <= MAX_FLIP,
-        format!("SSIM {least_ssim:.4}, FLIP {greatest_flip:.4}, each of the worst picture"),
-    );
+    let alike = likeness_bar(&format!("{path} path"), likeness);
     speed.into_iter().chain([alike]).collect()
+}
+
+fn likeness_bar(what: &str, likeness: &Likeness) -> Claim {
+    let Likeness { least_ssim, greatest_flip } = *likeness;
+    bar(
+        format!("{what}: SSIM at least {MIN_SSIM} and FLIP at most {MAX_FLIP} to full detail"),
+        least_ssim >= MIN_SSIM && greatest_flip <= MAX_FLIP,
+        format!("SSIM {least_ssim:.4}, FLIP {greatest_flip:.4}, each of the worst picture"),
+    )
 }
 
 fn start_bars(starts: &[Start]) -> Vec<Claim> {
@@ -142,15 +147,14 @@ fn many_bars(many: &[Many]) -> Vec<Claim> {
             BIRD => one_from(FILLING).map(|one| many_frame_bar(all, one, "one that fills it so")),
             _ => Some(many_frame_bar(all, one, "one from there")),
         });
+        let what = format!("{STATIONS} stations, {}", all.view);
+        bars.extend(all.likeness.iter().map(|likeness| likeness_bar(&what, likeness)));
         let ratio = all.peak_bytes as f64 / one.peak_bytes as f64;
         bars.push(bar(
-            format!(
-                "{STATIONS} stations, {}: memory at most {MAX_MANY_MEMORY} times that of one",
-                all.view
-            ),
+            format!("{what}: memory at most {MAX_MANY_MEMORY} times that of one"),
             ratio <= MAX_MANY_MEMORY,
             format!(
-                "{}, {}: {ratio:.1} times",
+                "{}, {}: {ratio:.2} times",
                 megabytes(all.peak_bytes),
                 megabytes(one.peak_bytes)
             ),
@@ -179,7 +183,7 @@ fn many_frame_bar(all: &Many, one: &Many, what: &str) -> Claim {
         ),
         ratio <= MAX_MANY_FRAME,
         format!(
-            "{:.1} ms on {:.1} % of the pixels, {:.1} ms on {:.1} %: {ratio:.1} times",
+            "{:.1} ms on {:.1} % of the pixels, {:.1} ms on {:.1} %: {ratio:.2} times",
             all.millis.p50, covered[0], one.millis.p50, covered[1]
         ),
     )

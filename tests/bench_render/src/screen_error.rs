@@ -28,7 +28,13 @@ pub(crate) struct Followed {
     pub(crate) full_millis: Series,
     /// The peer's, at full detail, and its name.
     pub(crate) peer: Option<(&'static str, Series)>,
-    /// Of the worst picture against that at full detail.
+    /// To full detail.
+    pub(crate) likeness: Likeness,
+}
+
+/// How pictures at levels of detail are beside those in full detail, each of the worst.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Likeness {
     pub(crate) least_ssim: f64,
     pub(crate) greatest_flip: f64,
 }
@@ -67,8 +73,7 @@ pub(crate) fn measure(
         let ours = recipes.first().context("nobody draws")?;
         let mut detail = Drawer::start(ours, core, &full.glb, 1)?;
         let mut followed = Drawer::start(ours, core, &followed, 1)?;
-        let (least_ssim, greatest_flip) =
-            differences(&mut detail, &mut followed, path, &cameras, pictures)?;
+        let likeness = Likeness::of([&mut detail, &mut followed], &cameras, path, pictures)?;
         let mut drawers = vec![(detail, Vec::new()), (followed, Vec::new())];
         for peer in &recipes[1..] {
             // Who cannot was told of already.
@@ -93,38 +98,32 @@ pub(crate) fn measure(
         let mut own = || series.next().map_or_else(Series::default, |(_, series)| series);
         let (full_millis, millis) = (own(), own());
         let peer = series.min_by(|(_, a), (_, b)| a.p50.total_cmp(&b.p50));
-        found.push(Followed {
-            path,
-            triangles,
-            millis,
-            full_millis,
-            peer,
-            least_ssim,
-            greatest_flip,
-        });
+        found.push(Followed { path, triangles, millis, full_millis, peer, likeness });
     }
     Ok(found)
 }
 
-/// Least structural similarity and greatest FLIP over the pictures of a path.
-fn differences(
-    detail: &mut Drawer,
-    followed: &mut Drawer,
-    path: &str,
-    cameras: &[Camera],
-    pictures: &Path,
-) -> Result<(f64, f64)> {
-    let (mut least_ssim, mut greatest_flip) = (1.0_f64, 0.0_f64);
-    for (number, &camera) in cameras.iter().enumerate() {
-        let files =
-            ["full", "followed"].map(|what| pictures.join(format!("{path}_{number}_{what}.png")));
-        detail.picture(camera, &files[0])?;
-        followed.picture(camera, &files[1])?;
-        let [full, less] = [image::open(&files[0])?, image::open(&files[1])?];
-        least_ssim = least_ssim.min(measure::ssim(&full.to_luma8(), &less.to_luma8())?);
-        greatest_flip = greatest_flip.max(flip(&full.to_rgb8(), &less.to_rgb8())?);
+impl Likeness {
+    /// Over the pictures of a path, which are kept by its name.
+    pub(crate) fn of(
+        [detail, followed]: [&mut Drawer; 2],
+        cameras: &[Camera],
+        path: &str,
+        pictures: &Path,
+    ) -> Result<Self> {
+        let mut worst = Self { least_ssim: 1.0, greatest_flip: 0.0 };
+        for (number, &camera) in cameras.iter().enumerate() {
+            let files = ["full", "followed"]
+                .map(|what| pictures.join(format!("{path}_{number}_{what}.png")));
+            detail.picture(camera, &files[0])?;
+            followed.picture(camera, &files[1])?;
+            let [full, less] = [image::open(&files[0])?, image::open(&files[1])?];
+            let ssim = measure::ssim(&full.to_luma8(), &less.to_luma8())?;
+            worst.least_ssim = worst.least_ssim.min(ssim);
+            worst.greatest_flip = worst.greatest_flip.max(flip(&full.to_rgb8(), &less.to_rgb8())?);
+        }
+        Ok(worst)
     }
-    Ok((least_ssim, greatest_flip))
 }
 
 /// Mean FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images",
