@@ -97,7 +97,8 @@ fn graphics() -> [Finding; 2] {
         Ok(name) if name.contains("llvmpipe") => Finding::warning(
             DEVICE,
             format!("{name} draws in software"),
-            "install the driver of the graphics card, or choose \"quality\": \"low\"",
+            "install the driver of the graphics card; live views are drawn at quality `low` until \
+             then, unless \"quality\" says otherwise",
         ),
         Ok(name) => Finding::ok(DEVICE, name),
         Err(error) => Finding::fault(

@@ -379,10 +379,10 @@ pub struct ViewConfig {
     pub camera: Option<String>,
     /// Background as sRGB red, green and blue.
     pub background: [u8; 3],
-    /// What a picture may cost.
-    pub quality: QualityConfig,
-    /// Samples a pixel, 1 or 4.
-    pub samples: u32,
+    /// What a picture may cost; none where that goes by the device.
+    pub quality: Option<QualityConfig>,
+    /// Samples a pixel, 1 or 4; none where they follow the quality.
+    pub samples: Option<u32>,
     /// Shows a ground with a grid below the lowest point.
     pub ground: bool,
     /// Lets what is far fade into the background.

@@ -414,9 +414,10 @@ pub(crate) struct RawView {
     #[schemars(regex(pattern = "^#[0-9a-fA-F]{6}$"), extend("examples" = ["#d8dadd"]))]
     pub(crate) background: String,
     /// What a picture may cost: `low` for remote desktops and software rasterisers,
-    /// `high` for graphics cards.
+    /// `high` for graphics cards; where missing, `medium`, and `low` in live views that the
+    /// processor draws.
     #[schemars(extend("examples" = ["medium"]))]
-    pub(crate) quality: RawQuality,
+    pub(crate) quality: Option<RawQuality>,
     /// Samples a pixel: 1, or 4 for smooth edges; where missing, 1 at quality `low`,
     /// else 4.
     #[schemars(extend("enum" = [1, 4]), extend("examples" = [4]))]
@@ -471,14 +472,13 @@ pub(crate) struct RawView {
 }
 
 /// What a picture may cost.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(rename = "Quality")]
 pub(crate) enum RawQuality {
     /// The shape of things, as cheap as can be.
     Low,
     /// Materials as they reflect light.
-    #[default]
     Medium,
     /// The same with shadows and contact shades.
     High,
@@ -529,7 +529,7 @@ impl Default for RawView {
         Self {
             camera: None,
             background: "#d8dadd".to_owned(),
-            quality: RawQuality::default(),
+            quality: None,
             samples: None,
             ground: false,
             fog: false,

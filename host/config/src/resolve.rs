@@ -149,16 +149,16 @@ fn origin(source: Option<RawSource>, expression: Option<String>, pointer: &str) 
 }
 
 fn view(raw: RawView) -> ViewConfig {
-    let (quality, samples) = match raw.quality {
-        RawQuality::Low => (QualityConfig::Low, 1),
-        RawQuality::Medium => (QualityConfig::Medium, 4),
-        RawQuality::High => (QualityConfig::High, 4),
+    let quality = |quality| match quality {
+        RawQuality::Low => QualityConfig::Low,
+        RawQuality::Medium => QualityConfig::Medium,
+        RawQuality::High => QualityConfig::High,
     };
     ViewConfig {
         camera: raw.camera,
         background: colour(&raw.background),
-        quality,
-        samples: raw.samples.unwrap_or(samples),
+        quality: raw.quality.map(quality),
+        samples: raw.samples,
         ground: raw.ground,
         fog: raw.fog,
         section: raw.section.map(section),

@@ -35,7 +35,7 @@ fn the_example_becomes_typed_values() {
     assert_eq!(camera.fov_degrees, 60.0);
     assert_eq!(config.view.camera.as_deref(), Some("overview"));
     assert_eq!(config.view.background, [0xd8, 0xda, 0xdd]);
-    assert_eq!((config.view.samples, config.view.size), (1, [640, 480]));
+    assert_eq!((config.view.samples, config.view.size), (Some(1), [640, 480]));
     assert_eq!(config.view.theta_scale, 0.5);
 }
 
@@ -224,8 +224,8 @@ fn places_are_found_under_keys_with_escapes_and_slashes() {
 fn the_least_configuration_has_defaults() {
     let config = parse(r#"{ "version": 1, "scene": [] }"#).unwrap();
     assert_eq!((config.view.camera, config.view.background), (None, [0xd8, 0xda, 0xdd]));
-    assert_eq!(config.view.quality, QualityConfig::Medium);
-    assert_eq!((config.view.samples, config.view.size), (4, [1280, 720]));
+    assert_eq!((config.view.quality, config.view.samples), (None, None));
+    assert_eq!(config.view.size, [1280, 720]);
     assert_eq!(config.view.theta_scale, 1.0);
     assert!(
         config.scene.iter().next().is_none() && config.plugins.is_empty() && config.tags.is_empty()
@@ -233,18 +233,18 @@ fn the_least_configuration_has_defaults() {
 }
 
 #[test]
-fn samples_follow_the_quality_unless_somebody_says_otherwise() {
+fn quality_and_samples_are_as_somebody_says() {
     let view = |view: &str| {
         parse(&format!(r#"{{ "version": 1, "scene": [], "view": {view} }}"#)).unwrap().view
     };
     let low = view(r#"{ "quality": "low" }"#);
-    assert_eq!((low.quality, low.samples), (QualityConfig::Low, 1));
-    assert_eq!(view(r#"{ "quality": "low", "samples": 4 }"#).samples, 4);
+    assert_eq!((low.quality, low.samples), (Some(QualityConfig::Low), None));
+    assert_eq!(view(r#"{ "quality": "low", "samples": 4 }"#).samples, Some(4));
     let medium = view(r#"{ "quality": "medium", "ground": true }"#);
-    assert_eq!((medium.quality, medium.samples), (QualityConfig::Medium, 4));
+    assert_eq!(medium.quality, Some(QualityConfig::Medium));
     assert!(medium.ground && !medium.fog);
     let high = view(r#"{ "quality": "high" }"#);
-    assert_eq!((high.quality, high.samples, high.section), (QualityConfig::High, 4, None));
+    assert_eq!((high.quality, high.section), (Some(QualityConfig::High), None));
 }
 
 #[test]

@@ -72,7 +72,7 @@ pub(crate) struct Content {
     /// Once something was counted.
     pub(crate) density: Option<Density>,
     planes: Option<PlaneKit>,
-    samples: u32,
+    pub(crate) samples: u32,
     streams: Vec<FrameStream>,
     /// Those of frames and of picks.
     views: [View; 2],

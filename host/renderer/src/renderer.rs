@@ -33,6 +33,13 @@ pub enum Quality {
     High,
 }
 
+impl Quality {
+    /// Samples a pixel that go with it.
+    pub fn samples(self) -> u32 {
+        if self == Self::Low { 1 } else { 4 }
+    }
+}
+
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RendererOptions {
@@ -40,6 +47,8 @@ pub struct RendererOptions {
     pub quality: Quality,
     /// Samples a pixel, 1 or 4.
     pub samples: u32,
+    /// Quality and samples where the processor draws, if others.
+    pub on_processor: Option<(Quality, u32)>,
     /// Turns the Vulkan validation layer on.
     pub validation: bool,
 }
@@ -47,7 +56,7 @@ pub struct RendererOptions {
 impl Default for RendererOptions {
     /// Medium quality, four samples, no validation.
     fn default() -> Self {
-        Self { quality: Quality::Medium, samples: 4, validation: false }
+        Self { quality: Quality::Medium, samples: 4, on_processor: None, validation: false }
     }
 }
 
@@ -65,9 +74,28 @@ pub struct DeviceChoice {
 #[derive(Clone)]
 struct Origin {
     gpu: GpuOptions,
+    look: Look,
+    window: Option<Arc<dyn WindowHandles>>,
+}
+
+/// What a picture may cost.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Look {
     quality: Quality,
     samples: u32,
-    window: Option<Arc<dyn WindowHandles>>,
+    on_processor: Option<(Quality, u32)>,
+}
+
+impl Look {
+    fn of(RendererOptions { quality, samples, on_processor, .. }: RendererOptions) -> Self {
+        Self { quality, samples, on_processor }
+    }
+
+    /// Quality and samples on a device.
+    fn on(self, gpu: &Gpu) -> (Quality, u32) {
+        let other = self.on_processor.filter(|_| gpu.is_software());
+        other.unwrap_or((self.quality, self.samples))
+    }
 }
 
 /// Draws frames into a window, or into a picture that can be read back.
@@ -123,8 +151,7 @@ impl Renderer {
             pipeline_cache: choice.pipeline_cache,
             ..GpuOptions::default()
         };
-        let RendererOptions { quality, samples, .. } = options;
-        Self::on(Origin { gpu, quality, samples, window }, size)
+        Self::on(Origin { gpu, look: Look::of(options), window }, size)
     }
 
     fn on(origin: Origin, size: [u32; 2]) -> Result<Self, RenderError> {
@@ -133,7 +160,7 @@ impl Renderer {
             None => Gpu::headless(&origin.gpu)?,
         };
         gpu.resize_window(size);
-        let Origin { quality, samples, .. } = origin;
+        let (quality, samples) = origin.look.on(&gpu);
         if !matches!(samples, 1 | 4) || !gpu.can_sample(samples) {
             return Err(RenderError::BadSamples(samples));
         }
@@ -141,6 +168,9 @@ impl Renderer {
         let one_pixel = PickTargets::new(&gpu, [1, 1])?;
         let panels = Panels::new(&gpu, gpu.picture_format())?;
         keep_pipelines(&gpu);
+        if origin.look.on_processor.is_some() && gpu.is_software() {
+            tracing::info!("the processor draws, at quality {quality:?} with {samples} samples");
+        }
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
@@ -151,11 +181,10 @@ impl Renderer {
     /// Changes how it draws, on which device, from the next [`Renderer::renew`] on; whether
     /// anything is otherwise than before.
     pub fn set_options(&mut self, options: RendererOptions, choice: DeviceChoice) -> bool {
-        let RendererOptions { quality, samples, .. } = options;
         let own = &mut self.origin;
-        let before = (own.quality, own.samples, own.gpu.device.take());
-        (own.quality, own.samples, own.gpu.device) = (quality, samples, choice.device);
-        before != (own.quality, own.samples, own.gpu.device.clone())
+        let before = (own.look, own.gpu.device.take());
+        (own.look, own.gpu.device) = (Look::of(options), choice.device);
+        before != (own.look, own.gpu.device.clone())
     }
 
     /// Makes a new device in place of one that is lost. Models are gone. Panels' textures,
@@ -359,7 +388,7 @@ impl Renderer {
         let targets = match self.targets.take() {
             Some(targets) if targets.size() == size => targets,
             _ => {
-                SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.origin.samples, size)?
+                SceneTargets::new(&self.gpu, self.gpu.picture_format(), self.content.samples, size)?
             }
         };
         let targets = self.targets.insert(targets);

@@ -2,7 +2,10 @@
 
 mod common;
 
-use busbar_renderer::{CameraView, DrawInstance, Frame, Ground, ModelUpload, Quality, RenderError};
+use busbar_renderer::{
+    CameraView, DeviceChoice, DrawInstance, Frame, Ground, ModelUpload, Picture, Quality,
+    RenderError, Renderer, RendererOptions,
+};
 use busbar_scene::{AlphaMode, Material, Texture, TextureRef, Wrap};
 use common::*;
 use glam::{Mat4, Quat, Vec3};
@@ -237,6 +240,38 @@ fn the_ground_has_lines_is_hidden_by_what_stands_before_it_and_not_seen_from_bel
         assert!(center(&shown)[1].abs_diff(srgb_byte(0.6)) <= 1);
         assert!(shown.rgba8.chunks_exact(4).all(|rgba| rgba == &shown.rgba8[..4]), "none at low");
     });
+}
+
+#[test]
+fn another_quality_may_be_asked_for_where_the_processor_draws() {
+    let one = |quality, samples| RendererOptions {
+        quality,
+        samples,
+        on_processor: None,
+        validation: true,
+    };
+    let medium = one(Quality::Medium, 4);
+    let either = RendererOptions { on_processor: Some((Quality::Low, 1)), ..medium };
+    let shown = |renderer: &mut Renderer| -> Picture {
+        let red = quad(renderer, glowing([0.5, 0.0, 0.0]));
+        let turned = Mat4::from_translation(Vec3::new(0.3, 1.0, -1.0)) * Mat4::from_rotation_z(0.3);
+        picture(renderer, &over_ground(2.0, &[instance(red, turned, 1)]))
+    };
+    let [wanted, other] = [one(Quality::Low, 1), medium].map(|options| {
+        let mut renderer = Renderer::headless(options, SIZE).unwrap();
+        let picture = shown(&mut renderer);
+        assert_eq!(renderer.validation_messages(), Vec::<String>::new());
+        picture
+    });
+    assert!(wanted.rgba8 != other.rgba8);
+    let mut renderer = Renderer::headless(either, SIZE).unwrap();
+    let by_device = if renderer.draws_on_processor() { &wanted } else { &other };
+    assert!(shown(&mut renderer).rgba8 == by_device.rgba8);
+    assert!(!renderer.set_options(either, DeviceChoice::default()), "nothing else");
+    assert!(renderer.set_options(medium, DeviceChoice::default()));
+    renderer.renew().unwrap();
+    assert!(shown(&mut renderer).rgba8 == other.rgba8);
+    assert_eq!(renderer.validation_messages(), Vec::<String>::new());
 }
 
 #[test]

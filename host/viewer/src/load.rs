@@ -374,15 +374,19 @@ impl LoadedScene {
         self.config.view.size
     }
 
-    /// How to draw it, as the configuration asks.
+    /// How to draw it, as the configuration asks. What leaves the quality open is drawn at the
+    /// lowest where the processor draws, which a view without a spectator does not heed.
     pub fn renderer_options(&self) -> RendererOptions {
         let view = &self.config.view;
         let quality = match view.quality {
-            QualityConfig::Low => Quality::Low,
-            QualityConfig::Medium => Quality::Medium,
-            QualityConfig::High => Quality::High,
+            Some(QualityConfig::Low) => Quality::Low,
+            Some(QualityConfig::Medium) | None => Quality::Medium,
+            Some(QualityConfig::High) => Quality::High,
         };
-        RendererOptions { quality, samples: view.samples, validation: false }
+        let with_samples = |quality: Quality| (quality, view.samples.unwrap_or(quality.samples()));
+        let (quality, samples) = with_samples(quality);
+        let on_processor = view.quality.is_none().then(|| with_samples(Quality::Low));
+        RendererOptions { quality, samples, on_processor, validation: false }
     }
 
     /// The equipment that a tag is bound to first.

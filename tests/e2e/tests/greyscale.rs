@@ -187,7 +187,7 @@ fn all_pairs_of_states_are_told_apart_in_grey() {
     assert!(looks.len() >= 24, "{} looks", looks.len());
     let mut alike = Vec::new();
     for quality in [Quality::Low, Quality::High] {
-        let options = RendererOptions { quality, samples: 4, validation: true };
+        let options = RendererOptions { quality, validation: true, ..Default::default() };
         let mut renderer = Renderer::headless(options, SIZE).expect("there is a device");
         let log = renderer.validation_log();
         for body_grey in BODIES {

@@ -225,6 +225,37 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
 }
 
 #[test]
+fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_does_not() {
+    let mut scene = Scene::without_tags();
+    scene.config["view"] =
+        json!({ "size": SIZE, "camera": "bay", "ground": true, "morph_seconds": 0 });
+    let mut view = View::open(scene);
+    let shown = |view: &mut View| {
+        view.wait_for("all meshes", |stats| stats.waiting == 0);
+        view.viewer.read_picture().expect("a frame was drawn")
+    };
+    let left_open = shown(&mut view);
+    view.edit(|config| config["view"]["quality"] = json!("low"));
+    let low = shown(&mut view);
+    view.edit(|config| config["view"]["quality"] = json!("medium"));
+    let medium = shown(&mut view);
+    assert!(!is_same(&low, &medium));
+    let by_device = if view.stats().gpu.contains("llvmpipe") { &low } else { &medium };
+    assert!(is_same(&left_open, by_device), "it goes by the device");
+    view.edit(|config| {
+        config["view"].as_object_mut().expect("an object").remove("quality");
+    });
+    assert!(is_same(&shown(&mut view), by_device), "after an edit, too");
+
+    let loaded = LoadedScene::load(&view.path, &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
+    let options = loaded.renderer_options();
+    let mut still = Viewer::headless(loaded, options, SIZE).expect("there is a device");
+    still.frame(still.headless_input(0.0)).expect("a frame is drawn");
+    let picture = still.read_picture().expect("a frame was drawn");
+    assert!(is_same(&picture, &medium), "a picture is the same wherever it is drawn");
+}
+
+#[test]
 fn a_bad_edit_changes_nothing_and_says_what_helps() {
     let Some(peer) = Peer::start(&calm_values()) else { return };
     let mut view = View::open(scene(peer.port));

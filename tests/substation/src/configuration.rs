@@ -52,7 +52,7 @@ impl Station {
                     "fov_degrees": 52
                 }
             },
-            "view": { "camera": "overview", "samples": 4, "size": [1280, 720] }
+            "view": { "camera": "overview", "size": [1280, 720] }
         })
     }
 }

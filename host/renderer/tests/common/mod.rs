@@ -33,7 +33,7 @@ pub(crate) fn with_each_quality(samples: u32, test: impl Fn(&mut Renderer)) {
 }
 
 pub(crate) fn with_quality(quality: Quality, samples: u32, test: impl FnOnce(&mut Renderer)) {
-    let options = RendererOptions { quality, samples, validation: true };
+    let options = RendererOptions { quality, samples, validation: true, ..Default::default() };
     let mut renderer = Renderer::headless(options, SIZE).unwrap();
     let log = renderer.validation_log();
     test(&mut renderer);

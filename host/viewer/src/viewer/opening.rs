@@ -67,6 +67,7 @@ impl Viewer {
         let start = Instant::now();
         let in_window = window.is_some();
         let choice = choice_of(&scene);
+        let options = options_of(options, is_live);
         let open = || Renderer::open(options, choice.clone(), window.clone(), size);
         let (recovery, renderer) = Recovery::start(&scene, !is_live, open)?;
         let models = shown_model::shown(&scene);
@@ -167,6 +168,11 @@ pub(super) fn appearance_of(scene: &mut LoadedScene) -> Appearance {
         scale: scene.config.view.scale,
         font: scene.font.take().map(|font| font.to_vec()),
     }
+}
+
+/// How it is drawn for whom: a picture is the same wherever it is drawn.
+pub(super) fn options_of(options: RendererOptions, is_live: bool) -> RendererOptions {
+    RendererOptions { on_processor: options.on_processor.filter(|_| is_live), ..options }
 }
 
 /// The device that the configuration wants.

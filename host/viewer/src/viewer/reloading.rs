@@ -204,15 +204,19 @@ impl Viewer {
     /// Makes the device anew where a configuration wants it otherwise. Where that cannot be,
     /// it is made as it was.
     fn change_device(&mut self, next: &LoadedScene) -> Result<(), ViewError> {
-        let (options, choice) = (next.renderer_options(), opening::choice_of(next));
+        let is_live = !self.settles;
+        let wanted = |scene: &LoadedScene| {
+            let options = opening::options_of(scene.renderer_options(), is_live);
+            (options, opening::choice_of(scene))
+        };
+        let (options, choice) = wanted(next);
         if !self.renderer.set_options(options, choice) {
             return Ok(());
         }
         // What was asked of the device before is gone with it.
         self.picker = Picker::default();
         if let Err(error) = self.recovery.renew(&mut self.renderer, &self.scene) {
-            let (options, choice) =
-                (self.scene.renderer_options(), opening::choice_of(&self.scene));
+            let (options, choice) = wanted(&self.scene);
             self.renderer.set_options(options, choice);
             if let Err(lost) = self.recovery.renew(&mut self.renderer, &self.scene) {
                 self.recovery.lose(lost)?;
