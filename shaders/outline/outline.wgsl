@@ -1,6 +1,6 @@
 // Outlines around what is hovered over or selected: a light line with a dark one around
 // it, so that they show over any colour, dashed where something lies before it. Where
-// they may be at all is found tile by tile first.
+// they may be at all is found tile by tile first: near the edges of what has them.
 
 const HOVERED = 1u;
 const KIND = 3u;
@@ -9,8 +9,13 @@ const HIDDEN = 4u;
 const SELECTED_LIGHT = 2.25;
 const HOVERED_LIGHT = 1.25;
 const DARK = 1.5;
-// Pixels along a side of a tile; outlines reach no farther than the next one.
-const TILE = 8;
+// Pixels along a side of a tile, and those that outlines reach at most.
+const TILE = 4;
+const MAX_REACH = 8;
+// A tile in which anything is outlined, all is, and anything that is selected.
+const ANY = 1u;
+const ALL = 2u;
+const WIDE = 4u;
 // Points of a dash and the gap after it; how much of a hidden outline shows.
 const DASH = 8.0;
 const HIDDEN_COVER = 0.55;
@@ -18,6 +23,7 @@ const LIGHT_COLOR = vec3<f32>(1.0, 1.0, 1.0);
 const DARK_COLOR = vec3<f32>(0.008, 0.009, 0.012);
 
 @group(1) @binding(0) var mask: texture_2d<u32>;
+// What each tile shows; for outline_main, how far one has to look from it.
 @group(2) @binding(0) var tiles: texture_2d<u32>;
 
 fn mask_at(pixel: vec2<i32>) -> u32 {
@@ -30,36 +36,53 @@ fn within(at: f32, to: f32) -> f32 {
     return clamp(to - at + 0.5, 0.0, 1.0);
 }
 
-// Whether anything in a tile is outlined.
+// Pixels that an outline whose light line is so wide reaches.
+fn reach_of(light: f32) -> i32 {
+    return min(i32(ceil((light + DARK) * max(frame.sizes.y, 1.0))), MAX_REACH);
+}
+
+// What of a tile is outlined.
 @fragment
 fn tile_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     let corner = vec2<i32>(at.xy) * TILE;
-    var any = 0u;
+    var found = ALL;
     for (var i = 0; i < TILE * TILE; i += 1) {
-        any |= mask_at(corner + vec2<i32>(i % TILE, i / TILE));
+        let kind = mask_at(corner + vec2<i32>(i % TILE, i / TILE)) & KIND;
+        found |= select(ANY, 0u, kind == 0u) | select(WIDE, 0u, kind <= HOVERED);
+        found &= select(~0u, ~ALL, kind == 0u);
     }
-    return any;
+    return found;
 }
 
-fn is_near(pixel: vec2<i32>) -> bool {
+// How far one has to look from a tile for the edge of what is outlined, pixels; 0 where there
+// is none.
+@fragment
+fn edge_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
     let last = vec2<i32>(textureDimensions(tiles)) - 1;
-    let tile = pixel / TILE;
-    var any = 0u;
-    for (var i = 0; i < 9; i += 1) {
-        let beside = tile + vec2<i32>(i % 3 - 1, i / 3 - 1);
-        any |= textureLoad(tiles, clamp(beside, vec2<i32>(0), last), 0).r;
+    let tile = vec2<i32>(at.xy);
+    let around = (reach_of(SELECTED_LIGHT) + TILE - 1) / TILE;
+    var found = 0u;
+    var all = ALL;
+    for (var y = -around; y <= around; y += 1) {
+        for (var x = -around; x <= around; x += 1) {
+            let beside = clamp(tile + vec2<i32>(x, y), vec2<i32>(0), last);
+            let there = textureLoad(tiles, beside, 0).r;
+            found |= there;
+            all &= there;
+        }
     }
-    return any != 0u;
+    let reach = select(reach_of(HOVERED_LIGHT), reach_of(SELECTED_LIGHT), (found & WIDE) != 0u);
+    return select(0u, u32(reach), (found & ANY) != 0u && all == 0u);
 }
 
 @fragment
 fn outline_main(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(at.xy);
-    let here = mask_at(pixel);
     let scale = max(frame.sizes.y, 1.0);
-    let wanted = min(i32(ceil((SELECTED_LIGHT + DARK) * scale)), TILE);
-    // Far from all there is nothing to look for.
-    let reach = select(-1, wanted, here == 0u && is_near(pixel));
+    let wanted = i32(textureLoad(tiles, pixel / TILE, 0).r);
+    // Far from all edges there is nothing to look for; a rasteriser on the processor goes
+    // through loops of what is discarded.
+    let reach = select(-1, wanted, wanted > 0 && mask_at(pixel) == 0u);
     // The nearest pixel of what is outlined.
     var nearest = 1e9;
     var found = 0u;

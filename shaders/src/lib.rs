@@ -296,7 +296,7 @@ mod tests {
         check(super::SHADOW, &["vertex_main", "fragment_main", "plain_vertex_main"]);
         check(super::OCCLUSION, &["screen_main", "occlusion_main", "apply_main"]);
         check(super::MASK, &["vertex_main", "fragment_main"]);
-        check(super::OUTLINE, &["screen_main", "tile_main", "outline_main"]);
+        check(super::OUTLINE, &["screen_main", "tile_main", "edge_main", "outline_main"]);
         check(super::PANELS, &["vertex_main", "fragment_main"]);
         check(super::MORPH, &["morph_main"]);
         check(super::DENSITY, &["count_main"]);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use busbar_gpu::{
-    Area, BindGroup, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
+    Area, BindGroupLayout, Binding, Blend, ClearColor, DepthAfter, Format, Gpu, Image,
     ImageDescription, ImageKind, MAX_FRAMES_IN_FLIGHT, Pipeline, Recorder, Start, Targets,
 };
 use busbar_shaders::{FrameUniform, OUTLINE};
@@ -24,7 +24,9 @@ use crate::targets::{Mask, SceneTargets, whole};
 use crate::{CameraView, DrawInstance, Frame, Instances, Outlined, RenderError};
 
 /// As `TILE` of the shader.
-const TILE_PIXELS: u32 = 8;
+const TILE_PIXELS: u32 = 4;
+/// Tiles that outlines reach at most, as `MAX_REACH` of the shader has it in pixels.
+const REACH: u32 = 2;
 /// Pixels around a box that what is in it may be drawn in: slender things and edges are drawn
 /// a pixel wide.
 const WIDENED: f32 = 2.0;
@@ -34,6 +36,7 @@ pub(crate) struct Outlines {
     mask: MaskShading,
     section_mask: Option<MaskShading>,
     tiles: Pipeline,
+    edges: Pipeline,
     lines: Pipeline,
     streams: Vec<FrameStream>,
     roster: Roster,
@@ -52,6 +55,7 @@ impl Outlines {
     ) -> Result<Self, RenderError> {
         let groups = [&layouts.frame, &layouts.texture, &layouts.texture];
         let tiles = ("outline tiles", OUTLINE, c"tile_main");
+        let edges = ("outline edges", OUTLINE, c"edge_main");
         let lines = ("outline", OUTLINE, c"outline_main");
         let over = (gpu.picture_format(), Blend::Over);
         let streams = (0..MAX_FRAMES_IN_FLIGHT)
@@ -61,6 +65,7 @@ impl Outlines {
             mask: MaskShading::new(gpu, layouts, false)?,
             section_mask: None,
             tiles: screen_pipeline(gpu, tiles, &groups[..2], (ID_FORMAT, Blend::Replace))?,
+            edges: screen_pipeline(gpu, edges, &groups, (ID_FORMAT, Blend::Replace))?,
             lines: screen_pipeline(gpu, lines, &groups, over)?,
             streams,
             roster: Roster::default(),
@@ -132,12 +137,15 @@ impl Outlines {
         }
         drop(pass);
         recorder.sample(&[&mask.layer.image]);
-        let groups: [&BindGroup; 3] = [frame_group, &mask.layer.group, &mask.tiles.group];
+        let groups = |tiles| [frame_group, &mask.layer.group, tiles];
         let tiles = (&mask.tiles.image, reached.tiles());
-        recorder.screen_pass_in(tiles, false, &self.tiles, &groups[..2])?;
+        recorder.screen_pass_in(tiles, false, &self.tiles, &groups(&mask.tiles.group)[..2])?;
         recorder.sample(&[&mask.tiles.image]);
+        let edges = (&mask.edges.image, reached.drawn_tiles());
+        recorder.screen_pass_in(edges, false, &self.edges, &groups(&mask.tiles.group))?;
+        recorder.sample(&[&mask.edges.image]);
         let picture = (&targets.picture, reached.drawn());
-        Ok(recorder.screen_pass_in(picture, true, &self.lines, &groups)?)
+        Ok(recorder.screen_pass_in(picture, true, &self.lines, &groups(&mask.edges.group))?)
     }
 
     /// Lists the instances of which anything is outlined, and the kinds of objects.
@@ -222,21 +230,30 @@ impl Reached {
         pixels_of(self.around(more).each_ref(), TILE_PIXELS, self.size)
     }
 
-    /// Pixels that outlines are drawn in: they are no wider than a tile.
-    fn drawn(&self) -> Area {
-        self.pixels_around(1)
-    }
-
-    /// Tiles that are looked at where they are drawn.
-    fn tiles(&self) -> Area {
-        let [columns, rows] = self.around(2);
+    fn tiles_around(&self, more: u32) -> Area {
+        let [columns, rows] = self.around(more);
         let origin = [columns.start, rows.start];
         Area { origin, size: [columns.len() as u32, rows.len() as u32] }
     }
 
-    /// Pixels of these.
+    /// Pixels that outlines are drawn in.
+    fn drawn(&self) -> Area {
+        self.pixels_around(REACH)
+    }
+
+    /// Tiles of these.
+    fn drawn_tiles(&self) -> Area {
+        self.tiles_around(REACH)
+    }
+
+    /// Tiles that are looked at where they are drawn.
+    fn tiles(&self) -> Area {
+        self.tiles_around(2 * REACH)
+    }
+
+    /// Pixels of those.
     fn looked_at(&self) -> Area {
-        self.pixels_around(2)
+        self.pixels_around(2 * REACH)
     }
 }
 
@@ -260,12 +277,14 @@ fn new_mask(
     layout: &BindGroupLayout,
     size: [u32; 2],
 ) -> Result<Mask, busbar_gpu::GpuError> {
+    let layer = |name, size| Layer::new(gpu, layout, (name, ID_FORMAT), size);
     let tiles = size.map(|pixels| pixels.div_ceil(TILE_PIXELS));
     let kind = ImageKind::Target { samples: 1 };
     let format = Format::Depth32;
     Ok(Mask {
-        layer: Layer::new(gpu, layout, ("outline mask", ID_FORMAT), size)?,
-        tiles: Layer::new(gpu, layout, ("outline tiles", ID_FORMAT), tiles)?,
+        layer: layer("outline mask", size)?,
+        tiles: layer("outline tiles", tiles)?,
+        edges: layer("outline edges", tiles)?,
         depth: Image::new(gpu, ImageDescription { name: "outline depth", kind, format, size })?,
     })
 }

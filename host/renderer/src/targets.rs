@@ -25,6 +25,7 @@ pub(crate) struct SceneTargets {
 pub(crate) struct Mask {
     pub(crate) layer: Layer,
     pub(crate) tiles: Layer,
+    pub(crate) edges: Layer,
     pub(crate) depth: Image,
 }
 
