@@ -263,7 +263,7 @@ impl<'a> Gathering<'a> {
         }
         let (mut count, mut done) = (0, Ok(()));
         self.buffer.write_by(start, most * TRIANGLE_BYTES, |into| {
-            // Buffers and slices begin at multiples of 256 bytes.
+            // Index buffers begin at multiples of four bytes, and slices of them of 256.
             let places: &mut [[u32; 3]] = bytemuck::cast_slice_mut(into);
             done = parts.into_iter().try_for_each(|part| {
                 let Gathered { faces, range, first_vertex, view, skips_backs } = part;
