@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use egui::{
-    Align2, Area, Color32, Context, Frame, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui,
+    Align2, Area, Color32, Context, Frame, Id, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui,
     pos2, vec2,
 };
 
@@ -17,7 +17,8 @@ const SAMPLE: [f32; 2] = [26.0, 13.0];
 /// Height of a flag's sample, points.
 const FLAG_HEIGHT: f32 = 17.0;
 /// Of the scene's height that they take before the rest is left to scrolling.
-const MAX_SHARE: f32 = 0.7;
+const MAX_SHARE: f32 = 0.5;
+const ID: &str = "layers";
 /// How much of a plain state's colour shows on equipment.
 const PLAIN_SHARE: f32 = 0.55;
 /// Points from stripe to stripe.
@@ -80,12 +81,17 @@ pub enum Pattern {
     Dotted,
 }
 
+/// Where the layers were in the last frame: values that belong to the scene stay beside them.
+pub(crate) fn place(context: &Context, layers: &[LayerRow]) -> Option<Rect> {
+    context.memory(|memory| memory.area_rect(Id::new(ID))).filter(|_| !layers.is_empty())
+}
+
 /// Shows the layers in the lower left corner of the scene.
 pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &mut Vec<Command>) {
     if layers.is_empty() {
         return;
     }
-    let area = Area::new("layers".into()).pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
+    let area = Area::new(Id::new(ID)).pivot(Align2::LEFT_BOTTOM).constrain_to(scene);
     area.fixed_pos(scene.left_bottom() + vec2(MARGIN, -MARGIN)).show(context, |ui| {
         let frame = Frame::new()
             .fill(theme::of(context).paper)
@@ -282,3 +288,7 @@ fn dots(rect: Rect) -> impl Iterator<Item = Pos2> {
         (0..=rows).map(move |y| rect.min + vec2(x as f32 + 0.5, y as f32 + 0.5) * STEP)
     })
 }
+
+#[cfg(test)]
+#[path = "layers_tests.rs"]
+mod tests;

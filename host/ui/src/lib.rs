@@ -250,8 +250,10 @@ impl Panels {
                     *placement = Placement::default();
                 }
                 let flags = flags::placed(ui, &overlay.flags);
+                let layers = layers::place(ui.ctx(), &model.layers).filter(|_| shown);
                 let occupied: Vec<Rect> = banner
                     .into_iter()
+                    .chain(layers)
                     .chain(beacons::places(&overlay.beacons))
                     .chain(flags.iter().map(|(_, place)| *place))
                     .collect();

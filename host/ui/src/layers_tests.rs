@@ -1,0 +1,117 @@
+use egui::{Pos2, RawInput, Rect, Shape, pos2, vec2};
+
+use super::*;
+use crate::alarm_model::{AlarmRow, AlarmRows};
+use crate::equipment_model::{EquipmentRow, EquipmentRows};
+use crate::view_model::{Label, LabelLine, TagRow, TagRows, ViewModel};
+use crate::{Appearance, Lists, Panels, SceneOverlay};
+
+const SCREEN: Rect = Rect { min: Pos2::ZERO, max: pos2(1280.0, 720.0) };
+
+/// Lists without rows.
+struct Empty;
+
+impl TagRows for Empty {
+    fn len(&self) -> usize {
+        0
+    }
+
+    fn total(&self) -> usize {
+        0
+    }
+
+    fn is_cut(&self) -> bool {
+        false
+    }
+
+    fn row(&self, _: usize) -> TagRow {
+        unreachable!("there is none")
+    }
+}
+
+impl AlarmRows for Empty {
+    fn len(&self) -> usize {
+        0
+    }
+
+    fn row(&self, _: usize) -> AlarmRow {
+        unreachable!("there is none")
+    }
+
+    fn next_unacknowledged(&self) -> Option<(u32, Option<String>)> {
+        None
+    }
+}
+
+impl EquipmentRows for Empty {
+    fn len(&self) -> usize {
+        0
+    }
+
+    fn total(&self) -> usize {
+        0
+    }
+
+    fn is_cut(&self) -> bool {
+        false
+    }
+
+    fn selected(&self) -> Option<usize> {
+        None
+    }
+
+    fn row(&self, _: usize) -> EquipmentRow {
+        unreachable!("there is none")
+    }
+}
+
+/// Where texts are that begin so.
+fn texts(shape: &Shape, start: &str, into: &mut Vec<Rect>) {
+    match shape {
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, start, into)),
+        Shape::Text(text) if text.galley.text().starts_with(start) => {
+            into.push(text.visual_bounding_rect());
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn labels_stay_beside_the_layers_and_those_leave_half_of_the_scene() {
+    let row = |number: u32| LegendRow {
+        name: format!("state {number}"),
+        color: [120; 3],
+        pattern: Pattern::Solid,
+    };
+    let layers = vec![LayerRow {
+        name: "values".into(),
+        shown: true,
+        legend: (0..40).map(row).collect(),
+        ..LayerRow::default()
+    }];
+    let model = ViewModel { layers: layers.clone(), ..ViewModel::default() };
+    let lists = Lists { tags: &Empty, alarms: &Empty, equipment: &Empty };
+    let mut panels = Panels::new(true, Appearance { is_dark: false, scale: 1.0, font: None });
+    let mut titles = Vec::new();
+    // Fonts, and where things are, are known from the second on.
+    for _ in 0..4 {
+        let input = RawInput { screen_rect: Some(SCREEN), ..RawInput::default() };
+        let mut output = panels.run(input, &model, &lists, |scene, _| {
+            let label = |number: u32| Label {
+                title: format!("=Q{number}"),
+                anchor: scene.left_bottom() + vec2(100.0 + 10.0 * number as f32, -60.0),
+                lines: vec![LabelLine { caption: "P", text: "4 MW", ..LabelLine::default() }],
+                ..Label::default()
+            };
+            SceneOverlay { labels: (0..3).map(label).collect(), ..SceneOverlay::default() }
+        });
+        output.egui.textures_delta.clear();
+        titles.clear();
+        output.egui.shapes.iter().for_each(|clipped| texts(&clipped.shape, "=Q", &mut titles));
+        let place = place(panels.context(), &layers).expect("they are shown");
+        assert!(place.height() < output.viewport.height() * 0.6, "{place:?}");
+    }
+    let place = place(panels.context(), &layers).expect("they are shown");
+    assert_eq!(titles.len(), 3);
+    assert!(titles.iter().all(|title| !title.intersects(place)), "{titles:?} {place:?}");
+}
