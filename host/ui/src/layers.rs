@@ -18,6 +18,7 @@ const SAMPLE: [f32; 2] = [26.0, 13.0];
 const FLAG_HEIGHT: f32 = 17.0;
 /// Of the scene's height that they take before the rest is left to scrolling.
 const MAX_SHARE: f32 = 0.5;
+/// Of their area.
 const ID: &str = "layers";
 /// How much of a plain state's colour shows on equipment.
 const PLAIN_SHARE: f32 = 0.55;

@@ -83,7 +83,6 @@ pub(crate) fn measure(
     let mut found = Vec::new();
     for stations in [1, SOME_STATIONS, STATIONS] {
         let path = configuration((stations, "followed", &followed), scenes.bounds, folder)?;
-        let full = configuration((stations, "full", &json!(0.0)), scenes.bounds, folder)?;
         let is_asked = |view: &str| match view {
             WALKING => stations == SOME_STATIONS,
             FILLING => stations == 1,
@@ -97,6 +96,7 @@ pub(crate) fn measure(
             let mut many = measure_view(&mut drawer, cameras, rounds, stations, view)?;
             many.covered_share = covered_share(&picture)?;
             if (stations, *view) == (STATIONS, WITHIN) {
+                let full = configuration((stations, "full", &json!(0.0)), scenes.bounds, folder)?;
                 let mut detail = Drawer::start(ours, core, &full, 1)?;
                 let drawers = [&mut detail, &mut drawer];
                 many.likeness = Some(Likeness::of(drawers, cameras, &stem, pictures)?);

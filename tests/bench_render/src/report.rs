@@ -142,12 +142,13 @@ fn many_bars(many: &[Many]) -> Vec<Claim> {
     for all in many.iter().filter(|many| many.stations == STATIONS) {
         let one_from = |view| many.iter().find(|one| (one.stations, one.view) == (1, view));
         let Some(one) = one_from(all.view) else { continue };
+        let what = format!("{STATIONS} stations, {}", all.view);
+        let frame_bar = |one, which| many_frame_bar(&what, [all, one], which);
         // From above all, one covers no pixel: it is compared where it fills the picture as they do.
         bars.extend(match all.view {
-            BIRD => one_from(FILLING).map(|one| many_frame_bar(all, one, "one that fills it so")),
-            _ => Some(many_frame_bar(all, one, "one from there")),
+            BIRD => one_from(FILLING).map(|one| frame_bar(one, "one that fills it so")),
+            _ => Some(frame_bar(one, "one from there")),
         });
-        let what = format!("{STATIONS} stations, {}", all.view);
         bars.extend(all.likeness.iter().map(|likeness| likeness_bar(&what, likeness)));
         let ratio = all.peak_bytes as f64 / one.peak_bytes as f64;
         bars.push(bar(
@@ -173,14 +174,11 @@ fn many_bars(many: &[Many]) -> Vec<Claim> {
     bars
 }
 
-fn many_frame_bar(all: &Many, one: &Many, what: &str) -> Claim {
+fn many_frame_bar(what: &str, [all, one]: [&Many; 2], which: &str) -> Claim {
     let ratio = all.millis.p50 / one.millis.p50;
     let covered = [all, one].map(|many| many.covered_share * 100.0);
     bar(
-        format!(
-            "{STATIONS} stations, {}: a frame in at most {MAX_MANY_FRAME} times that of {what}",
-            all.view
-        ),
+        format!("{what}: a frame in at most {MAX_MANY_FRAME} times that of {which}"),
         ratio <= MAX_MANY_FRAME,
         format!(
             "{:.1} ms on {:.1} % of the pixels, {:.1} ms on {:.1} %: {ratio:.2} times",
