@@ -58,7 +58,11 @@ pub enum Event {
     Failed(String),
     /// The viewer is silent or gone, and how. What it last drew is dead.
     Lost(String),
-    /// The viewer is back: with its last good configuration, camera, alarms and tags.
+    /// The viewer goes on, and its picture is old: how old. It is marked until the viewer is
+    /// fast enough again, which an [`Event::Recovered`] says.
+    Late(String),
+    /// The viewer is back: with its last good configuration, camera, alarms and tags. Or it is
+    /// fast enough again.
     Recovered {
         /// Whether it is another process, which tells the states of alarms anew.
         is_another: bool,

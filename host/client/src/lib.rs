@@ -2,24 +2,32 @@
 //!
 //! The viewer is a process of its own, which a [`View`] starts, watches and starts again:
 //! nothing that happens there can touch the program that embeds it. Here is no Vulkan and
-//! no plugin, only a socket, shared memory and one thread a view. No call waits for the
-//! viewer or for a disk.
+//! no plugin, only a socket, shared memory and one thread a view, two for one in a window. No
+//! call waits for the viewer or for a disk.
+//!
+//! Nothing old passes for live: [`liveness`] decides, pictures in memory are hatched, and a
+//! [`WindowCover`] hatches what a viewer draws into an X11 window.
 
 #[cfg(not(target_os = "linux"))]
 compile_error!("unsupported system: a viewer is watched by means of Linux");
 
+mod bitmap_font;
+mod cover_thread;
+mod dead_mark;
 mod events;
-mod frames;
-mod hatch;
+pub mod liveness;
 mod outbox;
+mod pictures;
 mod process;
 mod restarts;
 mod shared;
 mod view;
 mod wanted;
 mod watch;
+mod window_cover;
 
 pub use events::Event;
-pub use frames::{Copied, Given};
+pub use pictures::{Copied, Given, PictureState};
 pub use shared::Full;
 pub use view::{Listener, Options, View};
+pub use window_cover::{CoverError, WindowCover};

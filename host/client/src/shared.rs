@@ -2,15 +2,17 @@
 //! anything under the lock that could wait.
 
 use std::os::fd::OwnedFd;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_protocol::message::Command;
+use busbar_protocol::pictures::PictureMemory;
 use rustix::event::{EventfdFlags, eventfd};
 
 use crate::events::{Event, Events};
-use crate::frames::Frames;
+use crate::liveness::Liveness;
 use crate::outbox::Outbox;
+use crate::pictures::Frames;
 use crate::view::Listener;
 use crate::wanted::Wanted;
 
@@ -31,7 +33,14 @@ pub(crate) struct Shared {
     pub(crate) is_closing: AtomicBool,
     /// The viewer's process, 0 for none.
     pub(crate) viewer_id: AtomicU32,
+    /// Memory of the viewer that runs, in which it confirms its picture.
+    memory: Mutex<Option<PictureMemory>>,
+    /// Last verdict on the viewer, as a number of [`VERDICTS`].
+    verdict: AtomicU8,
 }
+
+/// Verdicts in the order of their numbers.
+const VERDICTS: [Liveness; 4] = [Liveness::Lost, Liveness::Live, Liveness::Late, Liveness::Hung];
 
 /// Too much waits for the viewer already. Nothing was done: try again later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +66,8 @@ impl Shared {
             wakes: eventfd(0, flags)?,
             is_closing: AtomicBool::new(false),
             viewer_id: AtomicU32::new(0),
+            memory: Mutex::default(),
+            verdict: AtomicU8::new(0),
         })
     }
 
@@ -99,6 +110,30 @@ impl Shared {
         if !lock(&self.events).is_empty() {
             raise(&self.wakes);
         }
+    }
+
+    /// From here on this viewer's picture counts; none for no viewer.
+    pub(crate) fn set_viewer(&self, process: u32, memory: Option<PictureMemory>) {
+        self.viewer_id.store(process, Ordering::Release);
+        *lock(&self.memory) = memory;
+    }
+
+    /// Instant of the values in the running viewer's picture, on the clock since boot. None
+    /// without a viewer, or before its first picture.
+    pub(crate) fn picture_true_at(&self) -> Option<u64> {
+        let true_at = lock(&self.memory).as_ref()?.last_true();
+        (true_at != 0).then_some(true_at)
+    }
+
+    /// Last verdict on the viewer; one that was never there is lost.
+    pub(crate) fn verdict(&self) -> Liveness {
+        let number = usize::from(self.verdict.load(Ordering::Acquire));
+        VERDICTS.get(number).copied().unwrap_or(Liveness::Lost)
+    }
+
+    pub(crate) fn set_verdict(&self, verdict: Liveness) {
+        let number = VERDICTS.iter().position(|other| *other == verdict).unwrap_or(0);
+        self.verdict.store(number as u8, Ordering::Release);
     }
 
     pub(crate) fn is_closing(&self) -> bool {

@@ -9,12 +9,14 @@ use std::time::Duration;
 
 use busbar_protocol::message::{Command, Target};
 
+use crate::cover_thread::CoverThread;
 use crate::events::Event;
-use crate::frames::{Copied, Given};
+use crate::liveness::LivenessLimits;
+use crate::pictures::{Copied, Given};
 use crate::restarts::Restarts;
 use crate::shared::{Full, Shared, lock, raise};
 use crate::wanted::Wanted;
-use crate::watch::{Patience, Watch};
+use crate::watch::Watch;
 
 /// Told what waits, each time with how many events were dropped before it; what it leaves
 /// it is told again.
@@ -35,9 +37,11 @@ pub struct Options {
     pub panels: bool,
     /// Who acts on alarms, for the audit log; may be empty.
     pub operator: String,
-    /// After so long without a sign of life the picture is dead.
+    /// Age from which what the picture shows is not live: the picture is marked.
     pub silent: Duration,
-    /// After so long the viewer is ended and started again; at least `silent`.
+    /// Time without heartbeat and without progress of its process after which the viewer is ended
+    /// and started again; at least `silent`. One that makes progress is ended by the limits of
+    /// [`crate::liveness`].
     pub hung: Duration,
     /// The longest delay before a viewer that keeps ending is started again.
     pub longest_delay: Duration,
@@ -60,10 +64,15 @@ impl View {
         wanted.panels = options.panels;
         wanted.operator = options.operator;
         let shared = Arc::new(Shared::new(wanted)?);
-        let (patience, restarts) = (Patience { silent, hung }, Restarts::new(longest_delay));
-        let watch = Watch::new(shared.clone(), program, patience, restarts);
+        let (limits, restarts) = (LivenessLimits { silent, hung }, Restarts::new(longest_delay));
+        let watch = Watch::new(shared.clone(), program, limits, restarts);
+        let view = Self { shared: shared.clone(), silent };
+        if let Target::Window(window) = options.target {
+            let cover = CoverThread::new(shared, window, silent);
+            std::thread::Builder::new().name("busbar cover".into()).spawn(move || cover.run())?;
+        }
         std::thread::Builder::new().name("busbar view".into()).spawn(move || watch.run())?;
-        Ok(Self { shared, silent })
+        Ok(view)
     }
 
     /// Puts a command on its way. It must be checked ([`Command::check`]). What the viewer
@@ -92,14 +101,14 @@ impl View {
         raise(&self.shared.wakes);
     }
 
-    /// The newest picture, marked where it is dead. None before the first.
+    /// The newest picture, marked where it is not live. None before the first.
     pub fn frame(&self) -> Option<Given> {
-        lock(&self.shared.frames).give(self.silent)
+        lock(&self.shared.frames).give(self.silent, self.shared.verdict())
     }
 
-    /// Copies the newest picture, unmarked, where it is live and new. None before the first.
+    /// Copies the newest picture, unmarked, where it is new and not dead. None before the first.
     pub fn copy_frame(&self, pixels: &mut Vec<u8>) -> Option<Copied> {
-        lock(&self.shared.frames).copy(self.silent, pixels)
+        lock(&self.shared.frames).copy(self.silent, self.shared.verdict(), pixels)
     }
 
     /// The configuration that is shown.

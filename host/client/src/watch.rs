@@ -3,14 +3,16 @@
 use std::ffi::OsString;
 use std::process::Child;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use busbar_protocol::message::{FromViewer, ToViewer};
 use busbar_protocol::pictures::now;
+use busbar_protocol::progress::Activity;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use crate::cover_thread::MIN_LIVE;
 use crate::events::Event;
+use crate::liveness::{Beats, Liveness, LivenessLimits, LivenessWatch, SignsOfLife, assess};
 use crate::process::{Viewer, ending};
 use crate::restarts::Restarts;
 use crate::shared::{Shared, lock, lower};
@@ -19,37 +21,33 @@ use crate::shared::{Shared, lock, lower};
 const LOOK_PERIOD: Duration = Duration::from_millis(25);
 /// From a viewer's start to its first picture at most: optimisers may have much to do.
 const MAX_START: Duration = Duration::from_secs(300);
-/// From a viewer's start to its first sign of life at most: it may have to wait for the disk
-/// and the processor. From there to the first picture it shows signs of life by itself.
+/// The longest time without heartbeat and progress before the first picture: a process that
+/// starts may have to wait for the disk and the processor.
 const MAX_START_SILENCE: Duration = Duration::from_secs(10);
 /// Viewers that were killed and are not gone yet; with more, none is started.
 const MAX_DYING: usize = 8;
 /// How long the end of a viewer is waited for when a view is closed.
 const CLOSE_GRACE: Duration = Duration::from_secs(2);
 
-/// When a viewer is taken for dead.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Patience {
-    pub(crate) silent: Duration,
-    pub(crate) hung: Duration,
-}
-
 pub(crate) struct Watch {
     shared: Arc<Shared>,
     program: OsString,
-    patience: Patience,
+    limits: LivenessLimits,
     restarts: Restarts,
     viewer: Option<Running>,
     /// When the next is to be started, without one.
     due: Instant,
     dying: Vec<Child>,
-    /// Whether the program was told that the viewer is lost, and not yet that it is back.
-    is_lost: bool,
+    /// What the program was told last of the picture: live, late or lost.
+    told: Liveness,
+    /// Since when the picture has been live without a pause.
+    live_since: Option<Instant>,
     was_ever_ready: bool,
 }
 
 struct Running {
     viewer: Viewer,
+    life: LivenessWatch,
     started: Instant,
     is_ready: bool,
     /// Whether it told why it ends.
@@ -60,18 +58,19 @@ impl Watch {
     pub(crate) fn new(
         shared: Arc<Shared>,
         program: OsString,
-        patience: Patience,
+        limits: LivenessLimits,
         restarts: Restarts,
     ) -> Self {
         Self {
             shared,
             program,
-            patience,
+            limits,
             restarts,
             viewer: None,
             due: Instant::now(),
             dying: Vec::new(),
-            is_lost: false,
+            told: Liveness::Live,
+            live_since: None,
             was_ever_ready: false,
         }
     }
@@ -99,10 +98,11 @@ impl Watch {
         match Viewer::start(&self.program, &wanted) {
             Ok((viewer, reader)) => {
                 lock(&self.shared.frames).follow(reader);
-                self.shared.viewer_id.store(viewer.id(), Ordering::Release);
+                self.shared.set_viewer(viewer.id(), Some(viewer.memory().clone()));
                 let started = Instant::now();
-                self.viewer =
-                    Some(Running { viewer, started, is_ready: false, has_said_why: false });
+                let life = LivenessWatch::new(viewer.id(), started);
+                let (is_ready, has_said_why) = (false, false);
+                self.viewer = Some(Running { viewer, life, started, is_ready, has_said_why });
             }
             Err(why) => {
                 self.shared.tell(Event::Error(why));
@@ -185,49 +185,74 @@ impl Watch {
         if let Some(running) = &mut self.viewer {
             running.is_ready = true;
         }
-        self.is_lost = false;
+        self.told = Liveness::Live;
         self.shared.tell(match std::mem::replace(&mut self.was_ever_ready, true) {
             true => Event::Recovered { is_another: true, how: device },
             false => Event::Ready { device },
         });
     }
 
-    /// Notes silence, and ends a viewer that hangs.
+    /// Judges the viewer by its signs of life, and ends one that hangs.
     fn look_for_life(&mut self) {
-        let Some(running) = &self.viewer else { return };
-        let memory = running.viewer.memory();
-        let since = |then: u64| Duration::from_nanos(now().saturating_sub(then));
-        let silence = since(memory.last_beat()).min(running.started.elapsed());
-        let patience = match running.is_ready {
-            true => self.patience.hung,
-            false => self.patience.hung.max(MAX_START_SILENCE),
-        };
-        if silence >= patience {
-            let why = format!("silent for {} ms", silence.as_millis());
-            return self.lose(&why);
-        }
+        let Some(running) = &mut self.viewer else { return };
+        let signs = running.look();
         if !running.is_ready {
-            if running.started.elapsed() >= MAX_START {
-                self.lose(&format!("no picture within {} s", MAX_START.as_secs()));
-            }
+            return self.look_at_start(signs);
+        }
+        let verdict = assess(&signs, &self.limits);
+        let before = self.shared.verdict();
+        self.shared.set_verdict(verdict);
+        if verdict == Liveness::Hung {
+            return self.lose(&why_hung(&signs));
+        }
+        if verdict != before {
+            // The picture is marked, or is not any more.
+            self.shared.tell(Event::Frame);
+        }
+        self.tell_verdict(verdict, &signs);
+    }
+
+    /// Ends a viewer that hangs before its first picture.
+    fn look_at_start(&mut self, signs: SignsOfLife) {
+        let Some(running) = &self.viewer else { return };
+        let silence = signs.without_heartbeat.min(signs.without_progress);
+        if silence >= self.limits.hung.max(MAX_START_SILENCE) {
+            self.lose(&format!("silent for {} ms", silence.as_millis()));
+        } else if running.started.elapsed() >= MAX_START {
+            self.lose(&format!("no picture within {} s", MAX_START.as_secs()));
+        }
+    }
+
+    /// Tells the program of a picture that is late or lost, and of one that is live again for
+    /// longer than [`MIN_LIVE`].
+    fn tell_verdict(&mut self, verdict: Liveness, signs: &SignsOfLife) {
+        if verdict != Liveness::Live {
+            self.live_since = None;
+        }
+        if verdict == self.told {
             return;
         }
-        let age = since(memory.last_confirmed());
-        let is_silent = age >= self.patience.silent;
-        if is_silent && !std::mem::replace(&mut self.is_lost, true) {
-            let words = format!("no picture for {} ms", age.as_millis());
-            self.shared.tell(Event::Lost(words));
-            self.shared.tell(Event::Frame);
-        } else if !is_silent && std::mem::replace(&mut self.is_lost, false) {
-            self.shared.tell(Event::Recovered { is_another: false, how: "it goes on".into() });
-            self.shared.tell(Event::Frame);
-        }
+        let age = signs.picture_age.unwrap_or_default().as_millis();
+        let event = match verdict {
+            Liveness::Live => {
+                let since = *self.live_since.get_or_insert_with(Instant::now);
+                if since.elapsed() < MIN_LIVE {
+                    return;
+                }
+                Event::Recovered { is_another: false, how: "it goes on".into() }
+            }
+            Liveness::Late => Event::Late(format!("the picture is of {age} ms ago")),
+            _ => Event::Lost(format!("no picture for {age} ms")),
+        };
+        self.told = verdict;
+        self.shared.tell(event);
     }
 
     /// Ends what is left of a viewer, and sees to the next one.
     fn lose(&mut self, why: &str) {
         let Some(running) = self.viewer.take() else { return };
-        self.shared.viewer_id.store(0, Ordering::Release);
+        self.shared.set_viewer(0, None);
+        self.shared.set_verdict(Liveness::Lost);
         lock(&self.shared.frames).let_go();
         let was_ready = running.is_ready;
         let has_said_why = running.has_said_why;
@@ -241,7 +266,8 @@ impl Watch {
         };
         self.due = Instant::now() + self.restarts.note(Instant::now());
         // One that was never there is no loss; why is told by an error.
-        if was_ready && !std::mem::replace(&mut self.is_lost, true) {
+        self.live_since = None;
+        if was_ready && std::mem::replace(&mut self.told, Liveness::Lost) != Liveness::Lost {
             self.shared.tell(Event::Lost(why));
             self.shared.tell(Event::Frame);
         } else if !has_said_why {
@@ -267,5 +293,31 @@ impl Watch {
             std::thread::sleep(Duration::from_millis(1));
         }
         self.dying.is_empty()
+    }
+}
+
+impl Running {
+    /// Takes a look at the viewer's signs of life.
+    fn look(&mut self) -> SignsOfLife {
+        let memory = self.viewer.memory();
+        let beats = Beats {
+            heartbeat: memory.last_beat(),
+            frame: memory.last_turn(),
+            frame_time: memory.turn_time(),
+            picture_true_at: memory.last_true(),
+        };
+        self.life.look(beats, now(), Instant::now())
+    }
+}
+
+/// Reason for which a viewer is ended, in words.
+fn why_hung(signs: &SignsOfLife) -> String {
+    let (silence, frame) = (signs.without_heartbeat.as_millis(), signs.without_frame.as_millis());
+    match signs.activity {
+        Activity::Stopped => format!("stopped by a signal for {frame} ms"),
+        _ if signs.without_heartbeat >= signs.without_frame => {
+            format!("silent for {silence} ms without progress")
+        }
+        _ => format!("no frame for {frame} ms"),
     }
 }

@@ -19,11 +19,14 @@ pub const BUSBAR_VIEW_FAULT: i32 = -4;
 /// Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 pub const BUSBAR_VIEW_PANELS: u32 = 1;
 
-/// The picture is of now.
+/// The picture shows values that were read at most `silent_millis` ago.
 pub const BUSBAR_VIEW_LIVE: u32 = 0;
-/// The picture is old: no value in it may be relied on. The library has taken its colour and
-/// hatched it.
+/// The viewer is silent or gone: no value in the picture may be relied on. The library has taken
+/// its colour and hatched it.
 pub const BUSBAR_VIEW_DEAD: u32 = 1;
+/// The viewer goes on, and is too slow: the picture shows values that were read more than
+/// `silent_millis` ago. The library has taken its colour and hatched it, as a dead one.
+pub const BUSBAR_VIEW_LATE: u32 = 2;
 
 /// Usable.
 pub const BUSBAR_VIEW_GOOD: u32 = 0;
@@ -69,9 +72,12 @@ pub const BUSBAR_VIEW_QUALITY: u32 = 8;
 pub const BUSBAR_VIEW_PLUGIN: u32 = 9;
 /// Something could not be done, or goes wrong; `text` says what, and what helps.
 pub const BUSBAR_VIEW_ERROR: u32 = 10;
-/// The viewer is silent or gone; `text` says how. What it last drew is dead.
+/// The picture is not live; `text` says how. `state`: BUSBAR_VIEW_DEAD where the viewer is silent
+/// or gone, BUSBAR_VIEW_LATE where it goes on too slowly. In a window the library has covered the
+/// picture with hatching, in memory it hatches it: say beside it that it is not live.
 pub const BUSBAR_VIEW_LOST: u32 = 11;
-/// The viewer is back: with its last good configuration, camera, alarms and tags.
+/// The picture is live again. Of another viewer it is with its last good configuration, camera,
+/// alarms and tags.
 pub const BUSBAR_VIEW_RECOVERED: u32 = 12;
 /// The configuration `id` is shown from here on.
 pub const BUSBAR_VIEW_RELOADED: u32 = 13;
@@ -110,10 +116,15 @@ pub struct BusbarViewOptions {
     pub height: u32,
     /// X11 window to draw into; 0 draws offscreen.
     pub window: u32,
-    /// After so many milliseconds without a sign of life the picture is dead; 0 for 500.
+    /// Milliseconds since the values in the picture were read after which it is not live: it is
+    /// hatched; 0 for 500. A window is covered at most 50 ms later, on a machine with a CPU to
+    /// spare.
     pub silent_millis: u32,
-    /// After so many the viewer is ended and started again; 0 for 1000. At least
-    /// silent_millis.
+    /// Milliseconds without a heartbeat and without progress of its process after which the
+    /// viewer is ended and started again; 0 for 1000. At least silent_millis. A viewer that
+    /// makes progress is slow and not hung: it is ended after 30 s without a frame, one that
+    /// sleeps after 5 s, one that a signal stopped after 10 s; later where hung_millis is more,
+    /// or where its last frames took more than an eighth of that.
     pub hung_millis: u32,
     /// The longest delay before a viewer that keeps dying is started again, milliseconds;
     /// 0 for 5000.
@@ -159,7 +170,7 @@ pub struct BusbarViewEvent {
 pub struct BusbarViewFrame {
     /// Size of this struct, bytes; set it before the call.
     pub struct_size: u32,
-    /// BUSBAR_VIEW_LIVE or BUSBAR_VIEW_DEAD.
+    /// BUSBAR_VIEW_LIVE, BUSBAR_VIEW_LATE or BUSBAR_VIEW_DEAD.
     pub state: u32,
     /// Pixels in a row; 0 where there is no picture yet.
     pub width: u32,
@@ -175,7 +186,7 @@ pub struct BusbarViewFrame {
     pub damage_width: u32,
     /// Its rows.
     pub damage_height: u32,
-    /// How long ago the picture was true, milliseconds.
+    /// Milliseconds since the values that the picture shows were read.
     pub age_millis: u32,
     /// Number of the picture in its viewer, from 1.
     pub sequence: u64,

@@ -8,7 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use busbar_client::{Given, Options};
+use busbar_client::{Given, Options, PictureState};
 use busbar_protocol::message::Target;
 use busbar_protocol::pictures::{PIXEL_BYTES, bytes_of};
 
@@ -47,8 +47,8 @@ pub extern "C" fn busbar_view_abi() -> u32 {
 
 /// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it.
 /// Whatever is wrong with the configuration comes as BUSBAR_VIEW_ERROR; the viewer is then
-/// tried again, less and less often. The library has one thread a view and must not be
-/// unloaded. Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
+/// tried again, less and less often. The library has one thread a view, two for one in a window,
+/// and must not be unloaded. Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
 ///
 /// # Safety
 /// `options` points to a struct as its `struct_size` says, with texts that end with a zero
@@ -230,7 +230,7 @@ pub unsafe extern "C" fn busbar_view_dispatch(view: *const BusbarView) -> i32 {
 
 /// Gives the newest picture of a view without a window: 1 where it differs from that of the
 /// call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first. A
-/// picture that is old is marked by the library: see BUSBAR_VIEW_DEAD.
+/// picture that is old is marked by the library: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
 ///
 /// # Safety
 /// `view` is null or open; `frame` points to a struct as its `struct_size` says. One thread
@@ -263,7 +263,11 @@ fn to_frame(given: &Given, struct_size: u32) -> BusbarViewFrame {
     let ([width, height], damage) = (given.numbers.size, given.numbers.damage);
     BusbarViewFrame {
         struct_size,
-        state: if given.is_dead { BUSBAR_VIEW_DEAD } else { BUSBAR_VIEW_LIVE },
+        state: match given.state {
+            PictureState::Live => BUSBAR_VIEW_LIVE,
+            PictureState::Late => BUSBAR_VIEW_LATE,
+            PictureState::Dead => BUSBAR_VIEW_DEAD,
+        },
         width,
         height,
         stride: width * PIXEL_BYTES as u32,

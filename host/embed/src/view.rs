@@ -135,7 +135,14 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
         }
         Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
         Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
-        Event::Lost(how) => (BUSBAR_VIEW_LOST, none, how),
+        Event::Lost(how) => {
+            told.state = BUSBAR_VIEW_DEAD;
+            (BUSBAR_VIEW_LOST, none, how)
+        }
+        Event::Late(how) => {
+            told.state = BUSBAR_VIEW_LATE;
+            (BUSBAR_VIEW_LOST, none, how)
+        }
         Event::Recovered { how, .. } => (BUSBAR_VIEW_RECOVERED, none, how),
         Event::Reloaded(config) => (BUSBAR_VIEW_RELOADED, config, none),
     };

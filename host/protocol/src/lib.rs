@@ -2,7 +2,8 @@
 //!
 //! [`framing`] makes messages of bytes, [`socket`] carries them with descriptors,
 //! [`memory`] is shared. Those serve a plugin's process as well; [`message`] and
-//! [`pictures`] are what a host program's library and its viewer share.
+//! [`pictures`] are what a host program's library and its viewer share. [`progress`] tells a
+//! process that is slow from one that hangs.
 //!
 //! Invariant: nothing that comes from the other side is used before it is checked: a
 //! length before memory is taken for it, a size before a pixel is reached by it.
@@ -15,4 +16,5 @@ pub mod framing;
 pub mod memory;
 pub mod message;
 pub mod pictures;
+pub mod progress;
 pub mod socket;

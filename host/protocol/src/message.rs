@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 2;
+pub const PROTOCOL_VERSION: u32 = 3;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.

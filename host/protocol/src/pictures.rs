@@ -9,6 +9,7 @@ use std::fs::File;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use memmap2::MmapRaw;
 use rustix::time::{ClockId, clock_gettime};
@@ -28,14 +29,19 @@ const HEADER_BYTES: usize = 4096;
 const MEMORY_BYTES: u64 = (HEADER_BYTES + PICTURES * MAX_PICTURE_BYTES) as u64;
 /// Words of the header: which picture lies between the two sides, with [`IS_NEW`].
 const BETWEEN: usize = 0;
-/// When the viewer last showed that it goes on.
+/// Instant of the last beat of the viewer's heartbeat.
 const BEAT: usize = 8;
 /// The instant of the values in the picture, and when it was shown or found to be so still.
 const TRUE_AT: usize = 16;
 const CONFIRMED: usize = 24;
+/// End of the last turn of the frame loop, and its duration.
+const TURN: usize = 32;
+const TURN_NANOS: usize = 33;
 /// Numbers of the first picture; those of the others follow.
 const NUMBERS: usize = 40;
 const NUMBERS_A_PICTURE: usize = 8;
+/// Place of the instant of a picture's values among its numbers.
+const NUMBER_TRUE_AT: usize = 7;
 /// Set where the reader has not taken the picture between.
 const IS_NEW: u64 = 4;
 
@@ -61,6 +67,8 @@ pub struct Numbers {
     pub sequence: u64,
     /// What may differ from the picture that the reader took before.
     pub damage: Area,
+    /// Instant of the values that the picture was drawn of, on the clock of [`now`].
+    pub true_at: u64,
 }
 
 /// The memory of pictures.
@@ -122,14 +130,31 @@ impl PictureMemory {
         Ok(Self { map: Arc::new(MmapRaw::map_raw(file)?) })
     }
 
-    /// Shows that the viewer goes on.
+    /// Beats: the viewer's process goes on, whatever its frame loop does.
     pub fn beat(&self) {
         self.word(BEAT).store(now(), Ordering::Release);
     }
 
-    /// When it last did, on the clock of [`now`]; 0 for never.
+    /// Instant of the last beat, on the clock of [`now`]; 0 for never.
     pub fn last_beat(&self) -> u64 {
         self.word(BEAT).load(Ordering::Acquire)
+    }
+
+    /// Notes that the frame loop has finished a turn, with a picture of now or without.
+    pub fn note_turn(&self, took: Duration) {
+        let nanos = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+        self.word(TURN_NANOS).store(nanos, Ordering::Relaxed);
+        self.word(TURN).store(now(), Ordering::Release);
+    }
+
+    /// End of the frame loop's last turn, on the clock of [`now`]; 0 for never.
+    pub fn last_turn(&self) -> u64 {
+        self.word(TURN).load(Ordering::Acquire)
+    }
+
+    /// Duration of the frame loop's last turn.
+    pub fn turn_time(&self) -> Duration {
+        Duration::from_nanos(self.word(TURN_NANOS).load(Ordering::Relaxed))
     }
 
     /// The instant of the values that the picture shows, likewise.
@@ -161,7 +186,7 @@ impl PictureMemory {
         unsafe { self.map.as_mut_ptr().add(HEADER_BYTES + picture * MAX_PICTURE_BYTES) }
     }
 
-    fn numbers(&self, picture: usize) -> [&AtomicU64; 7] {
+    fn numbers(&self, picture: usize) -> [&AtomicU64; NUMBERS_A_PICTURE] {
         std::array::from_fn(|i| self.word(NUMBERS + picture * NUMBERS_A_PICTURE + i))
     }
 
@@ -210,8 +235,10 @@ impl PictureWriter {
         let words = self.memory.numbers(self.own);
         words[0].store(self.sequence, Ordering::Relaxed);
         words[1..].iter().zip(pairs).for_each(|(word, n)| word.store(n, Ordering::Relaxed));
-        self.memory.confirm(at);
+        words[NUMBER_TRUE_AT].store(at, Ordering::Relaxed);
         let (own, was_new) = self.memory.exchange(self.own, true);
+        // Only now: a reader that still has the picture before must not take this for its own.
+        self.memory.confirm(at);
         self.own = own;
         if !was_new {
             // The one before was taken: only what came after it is damage from here on.
@@ -266,16 +293,26 @@ impl PictureReader {
         Some(numbers)
     }
 
+    /// Instant of the values that the picture taken last shows: that it was drawn of, or a later
+    /// one at which the viewer found it to be the same. None before the first.
+    pub fn true_at(&self) -> Option<u64> {
+        let own = self.numbers?.true_at;
+        let confirmed = self.memory.last_true();
+        // One that was published since may be what was confirmed.
+        let is_newest = self.memory.word(BETWEEN).load(Ordering::Acquire) & IS_NEW == 0;
+        Some(if is_newest { own.max(confirmed) } else { own })
+    }
+
     /// None where they name no picture.
     fn read_numbers(&self) -> Option<Numbers> {
-        let [sequence, rest @ ..] =
+        let [sequence, rest @ .., true_at] =
             self.memory.numbers(self.own).map(|w| w.load(Ordering::Relaxed));
         let rest = rest.map(|number| u32::try_from(number).unwrap_or(u32::MAX));
         let [width, height, x, y, columns, rows] = rest;
         bytes_of([width, height])?;
         let (x, y) = (x.min(width), y.min(height));
         let damage = Area { x, y, width: columns.min(width - x), height: rows.min(height - y) };
-        Some(Numbers { size: [width, height], sequence, damage })
+        Some(Numbers { size: [width, height], sequence, damage, true_at })
     }
 }
 

@@ -4,25 +4,29 @@
 //! pictures, and ends it by closing the socket. Nothing here waits for the host program:
 //! one that is stopped or slow costs a bounded amount of memory.
 
-mod beater;
 mod channel;
 mod commands;
+mod heartbeat;
 mod input;
 mod offscreen;
 mod watch;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 pub use busbar_protocol::message::Target;
 use busbar_protocol::message::{Begin, Command, FromViewer, PROTOCOL_VERSION};
-use busbar_protocol::pictures::PictureMemory;
+use busbar_protocol::pictures::{self, PictureMemory};
 
 use crate::reload::{Loading, Outcome};
 use crate::{LoadError, LoadedScene, Viewer};
-use beater::Beater;
 use channel::Channel;
+use heartbeat::Heartbeat;
 use watch::Watch;
+
+/// Duration of a turn of the frame loop from which a window's frame is waited for before it is
+/// confirmed: frames in flight are then too old to be taken for shown.
+const SLOW_TURN: Duration = Duration::from_millis(80);
 
 /// The host program's end.
 pub struct Embedded {
@@ -36,8 +40,23 @@ pub struct Embedded {
     /// Asked for meanwhile.
     next_reload: Option<String>,
     is_visible: bool,
-    /// Until the first frame of a scene is done, which may take long.
-    starting: Option<Beater>,
+    turn: Turn,
+    _heartbeat: Heartbeat,
+}
+
+/// One turn of the frame loop.
+struct Turn {
+    began: Instant,
+    /// Its beginning on the clock since boot: no tag value in its frame is read before.
+    began_at: u64,
+    /// Whether the window shows its frame, so that the picture is of `began_at`.
+    is_true: bool,
+}
+
+impl Turn {
+    fn begin() -> Self {
+        Self { began: Instant::now(), began_at: pictures::now(), is_true: false }
+    }
 }
 
 /// What the loop around a view has to do itself.
@@ -68,13 +87,14 @@ impl Embedded {
         Ok(Self {
             channel,
             begin,
+            _heartbeat: Heartbeat::start(&memory),
             memory: Some(memory),
             watch: Watch::default(),
             reloading: None,
             reload_path: String::new(),
             next_reload: None,
             is_visible: true,
-            starting: None,
+            turn: Turn::begin(),
         })
     }
 
@@ -103,13 +123,11 @@ impl Embedded {
         self.channel.set_waker(wake);
     }
 
-    /// Loads the configuration, and shows the host program meanwhile that this process
-    /// goes on.
+    /// Loads the configuration.
     ///
     /// # Errors
     /// The configuration's faults; the host program has been told.
     pub fn load(&mut self) -> Result<LoadedScene, LoadError> {
-        self.starting = self.memory.as_ref().map(Beater::start);
         let path = PathBuf::from(&self.begin.config);
         LoadedScene::load(&path, &|_, _, _| {}).inspect_err(|error| {
             self.fail(&error.to_string());
@@ -143,19 +161,27 @@ impl Embedded {
         self.watch = Watch::default();
     }
 
-    /// Shows that the view goes on; with `is_true`, that its picture is of now.
-    pub fn beat(&self, is_true: bool) {
-        if let Some(memory) = &self.memory {
-            memory.beat();
-            if is_true {
-                memory.confirm(busbar_protocol::pictures::now());
-            }
+    /// Notes that a frame is drawn; with `is_true`, that the window shows it. The end of the turn
+    /// ([`Embedded::report`]) confirms it.
+    pub fn beat(&mut self, is_true: bool) {
+        self.turn.is_true = is_true;
+    }
+
+    /// Tells the library that the frame loop goes on, and of which instant the picture is.
+    fn finish_turn(&mut self, viewer: &mut Viewer) {
+        let Some(memory) = &self.memory else { return };
+        let Turn { began, began_at, is_true } = self.turn;
+        if is_true && (began.elapsed() < SLOW_TURN || viewer.finish_frame()) {
+            memory.confirm(began_at);
         }
+        self.turn.is_true = false;
+        memory.note_turn(began.elapsed());
     }
 
     /// Does what the host program asked since, as far as the view can; the rest is the
     /// loop's. None when the host program has let go: the process ends.
     pub fn obey(&mut self, viewer: &mut Viewer) -> Option<Pass> {
+        self.turn = Turn::begin();
         let mut pass = Pass::default();
         for command in self.channel.take()? {
             pass.is_due = true;
@@ -210,7 +236,7 @@ impl Embedded {
 
     /// Tells the host program what a frame changed.
     pub fn report(&mut self, viewer: &mut Viewer) {
-        self.starting = None;
+        self.finish_turn(viewer);
         let happened = self.watch.look(viewer);
         self.channel.tell(happened);
         self.channel.flush();

@@ -75,11 +75,11 @@ fn numbers_that_name_no_picture_are_not_followed() {
     let (file, memory) = PictureMemory::create().unwrap();
     let mut reader = PictureReader::new(PictureMemory::open(&file).unwrap());
     for (numbers, is_picture) in [
-        ([1, 8, 8, 0, 0, 8, 8], true),
-        ([1, u64::MAX, 8, 0, 0, 8, 8], false),
-        ([1, 8192, 8192, 0, 0, 0, 0], false),
-        ([1, 0, 8, 0, 0, 0, 0], false),
-        ([1, 8, 8, 7, 9, u64::MAX, 5], true),
+        ([1, 8, 8, 0, 0, 8, 8, 1], true),
+        ([1, u64::MAX, 8, 0, 0, 8, 8, 1], false),
+        ([1, 8192, 8192, 0, 0, 0, 0, 1], false),
+        ([1, 0, 8, 0, 0, 0, 0, 1], false),
+        ([1, 8, 8, 7, 9, u64::MAX, 5, u64::MAX], true),
     ] {
         for picture in 0..PICTURES {
             let words = memory.numbers(picture);
@@ -93,6 +93,44 @@ fn numbers_that_name_no_picture_are_not_followed() {
     }
     memory.word(BETWEEN).store(IS_NEW | 3, Ordering::Release);
     assert!(!reader.take(), "there is no fourth picture");
+}
+
+/// A picture is as old as what it shows: neither when it came nor what was confirmed of another
+/// one makes it younger.
+#[test]
+fn a_picture_carries_the_instant_of_its_values() {
+    let (mut writer, mut reader) = both_sides();
+    assert_eq!(reader.true_at(), None);
+    let publish = |writer: &mut PictureWriter, at| {
+        writer.publish([8, 8], area([0, 0, 8, 8]), at, |_| {}).unwrap();
+    };
+    publish(&mut writer, 10);
+    assert!(reader.take());
+    assert_eq!(reader.true_at(), Some(10));
+    writer.memory().confirm(20);
+    assert_eq!(reader.true_at(), Some(20), "it is the same still");
+    publish(&mut writer, 30);
+    writer.memory().confirm(40);
+    assert_eq!(reader.true_at(), Some(10), "that is of the next picture");
+    assert!(reader.take());
+    assert_eq!(reader.true_at(), Some(40));
+    assert!(!reader.take());
+    // A frame that took long shows what was so at its beginning.
+    publish(&mut writer, 35);
+    assert!(reader.take());
+    assert_eq!(reader.picture().unwrap().0.true_at, 35);
+}
+
+#[test]
+fn turns_of_the_frame_loop_are_told_apart_from_the_heartbeat() {
+    let (_, memory) = PictureMemory::create().unwrap();
+    assert_eq!((memory.last_beat(), memory.last_turn()), (0, 0));
+    memory.beat();
+    assert!(memory.last_beat() > 0);
+    assert_eq!(memory.last_turn(), 0);
+    memory.note_turn(Duration::from_millis(70));
+    assert!(memory.last_turn() >= memory.last_beat());
+    assert_eq!(memory.turn_time(), Duration::from_millis(70));
 }
 
 #[test]

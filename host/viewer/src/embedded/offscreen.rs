@@ -11,7 +11,7 @@ use crate::{LoadedScene, Picture, RenderError, ViewError, Viewer};
 /// Live values are drawn this often though nothing is asked.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// Where nobody can see the picture: often enough that it is never taken for dead.
-const HIDDEN_PERIOD: Duration = Duration::from_millis(300);
+const HIDDEN_PERIOD: Duration = Duration::from_millis(200);
 /// Frames come no faster than this.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
@@ -28,19 +28,18 @@ impl Embedded {
         let (mut last, started) = (None, Instant::now());
         let (mut hands, mut trouble) = (Hands::default(), None);
         loop {
-            let began = Instant::now();
             let Some(pass) = self.obey(&mut viewer) else { return Ok(()) };
+            let began = self.turn.began;
             let Pass { size: wanted, input: done, .. } = pass;
             size = wanted.unwrap_or(size);
             viewer.resize_offscreen(size);
             let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
             hands.act(&mut input, done);
-            let true_at = pictures::now();
             let frame = viewer.frame(input).inspect_err(|error| self.fail(&error.to_string()))?;
             if frame.trouble.is_none() {
                 match viewer.read_picture() {
                     Ok(picture) => {
-                        if publish(&mut writer, &mut last, picture, true_at) {
+                        if publish(&mut writer, &mut last, picture, self.turn.began_at) {
                             self.report_picture();
                         }
                     }
@@ -55,7 +54,6 @@ impl Embedded {
                 self.report_trouble(frame.trouble.as_deref().unwrap_or_default());
             }
             trouble = frame.trouble;
-            self.beat(false);
             self.report(&mut viewer);
             let period = if self.is_visible() { IDLE_PERIOD } else { HIDDEN_PERIOD };
             let at_least = if self.is_visible() { BUSY_PERIOD } else { HIDDEN_PERIOD };

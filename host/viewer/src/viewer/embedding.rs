@@ -30,6 +30,12 @@ impl Viewer {
         self.screen = Rect::from_min_size(Pos2::ZERO, points.into());
     }
 
+    /// Waits until the device has drawn the last frame; whether it has. A device that is lost is
+    /// told by the next frame.
+    pub(crate) fn finish_frame(&mut self) -> bool {
+        self.renderer.finish().is_ok()
+    }
+
     /// Selects and frames a piece of equipment, by its id or an alias; whether there is one.
     pub(crate) fn focus(&mut self, id: &str) -> bool {
         let Some(node) = self.scene.equipment.find(&self.scene.graph, id) else { return false };

@@ -1,4 +1,4 @@
-//! How a picture shows that it is dead.
+//! Mark of a picture that is not live: no colour, and stripes over all of it.
 
 use busbar_protocol::pictures::PIXEL_BYTES;
 
