@@ -12,7 +12,7 @@ use crate::options::{Origin, split_port};
 use crate::token::Token;
 
 /// What a page asks for of a WebSocket.
-pub(crate) const PROTOCOL: &str = "busbar.1";
+pub(crate) const PROTOCOL: &str = "busbar.2";
 /// Before the token where a page has it and its browser kept no cookie.
 const TOKEN_PROTOCOL: &str = "busbar.token.";
 /// Before the token in a query, and in an `Authorization` header.

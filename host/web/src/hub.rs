@@ -2,13 +2,14 @@
 //!
 //! A thread follows the viewer; pages read what it put down and are woken when that changes.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-use busbar_client::{Event, View};
+use busbar_client::{Event, PictureState, View};
 use busbar_protocol::message::{Command, Target};
+use busbar_protocol::pictures;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use tokio::sync::{broadcast, watch};
 
@@ -29,6 +30,9 @@ const LONGEST_DELAY: Duration = Duration::from_secs(5);
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
 /// Nothing is live where nobody looked for so long.
 const MAX_UNLOOKED: Duration = Duration::from_millis(1000);
+/// Pictures of which it is known until when they were true; a page that has an older one is
+/// told the time of the oldest of these.
+const MAX_SUPERSEDED: usize = 64;
 /// Events that wait for a page; one that lags by more misses the oldest.
 const MAX_TOLD: usize = 256;
 
@@ -46,13 +50,29 @@ pub(crate) struct Hub {
     failure: watch::Sender<Option<String>>,
 }
 
+/// State of the newest picture, for a page that knows of an older one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PageState {
+    /// Number of the newest picture.
+    pub(crate) number: u64,
+    pub(crate) condition: Condition,
+    /// Time since the viewer last confirmed the newest picture.
+    pub(crate) age: Duration,
+    /// Time since the picture that the page knows of was true; none where that is the newest.
+    pub(crate) behind: Option<Duration>,
+}
+
 /// What was seen of the viewer last.
 struct Shown {
     picture: Arc<Picture>,
     condition: Condition,
-    /// When the picture was true, and when somebody looked.
-    true_at: Instant,
+    /// Instant at which the picture was true, nanoseconds of the clock since boot, which goes on
+    /// while the machine sleeps.
+    true_at: u64,
+    /// When somebody looked.
     looked: Instant,
+    /// Pictures that were replaced: number, and the last instant at which each was true.
+    superseded: VecDeque<(u64, u64)>,
     /// Whether there ever was a picture.
     was_ever_ready: bool,
     alarms: HashMap<String, u8>,
@@ -75,12 +95,12 @@ impl Hub {
             hung: HUNG,
             longest_delay: LONGEST_DELAY,
         })?;
-        let now = Instant::now();
         let shown = Shown {
             picture: Arc::default(),
             condition: Condition::Starting,
-            true_at: now,
-            looked: now,
+            true_at: pictures::now(),
+            looked: Instant::now(),
+            superseded: VecDeque::new(),
             was_ever_ready: false,
             alarms: HashMap::new(),
         };
@@ -130,14 +150,22 @@ impl Hub {
         lock(&self.shown).picture.clone()
     }
 
-    /// How far the picture can be relied on, and how long ago it was true.
-    pub(crate) fn condition(&self) -> (Condition, Duration) {
+    /// State of the newest picture, all of one instant; `known` is the number of the one that
+    /// the page knows of.
+    pub(crate) fn page_state(&self, known: u64) -> PageState {
         let shown = lock(&self.shown);
         let condition = match shown.condition {
             Condition::Live if shown.looked.elapsed() > MAX_UNLOOKED => Condition::Lost,
             condition => condition,
         };
-        (condition, shown.true_at.elapsed())
+        let number = shown.picture.number;
+        let boot_now = pictures::now();
+        let since = |then: u64| Duration::from_nanos(boot_now.saturating_sub(then));
+        let behind = (known != number).then(|| {
+            let replaced = shown.superseded.iter().find(|(number, _)| *number >= known);
+            since(replaced.map_or(shown.true_at, |(_, true_until)| *true_until))
+        });
+        PageState { number, condition, age: since(shown.true_at), behind }
     }
 
     /// How many alarms stand how.
@@ -204,14 +232,26 @@ impl Hub {
         };
         let mut shown = lock(&self.shown);
         let before = shown.condition;
+        let replaced = (shown.picture.number, shown.true_at);
         shown.looked = Instant::now();
-        shown.condition = if seen.is_dead { Condition::Lost } else { Condition::Live };
-        if !seen.is_dead {
-            shown.true_at = shown.looked.checked_sub(seen.age).unwrap_or(shown.looked);
+        shown.condition = match seen.state {
+            PictureState::Live => Condition::Live,
+            PictureState::Late => Condition::Late,
+            PictureState::Dead => Condition::Lost,
+        };
+        if seen.state != PictureState::Dead {
+            let age = u64::try_from(seen.age.as_nanos()).unwrap_or(u64::MAX);
+            shown.true_at = pictures::now().saturating_sub(age);
         }
         let numbers = seen.numbers;
         let has_changed = seen.is_new
             && Arc::make_mut(&mut shown.picture).update(numbers.size, pixels, numbers.damage);
+        if has_changed {
+            if shown.superseded.len() == MAX_SUPERSEDED {
+                shown.superseded.pop_front();
+            }
+            shown.superseded.push_back(replaced);
+        }
         if has_changed || shown.condition != before {
             drop(shown);
             self.wake();

@@ -19,6 +19,9 @@ const MAX_PIXELS: u32 = 2560 * 1600;
 pub(crate) enum FromPage {
     /// The picture of this number is shown.
     Shown(u32),
+    /// A numbered probe: the next beat echoes its number, so that the page knows how old that
+    /// beat is at most.
+    Probe(u32),
     /// How large the page is, pixels, and whether anybody sees it.
     View {
         size: [u32; 2],
@@ -65,9 +68,10 @@ pub(crate) struct Held {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ToPage {
-    /// Its picture is so, was true so many milliseconds ago, and it said [`FromPage::View`]
-    /// so often.
-    Beat(Condition, u64, u32),
+    /// State of the page's picture; its age, milliseconds since the viewer last confirmed what
+    /// the page shows; how often the page said [`FromPage::View`]; the number of the newest
+    /// [`FromPage::Probe`] that came before this was written, 0 for none.
+    Beat(Condition, u64, u32, u32),
     /// Whether it steers.
     Steers(bool),
     /// The viewer is silent or gone, and how.
@@ -88,6 +92,8 @@ pub(crate) enum Condition {
     Starting,
     /// It is of now.
     Live,
+    /// It is old, for the viewer is too slow.
+    Late,
     /// The viewer is silent or gone.
     Lost,
     /// The page does not keep up.
@@ -158,7 +164,7 @@ impl FromPage {
     /// What the viewer is asked; none where that is the server's.
     pub(crate) fn into_command(self) -> Option<Command> {
         Some(match self {
-            Self::Shown(_) | Self::View { .. } | Self::Steer => return None,
+            Self::Shown(_) | Self::Probe(_) | Self::View { .. } | Self::Steer => return None,
             Self::Moved(at) => Command::Point(Pointing::Moved(at)),
             Self::Button { at, button, pressed } => {
                 Command::Point(Pointing::Button { at, button, pressed })
@@ -222,6 +228,8 @@ mod tests {
             r#"{"reload":"/etc/passwd"}"#,
             r#"{"view":{"size":[1,1],"visible":true,"x":1}}"#,
             r#"{"shown":-1}"#,
+            r#"{"probe":-1}"#,
+            r#"{"probe":4294967296}"#,
             r#"{"shown":1,"left":null}"#,
         ] {
             assert!(FromPage::parse(text).is_err(), "{text}");
@@ -233,7 +241,9 @@ mod tests {
     #[test]
     fn messages_are_as_the_page_reads_them() {
         let text = |message| serde_json::to_string(&message).unwrap();
-        assert_eq!(text(ToPage::Beat(Condition::Live, 90, 2)), r#"{"beat":["live",90,2]}"#);
+        let beat = ToPage::Beat(Condition::Live, 90, 2, 17);
+        assert_eq!(text(beat), r#"{"beat":["live",90,2,17]}"#);
+        assert_eq!(FromPage::parse(r#"{"probe":17}"#), Ok(FromPage::Probe(17)));
         assert_eq!(text(ToPage::Steers(true)), r#"{"steers":true}"#);
         let counts = AlarmCounts::of([0, 1, 1, 6, 9].into_iter());
         assert!(text(ToPage::Alarms(counts)).starts_with(r#"{"alarms":{"unacknowledged":2,"#));

@@ -36,7 +36,7 @@ pub(crate) struct Pacing {
     sent: Vec<Sent>,
     in_flight: Option<Flight>,
     last_sent: Option<Instant>,
-    /// Since when there is something that was not sent.
+    /// Last instant at which the page's picture was true, where a newer one was not sent.
     unsent_since: Option<Instant>,
     quality: u8,
     sharpened: usize,
@@ -57,7 +57,7 @@ struct Flight {
     number: u32,
     sent: Instant,
     bytes: u64,
-    /// Since when there was what it shows.
+    /// Last instant at which the picture before it was true.
     since: Option<Instant>,
 }
 
@@ -81,12 +81,13 @@ impl Pacing {
         }
     }
 
-    /// There is a new picture.
-    pub(crate) fn note_change(&mut self, now: Instant) {
-        self.unsent_since.get_or_insert(now);
+    /// Notes a new picture; the one before was true until `true_until`.
+    pub(crate) fn note_change(&mut self, true_until: Instant) {
+        self.unsent_since.get_or_insert(true_until);
     }
 
-    /// How long there has been something that the page does not show yet.
+    /// Time since the page's picture was true, where the page does not show the newest one;
+    /// else zero.
     pub(crate) fn behind(&self, now: Instant) -> Duration {
         let shown_late = self.in_flight.as_ref().and_then(|flight| flight.since);
         let since = shown_late.or(self.unsent_since);

@@ -22,9 +22,10 @@ use crate::session;
 const ORIGINS_PLACE: &str = "{{origins}}";
 const PAGE: &str = include_str!("page/index.html");
 /// What the page is made of: nothing in there is a secret.
-const PARTS: [(&str, &str, &str); 6] = [
+const PARTS: [(&str, &str, &str); 7] = [
     ("/view.css", "text/css", include_str!("page/view.css")),
     ("/view.js", "text/javascript", include_str!("page/view.js")),
+    ("/freshness.js", "text/javascript", include_str!("page/freshness.js")),
     ("/link.js", "text/javascript", include_str!("page/link.js")),
     ("/picture.js", "text/javascript", include_str!("page/picture.js")),
     ("/hands.js", "text/javascript", include_str!("page/hands.js")),

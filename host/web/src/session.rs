@@ -11,12 +11,13 @@ use tokio::task::JoinHandle;
 use tokio::time::{MissedTickBehavior, interval, sleep_until, timeout};
 
 use crate::encode;
-use crate::hub::Hub;
+use crate::hub::{Hub, PageState};
 use crate::message::{AlarmCounts, Condition, FromPage, ToPage};
 use crate::pacing::{MAX_BEHIND, Pacing};
 use crate::steering::Seat;
 
-/// How often a page is told how its picture is. It marks it after a second without.
+/// A page that probes is answered at once; one that does not is told so often how its picture
+/// is, and marks it dead all the same.
 const BEAT_PERIOD: Duration = Duration::from_millis(250);
 /// How often a page is asked for a sign of life, and how long it may be silent.
 const PING_PERIOD: Duration = Duration::from_secs(5);
@@ -48,6 +49,9 @@ struct Session {
     known: u64,
     encoding: Option<JoinHandle<Option<Vec<u8>>>>,
     told: (Condition, bool),
+    /// When a beat was last sent, and the number of the page's newest probe.
+    beat_at: Instant,
+    probe: u32,
     /// As they were told.
     alarms: Option<AlarmCounts>,
     /// Views that it said, and whether anybody sees it.
@@ -91,7 +95,7 @@ pub(crate) async fn run(socket: WebSocket, hub: Arc<Hub>, mut stopping: watch::R
                 Err(broadcast::error::RecvError::Lagged(_)) => Ok(()),
                 Err(broadcast::error::RecvError::Closed) => break None,
             },
-            _ = beats.tick() => session.beat(),
+            _ = beats.tick() => session.beat_if_due(),
             _ = pings.tick() => session.ping(),
             () = at(due) => Ok(()),
             _ = stopping.changed() => Err(End {
@@ -134,6 +138,8 @@ impl Session {
             pacing: Pacing::new(),
             encoding: None,
             told: (Condition::Starting, false),
+            beat_at: now,
+            probe: 0,
             alarms: None,
             views: 0,
             is_visible: true,
@@ -157,17 +163,24 @@ impl Session {
             .map_err(|_| End { code: close_code::AGAIN, why: "the page does not read".into() })
     }
 
-    /// Tells how the page's picture is.
+    /// Tells how the page's picture is, unless a probe was answered lately.
+    fn beat_if_due(&mut self) -> Result<(), End> {
+        if self.beat_at.elapsed() < BEAT_PERIOD / 2 { Ok(()) } else { self.beat() }
+    }
+
+    /// Tells how the page's picture is: its age is that of what the page shows.
     fn beat(&mut self) -> Result<(), End> {
+        let PageState { mut condition, age, .. } = self.follow_picture();
         let now = Instant::now();
-        let (mut condition, age) = self.hub.condition();
-        if condition == Condition::Live && self.pacing.behind(now) > MAX_BEHIND {
+        let behind = self.pacing.behind(now);
+        if condition == Condition::Live && behind > MAX_BEHIND {
             condition = Condition::Behind;
         }
         self.told.0 = condition;
-        let age = u64::try_from(age.as_millis()).unwrap_or(u64::MAX);
+        let age = u64::try_from(age.max(behind).as_millis()).unwrap_or(u64::MAX);
         if self.has_room() {
-            self.tell(&ToPage::Beat(condition, age, self.views))?;
+            self.beat_at = now;
+            self.tell(&ToPage::Beat(condition, age, self.views, self.probe))?;
             let alarms = self.hub.alarms();
             if self.alarms.replace(alarms) != Some(alarms) {
                 self.tell(&ToPage::Alarms(alarms))?;
@@ -190,17 +203,25 @@ impl Session {
         Ok(())
     }
 
+    /// Takes note of a new picture; the state of the newest.
+    fn follow_picture(&mut self) -> PageState {
+        let state = self.hub.page_state(self.known);
+        if let Some(behind) = state.behind {
+            self.known = state.number;
+            let now = Instant::now();
+            // On Linux, instants reach back before the boot.
+            self.pacing.note_change(now.checked_sub(behind).unwrap_or(now));
+        }
+        state
+    }
+
     /// Looks at what the hub has to tell.
     fn note_change(&mut self) -> Result<(), End> {
-        let number = self.hub.picture().number;
-        if std::mem::replace(&mut self.known, number) != number {
-            self.pacing.note_change(Instant::now());
-        }
+        let PageState { condition, .. } = self.follow_picture();
         let steers = self.hub.does_steer(self.seat);
         if std::mem::replace(&mut self.told.1, steers) != steers {
             self.tell(&ToPage::Steers(steers))?;
         }
-        let (condition, _) = self.hub.condition();
         if (condition == Condition::Live) != (self.told.0 == Condition::Live) {
             self.beat()?;
         }
@@ -228,6 +249,10 @@ impl Session {
                 // One that was never sent changes nothing.
                 self.pacing.note_shown(number, Instant::now());
                 return Ok(());
+            }
+            FromPage::Probe(number) => {
+                self.probe = number;
+                return self.beat();
             }
             FromPage::View { visible, .. } => {
                 self.views = self.views.wrapping_add(1);

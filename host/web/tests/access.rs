@@ -32,7 +32,15 @@ fn the_page_is_for_who_has_the_token() {
     assert_eq!(answer.headers["cache-control"], "no-store");
     let kept = cookie.split(';').next().expect("a cookie");
     assert_eq!(ask(&server, "/", &[("Cookie", kept)]).status, 200);
-    for part in ["/view.js", "/link.js", "/picture.js", "/hands.js", "/program.js", "/view.css"] {
+    for part in [
+        "/view.js",
+        "/freshness.js",
+        "/link.js",
+        "/picture.js",
+        "/hands.js",
+        "/program.js",
+        "/view.css",
+    ] {
         let answer = ask(&server, part, &[]);
         assert_eq!(answer.status, 200, "{part}");
         assert_eq!(answer.headers["x-content-type-options"], "nosniff");
@@ -66,7 +74,7 @@ fn names_that_lead_here_from_elsewhere_are_refused() {
 async fn sockets_are_for_pages_of_this_server_with_the_token() {
     let server = start(&bare());
     let mut wrong = request(&server);
-    wrong.headers_mut().insert("Sec-WebSocket-Protocol", "busbar.1".parse().expect("text"));
+    wrong.headers_mut().insert("Sec-WebSocket-Protocol", "busbar.2".parse().expect("text"));
     assert_eq!(open(&server, wrong).await.err(), Some(401));
     for origin in ["http://evil.example", "null", "http://127.0.0.1:1"] {
         let mut wrong = request(&server);

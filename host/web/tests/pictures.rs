@@ -11,7 +11,7 @@ use e2e::Scene;
 use serde_json::json;
 
 const SIZE: [u32; 2] = [480, 300];
-/// Bytes a second that a page costs where nothing changes: four beats, and words where a busy
+/// Bytes a second that a page costs where nothing changes: five beats, and words where a busy
 /// machine makes the viewer late.
 const MAX_REST: usize = 400;
 /// A line of 1 Mbit/s, and a page that is large for it.
@@ -99,6 +99,30 @@ async fn who_shows_nothing_is_sent_nothing_and_told_that_it_is_behind() {
     page.view(SIZE, true).await;
     page.until("picture", |page| page.pictures > shown).await;
     page.until("live beat", |page| page.condition() == "live").await;
+}
+
+#[tokio::test]
+async fn a_probe_is_echoed_with_the_age_of_what_the_page_shows() {
+    let scene = scene();
+    let server = start(&showing(&scene));
+    let mut page = calm_page(&server).await;
+    for number in [7, 8, 4_294_967_295_u32] {
+        page.say(json!({ "probe": number })).await;
+        let is_echoed = |page: &Page| page.beat().is_some_and(|beat| beat[3] == json!(number));
+        page.until("echo", is_echoed).await;
+    }
+    // The newest true picture is not the page's until the page shows it.
+    page.answers = false;
+    page.drag([200.0, 150.0], [120.0, 20.0]).await;
+    let shown_until = Instant::now();
+    page.until("beat that it is behind", |page| page.condition() == "behind").await;
+    page.listen_for(Duration::from_secs(1)).await;
+    let before = shown_until.elapsed();
+    page.heard.clear();
+    page.say(json!({ "probe": 9 })).await;
+    page.until("echo", |page| page.beat().is_some_and(|beat| beat[3] == json!(9))).await;
+    let age = page.beat().and_then(|beat| beat[1].as_u64()).expect("an age");
+    assert!(u128::from(age) >= before.as_millis(), "{age} ms after {before:?}");
 }
 
 #[tokio::test]

@@ -1,6 +1,6 @@
 // The socket to the server, opened again and again.
 
-const PROTOCOL = "busbar.1";
+const PROTOCOL = "busbar.2";
 const TOKEN_PROTOCOL = "busbar.token.";
 /** Delays between tries, milliseconds. */
 const FIRST_DELAY = 250;
@@ -26,7 +26,8 @@ export class Link {
   #delay = FIRST_DELAY;
   #heard = 0;
 
-  /** `listener` has opened(), closed(words), told(message) and pictured(bytes). */
+  /** `listener` has opened(), closed(words), told(message) and pictured(bytes, say),
+   *  whose `say` speaks to whoever sent the picture. */
   constructor(listener) {
     this.#listener = listener;
     setInterval(() => this.#giveUpIfSilent(), 500);
@@ -53,16 +54,21 @@ export class Link {
       this.#heard = performance.now();
       this.#delay = FIRST_DELAY;
       if (typeof data === "string") this.#listener.told(JSON.parse(data));
-      else this.#listener.pictured(data);
+      else this.#listener.pictured(data, (message) => socket === this.#socket && this.say(message));
     };
     socket.onclose = ({ reason }) => {
       if (socket === this.#socket) this.#lose(reason, wasOpen);
     };
   }
 
+  /** Whether anybody is there. */
+  get isOpen() {
+    return this.#socket?.readyState === WebSocket.OPEN;
+  }
+
   /** Says something, if anybody is there; whether it did. */
   say(message) {
-    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    if (!this.isOpen) return false;
     this.#socket.send(JSON.stringify(message));
     return true;
   }

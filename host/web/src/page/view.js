@@ -1,17 +1,28 @@
 // The page: what is shown, and whether it may pass for live.
 //
-// It is dead unless proven live: by a beat of the server, not older than a second, that says
-// so of this page. Whatever becomes of viewer, server or network, nothing has to arrive for
-// the picture to be marked.
+// It is dead unless proven live: by a beat of the server that says so of this page and echoes a
+// probe of it. The time since that probe was sent, and the age that the beat tells, bound the age
+// of the picture. Whatever becomes of viewer, server or network, nothing has to arrive for the
+// picture to be marked, and what arrives late does not count.
 
+import { Freshness } from "./freshness.js";
 import { Hands } from "./hands.js";
 import { Link } from "./link.js";
 import { Picture } from "./picture.js";
 import { Program } from "./program.js";
 
-/** So long after the last beat the picture is dead, milliseconds. */
+/** A picture that may be older is dead, milliseconds: within a second of what it shows, with
+ *  a tenth for the browser to paint the mark. */
+const MAX_AGE = 900;
+/** A marked picture is unmarked once it was live for so long: one that is late again and again
+ *  does not flash. */
+const MIN_LIVE = 400;
+/** How often the server is probed. */
+const PROBE_PERIOD = 200;
+/** So long after the last beat the server is silent; where the picture is too old, sooner. */
 const MAX_SILENCE = 1000;
-/** How often that is looked at. */
+const QUIET = 2.5 * PROBE_PERIOD;
+/** How often that is looked at, beside the instant at which the picture becomes too old. */
 const LOOK_PERIOD = 100;
 /** How long it is told what could not be done. */
 const REFUSED_SHOWN = 6000;
@@ -20,6 +31,7 @@ const WORDS = {
   starting: "The viewer starts",
   lost: "Viewer lost, restarting",
   behind: "This page does not keep up",
+  late: "The picture comes too late",
   silent: "The server is silent",
   away: "No connection to the server",
 };
@@ -29,6 +41,7 @@ const canvas = element("picture");
 const picture = new Picture(canvas);
 const program = new Program(document.documentElement.dataset.origins, obey);
 
+const freshness = new Freshness();
 let beat = { condition: "away", at: -Infinity, views: 0 };
 let views = 0;
 let steers = false;
@@ -36,10 +49,13 @@ let why = "";
 /** How many stand how, as long as that is known. */
 let alarms = null;
 let isLive = false;
+/** Since when the picture has been live without a pause; null where it is not. */
+let liveSince = null;
 let wasEverLive = false;
 /** When the picture was last known to be true. */
 let trueAt = null;
 let refusedTimer = 0;
+let expiryTimer = 0;
 
 const link = new Link({ opened, closed, told, pictured });
 const hands = new Hands(canvas, (message) => steers && link.say(message));
@@ -48,27 +64,29 @@ function opened() {
   why = "";
   views = 0;
   sayView();
+  probe();
 }
 
 function closed(words) {
   beat = { condition: "away", at: -Infinity, views: 0 };
+  freshness.forget();
   why = words;
   alarms = null;
   setSteers(false, false);
   look();
 }
 
-async function pictured(bytes) {
+async function pictured(bytes, say) {
   const number = await picture.show(bytes);
-  link.say({ shown: number });
+  say({ shown: number });
   look();
 }
 
 function told(message) {
   if (message.beat) {
-    const [condition, age, seenViews] = message.beat;
-    const now = performance.now();
-    beat = { condition, at: now, views: seenViews, age };
+    const [condition, age, seenViews, probed] = message.beat;
+    beat = { condition, at: performance.now(), views: seenViews };
+    freshness.take(probed, age);
     look();
   } else if (message.steers !== undefined) {
     setSteers(message.steers, true);
@@ -92,19 +110,28 @@ function sayView() {
   views += link.say({ view: { size, visible: !document.hidden } }) ? 1 : 0;
 }
 
+/** Asks how the picture is. */
+function probe() {
+  if (!document.hidden && link.isOpen) link.say({ probe: freshness.probe() });
+}
+
 /** Marks the picture for what it is worth now. */
 function look() {
   const now = performance.now();
-  const condition = conditionAt(now);
+  const [age, condition] = [freshness.age(), conditionAt(now)];
+  clearTimeout(expiryTimer);
   if (condition === "live") {
-    trueAt = beat.at - beat.age;
+    trueAt = now - age;
+    expiryTimer = setTimeout(look, MAX_AGE - age + 1);
   }
-  if ((condition === "live") !== isLive) {
-    isLive = !isLive;
+  liveSince = condition === "live" ? liveSince ?? now : null;
+  const passes = liveSince !== null && (isLive || !wasEverLive || now - liveSince >= MIN_LIVE);
+  if (passes !== isLive) {
+    isLive = passes;
     turn(condition);
   }
   if (isLive) return;
-  element("what").textContent = WORDS[condition];
+  if (condition !== "live") element("what").textContent = WORDS[condition];
   element("age").textContent = trueAt === null ? "" : `Picture ${spoken(now - trueAt)} old`;
   element("why").textContent = condition === "lost" || condition === "away" ? why : "";
 }
@@ -113,7 +140,9 @@ function conditionAt(now) {
   if (beat.condition === "away") return "away";
   if (now - beat.at > MAX_SILENCE) return "silent";
   if (beat.condition !== "live") return beat.condition;
-  return beat.views === views && picture.isThere && !document.hidden ? "live" : "behind";
+  if (beat.views !== views || !picture.isThere || document.hidden) return "behind";
+  if (freshness.age() <= MAX_AGE) return "live";
+  return now - beat.at > QUIET ? "silent" : "late";
 }
 
 function turn(condition) {
@@ -165,7 +194,9 @@ function obey(message) {
 
 /** Tells a program that came later how things are. */
 function greet() {
-  program.tell(isLive ? { busbar: "ready" } : { busbar: "lost", reason: conditionAt(performance.now()) });
+  const condition = conditionAt(performance.now());
+  const reason = condition === "live" ? "late" : condition;
+  program.tell(isLive ? { busbar: "ready" } : { busbar: "lost", reason });
   if (isLive) tellAlarms();
 }
 
@@ -175,6 +206,7 @@ element("steer").addEventListener("click", () => {
 });
 document.addEventListener("visibilitychange", () => {
   sayView();
+  probe();
   look();
 });
 let resizeTimer = 0;
@@ -183,4 +215,5 @@ new ResizeObserver(() => {
   resizeTimer = setTimeout(sayView, 150);
 }).observe(canvas);
 setInterval(look, LOOK_PERIOD);
+setInterval(probe, PROBE_PERIOD);
 link.open();

@@ -20,7 +20,7 @@ use tokio_tungstenite::{WebSocketStream, client_async};
 pub(crate) const SECRET: &str = "0123456789abcdef0123456789abcdef";
 /// The longest that anything is waited for: this machine may be busy.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
-const PROTOCOL: &str = "busbar.1";
+const PROTOCOL: &str = "busbar.2";
 
 /// Options of a server without a viewer: what refuses needs none.
 pub(crate) fn bare() -> Options {
@@ -296,6 +296,11 @@ impl Page {
             }
             assert!(start.elapsed() < PATIENCE, "it never rests; {:?}", self.heard.last());
         }
+    }
+
+    /// The last beat.
+    pub(crate) fn beat(&self) -> Option<&Value> {
+        self.was_told("beat")
     }
 
     /// As the last beat says.
