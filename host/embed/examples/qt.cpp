@@ -37,6 +37,11 @@ int main(int argc, char **argv)
                 std::printf("picked %s\n", event.id);
             } else if (event.kind == BUSBAR_VIEW_READY || event.kind == BUSBAR_VIEW_ERROR) {
                 std::printf("%s %s\n", event.kind == BUSBAR_VIEW_READY ? "ready" : "error", event.text);
+            } else if (event.kind == BUSBAR_VIEW_LOST || event.kind == BUSBAR_VIEW_RECOVERED) {
+                // The library has hatched the picture; the line above it says so as well.
+                bool is_lost = event.kind == BUSBAR_VIEW_LOST;
+                picked->setText(is_lost ? QString("NOT LIVE: ") + event.text : QString("live again"));
+                std::printf("%s %s\n", is_lost ? "lost" : "recovered", event.text);
             }
             std::fflush(stdout);
         }

@@ -36,6 +36,13 @@ int main(int argc, char **argv)
                 printf("picked %s\n", event.id), fflush(stdout);
             else if (event.kind == BUSBAR_VIEW_READY || event.kind == BUSBAR_VIEW_ERROR)
                 printf("%s %s\n", event.kind == BUSBAR_VIEW_READY ? "ready" : "error", event.text), fflush(stdout);
+            else if (event.kind == BUSBAR_VIEW_LOST || event.kind == BUSBAR_VIEW_RECOVERED) {
+                /* The library has hatched the picture; the title says so as well. */
+                int is_lost = event.kind == BUSBAR_VIEW_LOST;
+                XStoreName(display, window, is_lost ? "NOT LIVE - Busbar in X11" : "Busbar in X11");
+                XFlush(display);
+                printf("%s %s\n", is_lost ? "lost" : "recovered", event.text), fflush(stdout);
+            }
         while (XPending(display)) {
             XEvent happened;
             XNextEvent(display, &happened);

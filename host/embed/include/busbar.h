@@ -23,7 +23,12 @@
  *   busbar_view_frame that marks a picture some milliseconds.
  * - No callback runs on a thread that is not yours unless you ask for that.
  * - Numbers below 0 are a status: INVALID, FULL, SYSTEM or FAULT. Nothing was done then.
- * - The picture of a viewer that is silent is marked dead by the library itself.
+ * - Nothing old passes for live. A picture is as old as the values in it, not as its arrival.
+ *   Past silent_millis (500) the library itself marks it, whatever the viewer does: it hatches
+ *   pictures in memory, and covers an X11 window with a hatched child of its own, which says
+ *   since when, until the picture has been live for 400 ms. One that a signal stopped is marked
+ *   within 300 ms. What is left: a process that is itself stopped marks nothing, and where all
+ *   CPUs are busy the mark waits for one as all else does (a second at most was seen).
  */
 
 #ifndef BUSBAR_H
@@ -53,12 +58,16 @@
 // Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 #define BUSBAR_VIEW_PANELS 1
 
-// The picture is of now.
+// The picture shows values that were read at most `silent_millis` ago.
 #define BUSBAR_VIEW_LIVE 0
 
-// The picture is old: no value in it may be relied on. The library has taken its colour and
-// hatched it.
+// The viewer is silent or gone: no value in the picture may be relied on. The library has taken
+// its colour and hatched it.
 #define BUSBAR_VIEW_DEAD 1
+
+// The viewer goes on, and is too slow: the picture shows values that were read more than
+// `silent_millis` ago. The library has taken its colour and hatched it, as a dead one.
+#define BUSBAR_VIEW_LATE 2
 
 // Usable.
 #define BUSBAR_VIEW_GOOD 0
@@ -120,10 +129,13 @@
 // Something could not be done, or goes wrong; `text` says what, and what helps.
 #define BUSBAR_VIEW_ERROR 10
 
-// The viewer is silent or gone; `text` says how. What it last drew is dead.
+// The picture is not live; `text` says how. `state`: BUSBAR_VIEW_DEAD where the viewer is silent
+// or gone, BUSBAR_VIEW_LATE where it goes on too slowly. In a window the library has covered the
+// picture with hatching, in memory it hatches it: say beside it that it is not live.
 #define BUSBAR_VIEW_LOST 11
 
-// The viewer is back: with its last good configuration, camera, alarms and tags.
+// The picture is live again. Of another viewer it is with its last good configuration, camera,
+// alarms and tags.
 #define BUSBAR_VIEW_RECOVERED 12
 
 // The configuration `id` is shown from here on.
@@ -171,10 +183,15 @@ typedef struct BusbarViewOptions {
   uint32_t height;
   // X11 window to draw into; 0 draws offscreen.
   uint32_t window;
-  // After so many milliseconds without a sign of life the picture is dead; 0 for 500.
+  // Milliseconds since the values in the picture were read after which it is not live: it is
+  // hatched; 0 for 500. A window is covered at most 50 ms later, on a machine with a CPU to
+  // spare.
   uint32_t silent_millis;
-  // After so many the viewer is ended and started again; 0 for 1000. At least
-  // silent_millis.
+  // Milliseconds without a heartbeat and without progress of its process after which the
+  // viewer is ended and started again; 0 for 1000. At least silent_millis. A viewer that
+  // makes progress is slow and not hung: it is ended after 30 s without a frame, one that
+  // sleeps after 5 s, one that a signal stopped after 10 s; later where hung_millis is more,
+  // or where its last frames took more than an eighth of that.
   uint32_t hung_millis;
   // The longest delay before a viewer that keeps dying is started again, milliseconds;
   // 0 for 5000.
@@ -219,7 +236,7 @@ typedef void (*BusbarViewCallback)(void *context, const struct BusbarViewEvent *
 typedef struct BusbarViewFrame {
   // Size of this struct, bytes; set it before the call.
   uint32_t struct_size;
-  // BUSBAR_VIEW_LIVE or BUSBAR_VIEW_DEAD.
+  // BUSBAR_VIEW_LIVE, BUSBAR_VIEW_LATE or BUSBAR_VIEW_DEAD.
   uint32_t state;
   // Pixels in a row; 0 where there is no picture yet.
   uint32_t width;
@@ -235,7 +252,7 @@ typedef struct BusbarViewFrame {
   uint32_t damage_width;
   // Its rows.
   uint32_t damage_height;
-  // How long ago the picture was true, milliseconds.
+  // Milliseconds since the values that the picture shows were read.
   uint32_t age_millis;
   // Number of the picture in its viewer, from 1.
   uint64_t sequence;
@@ -270,8 +287,8 @@ uint32_t busbar_view_abi(void);
 
 // Opens a view and starts its viewer, a process of its own. `*view` is yours: close it.
 // Whatever is wrong with the configuration comes as BUSBAR_VIEW_ERROR; the viewer is then
-// tried again, less and less often. The library has one thread a view and must not be
-// unloaded. Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
+// tried again, less and less often. The library has one thread a view, two for one in a window,
+// and must not be unloaded. Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
 //
 // Your part:
 // `options` points to a struct as its `struct_size` says, with texts that end with a zero
@@ -322,7 +339,7 @@ int32_t busbar_view_dispatch(const struct BusbarView *view);
 
 // Gives the newest picture of a view without a window: 1 where it differs from that of the
 // call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first. A
-// picture that is old is marked by the library: see BUSBAR_VIEW_DEAD.
+// picture that is old is marked by the library: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
 //
 // Your part:
 // `view` is null or open; `frame` points to a struct as its `struct_size` says. One thread

@@ -5,6 +5,7 @@ use std::process::{Child, ExitStatus};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use busbar_protocol::progress::{Activity, ProgressMeter};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{RecvFlags, recv};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
@@ -24,6 +25,13 @@ const PING_PERIOD: Duration = Duration::from_millis(100);
 /// The longest that it takes to answer that: with the period before it, less than the
 /// second after which the tags of a plugin that hangs must be bad.
 const HEARTBEAT_DEADLINE: Duration = Duration::from_millis(650);
+/// The longest that a process may be late beyond a deadline while it is starved: it is slow then,
+/// and does not hang. Its values grow old by themselves meanwhile.
+const MAX_STARVED: Duration = Duration::from_secs(10);
+/// The share of the time that a starved process waits for a CPU or a disk.
+const STARVED_SHARE: f64 = 0.5;
+/// Time before a deadline from which it is looked whether a process is starved.
+const DOUBT: Duration = Duration::from_millis(300);
 /// A turn that comes this late says that this thread was held up, and the
 /// process perhaps too: nobody is late for that time.
 const STALL: Duration = Duration::from_millis(250);
@@ -65,6 +73,7 @@ pub(crate) struct Watch<'a> {
     unanswered: Option<Instant>,
     weighed: Option<Instant>,
     quitting: Option<Instant>,
+    meter: ProgressMeter,
 }
 
 /// Why a process must go: words for the log.
@@ -74,6 +83,7 @@ impl<'a> Watch<'a> {
     pub(crate) fn new(shared: &'a Shared, spawned: Spawned) -> Self {
         let now = Instant::now();
         let output = spawned.output.try_clone().ok().map(Output::new);
+        let meter = ProgressMeter::new(spawned.child.id());
         Self {
             shared,
             spawned,
@@ -86,6 +96,7 @@ impl<'a> Watch<'a> {
             unanswered: None,
             weighed: None,
             quitting: None,
+            meter,
         }
     }
 
@@ -255,12 +266,14 @@ impl<'a> Watch<'a> {
         if let Some(reason) = state.given_up.take() {
             return Err(reason);
         }
-        for pending in state.calls.values_mut() {
-            pending.deadline += held_up;
-            if now > pending.deadline {
-                let (what, allowance) = (pending.what, pending.allowance);
-                return Err(format!("`{what}` took longer than {allowance:?}"));
-            }
+        state.calls.values_mut().for_each(|pending| pending.deadline += held_up);
+        let heartbeat_due = self.unanswered.map(|since| since + HEARTBEAT_DEADLINE);
+        let calls_due = state.calls.values().map(|pending| pending.deadline);
+        let first_due = calls_due.chain(heartbeat_due).min();
+        let patience = patience(&mut self.meter, first_due, now);
+        if let Some(pending) = state.calls.values().find(|call| now > call.deadline + patience) {
+            let (what, allowance) = (pending.what, pending.allowance);
+            return Err(format!("`{what}` took longer than {allowance:?}"));
         }
         if self.weighed.is_none_or(|then| now - then > MEMORY_PERIOD) {
             self.weighed = Some(now);
@@ -269,7 +282,7 @@ impl<'a> Watch<'a> {
         let connection = state.connection.clone();
         drop(state);
         match (self.unanswered, connection) {
-            (Some(since), _) if now - since > HEARTBEAT_DEADLINE => {
+            (Some(since), _) if now - since > HEARTBEAT_DEADLINE + patience => {
                 Err(format!("no heartbeat for {HEARTBEAT_DEADLINE:?}"))
             }
             (None, Some(connection)) if self.is_there && now - self.pinged > PING_PERIOD => {
@@ -311,6 +324,23 @@ impl<'a> Watch<'a> {
             }
         }
         Ended { reason, wanted: self.quitting.is_some() }
+    }
+}
+
+/// Decides how long a process may be late beyond its deadlines, the first of which is `first_due`:
+/// not at all, or [`MAX_STARVED`] where it waits for a CPU or a disk most of the time.
+fn patience(meter: &mut ProgressMeter, first_due: Option<Instant>, now: Instant) -> Duration {
+    if first_due.is_none_or(|due| now + DOUBT < due) {
+        meter.reset();
+        return Duration::ZERO;
+    }
+    if matches!(meter.observe(now), Activity::Stopped | Activity::Gone) {
+        return Duration::ZERO;
+    }
+    match meter.starved_share() {
+        Some(share) if share < STARVED_SHARE => Duration::ZERO,
+        // Until there are two readings nothing is known.
+        _ => MAX_STARVED,
     }
 }
 

@@ -1,6 +1,8 @@
 //! A program that embeds the demo and sets its tags itself.
 #![allow(dead_code)]
 
+pub(crate) mod judge;
+
 use std::ffi::{CStr, CString};
 use std::fs::Permissions;
 use std::mem::size_of;
@@ -115,10 +117,7 @@ impl Host {
             operator_name: c"operator 1".as_ptr(),
         };
         change(&mut options);
-        let mut view = null_mut();
-        // SAFETY: as the header says.
-        let status = unsafe { busbar_view_open(&options, &mut view) };
-        assert_eq!(status, BUSBAR_VIEW_OK);
+        let mut host = Self::open_options(&options);
         let tags = scene.config["tags"].as_object().expect("an object");
         let set = |(id, tag): (&String, &Value)| {
             let kind = match tag["type"].as_str() {
@@ -130,8 +129,34 @@ impl Host {
             let id = CString::new(id.as_str()).expect("no zero byte in it");
             (tag["set_by_host"] == true).then_some((id, usual(tag), kind))
         };
-        let tags = tags.iter().filter_map(set).collect();
-        Self { view, tags, said: None, longest_call: Duration::ZERO, events: Vec::new() }
+        host.tags = tags.iter().filter_map(set).collect();
+        host
+    }
+
+    /// Opens a view offscreen, without tags, whose viewer is another program.
+    pub(crate) fn open_program(config: &CStr, program: &CStr, [width, height]: [u32; 2]) -> Self {
+        Self::open_options(&BusbarViewOptions {
+            struct_size: size_of::<BusbarViewOptions>() as u32,
+            flags: 0,
+            width,
+            height,
+            window: 0,
+            silent_millis: 0,
+            hung_millis: 0,
+            max_restart_millis: 0,
+            config: config.as_ptr(),
+            program: program.as_ptr(),
+            operator_name: null(),
+        })
+    }
+
+    fn open_options(options: &BusbarViewOptions) -> Self {
+        let mut view = null_mut();
+        // SAFETY: as the header says.
+        let status = unsafe { busbar_view_open(options, &mut view) };
+        assert_eq!(status, BUSBAR_VIEW_OK);
+        let (tags, events) = (Vec::new(), Vec::new());
+        Self { view, tags, said: None, longest_call: Duration::ZERO, events }
     }
 
     /// Makes a call, and notes how long it takes, less what others had the processor.
