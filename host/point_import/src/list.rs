@@ -30,6 +30,14 @@ pub struct PointList {
     pub unused: Vec<String>,
 }
 
+/// The first row of a tag.
+#[derive(Clone, Copy, Debug)]
+struct FirstRow {
+    line: u64,
+    /// Whether it has a fault.
+    is_bad: bool,
+}
+
 impl PointList {
     /// Reads a list: UTF-8, with or without byte order mark; fields parted by comma,
     /// semicolon or tab; the first line names the columns.
@@ -62,7 +70,7 @@ impl PointList {
             .from_reader(text.as_bytes());
         let headers = reader.headers().cloned().unwrap_or_default();
         let Some(columns) = self.columns(&headers) else { return };
-        let mut lines: HashMap<String, u64> = HashMap::new();
+        let mut rows: HashMap<String, FirstRow> = HashMap::new();
         let mut record = StringRecord::new();
         loop {
             match reader.read_record(&mut record) {
@@ -82,26 +90,64 @@ impl PointList {
                 let cause = format!("the list has more than {MAX_POINTS} points");
                 return self.fail(ListFault::new(line, "", cause, "split it"));
             }
-            self.read_row(line, &record, &columns, &headers, &mut lines);
+            self.read_row(line, &record, &columns, &headers, &mut rows);
         }
         if self.points.is_empty() && self.faults.is_empty() {
             self.fail(ListFault::new(1, "", "the list has no points", "add a row for each tag"));
         }
     }
 
+    /// Reads a row. A tag is that of its first row, good or bad: where that has a fault no
+    /// later row takes its place, for nobody knows which of them is meant.
     fn read_row(
         &mut self,
         line: u64,
         record: &StringRecord,
         columns: &[Option<Column>],
         headers: &StringRecord,
-        lines: &mut HashMap<String, u64>,
+        rows: &mut HashMap<String, FirstRow>,
     ) {
+        let before = self.faults.len();
+        let point = self.read_point(line, record, columns, headers);
+        let column = columns.iter().position(|column| *column == Some(Column::Tag));
+        let tag = column.and_then(|column| record.get(column)).unwrap_or_default();
+        let is_bad = self.faults.len() > before;
+        if let Some(first) = rows.get(tag) {
+            // A row with faults of its own is told by those.
+            if is_bad {
+                return;
+            }
+            let cause = format!("the tag '{tag}' is in line {} already", first.line);
+            let (cause, remedy) = if first.is_bad {
+                (
+                    cause + ", which has a fault: neither is read",
+                    "correct that line, and remove one",
+                )
+            } else {
+                (cause, "give one of them another id, or remove it")
+            };
+            self.faults.push(ListFault::new(line, "", cause, remedy));
+            return;
+        }
+        if !tag.is_empty() {
+            rows.insert(tag.to_owned(), FirstRow { line, is_bad });
+        }
+        self.points.extend(point);
+    }
+
+    /// Reads the point of a row, with every fault of it.
+    fn read_point(
+        &mut self,
+        line: u64,
+        record: &StringRecord,
+        columns: &[Option<Column>],
+        headers: &StringRecord,
+    ) -> Option<Point> {
         if record.len() > headers.len() {
             let cause = format!("it has {} fields, the header {}", record.len(), headers.len());
             let remedy = "put fields that have the delimiter in them into quotes";
             self.faults.push(ListFault::new(line, "", cause, remedy));
-            return;
+            return None;
         }
         let cells: Vec<_> = columns
             .iter()
@@ -110,15 +156,7 @@ impl PointList {
             .filter(|(_, text)| !text.is_empty())
             .filter_map(|((column, name), text)| Some((column.as_ref()?, name, text)))
             .collect();
-        let Some(point) = point::read(line, &cells, &mut self.faults) else { return };
-        if let Some(first) = lines.insert(point.tag.clone(), line) {
-            let cause = format!("the tag '{}' is in line {first} already", point.tag);
-            let remedy = "give one of them another id, or remove it";
-            self.faults.push(ListFault::new(line, "", cause, remedy));
-            lines.insert(point.tag, first);
-            return;
-        }
-        self.points.push(point);
+        point::read(line, &cells, &mut self.faults)
     }
 
     /// What each column holds; `None` with a fault where that cannot be.

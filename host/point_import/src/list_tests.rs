@@ -76,6 +76,75 @@ fn every_fault_of_a_list_is_told_at_once_and_no_row_is_lost() {
 }
 
 #[test]
+fn a_tag_whose_first_row_is_bad_is_not_read_from_a_later_one() {
+    // Bad by a value, by its number of fields, by a missing address, by an unknown type.
+    let tag = "A";
+    for bad in ["A,f64,x,1,", "A,f64,1,2,3,4,5", "A,f64,,,", "A,command,,1,"] {
+        let good = format!("{tag},f64,,40002,");
+        let text = |rows: &[&str]| format!("tag,type,low,address,high\n{}", rows.join("\n"));
+        let told = format!("the tag '{tag}' is in line 2 already");
+        let list = PointList::parse(text(&[bad, &good, "B,f64,,1,", &good]).as_bytes());
+        let tags: Vec<_> = list.points.iter().map(|point| point.tag.as_str()).collect();
+        assert_eq!(tags, ["B"], "{bad}");
+        assert!(!list.is_unreadable && list.faults.iter().any(|fault| fault.line == 2));
+        for line in [3, 5] {
+            let fault = list.faults.iter().rfind(|fault| fault.line == line);
+            let cause = &fault.expect("the later row is named").cause;
+            assert!(cause.starts_with(&told) && cause.contains("neither is read"), "{cause}");
+        }
+        // The other way round the first one counts; a row with faults is told by those.
+        for (rows, read) in [([good.as_str(), bad], 1), ([bad, bad], 0)] {
+            let list = PointList::parse(text(&rows).as_bytes());
+            assert_eq!(list.points.len(), read, "{bad}");
+            assert!(list.faults.iter().any(|fault| fault.line == 3), "{:?}", list.faults);
+        }
+    }
+}
+
+#[test]
+fn equal_rows_are_read_once_and_told() {
+    let list = PointList::parse(b"tag,address\nA,1\nA,1\nA,1\n,2\n,3");
+    assert_eq!(list.points.len(), 1);
+    let lines: Vec<_> =
+        list.faults.iter().map(|fault| (fault.line, fault.cause.as_str())).collect();
+    let told = "the tag 'A' is in line 2 already";
+    let none = "the row has no tag";
+    assert_eq!(lines, [(3, told), (4, told), (5, none), (6, none)]);
+}
+
+#[test]
+fn duplicates_are_found_in_any_order_of_good_and_bad_rows() {
+    let mut noise: u64 = 11;
+    let mut dice = |sides: u64| {
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (noise >> 33) % sides
+    };
+    for _ in 0..500 {
+        let rows: Vec<(u64, bool)> = (0..dice(12) + 1).map(|_| (dice(4), dice(2) == 0)).collect();
+        let row = |(register, (tag, is_bad)): (usize, &(u64, bool))| {
+            format!("T{tag},{},{register}", if *is_bad { "command" } else { "f64" })
+        };
+        let lines: Vec<_> = rows.iter().enumerate().map(row).collect();
+        let list = PointList::parse(format!("tag,type,address\n{}", lines.join("\n")).as_bytes());
+        // The truth: a tag comes from its first row, if that is good, and else not at all.
+        let firsts = rows.iter().enumerate().filter(|(index, (tag, is_bad))| {
+            !is_bad && !rows[..*index].iter().any(|(other, _)| other == tag)
+        });
+        let expected: Vec<_> =
+            firsts.map(|(index, (tag, _))| (format!("T{tag}"), json!(index))).collect();
+        let read: Vec<_> =
+            list.points.iter().map(|point| (point.tag.clone(), point.address.clone())).collect();
+        assert_eq!(read, expected, "{lines:?}");
+        // Each row that is left out is named.
+        for index in 0..rows.len() {
+            let line = index as u64 + 2;
+            let is_read = list.points.iter().any(|point| point.line == line);
+            assert_ne!(is_read, list.faults.iter().any(|fault| fault.line == line), "{lines:?}");
+        }
+    }
+}
+
+#[test]
 fn what_is_no_list_is_refused_as_a_whole() {
     let cases: [(&[u8], &str); 5] = [
         (b"", "no column holds"),
