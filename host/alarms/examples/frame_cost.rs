@@ -67,10 +67,8 @@ fn site() -> Site {
 
 impl Site {
     fn apply(&mut self, tag: u32, value: f64) {
-        let (received, valid_from) = (self.now, self.now);
         let value = Some(Value::F64(value));
-        let (tag, quality) = (TagHandle(tag), Quality::Good);
-        let sample = Sample { tag, value, quality, source_time: None, received, valid_from };
+        let sample = Sample::live(TagHandle(tag), value, Quality::Good, self.now);
         let Self { tags, alarms, .. } = self;
         tags.apply(&sample, |change| alarms.note(change));
     }

@@ -81,8 +81,7 @@ impl Bay {
 
     fn set(&mut self, tag: TagHandle, value: Option<Value>, quality: Quality) {
         let Self { tags, alarms, now } = self;
-        let (received, valid_from) = (*now, *now);
-        let sample = Sample { tag, value, quality, source_time: None, received, valid_from };
+        let sample = Sample::live(tag, value, quality, *now);
         tags.apply(&sample, |change| alarms.note(change));
     }
 
@@ -335,14 +334,8 @@ fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
     let mut tags =
         TagTable::new(Arc::new(TagSet::new(vec![number("o"), number("w")]).unwrap()), START);
     for (tag, value) in [(0, 100.0), (1, 100.0)] {
-        let sample = Sample {
-            tag: TagHandle(tag),
-            value: Some(Value::F64(value)),
-            quality: Quality::Good,
-            source_time: None,
-            received: START,
-            valid_from: START,
-        };
+        let value = Some(Value::F64(value));
+        let sample = Sample::live(TagHandle(tag), value, Quality::Good, START);
         tags.apply(&sample, |_| {});
     }
     let group = |spec| AlarmSpec { group: Some("T1".into()), ..spec };

@@ -377,14 +377,8 @@ fn walk(seed: u64, transitions: &mut BTreeSet<(State, &'static str, State)>, ref
                 1 => Quality::Uncertain(Reason::Sensor),
                 _ => Quality::Good,
             };
-            let sample = Sample {
-                tag: TagHandle(tag),
-                value: Some(random_value(tag, &mut dice)),
-                quality,
-                source_time: None,
-                received: now,
-                valid_from: now,
-            };
+            let value = Some(random_value(tag, &mut dice));
+            let sample = Sample::live(TagHandle(tag), value, quality, now);
             tags.apply(&sample, |change| {
                 history.extend(change.value.map(|value| (change.tag, value, change.quality)));
                 alarms.note(change);

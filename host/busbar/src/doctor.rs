@@ -65,6 +65,7 @@ pub(crate) fn run(options: &DoctorOptions) -> anyhow::Result<ExitCode> {
     findings.extend(machine::look());
     if let Some(config) = &options.config {
         findings.extend(scene::look(config));
+        findings.extend(scene::listen(config, options.listen_seconds));
     }
     let count = |state| findings.iter().filter(|finding| finding.state == state).count();
     let (faults, warnings) = (count(State::Fault), count(State::Warning));

@@ -131,7 +131,7 @@ impl Seen {
             abi::BUSBAR_REASON_STALE => {
                 self.fault(format!("a sample of tag {tag} is stale: only the host says that"));
             }
-            reason if reason > abi::BUSBAR_REASON_STALE => {
+            reason if reason > abi::BUSBAR_REASON_SOURCE_TIME => {
                 self.fault(format!("a sample of tag {tag} has reason {reason}"));
             }
             _ => {}

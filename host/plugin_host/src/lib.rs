@@ -20,9 +20,10 @@ mod overlay;
 mod overlay_picture;
 mod overlay_quantity;
 mod records;
-mod sample_check;
+mod sample_intake;
 mod signature;
 mod simulator;
+mod source_clock;
 mod telemetry;
 mod text;
 mod trust;
@@ -48,12 +49,13 @@ pub use overlay_picture::{
 };
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
-pub use sample_check::{SampleCheck, SampleSink};
+pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
     Behaviour, DeviceScenario, FaultKind, Shape, SimulatedEvent, SimulatedLinkFault, SimulatedTag,
     Simulation, SimulationStatus, Simulator,
 };
+pub use source_clock::{ClockReport, FreshnessBasis, MAX_CLOCK_AHEAD};
 pub use telemetry::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleReceiver, Telemetry, TelemetryStream,
     TelemetryTag, wall_clock,

@@ -7,10 +7,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{Moment, Reason, Sample, SampleQueue, SourceTime, TagHandle, ValueKind};
+use busbar_tags::{Moment, Origin, Reason, Sample, SampleQueue, SourceTime, TagHandle, ValueKind};
 use serde::{Deserialize, Serialize};
 
-use crate::{Instance, PluginError, SampleCheck, text};
+use crate::sample_intake::{self, SampleIntake, SourcePolicy};
+use crate::source_clock::ClockReport;
+use crate::{Instance, PluginError, text};
 
 /// Samples in one batch.
 const MAX_BATCH: usize = 1 << 20;
@@ -61,10 +63,17 @@ pub struct LinkReport {
     pub rejected: u64,
     /// Samples that later ones of their tags overtook because too many waited.
     pub dropped: u64,
+    /// Findings about the source's clock.
+    pub clock: ClockReport,
+    /// Origin that all its samples have.
+    pub origin: Origin,
 }
 
 /// Where the raw samples of one plugin go. Called from the plugin's threads.
 pub trait SampleReceiver: Send + Sync {
+    /// Notes the `BUSBAR_ORIGIN_*` of all samples that follow, as the plugin declares it.
+    fn note_origin(&self, flags: u8);
+
     /// Takes a batch without blocking; returns how many of it stay.
     fn publish(&self, samples: &[abi::BusbarSample]) -> usize;
 
@@ -106,7 +115,7 @@ struct SinkContext(Arc<dyn SampleReceiver>);
 /// Checks samples and queues them.
 struct QueueReceiver {
     queue: Arc<SampleQueue>,
-    check: SampleCheck,
+    intake: Mutex<SampleIntake>,
     longest_freshness: Duration,
     link: Mutex<(LinkState, String)>,
     last_sample: Mutex<Option<Moment>>,
@@ -122,10 +131,11 @@ impl Telemetry {
         instance: Arc<Instance>,
         tags: &[TelemetryTag],
         queue: Arc<SampleQueue>,
+        policy: SourcePolicy,
     ) -> Result<Self, PluginError> {
         let receiver = Arc::new(QueueReceiver {
             queue,
-            check: SampleCheck::new(tags),
+            intake: Mutex::new(SampleIntake::new(tags, policy)),
             longest_freshness: tags.iter().map(|t| t.freshness).max().unwrap_or_default(),
             link: Mutex::default(),
             last_sample: Mutex::default(),
@@ -155,11 +165,17 @@ impl Telemetry {
         &self.stream.instance
     }
 
+    /// Adds origins to all samples from now on.
+    pub fn add_origin(&self, origin: Origin) {
+        self.receiver.intake.lock().unwrap_or_else(PoisonError::into_inner).add_origin(origin);
+    }
+
     /// What it last said of its link.
     pub fn link(&self) -> LinkReport {
         let receiver = &self.receiver;
         let (state, message) = receiver.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let last = *receiver.last_sample.lock().unwrap_or_else(PoisonError::into_inner);
+        let intake = receiver.intake.lock().unwrap_or_else(PoisonError::into_inner);
         LinkReport {
             state,
             message,
@@ -167,6 +183,8 @@ impl Telemetry {
             longest_freshness: receiver.longest_freshness,
             rejected: receiver.rejected.load(Ordering::Relaxed),
             dropped: receiver.queue.dropped(),
+            clock: intake.clock_report(),
+            origin: intake.origin(),
         }
     }
 }
@@ -186,6 +204,7 @@ impl TelemetryStream {
             return Err(instance.violation("`start` or `stop` is null"));
         };
         let specs: Vec<_> = tags.iter().map(to_abi).collect();
+        receiver.note_origin(table.origin as u8);
         let sink = Sink::new(Arc::new(SinkContext(receiver)));
         let mut error = abi::BusbarError::empty();
         let serial = instance.serialise();
@@ -210,14 +229,22 @@ impl Drop for TelemetryStream {
 }
 
 impl SampleReceiver for QueueReceiver {
+    fn note_origin(&self, flags: u8) {
+        let mut intake = self.intake.lock().unwrap_or_else(PoisonError::into_inner);
+        intake.add_origin(sample_intake::origin(flags));
+    }
+
     fn publish(&self, samples: &[abi::BusbarSample]) -> usize {
         let received = Moment::now();
         let wall_clock = wall_clock();
         // Checked before the queue is locked: the frame waits for that lock.
         let mut valid = Vec::with_capacity(samples.len());
+        let mut intake = self.intake.lock().unwrap_or_else(PoisonError::into_inner);
+        intake.follow_clock(wall_clock, received);
         for raw in samples {
-            self.check.take(raw, received, wall_clock, &mut |sample: &Sample| valid.push(*sample));
+            intake.take(raw, received, wall_clock, &mut |sample: &Sample| valid.push(*sample));
         }
+        drop(intake);
         self.reject((samples.len() - valid.len()) as u64);
         if !valid.is_empty() {
             *self.last_sample.lock().unwrap_or_else(PoisonError::into_inner) = Some(received);
@@ -326,5 +353,6 @@ pub(crate) fn reason_to_abi(reason: Reason) -> u8 {
         Reason::NotConnected => abi::BUSBAR_REASON_NOT_CONNECTED,
         Reason::NotFinite => abi::BUSBAR_REASON_NOT_FINITE,
         Reason::Stale => abi::BUSBAR_REASON_STALE,
+        Reason::SourceTime => abi::BUSBAR_REASON_SOURCE_TIME,
     }
 }

@@ -1,17 +1,19 @@
 //! Plugins, wherever they run: what the viewer works with.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use busbar_geometry::Mesh;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayDescription,
-    OverlayPicture, PluginError, PluginInfo, SampleSink, Telemetry, TelemetryTag,
+    OverlayPicture, PluginError, PluginInfo, SampleSink, SourcePolicy, Telemetry, TelemetryTag,
 };
-use busbar_tags::{SampleQueue, TagHandle, TagState};
+use busbar_tags::{Origin, Sample, SampleQueue, TagHandle, TagState};
 
 use crate::process::PluginProcess;
+use crate::simulator_watch::{SimulatorCheck, SimulatorWatch, is_connected_to_simulator};
+use crate::socket_table::SocketOwner;
 use crate::status::PluginStatus;
 
 /// An instance of a plugin with its settings.
@@ -68,14 +70,45 @@ impl Plugin {
 /// dropped, one in its own with the last of its [`Plugin`]s.
 pub enum RunningTelemetry {
     /// In this process.
-    InProcess {
-        /// The plugin.
-        telemetry: Telemetry,
-        /// What it fills.
-        queue: Arc<SampleQueue>,
-    },
+    InProcess(Box<InProcessTelemetry>),
     /// In a process of its own.
     Isolated(Arc<PluginProcess>),
+}
+
+/// A telemetry plugin in this process.
+pub struct InProcessTelemetry {
+    telemetry: Telemetry,
+    /// Samples that wait.
+    queue: Arc<SampleQueue>,
+    /// Watch for connections of this process to simulators.
+    simulators: Mutex<SimulatorWatch>,
+}
+
+impl InProcessTelemetry {
+    /// Hands over the samples since the last call. Connections of this process to a
+    /// simulator count for each plugin in it: which of them has one cannot be told.
+    fn drain(&self, sink: &mut impl SampleSink) {
+        let samples = self.queue.drain();
+        // What says that there is no link comes from nowhere.
+        let first = samples.iter().find(|sample| sample.value.is_some());
+        let check = SimulatorCheck { first_sample: first.map(|sample| sample.received) };
+        let has_samples = first.is_some();
+        let mut simulators = self.simulators.lock().unwrap_or_else(PoisonError::into_inner);
+        simulators.follow_link(self.telemetry.link().state);
+        if simulators.is_due(has_samples) {
+            let is_simulated =
+                is_connected_to_simulator(SocketOwner::Process(std::process::id()), check);
+            simulators.note_check(is_simulated, has_samples);
+            if is_simulated {
+                self.telemetry.add_origin(Origin::SIMULATED);
+            }
+        }
+        // Also of samples that were queued before the intake was told.
+        let origin = simulators.origin();
+        for sample in &samples {
+            sink.take(&Sample { origin: sample.origin | origin, ..*sample });
+        }
+    }
 }
 
 impl RunningTelemetry {
@@ -99,15 +132,23 @@ impl RunningTelemetry {
     ///
     /// # Errors
     /// As [`RunningTelemetry::check`].
-    pub fn start(plugin: &Plugin, tags: &[TelemetryTag]) -> Result<Self, PluginError> {
+    pub fn start(
+        plugin: &Plugin,
+        tags: &[TelemetryTag],
+        policy: SourcePolicy,
+    ) -> Result<Self, PluginError> {
         match plugin {
             Plugin::InProcess(instance) => {
                 let queue = Arc::new(SampleQueue::default());
-                let telemetry = Telemetry::start(instance.clone(), tags, queue.clone())?;
-                Ok(Self::InProcess { telemetry, queue })
+                let telemetry = Telemetry::start(instance.clone(), tags, queue.clone(), policy)?;
+                Ok(Self::InProcess(Box::new(InProcessTelemetry {
+                    telemetry,
+                    queue,
+                    simulators: Mutex::default(),
+                })))
             }
             Plugin::Isolated(process) => {
-                process.start(tags)?;
+                process.start(tags, policy)?;
                 Ok(Self::Isolated(process.clone()))
             }
         }
@@ -116,7 +157,7 @@ impl RunningTelemetry {
     /// The configuration's id of the instance.
     pub fn name(&self) -> &str {
         match self {
-            Self::InProcess { telemetry, .. } => telemetry.instance().name(),
+            Self::InProcess(own) => own.telemetry.instance().name(),
             Self::Isolated(process) => process.name(),
         }
     }
@@ -124,9 +165,7 @@ impl RunningTelemetry {
     /// Hands over the samples since the last call, the oldest first.
     pub fn drain(&self, sink: &mut impl SampleSink) {
         match self {
-            Self::InProcess { queue, .. } => {
-                queue.drain().iter().for_each(|sample| sink.take(sample))
-            }
+            Self::InProcess(own) => own.drain(sink),
             Self::Isolated(process) => process.drain(sink),
         }
     }
@@ -134,7 +173,7 @@ impl RunningTelemetry {
     /// What it last said of its link, and what came through it.
     pub fn link(&self) -> LinkReport {
         match self {
-            Self::InProcess { telemetry, .. } => telemetry.link(),
+            Self::InProcess(own) => own.telemetry.link(),
             Self::Isolated(process) => process.link().unwrap_or_default(),
         }
     }

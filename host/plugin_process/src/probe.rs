@@ -6,8 +6,8 @@ use std::os::unix::fs::FileExt;
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
     LinkReport, MAX_DIAGNOSTICS, MAX_PAGE_RECORDS, MAX_PAGE_ROWS, OverlayBinding,
-    OverlayDescription, OverlayPicture, PictureRules, PluginError, SampleSink, TelemetryTag,
-    check_commands, check_stages,
+    OverlayDescription, OverlayPicture, PictureRules, PluginError, SampleSink, SourcePolicy,
+    TelemetryTag, check_commands, check_stages,
 };
 
 use crate::feed::Feed;
@@ -48,7 +48,7 @@ impl HostSide {
     pub fn new(tags: &[TelemetryTag], bindings: &[OverlayBinding]) -> Result<Self, String> {
         let ring =
             memory::zeroed("ring", RING_BYTES).map_err(|error| format!("no ring: {error}"))?;
-        let mut feed = Feed::new(tags);
+        let mut feed = Feed::new(tags, SourcePolicy::default());
         feed.attach(RingReader::new(&ring)?);
         Ok(Self {
             decoder: frames::decoder(),

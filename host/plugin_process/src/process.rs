@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 use busbar_geometry::{CollapseSequence, Mesh};
 use busbar_plugin_host::{
     LinkReport, Optimised, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
-    PluginInfo, SampleSink, TelemetryTag, check_stages,
+    PluginInfo, SampleSink, SourcePolicy, TelemetryTag, check_stages,
 };
 use busbar_tags::TagState;
 
@@ -19,7 +19,9 @@ use crate::memory;
 use crate::message::{Answer, Request, ToPlugin};
 use crate::ring::{RING_BYTES, RingReader};
 use crate::shared::{Life, Outcome, Shared, State};
+use crate::simulator_watch::{SimulatorCheck, is_connected_to_simulator};
 use crate::slot::Slot;
+use crate::socket_table::SocketOwner;
 use crate::status::{PluginState, PluginStatus};
 
 /// How often whoever waits for an optimiser is told how far it is.
@@ -91,10 +93,14 @@ impl PluginProcess {
         self.done(Request::Check { tags: tags.to_vec() }, &[])
     }
 
-    pub(crate) fn start(&self, tags: &[TelemetryTag]) -> Result<(), PluginError> {
+    pub(crate) fn start(
+        &self,
+        tags: &[TelemetryTag],
+        policy: SourcePolicy,
+    ) -> Result<(), PluginError> {
         let failed = |message: String| self.failed(message);
         let ring = memory::zeroed("ring", RING_BYTES).map_err(|error| failed(error.to_string()))?;
-        let mut feed = Feed::new(tags);
+        let mut feed = Feed::new(tags, policy);
         feed.attach(RingReader::new(&ring).map_err(failed)?);
         {
             let state = self.settled();
@@ -108,8 +114,24 @@ impl PluginProcess {
     }
 
     pub(crate) fn drain(&self, sink: &mut impl SampleSink) {
+        let check = self.shared.feed().as_mut().and_then(Feed::simulator_check);
+        if let Some(check) = check {
+            self.look_for_simulator(check);
+        }
         if let Some(feed) = self.shared.feed().as_mut() {
             feed.drain(sink);
+        }
+    }
+
+    /// Looks whether the process is connected to a simulator of this machine, and marks its
+    /// samples if so.
+    fn look_for_simulator(&self, check: SimulatorCheck) {
+        // Not with the feed locked: its lock comes after that of the state.
+        let pid = self.shared.state().pid;
+        let is_simulated =
+            pid.is_some_and(|pid| is_connected_to_simulator(SocketOwner::ProcessTree(pid), check));
+        if let Some(feed) = self.shared.feed().as_mut() {
+            feed.note_simulator_check(is_simulated);
         }
     }
 

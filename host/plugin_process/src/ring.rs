@@ -11,7 +11,9 @@
 use std::fs::File;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use busbar_plugin_abi::{BUSBAR_VALUE_NONE, BusbarSample};
+use busbar_plugin_abi::{
+    BUSBAR_NO_TIME, BUSBAR_QUALITY_GOOD, BUSBAR_SAMPLE_BUFFERED, BUSBAR_VALUE_NONE, BusbarSample,
+};
 use busbar_tags::{Backlog, Moment, Update};
 use memmap2::MmapRaw;
 
@@ -31,6 +33,8 @@ const READ: usize = 8;
 const REJECTED: usize = 16;
 /// Samples overtaken by later ones of their tags; the writer's.
 const DROPPED: usize = 24;
+/// End of the last pause of the writer's process; the writer's.
+const PAUSE_END: usize = 25;
 /// Bytes of shared memory.
 pub(crate) const RING_BYTES: u64 = ((HEADER_WORDS + RING_SAMPLES * WORDS) * 8) as u64;
 
@@ -65,6 +69,19 @@ impl Update for RawSample {
 
     fn has_value(&self) -> bool {
         self.sample.kind != BUSBAR_VALUE_NONE
+    }
+
+    fn is_good(&self) -> bool {
+        self.sample.quality == BUSBAR_QUALITY_GOOD
+    }
+
+    fn source_nanos(&self) -> Option<i64> {
+        let nanos = self.sample.source_time_unix_nanos;
+        (nanos != BUSBAR_NO_TIME).then_some(nanos)
+    }
+
+    fn buffered_time(&self) -> Option<i64> {
+        self.source_nanos().filter(|_| self.sample.flags & BUSBAR_SAMPLE_BUFFERED != 0)
     }
 }
 
@@ -106,13 +123,22 @@ impl RingWriter {
         Ok(Self { words, written, backlog: Backlog::default() })
     }
 
-    /// Adds samples, behind those that wait. Returns whether any has to wait, for
-    /// [`Self::flush`].
-    pub(crate) fn write(&mut self, samples: &[BusbarSample], published: Moment) -> bool {
+    /// Adds samples with the flags of `origin`, behind those that wait. Returns whether any
+    /// has to wait, for [`Self::flush`].
+    pub(crate) fn write(
+        &mut self,
+        samples: &[BusbarSample],
+        origin: u8,
+        published: Moment,
+    ) -> bool {
         let room = if self.flush() { 0 } else { self.room() };
         let (now, later) = samples.split_at(samples.len().min(room));
-        self.put(now.iter().map(|&sample| RawSample { sample, published }));
-        later.iter().for_each(|&sample| self.backlog.push(RawSample { sample, published }));
+        let raw = |&sample: &BusbarSample| {
+            let sample = BusbarSample { flags: sample.flags | origin, ..sample };
+            RawSample { sample, published }
+        };
+        self.put(now.iter().map(raw));
+        later.iter().for_each(|sample| self.backlog.push(raw(sample)));
         self.words.word(DROPPED).store(self.backlog.dropped(), Ordering::Relaxed);
         !self.backlog.is_empty()
     }
@@ -134,6 +160,11 @@ impl RingWriter {
         self.words.word(REJECTED).fetch_add(count, Ordering::Relaxed);
     }
 
+    /// Notes the end of a pause of this process: what is written next may be old.
+    pub(crate) fn note_pause(&self, end: Moment) {
+        self.words.word(PAUSE_END).store(end.0, Ordering::Relaxed);
+    }
+
     fn room(&self) -> usize {
         let read = self.words.word(READ).load(Ordering::Acquire);
         RING_SAMPLES.saturating_sub(self.written.wrapping_sub(read) as usize)
@@ -142,7 +173,7 @@ impl RingWriter {
     /// Writes samples for which there is room.
     fn put(&mut self, samples: impl Iterator<Item = RawSample>) {
         for RawSample { sample, published } in samples {
-            let small = [sample.kind, sample.quality, sample.reason, 0];
+            let small = [sample.kind, sample.quality, sample.reason, sample.flags];
             let first = u64::from(sample.tag) | u64::from(u32::from_le_bytes(small)) << 32;
             let values = [first, sample.value, sample.source_time_unix_nanos as u64, published.0];
             for (word, value) in self.words.slot(self.written).iter().zip(values) {
@@ -160,17 +191,19 @@ impl RingReader {
         Ok(Self { words: Words::map(memory)?, read: 0 })
     }
 
-    /// Hands over what was written up to now, the oldest first, and says how much that is.
+    /// Hands over what was written up to now, the oldest first, with the end of the last
+    /// pause of the writer's process, and says how much that is.
     /// Whatever a hostile writer does, these are no more than [`RING_SAMPLES`].
     #[inline(always)]
-    pub(crate) fn read(&mut self, mut each: impl FnMut(RawSample)) -> u64 {
+    pub(crate) fn read(&mut self, mut each: impl FnMut(RawSample, Moment)) -> u64 {
         let written = self.words.word(WRITTEN).load(Ordering::Acquire);
+        let pause_end = Moment(self.words.word(PAUSE_END).load(Ordering::Relaxed));
         let waiting = written.wrapping_sub(self.read).min(RING_SAMPLES as u64);
         let mut next = written.wrapping_sub(waiting);
         while next != written {
             let piece = written.wrapping_sub(next).min(PIECE_SAMPLES);
             for i in 0..piece {
-                each(self.copy(next.wrapping_add(i)));
+                each(self.copy(next.wrapping_add(i)), pause_end);
             }
             next = next.wrapping_add(piece);
             self.words.word(READ).store(next, Ordering::Release);
@@ -194,13 +227,13 @@ impl RingReader {
         let words = self.words.slot(number);
         let [first, value, source_time, published] =
             std::array::from_fn(|word| words[word].load(Ordering::Relaxed));
-        let [kind, quality, reason, reserved] = ((first >> 32) as u32).to_le_bytes();
+        let [kind, quality, reason, flags] = ((first >> 32) as u32).to_le_bytes();
         let sample = BusbarSample {
             tag: first as u32,
             kind,
             quality,
             reason,
-            reserved,
+            flags,
             value,
             source_time_unix_nanos: source_time as i64,
         };

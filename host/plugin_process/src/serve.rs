@@ -20,7 +20,7 @@ use busbar_plugin_host::{
     Alarms, Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
     PluginError, Records, SampleReceiver, Simulator, TelemetryStream,
 };
-use busbar_tags::Moment;
+use busbar_tags::{ClockReadings, Moment, PauseDetector};
 use rustix::process::{Signal, getpid, kill_process};
 
 use crate::command::There;
@@ -323,52 +323,81 @@ const PROGRESS_PERIOD: Duration = Duration::from_millis(20);
 /// Samples into the ring, the rest over the socket. Unchecked: the host checks.
 struct Forwarder {
     link: Arc<Link>,
-    ring: Mutex<RingWriter>,
+    writing: Mutex<Writing>,
     /// Told when samples wait for room.
     waiting: Condvar,
 }
 
+struct Writing {
+    ring: RingWriter,
+    pauses: PauseDetector,
+    /// `BUSBAR_ORIGIN_*` of all samples.
+    origin: u8,
+}
+
+impl Writing {
+    /// Tells the reader of a pause of this process, if one just ended.
+    fn note_pause(&mut self) {
+        if let Some(pause) = self.pauses.observe(ClockReadings::now()) {
+            self.ring.note_pause(pause.until);
+        }
+    }
+}
+
 /// How often it is tried to write samples that found no room.
 const FLUSH_PERIOD: Duration = Duration::from_millis(5);
-/// How often the thread that does so looks whether it is still needed.
-const FLUSH_CHECK: Duration = Duration::from_secs(1);
+/// How often the thread that does so looks whether it is still needed, and whether this
+/// process had a pause: well below the gap that counts as one.
+const FLUSH_CHECK: Duration = Duration::from_millis(500);
 
 impl Forwarder {
     /// Writes into `ring`, with a thread that helps when that is full.
     fn start(link: Arc<Link>, ring: RingWriter) -> std::io::Result<Arc<Self>> {
-        let forwarder = Arc::new(Self { link, ring: Mutex::new(ring), waiting: Condvar::new() });
+        let writing = Writing { ring, pauses: PauseDetector::default(), origin: 0 };
+        let writing = Mutex::new(writing);
+        let forwarder = Arc::new(Self { link, writing, waiting: Condvar::new() });
         let weak = Arc::downgrade(&forwarder);
         let flush = move || while weak.upgrade().map(|forwarder| forwarder.flush()).is_some() {};
         thread::Builder::new().name("samples".into()).spawn(flush)?;
         Ok(forwarder)
     }
 
-    fn ring(&self) -> MutexGuard<'_, RingWriter> {
-        self.ring.lock().unwrap_or_else(PoisonError::into_inner)
+    fn writing(&self) -> MutexGuard<'_, Writing> {
+        self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits a while for samples to wait for room, and writes them as there is some.
     fn flush(&self) {
-        let waiting = self.waiting.wait_timeout(self.ring(), FLUSH_CHECK);
-        let (mut ring, _) = waiting.unwrap_or_else(PoisonError::into_inner);
-        while ring.flush() {
-            drop(ring);
+        let waiting = self.waiting.wait_timeout(self.writing(), FLUSH_CHECK);
+        let (mut writing, _) = waiting.unwrap_or_else(PoisonError::into_inner);
+        writing.note_pause();
+        while writing.ring.flush() {
+            drop(writing);
             thread::sleep(FLUSH_PERIOD);
-            ring = self.ring();
+            writing = self.writing();
+            writing.note_pause();
         }
     }
 }
 
 impl SampleReceiver for Forwarder {
+    fn note_origin(&self, flags: u8) {
+        self.writing().origin = flags;
+    }
+
     fn publish(&self, samples: &[BusbarSample]) -> usize {
-        if self.ring().write(samples, Moment::now()) {
+        let mut writing = self.writing();
+        // First: what is written after a pause may be from before it.
+        writing.note_pause();
+        let Writing { ring, origin, .. } = &mut *writing;
+        if ring.write(samples, *origin, Moment::now()) {
             self.waiting.notify_one();
         }
         samples.len()
     }
 
     fn reject(&self, count: u64) {
-        self.ring().reject(count);
+        self.writing().ring.reject(count);
     }
 
     fn report_link(&self, state: LinkState, message: String) {

@@ -3,8 +3,8 @@
 use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot};
 use crate::{
-    Change, DoublePoint, Moment, Quality, QualityCounts, Reason, Sample, SourceTime, TagHandle,
-    TagSet, TagSpec, TagState, Value, ValueKind,
+    Change, DoublePoint, Moment, Origin, Quality, QualityCounts, Reason, Sample, SourceTime,
+    TagHandle, TagSet, TagSpec, TagState, Value, ValueKind,
 };
 
 const NANOS_PER_MILLISECOND: u64 = 1_000_000;
@@ -22,12 +22,16 @@ pub(crate) struct Live {
     freshness_millis: u32,
     value_kind: Option<ValueKind>,
     pub(crate) kind: ValueKind,
-    /// Rank of the quality that the counts have it under.
-    counted: u8,
-    /// Whether nothing but its own samples, as they are, makes it what it is, and nothing
-    /// rests on it.
-    is_plain: bool,
+    /// Rank of the quality that the counts have it under, and [`PLAIN`].
+    state: u8,
+    origin: Origin,
 }
+
+/// Bit of [`Live::state`]: nothing but its own samples, as they are, makes the tag what it
+/// is, and nothing rests on it.
+const PLAIN: u8 = 1 << 7;
+/// State of a plain tag that counts as good.
+const PLAIN_GOOD: u8 = PLAIN;
 
 const _: () = assert!(size_of::<Live>() == 32);
 
@@ -79,8 +83,8 @@ impl Live {
             valid_from: Moment(0),
             freshness_millis: u32::try_from(spec.freshness.as_millis()).unwrap_or(u32::MAX),
             kind: spec.kind,
-            counted: Quality::Bad(Reason::NotConnected).rank(),
-            is_plain,
+            state: Quality::Bad(Reason::NotConnected).rank() | if is_plain { PLAIN } else { 0 },
+            origin: Origin::LIVE,
         }
     }
 
@@ -98,6 +102,12 @@ impl Live {
     pub(crate) fn take_over(&mut self, was: &Self) {
         self.set_value(was.value());
         (self.source_nanos, self.valid_from) = (was.source_nanos, was.valid_from);
+        self.origin = was.origin;
+    }
+
+    /// Rank of the quality that the counts have it under.
+    fn counted(&self) -> u8 {
+        self.state & !PLAIN
     }
 
     fn source_time(&self) -> Option<SourceTime> {
@@ -108,12 +118,20 @@ impl Live {
     pub(crate) fn set_times(&mut self, sample: &Sample) {
         self.source_nanos = sample.source_time.map_or(NO_TIME, |time| time.0);
         self.valid_from = sample.valid_from;
+        self.origin = sample.origin;
     }
 
-    /// By source time, where both have one.
+    pub(crate) fn origin(&self) -> Origin {
+        self.origin
+    }
+
+    /// Whether the value is newer than a sample, by source time where both have one.
     #[inline(always)]
     pub(crate) fn is_newer_than(&self, sample: &Sample) -> bool {
-        sample.source_time.is_some_and(|time| time.0 < self.source_nanos)
+        match sample.source_time {
+            Some(time) if self.source_nanos != NO_TIME => time.0 < self.source_nanos,
+            _ => self.value_kind.is_some() && sample.valid_from < self.valid_from,
+        }
     }
 
     /// Whether it is a good tag without rules, to which a sample brings but another good
@@ -121,11 +139,11 @@ impl Live {
     /// samples do, and [`TagTable::set`] would end at the same.
     #[inline(always)]
     pub(crate) fn stays_good(&self, value: Value, sample: &Sample, now: Moment) -> bool {
-        self.is_plain
-            && self.counted == Quality::Good.rank()
+        self.state == PLAIN_GOOD
             && sample.quality == Quality::Good
+            && sample.origin == self.origin
             && judge(value, self.kind) == Quality::Good
-            && !self.is_newer_than(sample)
+            && !(sample.is_buffered && self.is_newer_than(sample))
             && sample.valid_from >= self.valid_from
             && self.deadline_of(sample.valid_from) >= now
     }
@@ -139,6 +157,19 @@ impl Live {
             quality,
             source_time: self.source_time(),
             received: sample.received,
+            origin: self.origin,
+        }
+    }
+
+    /// What became of the tag without a sample.
+    pub(crate) fn state_change(&self, tag: TagHandle, quality: Quality, now: Moment) -> Change {
+        Change {
+            tag,
+            value: self.value().unpack(),
+            quality,
+            source_time: self.source_time(),
+            received: now,
+            origin: self.origin,
         }
     }
 
@@ -218,10 +249,10 @@ impl Cells {
     pub(crate) fn count(&mut self, tag: TagHandle, counts: &mut QualityCounts, now: Moment) {
         let (live, standing) = self.get_mut(tag);
         let rank = live.quality(standing.own_quality(), now).rank();
-        if rank != live.counted {
-            *counts.of(live.counted) -= 1;
+        if rank != live.counted() {
+            *counts.of(live.counted()) -= 1;
             *counts.of(rank) += 1;
-            live.counted = rank;
+            live.state = live.state & PLAIN | rank;
         }
     }
 
@@ -233,11 +264,6 @@ impl Cells {
     pub(crate) fn states(&self, now: Moment) -> impl ExactSizeIterator<Item = TagState> {
         self.live.iter().zip(&self.standing).map(move |(live, tag)| state(live, tag, now))
     }
-
-    /// Source times order nothing any more.
-    pub(crate) fn forget_source_times(&mut self) {
-        self.live.iter_mut().for_each(|live| live.source_nanos = NO_TIME);
-    }
 }
 
 fn state(live: &Live, standing: &Standing, now: Moment) -> TagState {
@@ -247,6 +273,7 @@ fn state(live: &Live, standing: &Standing, now: Moment) -> TagState {
         quality: live.quality(standing.own_quality(), now),
         age: has_value.then(|| now.since(live.valid_from)),
         source_time: live.source_time(),
+        origin: live.origin,
     }
 }
 

@@ -4,8 +4,8 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 
 use crate::{
-    DoublePoint, Expression, Moment, Quality, Sample, SpecFault, TagHandle, TagSpec, TagState,
-    Value, ValueKind,
+    DoublePoint, Expression, Moment, Origin, Quality, Sample, SpecFault, TagHandle, TagSpec,
+    TagState, Value, ValueKind,
 };
 
 /// All derived tags of a table, each after those that it rests on.
@@ -129,7 +129,9 @@ impl Rule {
         let mut quality = Quality::Good;
         let mut numbers = Vec::with_capacity(self.inputs.len());
         let mut oldest = now;
+        let mut origin = Origin::LIVE;
         for state in states {
+            origin |= state.origin;
             quality = quality.worst(state.quality);
             numbers.extend(state.value.map(number));
             oldest = oldest.min(now.before(state.age.unwrap_or_default()));
@@ -144,6 +146,8 @@ impl Rule {
             source_time: None,
             received: now,
             valid_from: oldest,
+            origin,
+            is_buffered: false,
         }
     }
 }

@@ -75,6 +75,7 @@ mod tests {
             quality: Quality::Good,
             source_time: None,
             received: Moment(0),
+            origin: crate::Origin::LIVE,
         };
         log.note(&change(0, Value::F64(1.0)));
         let count = MAX_EVENTS as u32 + 3;

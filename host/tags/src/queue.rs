@@ -15,17 +15,27 @@ pub trait Update {
 
     /// Whether it carries a value; else it says something about quality alone.
     fn has_value(&self) -> bool;
+
+    /// Whether its quality is good.
+    fn is_good(&self) -> bool;
+
+    /// Time at the source, nanoseconds since 1970-01-01 UTC, if it has a usable one.
+    fn source_nanos(&self) -> Option<i64>;
+
+    /// The same of an update with a value that comes out of a buffer, so that this time
+    /// orders it; `None` for one that counts in order of arrival.
+    fn buffered_time(&self) -> Option<i64>;
 }
 
 /// Updates that wait, in order.
 ///
 /// One that is never drained stays bounded and loses no tag: when it is full, every
-/// tag keeps its last value and what was said of its quality after that; what came
-/// before goes, and is counted.
+/// tag keeps its last value, what is newer out of a buffer, and what was said of its
+/// quality after each; what came before goes, and is counted.
 #[derive(Clone, Debug)]
 pub struct Backlog<U> {
     updates: VecDeque<U>,
-    /// Thin out at this length: twice what the last time left, so that thinning costs
+    /// Thin out at this length: some times what the last time left, so that thinning costs
     /// no more than pushing.
     thin_at: usize,
     dropped: u64,
@@ -81,29 +91,74 @@ impl<U: Update> Backlog<U> {
 
     fn thin_out(&mut self) {
         let before = self.updates.len();
-        // What is known of each tag from its later updates.
-        let mut known: HashMap<u32, Known> = HashMap::new();
-        let mut kept = VecDeque::with_capacity(before / 2);
-        for update in self.updates.drain(..).rev() {
-            let known = known.entry(update.tag()).or_default();
-            let wanted =
-                if update.has_value() { !known.value } else { !known.value && !known.quality };
-            known.value |= update.has_value();
-            known.quality = true;
-            if wanted {
-                kept.push_front(update);
-            }
+        let mut known: HashMap<u32, Kept> = HashMap::new();
+        for (index, update) in self.updates.iter().enumerate() {
+            known.entry(update.tag()).or_default().take(index, update);
         }
+        let mut is_kept = vec![false; before];
+        let kept = known.values().flat_map(Kept::indices);
+        kept.for_each(|index| is_kept[index] = true);
+        let mut is_kept = is_kept.into_iter();
+        let mut kept = VecDeque::with_capacity(before / 2);
+        kept.extend(self.updates.drain(..).filter(|_| is_kept.next() == Some(true)));
         self.dropped += (before - kept.len()) as u64;
-        self.thin_at = MAX_QUEUED_SAMPLES.max(2 * kept.len());
+        self.thin_at = MAX_QUEUED_SAMPLES.max(MAX_KEPT_A_TAG * kept.len());
         self.updates = kept;
     }
 }
 
+/// Updates that a tag keeps at most when a backlog thins itself out.
+const MAX_KEPT_A_TAG: usize = 4;
+
+/// The updates of one tag that decide on what it is in the end, by their places.
 #[derive(Clone, Copy, Default)]
-struct Known {
-    value: bool,
-    quality: bool,
+struct Kept {
+    /// The last value that counts by its arrival, and its source time.
+    live: Option<(usize, Option<i64>)>,
+    /// What was said of quality after that, before `buffered`.
+    quality_before: Option<usize>,
+    /// After `live`, the newest value out of a buffer, by its source time.
+    buffered: Option<(usize, i64)>,
+    /// What was said of quality after that.
+    quality_after: Option<usize>,
+}
+
+impl Kept {
+    fn take(&mut self, index: usize, update: &impl Update) {
+        if !update.has_value() {
+            return self.note_quality(index);
+        }
+        let Some(time) = update.buffered_time() else {
+            *self = Self { live: Some((index, update.source_nanos())), ..Self::default() };
+            return;
+        };
+        let live_time = self.live.and_then(|(_, time)| time);
+        let newest = self.buffered.map(|(_, time)| time).max(live_time);
+        if newest.is_none_or(|newest| time >= newest) {
+            let quality_before = self.quality_after.or(self.quality_before);
+            *self = Self {
+                quality_before,
+                buffered: Some((index, time)),
+                quality_after: None,
+                ..*self
+            };
+        } else if !update.is_good() {
+            self.note_quality(index);
+        }
+    }
+
+    fn note_quality(&mut self, index: usize) {
+        let last = match self.buffered {
+            Some(_) => &mut self.quality_after,
+            None => &mut self.quality_before,
+        };
+        *last = Some(index);
+    }
+
+    fn indices(&self) -> impl Iterator<Item = usize> {
+        let (live, buffered) = (self.live.map(|(i, _)| i), self.buffered.map(|(i, _)| i));
+        [live, self.quality_before, buffered, self.quality_after].into_iter().flatten()
+    }
 }
 
 impl SampleQueue {
@@ -142,26 +197,63 @@ mod tests {
 
     use super::*;
 
-    /// Tag, value, number.
-    type Plain = (u32, Option<u32>, usize);
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Plain {
+        tag: u32,
+        value: Option<u32>,
+        is_good: bool,
+        time: Option<i64>,
+        is_buffered: bool,
+        number: usize,
+    }
 
     impl Update for Plain {
         fn tag(&self) -> u32 {
-            self.0
+            self.tag
         }
 
         fn has_value(&self) -> bool {
-            self.1.is_some()
+            self.value.is_some()
+        }
+
+        fn is_good(&self) -> bool {
+            self.is_good
+        }
+
+        fn source_nanos(&self) -> Option<i64> {
+            self.time
+        }
+
+        fn buffered_time(&self) -> Option<i64> {
+            self.time.filter(|_| self.is_buffered)
         }
     }
 
-    /// What a table knows in the end: each tag's last value, and the number of what
-    /// was said last of its quality.
-    fn outcome(updates: impl IntoIterator<Item = Plain>) -> BTreeMap<u32, (Option<u32>, usize)> {
-        let mut table: BTreeMap<u32, (Option<u32>, usize)> = BTreeMap::new();
-        for (tag, value, number) in updates {
-            let state = table.entry(tag).or_default();
-            *state = (value.or(state.0), number);
+    fn live(tag: u32, value: u32, number: usize) -> Plain {
+        Plain { tag, value: Some(value), is_good: true, time: None, is_buffered: false, number }
+    }
+
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    struct State {
+        value: Option<u32>,
+        time: Option<i64>,
+        /// The number of what was said last of quality.
+        said: usize,
+    }
+
+    /// What a table knows in the end, by its rules.
+    fn outcome(start: State, updates: impl IntoIterator<Item = Plain>) -> BTreeMap<u32, State> {
+        let mut table: BTreeMap<u32, State> = BTreeMap::new();
+        for update in updates {
+            let state = table.entry(update.tag).or_insert(start);
+            let is_old = update.buffered_time().is_some_and(|time| Some(time) < state.time);
+            match update.value {
+                Some(_) if is_old && update.is_good => {}
+                Some(value) if !is_old => {
+                    *state = State { value: Some(value), time: update.time, said: update.number };
+                }
+                _ => state.said = update.number,
+            }
         }
         table
     }
@@ -169,12 +261,12 @@ mod tests {
     #[test]
     fn a_full_backlog_forgets_no_tag() {
         let mut backlog = Backlog::default();
-        backlog.push((u32::MAX, Some(7), 0));
-        let flood = (0..2 * MAX_QUEUED_SAMPLES).map(|i| (i as u32 % 3, Some(i as u32), i));
+        backlog.push(live(u32::MAX, 7, 0));
+        let flood = (0..2 * MAX_QUEUED_SAMPLES).map(|i| live(i as u32 % 3, i as u32, i));
         flood.for_each(|update| backlog.push(update));
         assert!(backlog.len() <= MAX_QUEUED_SAMPLES);
         assert_eq!(backlog.dropped() as usize + backlog.len(), 2 * MAX_QUEUED_SAMPLES + 1);
-        assert_eq!(backlog.take()[0], (u32::MAX, Some(7), 0), "the only update of its tag");
+        assert_eq!(backlog.take()[0], live(u32::MAX, 7, 0), "the only update of its tag");
     }
 
     #[test]
@@ -182,28 +274,38 @@ mod tests {
         let mut backlog = Backlog::default();
         let tags = 2 * MAX_QUEUED_SAMPLES as u32;
         for round in 0..5 {
-            (0..tags).for_each(|tag| backlog.push((tag, Some(round), 0)));
-            assert!(backlog.len() <= 2 * tags as usize);
+            (0..tags).for_each(|tag| backlog.push(live(tag, round, 0)));
+            assert!(backlog.len() <= MAX_KEPT_A_TAG * tags as usize);
         }
-        let left = outcome(backlog.take());
+        let left = outcome(State::default(), backlog.take());
         assert_eq!(left.len(), tags as usize);
-        assert!(left.values().all(|state| state.0 == Some(4)));
+        assert!(left.values().all(|state| state.value == Some(4)));
     }
 
     proptest! {
         #[test]
         fn thinning_out_changes_no_outcome_and_no_order(
-            updates in prop::collection::vec((0..5_u32, prop::option::of(0..9_u32)), 0..60)
+            updates in prop::collection::vec(
+                (0..3_u32, prop::option::of(0..9_u32), any::<bool>(), prop::option::of(0..6_i64),
+                 any::<bool>()),
+                0..60,
+            ),
+            known in prop::option::of((0..9_u32, prop::option::of(0..6_i64))),
         ) {
-            let updates: Vec<Plain> =
-                updates.into_iter().zip(0..).map(|((tag, value), i)| (tag, value, i)).collect();
+            let plain = |((tag, value, is_good, time, is_buffered), number)| {
+                Plain { tag, value, is_good, time, is_buffered, number }
+            };
+            let updates: Vec<Plain> = updates.into_iter().zip(1..).map(plain).collect();
+            let start = known.map_or(State::default(), |(value, time)| {
+                State { value: Some(value), time, said: 0 }
+            });
             let mut backlog = Backlog::default();
             updates.iter().for_each(|&update| backlog.push(update));
             backlog.thin_out();
             let kept: Vec<Plain> = backlog.take().into();
-            prop_assert!(kept.is_sorted_by_key(|update| update.2));
-            prop_assert!(kept.len() <= 10);
-            prop_assert_eq!(outcome(kept), outcome(updates));
+            prop_assert!(kept.is_sorted_by_key(|update| update.number));
+            prop_assert!(kept.len() <= 3 * MAX_KEPT_A_TAG);
+            prop_assert_eq!(outcome(start, kept), outcome(start, updates));
         }
     }
 }

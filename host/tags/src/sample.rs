@@ -4,7 +4,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Moment, Quality, TagHandle, Update, Value};
+use crate::{Moment, Origin, Quality, TagHandle, Update, Value};
 
 /// When something was so at its source: nanoseconds since 1970-01-01 UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -19,12 +19,17 @@ pub struct Sample {
     pub value: Option<Value>,
     /// Quality at the source.
     pub quality: Quality,
-    /// Time at the source, if it gave one. Orders the values of a tag.
+    /// Time at the source, if it gave a usable one.
     pub source_time: Option<SourceTime>,
     /// When the host got it.
     pub received: Moment,
     /// When the value was true: when it came, less how old it was then.
     pub valid_from: Moment,
+    /// Live, or simulated, recorded and the like.
+    pub origin: Origin,
+    /// Out of a buffer: older at its source than the value there is, it does not replace
+    /// it. All other samples count in order of arrival.
+    pub is_buffered: bool,
 }
 
 /// What an update changed: the tag as it is now, freshness aside.
@@ -40,6 +45,24 @@ pub struct Change {
     pub source_time: Option<SourceTime>,
     /// When the host got it.
     pub received: Moment,
+    /// Live, or simulated, recorded and the like.
+    pub origin: Origin,
+}
+
+impl Sample {
+    /// A live sample without a time of its own, true from when it came.
+    pub fn live(tag: TagHandle, value: Option<Value>, quality: Quality, received: Moment) -> Self {
+        Self {
+            tag,
+            value,
+            quality,
+            source_time: None,
+            received,
+            valid_from: received,
+            origin: Origin::LIVE,
+            is_buffered: false,
+        }
+    }
 }
 
 impl SourceTime {
@@ -66,6 +89,18 @@ impl Update for Sample {
 
     fn has_value(&self) -> bool {
         self.value.is_some()
+    }
+
+    fn is_good(&self) -> bool {
+        self.quality.is_good()
+    }
+
+    fn buffered_time(&self) -> Option<i64> {
+        self.is_buffered.then_some(self.source_time?.0)
+    }
+
+    fn source_nanos(&self) -> Option<i64> {
+        self.source_time.map(|time| time.0)
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Quality, SourceTime, TagHandle, TagTable, Value};
+use crate::{Origin, Quality, SourceTime, TagHandle, TagTable, Value};
 
 /// A tag at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +17,8 @@ pub struct TagState {
     pub age: Option<Duration>,
     /// When it was so at its source, if that said so.
     pub source_time: Option<SourceTime>,
+    /// Live, or simulated, recorded and the like.
+    pub origin: Origin,
 }
 
 /// All tags at the instant to which their table was advanced. It borrows the table, so
@@ -65,6 +67,11 @@ impl<'a> Snapshot<'a> {
 }
 
 impl QualityCounts {
+    /// Counts a tag of this quality.
+    pub fn add(&mut self, quality: Quality) {
+        *self.of(quality.rank()) += 1;
+    }
+
     /// The count of a quality's rank.
     pub(crate) fn of(&mut self, rank: u8) -> &mut usize {
         match rank {

@@ -7,12 +7,9 @@ use crate::changes::Changes;
 use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, Moment, Quality, QualityCounts, Renumbering, Sample, Snapshot, SourceTime, TagHandle,
-    TagSet, TagState, Value,
+    Change, Moment, Origin, Quality, QualityCounts, Reason, Renumbering, Sample, Snapshot,
+    SourceTime, TagHandle, TagSet, TagState, Value,
 };
-
-/// How far the wall clock may go back, as when it is kept in step, nanoseconds.
-const MAX_CLOCK_BACK: i64 = 1_000_000_000;
 
 /// The tags of a scene and their last values.
 ///
@@ -24,12 +21,12 @@ pub struct TagTable {
     cells: Cells,
     wheel: Wheel,
     now: Moment,
-    /// The wall clock less the clock of `now`, as it was last, nanoseconds.
-    clock_offset: Option<i64>,
     changes: Changes,
     /// Inputs of derived tags that came or went stale since.
     touched: Vec<TagHandle>,
     counts: QualityCounts,
+    /// Values from before it are stale whatever their limit: the end of the last pause.
+    trusted_from: Moment,
 }
 
 impl TagTable {
@@ -39,8 +36,8 @@ impl TagTable {
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
         let wheel = Wheel::new(now);
         let changes = Changes::of(cells.len());
-        let (clock_offset, touched) = (None, Vec::new());
-        Self { tags, cells, wheel, now, clock_offset, changes, touched, counts }
+        let (touched, trusted_from) = (Vec::new(), Moment(0));
+        Self { tags, cells, wheel, now, changes, touched, counts, trusted_from }
     }
 
     /// Takes over what another table has of tags that go on under these numbers: value,
@@ -48,7 +45,7 @@ impl TagTable {
     /// by this table's; derived tags follow by themselves.
     pub fn inherit(&mut self, before: &Self, numbers: &Renumbering) {
         self.now = self.now.max(before.now);
-        self.clock_offset = before.clock_offset;
+        self.trusted_from = before.trusted_from;
         for index in 0..before.cells.len() as u32 {
             let (old, Some(tag)) = (TagHandle(index), numbers.tag(TagHandle(index))) else {
                 continue;
@@ -69,7 +66,8 @@ impl TagTable {
         standing.source_quality = said.source_quality;
         if let Some(value) = live.value().unpack() {
             let spec = &self.tags.specs()[tag.0 as usize];
-            standing.verdict = judge_in_range(value, live.kind, spec);
+            let fresh = trust(live.valid_from, self.trusted_from);
+            standing.verdict = judge_in_range(value, live.kind, spec).worst(fresh);
             standing.slot = self.wheel.slot_of(live.deadline());
             self.wheel.put(tag.0, standing.slot);
         }
@@ -86,8 +84,8 @@ impl TagTable {
     }
 
     /// Takes a sample over, and tells `each` what it changes. Returns whether it was taken:
-    /// not where it names no tag of this table that samples may set, or is older, at its
-    /// source, than the value there is.
+    /// not where it names no tag of this table that samples may set, or is good, out of a
+    /// buffer and older, at its source, than the value there is.
     // Always: then nothing of a good measurement is written down between the memory that it
     // came by and its cell.
     #[inline(always)]
@@ -113,13 +111,25 @@ impl TagTable {
         self.changes.turn();
     }
 
-    /// Notes the wall clock at `now`. When it was set back, source times from before would
-    /// shut out all that follows until it is as late again: they order nothing any more.
-    pub fn follow_clock(&mut self, wall_clock: SourceTime, now: Moment) {
-        let offset = wall_clock.0.saturating_sub_unsigned(now.0);
-        let before = self.clock_offset.replace(offset);
-        if before.is_some_and(|before| offset < before.saturating_sub(MAX_CLOCK_BACK)) {
-            self.cells.forget_source_times();
+    /// Holds every value from before `moment` for stale, whatever its limit, until one
+    /// comes that is true from then on: nobody saw what happened before. `each` is told
+    /// what changes.
+    pub fn distrust_before(&mut self, moment: Moment, mut each: impl FnMut(&Change)) {
+        self.trusted_from = self.trusted_from.max(moment);
+        for tag in (0..self.cells.len() as u32).map(TagHandle) {
+            let (live, standing) = self.cells.get_mut(tag);
+            let is_old = live.valid_from < self.trusted_from && !live.value().is_none();
+            if standing.is_derived || !is_old || standing.verdict == STALE {
+                continue;
+            }
+            standing.verdict = standing.verdict.worst(STALE);
+            if standing.is_input {
+                self.touched.push(tag);
+            }
+            let change = live.state_change(tag, standing.own_quality(), self.now);
+            self.cells.count(tag, &mut self.counts, self.now);
+            self.changes.note(tag);
+            each(&change);
         }
     }
 
@@ -162,8 +172,10 @@ impl TagTable {
                 Taken::Changed(live.change(sample, Quality::Good))
             }
             _ => {
-                let &Sample { tag, value, quality, source_time, received, valid_from } = sample;
-                self.take_long_way(tag, value, quality, source_time, [received, valid_from])
+                let &Sample { tag, value, quality, source_time, received, valid_from, .. } = sample;
+                let delivery = (sample.origin, sample.is_buffered);
+                let times = [received, valid_from];
+                self.take_long_way(tag, value, quality, source_time, times, delivery)
             }
         }
     }
@@ -179,29 +191,46 @@ impl TagTable {
         quality: Quality,
         source_time: Option<SourceTime>,
         [received, valid_from]: [Moment; 2],
+        (origin, is_buffered): (Origin, bool),
     ) -> Taken {
         if self.cells.get_mut(tag).1.is_derived {
             return Taken::Ignored;
         }
-        self.set(&Sample { tag, value, quality, source_time, received, valid_from })
+        self.set(&Sample {
+            tag,
+            value,
+            quality,
+            source_time,
+            received,
+            valid_from,
+            origin,
+            is_buffered,
+        })
     }
 
     /// Sets a tag that is there.
     fn set(&mut self, sample: &Sample) -> Taken {
         let (live, standing) = self.cells.get_mut(sample.tag);
-        let before = (live.value(), standing.own_quality());
+        let before = (live.value(), standing.own_quality(), live.origin());
         let mut revived = false;
-        if let Some(value) = sample.value {
-            // An older source time never overwrites a newer one.
-            if live.is_newer_than(sample) {
-                return Taken::Ignored;
-            }
+        // Clocks are set back, so source time orders nothing but what a buffer held. What
+        // is said of quality counts in any case.
+        let is_outdated =
+            sample.value.is_some() && sample.is_buffered && live.is_newer_than(sample);
+        if is_outdated && sample.quality.is_good() {
+            return Taken::Ignored;
+        }
+        if let (Some(value), false) = (sample.value, is_outdated) {
             if standing.has_rules {
                 let spec = &self.tags.specs()[sample.tag.0 as usize];
                 judge_by_rules(live, standing, value, spec);
             } else {
                 live.set_value(Packed::of(value));
                 standing.verdict = judge(value, live.kind);
+            }
+            if !standing.is_derived {
+                let fresh = trust(sample.valid_from, self.trusted_from);
+                standing.verdict = standing.verdict.worst(fresh);
             }
             live.set_times(sample);
             let slot = self.wheel.slot_of(live.deadline());
@@ -216,7 +245,7 @@ impl TagTable {
         if standing.is_input {
             self.touched.push(sample.tag);
         }
-        let after = (live.value(), standing.own_quality());
+        let after = (live.value(), standing.own_quality(), live.origin());
         let change = live.change(sample, after.1);
         self.cells.count(sample.tag, &mut self.counts, self.now);
         if before == after && !revived {
@@ -264,6 +293,15 @@ impl TagTable {
         }
         self.touched.clear();
     }
+}
+
+/// Quality of a value that nobody vouches for any more.
+const STALE: Quality = Quality::Bad(Reason::Stale);
+
+/// Quality of a value by when it was true, where values from before are not trusted.
+#[inline(always)]
+fn trust(valid_from: Moment, trusted_from: Moment) -> Quality {
+    if valid_from < trusted_from { STALE } else { Quality::Good }
 }
 
 enum Taken {

@@ -39,14 +39,7 @@ fn table_of(specs: Vec<TagSpec>) -> TagTable {
 }
 
 fn sample(value: f64, received: Moment) -> Sample {
-    Sample {
-        tag: TAG,
-        value: Some(Value::F64(value)),
-        quality: Quality::Good,
-        source_time: None,
-        received,
-        valid_from: received,
-    }
+    Sample::live(TAG, Some(Value::F64(value)), Quality::Good, received)
 }
 
 fn put(table: &mut TagTable, sample: Sample) -> Vec<Change> {
@@ -133,31 +126,107 @@ fn a_bad_quality_is_taken_whatever_its_source_time() {
     assert_eq!(quality_at(&mut table, START), quality);
 }
 
-#[test]
-fn an_older_source_time_never_overwrites_a_newer_one() {
-    let mut table = table();
-    put(&mut table, Sample { source_time: Some(SourceTime(100)), ..sample(1.0, START) });
-    let older = Sample { source_time: Some(SourceTime(99)), ..sample(2.0, START) };
-    assert!(!table.apply(&older, |_| panic!("it changes nothing")));
-    assert_eq!(state_at(&mut table, START).value, Some(Value::F64(1.0)));
-    let repeated = Sample { source_time: Some(SourceTime(100)), ..sample(1.0, at(1.0)) };
-    assert_eq!(put(&mut table, repeated), [], "the same again is no change");
+/// A good value of a source whose clock shows so many seconds.
+fn timed(value: f64, source_seconds: i64, received: Moment) -> Sample {
+    let source_time = Some(SourceTime(source_seconds * 1_000_000_000));
+    Sample { source_time, ..sample(value, received) }
 }
 
 #[test]
-fn a_wall_clock_set_back_shuts_nothing_out() {
+fn values_of_a_connection_count_in_order_of_arrival() {
+    let bad = Quality::Bad(Reason::Sensor);
     let mut table = table();
-    let second = 1_000_000_000;
-    let at_second = |n: i64, value| Sample {
-        source_time: Some(SourceTime(n * second)),
-        ..sample(value, START)
+    put(&mut table, timed(1.0, 100, START));
+    let set_back = timed(2.0, 98, at(0.3));
+    assert_eq!(put(&mut table, set_back).len(), 1, "the source's clock was set back");
+    assert_eq!(state_at(&mut table, at(0.3)).value, Some(Value::F64(2.0)));
+    put(&mut table, Sample { quality: bad, ..timed(2.0, 97, at(0.6)) });
+    assert_eq!(quality_at(&mut table, at(0.6)), bad, "so does bad quality");
+    put(&mut table, timed(2.0, 96, at(0.7)));
+    assert_eq!(quality_at(&mut table, at(0.7)), Quality::Good);
+}
+
+#[test]
+fn source_time_orders_what_comes_out_of_a_buffer() {
+    let buffered = |value, source_seconds, received| Sample {
+        is_buffered: true,
+        ..timed(value, source_seconds, received)
     };
-    table.follow_clock(SourceTime(5000 * second), START);
-    put(&mut table, at_second(5000, 1.0));
-    table.follow_clock(SourceTime(5001 * second - second / 2), at(1.0));
-    assert_eq!(put(&mut table, at_second(4999, 2.0)), [], "kept in step: older is older");
-    table.follow_clock(SourceTime(1400 * second), at(2.0));
-    assert_eq!(put(&mut table, at_second(1400, 3.0)).len(), 1);
+    let mut table = table();
+    put(&mut table, timed(1.0, 100, START));
+    let older = buffered(2.0, 99, START);
+    assert!(!table.apply(&older, |_| panic!("it changes nothing")));
+    assert_eq!(state_at(&mut table, START).value, Some(Value::F64(1.0)));
+    assert_eq!(put(&mut table, buffered(3.0, 101, START)).len(), 1);
+    let repeated = buffered(3.0, 101, at(1.0));
+    assert_eq!(put(&mut table, repeated), [], "the same again is no change");
+    for doubt in [Quality::Bad(Reason::Sensor), Quality::Uncertain(Reason::Sensor)] {
+        put(&mut table, timed(1.0, 200, at(1.0)));
+        put(&mut table, Sample { quality: doubt, ..buffered(9.0, 50, at(1.0)) });
+        let state = state_at(&mut table, at(1.0));
+        assert_eq!((state.value, state.quality), (Some(Value::F64(1.0)), doubt));
+    }
+    put(&mut table, sample(4.0, at(2.0)));
+    let older = Sample { valid_from: at(1.5), ..buffered(5.0, 300, at(2.0)) };
+    assert!(!table.apply(&older, |_| {}), "than a live value without a time of its own");
+}
+
+#[test]
+fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
+    let hour = TagSpec { freshness: seconds(3600.0), ..spec() };
+    let doubled = TagSpec {
+        id: "doubled".into(),
+        expression: Some("{T1.TopOil} * 2".into()),
+        range: None,
+        ..hour.clone()
+    };
+    let mut table = table_of(vec![hour, doubled]);
+    put(&mut table, sample(60.0, START));
+    table.advance(at(1.0), |_| {});
+    assert_eq!(table.snapshot().counts().good, 2);
+    let mut changed = 0;
+    table.distrust_before(at(9.0), |change| {
+        assert_eq!(change.quality, Quality::Bad(Reason::Stale));
+        changed += 1;
+    });
+    table.advance(at(9.0), |_| {});
+    assert_eq!((changed, table.snapshot().counts().bad), (1, 2), "derived ones follow");
+    put(&mut table, Sample { valid_from: at(8.9), ..sample(61.0, at(9.1)) });
+    assert_eq!(quality_at(&mut table, at(9.1)), Quality::Bad(Reason::Stale), "true before it");
+    put(&mut table, sample(61.0, at(9.2)));
+    assert_eq!(quality_at(&mut table, at(9.2)), Quality::Good);
+    assert_eq!(table.snapshot().counts().good, 2);
+}
+
+#[test]
+fn the_origin_of_a_value_goes_with_it_and_into_what_rests_on_it() {
+    let derived = |id: &str| TagSpec {
+        id: id.into(),
+        expression: Some("{a} + {b}".into()),
+        range: None,
+        ..spec()
+    };
+    let named = |id: &str| TagSpec { id: id.into(), ..spec() };
+    let mut table = table_of(vec![named("a"), named("b"), derived("sum")]);
+    let of = |tag: u32, origin, received| Sample {
+        tag: TagHandle(tag),
+        origin,
+        ..sample(1.0, received)
+    };
+    put(&mut table, of(0, Origin::LIVE, START));
+    put(&mut table, of(1, Origin::LIVE, START));
+    table.advance(START, |_| {});
+    let origin = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap().origin;
+    assert!([0, 1, 2].iter().all(|&tag| origin(&table, tag).is_live()));
+    assert_eq!(put(&mut table, of(1, Origin::TEST, at(0.5))).len(), 1, "a change, though alike");
+    table.advance(at(0.5), |_| {});
+    assert_eq!(
+        [0, 1, 2].map(|tag| origin(&table, tag)),
+        [Origin::LIVE, Origin::TEST, Origin::TEST]
+    );
+    put(&mut table, of(1, Origin::LIVE, at(1.0)));
+    table.advance(at(1.0), |_| {});
+    assert!(origin(&table, 2).is_live());
 }
 
 #[test]
@@ -285,8 +354,17 @@ fn spec_of(id: &str) -> TagSpec {
 /// What a table does, step by step.
 #[derive(Clone, Debug)]
 enum Step {
-    Put { tag: u32, value: Option<u8>, bad: bool, lag_millis: u64, source_time: Option<i64> },
-    Advance { millis: u64 },
+    Put {
+        tag: u32,
+        value: Option<u8>,
+        bad: bool,
+        lag_millis: u64,
+        source_time: Option<i64>,
+        is_buffered: bool,
+    },
+    Advance {
+        millis: u64,
+    },
 }
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
@@ -296,13 +374,15 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         any::<bool>(),
         0..3000_u64,
         prop::option::of(0..9_i64),
+        any::<bool>(),
     );
-    let put = put.prop_map(|(tag, value, bad, lag_millis, source_time)| Step::Put {
+    let put = put.prop_map(|(tag, value, bad, lag_millis, source_time, is_buffered)| Step::Put {
         tag,
         value,
         bad,
         lag_millis,
         source_time,
+        is_buffered,
     });
     let advance = prop_oneof![0..40_u64, 0..4000_u64, 0..200_000_u64];
     let step = prop_oneof![3 => put, 2 => advance.prop_map(|millis| Step::Advance { millis })];
@@ -322,7 +402,7 @@ proptest! {
             table.snapshot().states().map(|state| (state.value, state.quality)).collect();
         for step in steps {
             match step {
-                Step::Put { tag, value, bad, lag_millis, source_time } => {
+                Step::Put { tag, value, bad, lag_millis, source_time, is_buffered } => {
                     let reason = Quality::Bad(Reason::Sensor);
                     table.apply(&Sample {
                         tag: TagHandle(tag),
@@ -331,6 +411,8 @@ proptest! {
                         source_time: source_time.map(SourceTime),
                         received: now,
                         valid_from: now.before(Duration::from_millis(lag_millis)),
+                        origin: Origin::LIVE,
+                        is_buffered,
                     }, |_| {});
                 }
                 Step::Advance { millis } => {
@@ -388,17 +470,13 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
     let mut noted = vec![Noted { is_bad: true, ..Noted::default() }; TAGS as usize];
     let (mut now, mut wall, mut is_up) = (START, 1_790_000_000_i64, true);
     let mut accepted = 0_u64;
-    table.follow_clock(SourceTime(wall * 1_000_000_000), now);
     while now < START.after(seconds(365.0 * DAY as f64)) {
         let step = Duration::from_millis(dice.below(120_000));
         now = now.after(step);
         wall += step.as_secs() as i64;
         match dice.below(20_000) {
             0 => wall += 3600,
-            1 => {
-                wall -= 3600;
-                noted.iter_mut().for_each(|tag| tag.source_time = None);
-            }
+            1 => wall -= 3600,
             // It slept: nothing came meanwhile.
             2 => {
                 now = now.after(seconds(8.0 * 3600.0));
@@ -406,7 +484,6 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
             }
             3 => {
                 table = table_of(specs().collect());
-                table.follow_clock(SourceTime(wall * 1_000_000_000), now);
                 noted.fill(Noted { is_bad: true, ..Noted::default() });
             }
             4..400 => {
@@ -425,17 +502,19 @@ fn a_year_of_losses_clock_jumps_and_reloads_leaves_no_drift() {
             }
             _ => {}
         }
-        table.follow_clock(SourceTime(wall * 1_000_000_000), now);
         for _ in 0..if is_up { 1 + dice.below(4) } else { 0 } {
             let tag = dice.below(TAGS);
             let source_time = (dice.below(2) == 0).then_some(wall - dice.below(3) as i64);
             let note = &mut noted[tag as usize];
+            let is_buffered = dice.below(2) == 0;
             let update = Sample {
                 tag: TagHandle(tag as u32),
                 source_time: source_time.map(|time| SourceTime(time * 1_000_000_000)),
+                is_buffered,
                 ..sample(dice.below(100) as f64, now)
             };
-            let is_older = source_time.zip(note.source_time).is_some_and(|(new, old)| new < old);
+            let is_older = is_buffered
+                && source_time.zip(note.source_time).is_some_and(|(new, old)| new < old);
             assert_eq!(table.apply(&update, |_| {}), !is_older);
             if !is_older {
                 *note = Noted { source_time, valid_from: Some(now), is_bad: false };

@@ -73,6 +73,9 @@ pub enum Reason {
     NotFinite,
     /// Past its freshness limit.
     Stale,
+    /// The time that the source gave is missing where one is promised, unreadable, in
+    /// the future or impossible.
+    SourceTime,
 }
 
 impl Value {
@@ -190,6 +193,7 @@ impl fmt::Display for Reason {
             Self::NotConnected => "not connected",
             Self::NotFinite => "not finite",
             Self::Stale => "stale",
+            Self::SourceTime => "source time",
         })
     }
 }

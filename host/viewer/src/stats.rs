@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use busbar_alarms::Priority;
-use busbar_plugin_host::LinkReport;
+use busbar_plugin_host::{LinkReport, LinkState};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::FrameStats;
 use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
@@ -83,6 +83,11 @@ pub struct Stats {
     pub tags: Vec<TagStats>,
     /// Tags a quality.
     pub quality: QualityStats,
+    /// Origins of what is shown that is not live: of any tag's value, and of plugins that
+    /// say it of all their values. Empty where all is live.
+    pub origin: Vec<&'static str>,
+    /// Pauses of the process or the machine, after each of which values were held for stale.
+    pub pauses: u64,
     /// What was picked: equipment id, or null; also null where several are selected.
     pub picked: Option<String>,
     /// Equipment ids of what is selected.
@@ -301,6 +306,34 @@ pub struct PluginStats {
     pub rejected: u64,
     /// What went wrong last, or null.
     pub fault: Option<String>,
+    /// Its link to what it reads from, or null where it reads from nothing.
+    pub link: Option<LinkStats>,
+}
+
+/// Link of a telemetry plugin.
+#[derive(Clone, Debug, Serialize)]
+pub struct LinkStats {
+    /// `idle`, `connecting`, `up` or `down`.
+    pub state: &'static str,
+    /// Sentence of the plugin for operators.
+    pub message: String,
+    /// Seconds since the last sample, or null before the first.
+    pub silent_seconds: Option<f64>,
+    /// Origins that all its samples have; empty where they are live.
+    pub origin: Vec<&'static str>,
+    /// Steady difference of the source's clock from this machine's, seconds, positive where
+    /// the source is ahead; null where there is none.
+    pub clock_skew_seconds: Option<f64>,
+    /// Steps back of the source's clock.
+    pub clock_steps: u64,
+    /// Samples whose time was in the future.
+    pub future_times: u64,
+    /// Samples whose promised time was missing or unreadable.
+    pub unusable_times: u64,
+    /// `source time` or `reception`: from where the age of values is counted.
+    pub freshness_by: String,
+    /// Sentences about the source's clock, with remedies.
+    pub clock_remarks: Vec<String>,
 }
 
 /// One tag.
@@ -316,6 +349,8 @@ pub struct TagStats {
     pub reason: Option<String>,
     /// Seconds since the value came, or null.
     pub age: Option<f64>,
+    /// Origins of the value; empty where it is live.
+    pub origin: Vec<&'static str>,
 }
 
 /// One alarm.
@@ -404,7 +439,8 @@ pub(crate) fn plugin(
     link: Option<LinkReport>,
     fault: Option<&str>,
 ) -> PluginStats {
-    let (status, link) = (plugin.status(), link.unwrap_or_default());
+    let status = plugin.status();
+    let lost = link.as_ref().map_or((0, 0), |link| (link.dropped, link.rejected));
     PluginStats {
         name: plugin.name().to_owned(),
         plugin: plugin.info().id.clone(),
@@ -413,9 +449,30 @@ pub(crate) fn plugin(
         memory_bytes: status.memory_bytes,
         deaths: status.deaths,
         last_death: status.last_death,
-        dropped: link.dropped,
-        rejected: link.rejected,
+        dropped: lost.0,
+        rejected: lost.1,
         fault: fault.map(str::to_owned),
+        link: link.map(self::link),
+    }
+}
+
+pub(crate) fn link(report: LinkReport) -> LinkStats {
+    LinkStats {
+        state: match report.state {
+            LinkState::Idle => "idle",
+            LinkState::Connecting => "connecting",
+            LinkState::Up => "up",
+            LinkState::Down => "down",
+        },
+        silent_seconds: report.silent_for.map(|silence| silence.as_secs_f64()),
+        origin: report.origin.names().collect(),
+        clock_skew_seconds: report.clock.skew_nanos.map(|nanos| nanos as f64 / 1e9),
+        clock_steps: report.clock.steps,
+        future_times: report.clock.future_times,
+        unusable_times: report.clock.unusable_times,
+        freshness_by: report.clock.basis.to_string(),
+        clock_remarks: report.clock.remarks(),
+        message: report.message,
     }
 }
 
@@ -437,5 +494,6 @@ fn tag(spec: &TagSpec, state: &TagState) -> TagStats {
         quality: state.quality.name(),
         reason: state.quality.reason().map(|reason| reason.to_string()),
         age: state.age.map(|age| age.as_secs_f64()),
+        origin: state.origin.names().collect(),
     }
 }

@@ -292,6 +292,34 @@
 // Reason: past its freshness limit. Only the host gives it.
 #define BUSBAR_REASON_STALE 7
 
+// Reason: the time that the source gave is missing where one is promised,
+// unreadable, in the future or impossible.
+#define BUSBAR_REASON_SOURCE_TIME 8
+
+// Sample flag: the sample comes out of a buffer (buffered report, stored or
+// historical value). Source time orders such samples; all others count in the
+// order of their arrival, whatever their source time.
+#define BUSBAR_SAMPLE_BUFFERED (1 << 0)
+
+// Sample flag: settings or protocol promise a source time, and this sample's
+// is missing or unreadable. A good value becomes uncertain (source time).
+#define BUSBAR_SAMPLE_TIME_UNUSABLE (1 << 1)
+
+// Origin: a person or program put the value in place of the measured one.
+#define BUSBAR_ORIGIN_SUBSTITUTED (1 << 2)
+
+// Origin: the device is under test.
+#define BUSBAR_ORIGIN_TEST (1 << 3)
+
+// Origin: a simulator made the value.
+#define BUSBAR_ORIGIN_SIMULATED (1 << 4)
+
+// Origin: the value is replayed from a recording.
+#define BUSBAR_ORIGIN_RECORDED (1 << 5)
+
+// Origin: the source says that the value is of the past.
+#define BUSBAR_ORIGIN_HISTORICAL (1 << 6)
+
 // `source_time` of a sample whose source gives no time.
 #define BUSBAR_NO_TIME INT64_MIN
 
@@ -563,8 +591,8 @@ typedef struct BusbarSample {
   uint8_t quality;
   // `BUSBAR_REASON_*`.
   uint8_t reason;
-  // Zero.
-  uint8_t reserved;
+  // `BUSBAR_SAMPLE_*` and `BUSBAR_ORIGIN_*`, or'ed; 0 for a live value.
+  uint8_t flags;
   // Bits of the value, after `kind`.
   uint64_t value;
   // Time at the source, nanoseconds since 1970-01-01 UTC, or
@@ -593,8 +621,9 @@ typedef struct BusbarSampleSink {
 typedef struct BusbarTelemetry {
   // Size of this struct, bytes.
   uint32_t struct_size;
-  // Zero.
-  uint32_t reserved;
+  // `BUSBAR_ORIGIN_*`, or'ed, of all samples of this plugin; 0 where they
+  // are live.
+  uint32_t origin;
   // `[main-thread & idle]` Whether these tags could be served: reads
   // addresses, connects to nothing. Everything is borrowed for the call.
   // Fails like `start`. May be null.

@@ -45,6 +45,28 @@ pub const BUSBAR_REASON_NOT_FINITE: u8 = 6;
 /// Reason: past its freshness limit. Only the host gives it.
 pub const BUSBAR_REASON_STALE: u8 = 7;
 
+/// Reason: the time that the source gave is missing where one is promised,
+/// unreadable, in the future or impossible.
+pub const BUSBAR_REASON_SOURCE_TIME: u8 = 8;
+
+/// Sample flag: the sample comes out of a buffer (buffered report, stored or
+/// historical value). Source time orders such samples; all others count in the
+/// order of their arrival, whatever their source time.
+pub const BUSBAR_SAMPLE_BUFFERED: u8 = 1 << 0;
+/// Sample flag: settings or protocol promise a source time, and this sample's
+/// is missing or unreadable. A good value becomes uncertain (source time).
+pub const BUSBAR_SAMPLE_TIME_UNUSABLE: u8 = 1 << 1;
+/// Origin: a person or program put the value in place of the measured one.
+pub const BUSBAR_ORIGIN_SUBSTITUTED: u8 = 1 << 2;
+/// Origin: the device is under test.
+pub const BUSBAR_ORIGIN_TEST: u8 = 1 << 3;
+/// Origin: a simulator made the value.
+pub const BUSBAR_ORIGIN_SIMULATED: u8 = 1 << 4;
+/// Origin: the value is replayed from a recording.
+pub const BUSBAR_ORIGIN_RECORDED: u8 = 1 << 5;
+/// Origin: the source says that the value is of the past.
+pub const BUSBAR_ORIGIN_HISTORICAL: u8 = 1 << 6;
+
 /// `source_time` of a sample whose source gives no time.
 pub const BUSBAR_NO_TIME: i64 = i64::MIN;
 
@@ -60,8 +82,8 @@ pub struct BusbarSample {
     pub quality: u8,
     /// `BUSBAR_REASON_*`.
     pub reason: u8,
-    /// Zero.
-    pub reserved: u8,
+    /// `BUSBAR_SAMPLE_*` and `BUSBAR_ORIGIN_*`, or'ed; 0 for a live value.
+    pub flags: u8,
     /// Bits of the value, after `kind`.
     pub value: u64,
     /// Time at the source, nanoseconds since 1970-01-01 UTC, or
@@ -126,8 +148,9 @@ pub struct BusbarSampleSink {
 pub struct BusbarTelemetry {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// `BUSBAR_ORIGIN_*`, or'ed, of all samples of this plugin; 0 where they
+    /// are live.
+    pub origin: u32,
     /// `[main-thread & idle]` Whether these tags could be served: reads
     /// addresses, connects to nothing. Everything is borrowed for the call.
     /// Fails like `start`. May be null.

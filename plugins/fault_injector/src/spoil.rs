@@ -79,7 +79,7 @@ unsafe fn status(
 
 const fn telemetry(struct_size: u32) -> abi::BusbarTelemetry {
     let (check, start, stop) = (Some(check as _), Some(start as _), Some(stop as _));
-    abi::BusbarTelemetry { struct_size, reserved: 0, check, start, stop }
+    abi::BusbarTelemetry { struct_size, origin: 0, check, start, stop }
 }
 
 const fn overlay(struct_size: u32) -> abi::BusbarOverlay {

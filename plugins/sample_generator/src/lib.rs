@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleSink, TagSpec,
+    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleFlags, SampleSink, TagSpec,
     Telemetry, Value, ValueKind, Worker, export_plugin,
 };
 
@@ -81,6 +81,8 @@ impl Plugin for SampleGenerator {
 }
 
 impl Telemetry for SampleGenerator {
+    const ORIGIN: SampleFlags = SampleFlags::SIMULATED;
+
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         let settings = self.settings.clone();
         let script = settings.script.as_deref().map(Script::read).transpose()?;
@@ -114,7 +116,7 @@ fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &R
         batch.extend((sent..due).map(|number| {
             let tag = &tags[(number % tags.len() as u64) as usize];
             let value = value(tag.kind, number / tags.len() as u64);
-            Sample { tag: tag.tag, value: Some(value), quality: Quality::Good, source_time: now }
+            Sample { tag: tag.tag, value: Some(value), quality: Quality::Good, source_time: now, flags: SampleFlags::LIVE }
         }));
         sink.publish(&batch);
         sent = due;

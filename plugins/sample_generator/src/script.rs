@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Quality, Reason, Running, Sample, SampleSink, TagSpec, Value, ValueKind,
+    DoublePoint, Error, Quality, Reason, Running, Sample, SampleFlags, SampleSink, TagSpec, Value, ValueKind,
 };
 use serde::Deserialize;
 
@@ -44,6 +44,31 @@ struct Line {
     quality: Worth,
     /// By how much its source time is before the batch; without it, it has none.
     age_millis: Option<i64>,
+    /// Flags beside those that the plugin's origin gives all samples.
+    #[serde(default)]
+    flags: Vec<Flag>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Flag {
+    Buffered,
+    TimeUnusable,
+    Substituted,
+    Test,
+    Historical,
+}
+
+impl Flag {
+    fn bits(self) -> SampleFlags {
+        match self {
+            Self::Buffered => SampleFlags::BUFFERED,
+            Self::TimeUnusable => SampleFlags::TIME_UNUSABLE,
+            Self::Substituted => SampleFlags::SUBSTITUTED,
+            Self::Test => SampleFlags::TEST,
+            Self::Historical => SampleFlags::HISTORICAL,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -119,6 +144,7 @@ impl Line {
                 Worth::Bad => Quality::Bad(Reason::Unknown),
             },
             source_time: age.map(|(age, by)| if age < 0 { due + by } else { due - by }),
+            flags: self.flags.iter().fold(SampleFlags::LIVE, |flags, flag| flags | flag.bits()),
         }
     }
 }

@@ -61,6 +61,7 @@ mod huge_pages;
 mod mesh_optimizer;
 mod overlay;
 mod records;
+mod sample_flags;
 mod secret;
 pub mod simulation;
 mod simulator;
@@ -91,6 +92,7 @@ pub use records::{
     Record, RecordColumn, RecordColumnType, RecordKind, RecordList, RecordRowFault, RecordSet,
     RecordSeverity, Records,
 };
+pub use sample_flags::SampleFlags;
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
 pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use states::parse_states;

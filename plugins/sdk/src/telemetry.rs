@@ -5,10 +5,14 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::{Error, Plugin, Quality, Reason, Value, ValueKind};
+use crate::{Error, Plugin, Quality, Reason, SampleFlags, Value, ValueKind};
 
 /// Brings values of devices into the tag table. Read-only by design.
 pub trait Telemetry: Plugin {
+    /// Origin of all samples of this plugin, such as
+    /// [`SampleFlags::RECORDED`] for one that plays recordings.
+    const ORIGIN: SampleFlags = SampleFlags::LIVE;
+
     /// Whether these tags could be served: reads addresses, connects to
     /// nothing. `busbar check` calls it.
     ///
@@ -103,38 +107,60 @@ pub struct Sample {
     pub value: Option<Value>,
     /// Quality at the source.
     pub quality: Quality,
-    /// Time at the source, if it gives one.
+    /// Time at the source, if it gives one. The host judges it: hand on what was
+    /// read, and set [`SampleFlags::TIME_UNUSABLE`] where nothing could be.
     pub source_time: Option<SystemTime>,
+    /// Order of arrival or of source time, and origin.
+    pub flags: SampleFlags,
 }
 
 impl Sample {
-    /// A good value without a time of its own.
+    /// A good, live value without a time of its own.
     pub fn good(tag: u32, value: Value) -> Self {
-        Self { tag, value: Some(value), quality: Quality::Good, source_time: None }
+        let (quality, flags) = (Quality::Good, SampleFlags::LIVE);
+        Self { tag, value: Some(value), quality, source_time: None, flags }
     }
 
     /// No value, and why. The host keeps the last one and marks it.
     pub fn bad(tag: u32, reason: Reason) -> Self {
-        Self { tag, value: None, quality: Quality::Bad(reason), source_time: None }
+        let (quality, flags) = (Quality::Bad(reason), SampleFlags::LIVE);
+        Self { tag, value: None, quality, source_time: None, flags }
+    }
+
+    /// The sample with these flags beside those that it has.
+    #[must_use]
+    pub fn with_flags(self, flags: SampleFlags) -> Self {
+        Self { flags: self.flags | flags, ..self }
     }
 
     fn to_abi(self) -> abi::BusbarSample {
         let (kind, value) = self.value.map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
         let (quality, reason) = self.quality.to_abi();
-        let source_time_unix_nanos = self
-            .source_time
-            .and_then(|time| time.duration_since(UNIX_EPOCH).ok())
-            .and_then(|since| i64::try_from(since.as_nanos()).ok())
-            .unwrap_or(abi::BUSBAR_NO_TIME);
+        let mut flags = self.flags;
+        let source_time_unix_nanos = self.source_time.map_or(abi::BUSBAR_NO_TIME, |time| {
+            unix_nanos(time).unwrap_or_else(|| {
+                // Beyond counting: no device means the year 1600 or 2300.
+                flags |= SampleFlags::TIME_UNUSABLE;
+                abi::BUSBAR_NO_TIME
+            })
+        });
         abi::BusbarSample {
             tag: self.tag,
             kind,
             quality,
             reason,
-            reserved: 0,
+            flags: flags.bits(),
             value,
             source_time_unix_nanos,
         }
+    }
+}
+
+/// Nanoseconds from 1970-01-01 UTC to a time, negative before; `None` beyond some 292 years.
+fn unix_nanos(time: SystemTime) -> Option<i64> {
+    match time.duration_since(UNIX_EPOCH) {
+        Ok(since) => i64::try_from(since.as_nanos()).ok(),
+        Err(error) => i64::try_from(error.duration().as_nanos()).ok().map(|nanos| -nanos),
     }
 }
 

@@ -71,6 +71,9 @@ pub enum Reason {
     NotFinite,
     /// Past its freshness limit; only the host gives it.
     Stale,
+    /// The time that the source gave is missing where one is promised, unreadable, in
+    /// the future or impossible.
+    SourceTime,
 }
 
 impl Value {
@@ -180,6 +183,7 @@ impl Reason {
             Self::NotConnected => abi::BUSBAR_REASON_NOT_CONNECTED,
             Self::NotFinite => abi::BUSBAR_REASON_NOT_FINITE,
             Self::Stale => abi::BUSBAR_REASON_STALE,
+            Self::SourceTime => abi::BUSBAR_REASON_SOURCE_TIME,
         }
     }
 
@@ -192,6 +196,7 @@ impl Reason {
             abi::BUSBAR_REASON_NOT_CONNECTED => Self::NotConnected,
             abi::BUSBAR_REASON_NOT_FINITE => Self::NotFinite,
             abi::BUSBAR_REASON_STALE => Self::Stale,
+            abi::BUSBAR_REASON_SOURCE_TIME => Self::SourceTime,
             _ => Self::Unknown,
         }
     }

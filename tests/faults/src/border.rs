@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Context, Result, ensure};
-use busbar_plugin_host::{LoadRules, OverlayBinding, TelemetryTag};
+use busbar_plugin_host::{LoadRules, OverlayBinding, SourcePolicy, TelemetryTag};
 use busbar_plugin_process::{
     Isolation, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
     RunningTelemetry,
@@ -114,7 +114,7 @@ fn tags() -> Vec<TelemetryTag> {
 
 /// Checked samples that reach the host.
 fn samples_per_second(plugin: &Plugin) -> Result<f64> {
-    let telemetry = RunningTelemetry::start(plugin, &tags())?;
+    let telemetry = RunningTelemetry::start(plugin, &tags(), SourcePolicy::default())?;
     let (start, mut count) = (Instant::now(), 0_u64);
     while start.elapsed() < FLOOD {
         telemetry.drain(&mut |_: &Sample| count += 1);
@@ -124,7 +124,7 @@ fn samples_per_second(plugin: &Plugin) -> Result<f64> {
 }
 
 fn kill_times(plugin: &Plugin, kills: usize) -> Result<Series> {
-    let telemetry = RunningTelemetry::start(plugin, &tags())?;
+    let telemetry = RunningTelemetry::start(plugin, &tags(), SourcePolicy::default())?;
     wait_for_sample(&telemetry, true)?;
     let mut millis = Vec::with_capacity(kills);
     for _ in 0..kills {

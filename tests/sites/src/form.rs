@@ -1,5 +1,7 @@
 //! How stations publish their points: three forms of the same.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use busbar_tags::{TagHandle, ValueKind};
 use clap::ValueEnum;
 use serde::Serialize;
@@ -148,7 +150,9 @@ fn sparkplug(
     sequence: u64,
 ) -> Outgoing {
     let tail = device.map(|device| format!("/{device}")).unwrap_or_default();
-    let payload = Payload { metrics, seq: Some(sequence), ..Payload::default() };
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let timestamp = u64::try_from(since.as_millis()).ok();
+    let payload = Payload { timestamp, metrics, seq: Some(sequence), ..Payload::default() };
     Outgoing {
         topic: format!("spBv1.0/{GROUP}/{kind}/{station}{tail}"),
         payload: payload.encode_to_vec(),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use busbar_plugin_host::{LoadRules, SampleSink, TelemetryTag};
+use busbar_plugin_host::{LoadRules, SampleSink, SourcePolicy, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions, RunningTelemetry,
 };
@@ -75,7 +75,7 @@ impl Reader {
             "subscriptions": form.subscriptions(),
         });
         let plugin = catalog.create("sites", "mqtt", &settings, &options)?;
-        let telemetry = RunningTelemetry::start(&plugin, tags)?;
+        let telemetry = RunningTelemetry::start(&plugin, tags, SourcePolicy::default())?;
         let spec = |tag: &TelemetryTag| TagSpec {
             id: tag.id.clone(),
             name: tag.id.clone(),

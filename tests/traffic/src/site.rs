@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use busbar_plugin_host::{LoadRules, TelemetryTag};
+use busbar_plugin_host::{LoadRules, SourcePolicy, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, DEFAULT_CONFINEMENT, Isolation, Plugin, PluginCatalog, PluginOptions,
     RunningTelemetry,
@@ -53,7 +53,7 @@ impl Site {
     pub(crate) fn generator(&self, settings: &Value, tags: u32) -> Result<RunningTelemetry> {
         let plugin = self.plugin(GENERATOR, settings)?;
         let tags: Vec<_> = (0..tags).map(|tag| telemetry_tag(tag, &json!({}))).collect();
-        Ok(RunningTelemetry::start(&plugin, &tags)?)
+        Ok(RunningTelemetry::start(&plugin, &tags, SourcePolicy::default())?)
     }
 
     /// A plugin in a process of its own.

@@ -1,8 +1,9 @@
 //! A configuration with its plugins.
 
 use std::path::Path;
+use std::time::Duration;
 
-use busbar_viewer::{LoadedScene, Severity, plugin_catalog};
+use busbar_viewer::{CheckedLink, LoadedScene, Severity, check_links, plugin_catalog};
 
 use super::Finding;
 
@@ -42,4 +43,35 @@ fn plugins(config: &Path) -> Vec<Finding> {
         findings.push(Finding::ok(CHECK, format!("{count} can be used")));
     }
     findings
+}
+
+/// Listens to the sources of tags: their links, and their clocks against this machine's.
+pub(super) fn listen(config: &Path, seconds: u64) -> Vec<Finding> {
+    if seconds == 0 {
+        return Vec::new();
+    }
+    // A configuration that cannot be used is told by `look`.
+    let links = check_links(config, Duration::from_secs(seconds)).unwrap_or_default();
+    links.iter().flat_map(link).collect()
+}
+
+fn link(checked: &CheckedLink) -> Vec<Finding> {
+    const LINK: &str = "link";
+    const CLOCK: &str = "clock of a source";
+    let CheckedLink { name, link, quality } = checked;
+    let counts =
+        format!("{} good, {} uncertain, {} bad", quality.good, quality.uncertain, quality.bad);
+    let said = if link.message.is_empty() { link.state } else { &link.message };
+    let cause = format!("{name}: {said} ({counts})");
+    let state = match link.state {
+        "up" if quality.uncertain + quality.bad == 0 => Finding::ok(LINK, cause),
+        "up" => Finding::warning(LINK, cause, "see `busbar render --stats` for each tag's reason"),
+        _ => Finding::fault(LINK, cause, "start the device, or correct the instance's settings"),
+    };
+    // A remark is cause and remedy, parted by a colon.
+    let clock = link.clock_remarks.iter().map(|remark| {
+        let (cause, remedy) = remark.split_once(": ").unwrap_or((remark, ""));
+        Finding::warning(CLOCK, format!("{name}: {cause}"), remedy)
+    });
+    [state].into_iter().chain(clock).collect()
 }

@@ -12,6 +12,8 @@ use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
 use busbar_scene::{ModelIndex, ModelParts};
 
 use super::models::following_error;
+use crate::running::source_policy;
+
 use super::{LoadedModel, LoadedScene, folder_of, plugins, read_config};
 use crate::file_version::version;
 use crate::stacks::millis_since;
@@ -103,7 +105,7 @@ impl LoadedScene {
                 overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
             }
             if let Some(tags) = scene.served_tags(name, plugin) {
-                telemetry.push(RunningTelemetry::start(plugin, &tags)?);
+                telemetry.push(RunningTelemetry::start(plugin, &tags, source_policy(&scene.config, name))?);
             }
         }
         Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))

@@ -3,7 +3,8 @@
 use busbar_alarms::Standing;
 use busbar_chart::Action;
 use busbar_protocol::message::{CameraPose, TagQuality, TagUpdate, TagValue};
-use busbar_tags::{DoublePoint, Quality, Reason, SourceTime, TagHandle, Value};
+use busbar_plugin_host::MAX_CLOCK_AHEAD;
+use busbar_tags::{DoublePoint, Origin, Quality, Reason, SourceTime, TagHandle, Value};
 use busbar_ui::{AlarmAction, ChartCommand};
 
 use super::values::Updates;
@@ -11,8 +12,6 @@ use super::*;
 
 /// Picks that a host program has yet to hear; of more the oldest goes.
 const MAX_PICKED: usize = 256;
-/// How far a source's clock may be ahead, nanoseconds: a later time orders nothing.
-const MAX_CLOCK_AHEAD: i64 = 1_000_000_000;
 
 impl Viewer {
     /// From here on a host program takes part.
@@ -163,7 +162,15 @@ fn sample(tag: TagHandle, update: &TagUpdate) -> Sample {
     let waited =
         Duration::from_nanos(busbar_protocol::pictures::now().saturating_sub(update.said_at));
     let source_time = update.source_time.map(SourceTime);
-    let source_time = source_time.filter(|time| time.0 <= clock.0.saturating_add(MAX_CLOCK_AHEAD));
+    let is_possible = |time: &SourceTime| {
+        (0..=clock.0.saturating_add(MAX_CLOCK_AHEAD)).contains(&time.0)
+    };
+    let is_believed = source_time.as_ref().is_none_or(is_possible);
+    let source_time = source_time.filter(is_possible);
+    let doubt = match is_believed {
+        true => Quality::Good,
+        false => Quality::Uncertain(Reason::SourceTime),
+    };
     let lag = source_time.map_or(0, |time| clock.0.saturating_sub(time.0).max(0).unsigned_abs());
     Sample {
         tag,
@@ -182,9 +189,12 @@ fn sample(tag: TagHandle, update: &TagUpdate) -> Sample {
             TagQuality::Good => Quality::Good,
             TagQuality::Uncertain => Quality::Uncertain(Reason::Unknown),
             TagQuality::Bad => Quality::Bad(Reason::Unknown),
-        },
+        }
+        .worst(doubt),
         source_time,
         received: now,
         valid_from: now.before(waited.max(Duration::from_nanos(lag))),
+        origin: Origin::LIVE,
+        is_buffered: false,
     }
 }

@@ -1,7 +1,9 @@
 //! A changed configuration in place of the one that is shown.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use busbar_config::{PluginConfig, TagConfig};
 use busbar_renderer::give_back_freed_memory;
 use busbar_tags::Renumbering;
 
@@ -100,9 +102,13 @@ impl Viewer {
     /// Values go on of tags that are read from where they were.
     fn carry_tags(&mut self, before: &LoadedScene, numbers: &Renumbering) {
         let (was, is) = (&before.config.tags, &self.scene.config.tags);
+        let (was_plugins, are_plugins) = (&before.config.plugins, &self.scene.config.plugins);
         let same_origin = |id: &String| {
-            let origin = |tag: &busbar_config::TagConfig| (tag.origin.clone(), tag.scale);
+            let origin = |tag: &TagConfig| (tag.origin.clone(), tag.scale);
+            let device = |plugins, tag| source_device(plugins, tag);
             was.get(id).map(origin) == is.get(id).map(origin)
+                && was.get(id).map(|tag| device(was_plugins, tag))
+                    == is.get(id).map(|tag| device(are_plugins, tag))
         };
         let specs = before.tags.specs();
         let all_same = numbers.is_none() && specs.iter().all(|spec| same_origin(&spec.id));
@@ -297,4 +303,14 @@ impl Viewer {
     pub(crate) fn reloads_mut(&mut self) -> &mut Reloads {
         &mut self.reloads
     }
+}
+
+/// Settings that decide on the device that a tag's values come from; `None` where no plugin
+/// brings them.
+fn source_device<'a>(
+    plugins: &'a BTreeMap<String, PluginConfig>,
+    tag: &TagConfig,
+) -> Option<(&'a str, &'a serde_json::Value)> {
+    let plugin = plugins.get(&tag.source()?.plugin)?;
+    Some((&plugin.plugin, &plugin.settings))
 }

@@ -1,6 +1,7 @@
 //! What is said of a view: to its panels and in statistics.
 
 use super::*;
+use crate::clock;
 use crate::stats::Health;
 
 /// Selected pieces of equipment that are named; of more their number.
@@ -47,6 +48,8 @@ impl Viewer {
                 .collect(),
             tags: stats::tags(&self.scene.tags, self.tags.snapshot()),
             quality: self.tags.snapshot().counts().into(),
+            origin: self.shown_origin().names().collect(),
+            pauses: self.pauses.count(),
             events: self.events.count(),
             alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
             chart: self.chart.as_ref().map(ShownChart::stats),
@@ -72,6 +75,18 @@ impl Viewer {
             reloads: stats::reloads(&self.reloads),
             validation_messages: self.renderer.validation_messages(),
         }
+    }
+
+    /// Origins of what is shown: of any tag's value, of plugins that say it of all their
+    /// values, bad ones included, and of a chart that shows the past.
+    pub(super) fn shown_origin(&self) -> Origin {
+        let links = self.telemetry.iter().map(|telemetry| telemetry.link().origin);
+        let is_simulated = self.scene.config.plugins.values().any(|plugin| plugin.simulated);
+        let declared = if is_simulated { Origin::SIMULATED } else { Origin::LIVE };
+        let shows_past = self.chart.as_ref().is_some_and(ShownChart::shows_past);
+        let of_chart = if shows_past { Origin::HISTORICAL } else { Origin::LIVE };
+        let known = self.origins.shown() | declared | of_chart;
+        links.fold(known, Origin::union)
     }
 
     /// What of it is looked at all the time: cheaper than all numbers.
@@ -126,6 +141,9 @@ impl Viewer {
             theta_scale: self.cursors.scale(),
             max_theta_scale: MAX_THETA_SCALE,
             status: StatusLine {
+                // A picture that nobody watches does not depend on when it was drawn.
+                clock: (!self.settles).then(|| clock::time_of_day(sources.wall_clock)),
+                keeps_clock: self.in_window && !self.has_host,
                 triangles: self.last.triangles,
                 triangles_full: self.triangles_full,
                 frame_millis: self.last_frame_millis(),
@@ -139,6 +157,7 @@ impl Viewer {
             selected: self.selected_text(),
             faceplate: self.faceplate.as_ref().map(|faceplate| faceplate.model(&sources)),
             measuring: self.measuring.as_ref().map(Measuring::text),
+            origin: self.shown_origin(),
         }
     }
 
@@ -158,6 +177,7 @@ impl Viewer {
             states,
             chart: self.chart.as_ref(),
             history: &self.history,
+            origins: &self.origins,
             span: self.trend_span,
             now: Moment::now(),
             wall_clock: wall_clock(),

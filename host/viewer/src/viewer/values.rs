@@ -42,13 +42,28 @@ impl Viewer {
         &self.events
     }
 
+    /// Holds values from before a pause of the process or the machine for stale.
+    fn distrust_after_pause(&mut self) {
+        let Some(pause) = self.pauses.take() else { return };
+        tracing::warn!("{pause}");
+        let Self { tags, events, history, alarms, .. } = self;
+        tags.distrust_before(pause.trusted_from(), |change| {
+            events.note(change);
+            history.note(change);
+            if let Some(alarms) = alarms {
+                alarms.note(change);
+            }
+        });
+    }
+
     /// Takes over what plugins brought; values past their limit are stale from here on.
     /// Gives what that took.
     pub(super) fn take_samples(&mut self) -> PartMillis {
         let began = CpuClock::start();
+        self.distrust_after_pause();
         let Self { tags, events, history, .. } = self;
-        tags.follow_clock(wall_clock(), Moment::now());
-        for telemetry in &self.telemetry {
+        for telemetry in &mut self.telemetry {
+            telemetry.log_clock();
             let alarms = self.alarms.as_mut();
             telemetry.drain(&mut Updates { tags, events, history, alarms });
         }

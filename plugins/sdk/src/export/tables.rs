@@ -111,7 +111,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         id: abi::TELEMETRY_ID,
         table: Table::Telemetry(abi::BusbarTelemetry {
             struct_size: size_of::<abi::BusbarTelemetry>() as u32,
-            reserved: 0,
+            origin: P::ORIGIN.bits() as u32,
             check: Some(check::<P>),
             start: Some(start::<P>),
             stop: Some(stop::<P>),

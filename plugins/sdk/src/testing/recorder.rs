@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 use std::ffi::c_void;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::{LinkState, Quality, Sample, SampleSink, Value};
+use crate::{LinkState, Quality, Sample, SampleFlags, SampleSink, Value};
 
 /// Samples, and link reports, that a [`Recorder`] keeps; older ones go.
 pub const MAX_RECORDED: usize = 100_000;
@@ -109,6 +109,11 @@ impl Recorder {
         self.shared().lock().latest(tag)
     }
 
+    /// Takes away what came so far.
+    pub fn take(&self) -> Recording {
+        std::mem::take(&mut *self.shared().lock())
+    }
+
     /// Forgets what came so far.
     pub fn clear(&self) {
         *self.shared().lock() = Recording::default();
@@ -194,10 +199,14 @@ fn from_abi(sample: &abi::BusbarSample) -> Sample {
         tag: sample.tag,
         value: Value::from_abi(sample.kind, sample.value),
         quality: Quality::from_abi(sample.quality, sample.reason),
-        source_time: u64::try_from(nanos)
-            .ok()
-            .map(|nanos| UNIX_EPOCH + Duration::from_nanos(nanos)),
+        source_time: (nanos != abi::BUSBAR_NO_TIME).then(|| system_time(nanos)),
+        flags: SampleFlags::from_bits(sample.flags),
     }
+}
+
+fn system_time(unix_nanos: i64) -> SystemTime {
+    let distance = Duration::from_nanos(unix_nanos.unsigned_abs());
+    if unix_nanos < 0 { UNIX_EPOCH - distance } else { UNIX_EPOCH + distance }
 }
 
 #[cfg(test)]
@@ -218,9 +227,24 @@ mod tests {
                 source_time: Some(UNIX_EPOCH + Duration::from_nanos(1_700_000_000_123_456_789)),
                 ..Sample::good(6, Value::I64(i64::MIN))
             },
+            Sample {
+                source_time: Some(UNIX_EPOCH - Duration::from_nanos(5)),
+                ..Sample::good(7, Value::I64(1))
+            }
+            .with_flags(SampleFlags::BUFFERED | SampleFlags::SUBSTITUTED),
         ];
         assert_eq!(recorder.sink().publish(&sent), sent.len());
         assert_eq!(Vec::from(recorder.recording().samples), sent);
+    }
+
+    #[test]
+    fn a_time_beyond_counting_is_unusable_not_missing() {
+        let recorder = Recorder::new();
+        let far = UNIX_EPOCH + Duration::from_secs(1 << 40);
+        let sample = Sample { source_time: Some(far), ..Sample::good(1, Value::I64(1)) };
+        recorder.sink().publish(&[sample]);
+        let expected = Sample::good(1, Value::I64(1)).with_flags(SampleFlags::TIME_UNUSABLE);
+        assert_eq!(recorder.latest(1), Some(expected));
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
-use busbar_plugin_host::TelemetryTag;
+use busbar_plugin_host::{SourcePolicy, TelemetryTag};
 use busbar_plugin_process::RunningTelemetry;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -72,7 +72,7 @@ fn alternate(
 fn points_per_second(site: &Site, port: u16) -> Result<f64> {
     let all = ADDRESSES * POINTS;
     let plugin = site.plugin(PLUGIN, &settings(port))?;
-    let telemetry = RunningTelemetry::start(&plugin, &tags(ADDRESSES))?;
+    let telemetry = RunningTelemetry::start(&plugin, &tags(ADDRESSES), SourcePolicy::default())?;
     take(&telemetry, all)?;
     let mut first = 0;
     let waiting = Instant::now();
@@ -92,7 +92,7 @@ fn first_interrogation(site: &Site, port: u16) -> Result<Duration> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
     let tags = tags(1);
     let begun = Instant::now();
-    let telemetry = RunningTelemetry::start(&plugin, &tags)?;
+    let telemetry = RunningTelemetry::start(&plugin, &tags, SourcePolicy::default())?;
     take(&telemetry, POINTS)?;
     Ok(begun.elapsed())
 }

@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
-use busbar_plugin_host::TelemetryTag;
+use busbar_plugin_host::{SourcePolicy, TelemetryTag};
 use busbar_plugin_process::RunningTelemetry;
 use serde_json::{Value, json};
 
@@ -71,7 +71,7 @@ fn alternate(
 
 fn ours(site: &Site, port: u16, layout: Layout, round: Duration) -> Result<f64> {
     let plugin = site.plugin(PLUGIN, &settings(port))?;
-    let telemetry = RunningTelemetry::start(&plugin, &tags(layout))?;
+    let telemetry = RunningTelemetry::start(&plugin, &tags(layout), SourcePolicy::default())?;
     let begun = Instant::now();
     while good(&telemetry) == 0 {
         ensure!(begun.elapsed() < PATIENCE, "no value came: {:?}", telemetry.link());

@@ -1,0 +1,94 @@
+//! Origin of a value: live, or substituted, under test, simulated, recorded, historical.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// A set of origins of a value; empty for a live one. Values that are worked out of
+/// others have all origins of these.
+///
+/// ```
+/// use busbar_tags::Origin;
+///
+/// let origin = Origin::SIMULATED | Origin::TEST;
+/// assert!(origin.contains(Origin::TEST) && !origin.is_live());
+/// assert_eq!(origin.to_string(), "test, simulated");
+/// ```
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub struct Origin(u8);
+
+impl Origin {
+    /// Measured now by the process itself.
+    pub const LIVE: Self = Self(0);
+    /// Put in place of the measured value by a person or program.
+    pub const SUBSTITUTED: Self = Self(1 << 0);
+    /// Sent by a device under test.
+    pub const TEST: Self = Self(1 << 1);
+    /// Made by a simulator.
+    pub const SIMULATED: Self = Self(1 << 2);
+    /// Replayed from a recording.
+    pub const RECORDED: Self = Self(1 << 3);
+    /// Of the past, as the source says.
+    pub const HISTORICAL: Self = Self(1 << 4);
+
+    const NAMED: [(Self, &'static str); 5] = [
+        (Self::SUBSTITUTED, "substituted"),
+        (Self::TEST, "test"),
+        (Self::SIMULATED, "simulated"),
+        (Self::RECORDED, "recorded"),
+        (Self::HISTORICAL, "historical"),
+    ];
+
+    /// Whether the value is live: no origin is set.
+    #[inline]
+    pub const fn is_live(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether all of these origins are set.
+    pub const fn contains(self, origins: Self) -> bool {
+        self.0 & origins.0 == origins.0
+    }
+
+    /// Origins of either set.
+    #[must_use]
+    #[inline]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Names of the origins that are set.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMED.into_iter().filter(move |(origin, _)| self.contains(*origin)).map(|(_, n)| n)
+    }
+}
+
+impl std::ops::BitOr for Origin {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        self.union(other)
+    }
+}
+
+impl std::ops::BitOrAssign for Origin {
+    fn bitor_assign(&mut self, other: Self) {
+        *self = self.union(other);
+    }
+}
+
+impl fmt::Display for Origin {
+    /// Names of the origins with commas between; `live` without any.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_live() {
+            return f.write_str("live");
+        }
+        for (index, name) in self.names().enumerate() {
+            let comma = if index == 0 { "" } else { ", " };
+            write!(f, "{comma}{name}")?;
+        }
+        Ok(())
+    }
+}
