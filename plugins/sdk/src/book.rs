@@ -5,13 +5,14 @@
 //! 3. [Threads](threads): which calls can meet, and threads of your own
 //! 4. [Memory](memory): who owns what, and for how long
 //! 5. [Errors](errors): what to report, how, and to whom
-//! 6. [Settings](settings): settings and addresses that explain themselves
-//! 7. [Testing](testing): without a device, without waiting
-//! 8. [Simulation](simulation): a plugin that is its own device
-//! 9. [Commands](commands): subcommands of the program
-//! 10. [In C](c): the header alone
-//! 11. [Versions](versions): what stays, what changes
-//! 12. [Before a release](checklist): a list to go through
+//! 6. [Belief](belief): when a value may be called good
+//! 7. [Settings](settings): settings and addresses that explain themselves
+//! 8. [Testing](testing): without a device, without waiting
+//! 9. [Simulation](simulation): a plugin that is its own device
+//! 10. [Commands](commands): subcommands of the program
+//! 11. [In C](c): the header alone
+//! 12. [Versions](versions): what stays, what changes
+//! 13. [Before a release](checklist): a list to go through
 
 #[doc = include_str!("book/start.md")]
 pub mod start {}
@@ -27,6 +28,9 @@ pub mod memory {}
 
 #[doc = include_str!("book/errors.md")]
 pub mod errors {}
+
+#[doc = include_str!("book/belief.md")]
+pub mod belief {}
 
 #[doc = include_str!("book/settings.md")]
 pub mod settings {}

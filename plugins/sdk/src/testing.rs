@@ -14,8 +14,10 @@
 mod clock;
 mod command;
 mod mesh;
+mod message_faults;
 mod overlay;
 mod recorder;
+mod truth;
 mod watched;
 
 use std::ffi::c_void;
@@ -27,8 +29,10 @@ use crate::{Host, Progress, TagSpec, ValueKind};
 pub use clock::TestClock;
 pub use command::{CommandRun, run_command};
 pub use mesh::{Grid, check_sequence};
+pub use message_faults::{FaultGenerator, MessageFault};
 pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
+pub use truth::{ShownTag, TruthCounts, TruthOracle};
 pub use watched::Watched;
 
 /// A host without a log.

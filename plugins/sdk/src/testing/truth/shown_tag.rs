@@ -1,0 +1,156 @@
+//! Rules of the host's tag table for one tag: the value and quality that an operator sees.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use crate::{DoublePoint, Quality, Reason, Sample, SampleFlags, TagSpec, Value, ValueKind};
+
+/// Farthest that a source time may be ahead of the host's clock.
+const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
+
+/// One tag as the host shows it: its samples so far, judged by order of arrival, by
+/// source time where they are [`SampleFlags::BUFFERED`], and by freshness.
+///
+/// ```
+/// use std::time::{Duration, SystemTime};
+/// use busbar_plugin_sdk::testing::{ShownTag, tag_spec};
+/// use busbar_plugin_sdk::{Quality, Reason, Sample, Value, ValueKind};
+///
+/// let start = SystemTime::now();
+/// let mut shown = ShownTag::new(&tag_spec(1, "Oil", ValueKind::F64, "oil".into()));
+/// shown.take(&Sample::good(1, Value::F64(60.5)), start);
+/// assert_eq!(shown.quality(start), Quality::Good);
+/// // Past the freshness limit of five seconds.
+/// let later = start + Duration::from_secs(6);
+/// assert_eq!(shown.quality(later), Quality::Bad(Reason::Stale));
+/// ```
+#[derive(Clone, Debug)]
+pub struct ShownTag {
+    kind: ValueKind,
+    freshness: Duration,
+    value: Option<Value>,
+    source_quality: Quality,
+    /// Verdict of the host on the value itself.
+    verdict: Quality,
+    source_time: Option<SystemTime>,
+    /// Time from which the age counts, by the host's clock.
+    valid_from: SystemTime,
+    /// Source time of the last live sample.
+    last_time: Option<SystemTime>,
+    /// True where that was ahead of the host's clock when it came first.
+    is_ahead: bool,
+}
+
+/// Verdict on the source time of a sample.
+struct JudgedTime {
+    source_time: Option<SystemTime>,
+    valid_from: SystemTime,
+    is_believed: bool,
+}
+
+impl ShownTag {
+    /// A tag without a value.
+    pub fn new(spec: &TagSpec) -> Self {
+        Self {
+            kind: spec.kind,
+            freshness: spec.freshness,
+            value: None,
+            source_quality: Quality::Bad(Reason::NotConnected),
+            verdict: Quality::Good,
+            source_time: None,
+            valid_from: UNIX_EPOCH,
+            last_time: None,
+            is_ahead: false,
+        }
+    }
+
+    /// The last value that counts.
+    pub fn value(&self) -> Option<Value> {
+        self.value
+    }
+
+    /// Quality at an instant of the host's clock.
+    pub fn quality(&self, now: SystemTime) -> Quality {
+        let age = now.duration_since(self.valid_from).unwrap_or_default();
+        let fresh = match self.value {
+            None => Quality::Bad(Reason::NotConnected),
+            Some(_) if age > self.freshness => Quality::Bad(Reason::Stale),
+            Some(_) => Quality::Good,
+        };
+        worst(worst(self.source_quality, self.verdict), fresh)
+    }
+
+    /// Takes a sample that arrived at `now`, by the host's clock. Returns whether its value
+    /// is now the one shown.
+    pub fn take(&mut self, sample: &Sample, now: SystemTime) -> bool {
+        let time = match sample.value {
+            Some(_) => self.judge_time(sample, now),
+            None => JudgedTime { source_time: None, valid_from: now, is_believed: true },
+        };
+        let doubt = match time.is_believed {
+            true => Quality::Good,
+            false => Quality::Uncertain(Reason::SourceTime),
+        };
+        let quality = worst(sample.quality, doubt);
+        let is_buffered = sample.flags.contains(SampleFlags::BUFFERED);
+        let is_outdated = is_buffered && self.is_newer_than(&time);
+        let value = sample.value.filter(|_| !is_outdated);
+        if sample.value.is_some() && is_outdated && quality.is_good() {
+            return false;
+        }
+        if let Some(value) = value {
+            self.value = Some(value);
+            self.verdict = judge_value(value, self.kind);
+            (self.source_time, self.valid_from) = (time.source_time, time.valid_from);
+        }
+        // Said of quality, it counts however old it is.
+        self.source_quality = quality;
+        value.is_some()
+    }
+
+    fn is_newer_than(&self, time: &JudgedTime) -> bool {
+        match (time.source_time, self.source_time) {
+            (Some(time), Some(own)) => time < own,
+            _ => self.value.is_some() && time.valid_from < self.valid_from,
+        }
+    }
+
+    fn judge_time(&mut self, sample: &Sample, now: SystemTime) -> JudgedTime {
+        let is_unusable = sample.flags.contains(SampleFlags::TIME_UNUSABLE)
+            || sample.source_time.is_some_and(|time| time < UNIX_EPOCH);
+        let (Some(time), false) = (sample.source_time, is_unusable) else {
+            return JudgedTime { source_time: None, valid_from: now, is_believed: !is_unusable };
+        };
+        let is_future = time > now + MAX_CLOCK_AHEAD;
+        let is_buffered = sample.flags.contains(SampleFlags::BUFFERED);
+        if !is_buffered {
+            let is_repeated = self.last_time.replace(time) == Some(time);
+            // A time that was ahead is no better once the host's clock has caught up.
+            self.is_ahead = if is_repeated { self.is_ahead || is_future } else { is_future };
+        }
+        JudgedTime {
+            source_time: Some(time).filter(|_| !is_future),
+            valid_from: time.min(now),
+            is_believed: !is_future && (is_buffered || !self.is_ahead),
+        }
+    }
+}
+
+/// Verdict of the host on a value, its time aside.
+fn judge_value(value: Value, kind: ValueKind) -> Quality {
+    match value {
+        _ if value.kind() != kind => Quality::Bad(Reason::Configuration),
+        Value::DoublePoint(DoublePoint::BadState) => Quality::Uncertain(Reason::Sensor),
+        Value::F64(number) if !number.is_finite() => Quality::Bad(Reason::NotFinite),
+        _ => Quality::Good,
+    }
+}
+
+/// The worse of two qualities; the first where they are alike.
+fn worst(first: Quality, second: Quality) -> Quality {
+    let rank = |quality| match quality {
+        Quality::Good => 0,
+        Quality::Uncertain(_) => 1,
+        Quality::Bad(_) => 2,
+    };
+    if rank(second) > rank(first) { second } else { first }
+}
