@@ -24,7 +24,8 @@ mod tests;
 use std::sync::{Mutex, PoisonError};
 
 use busbar_plugin_sdk::{
-    Error, Host, LogLevel, Plugin, SampleSink, TagSpec, Telemetry, Worker, export_plugin,
+    Error, Host, LogLevel, Plugin, SampleFlags, SampleSink, TagSpec, Telemetry, Worker,
+    export_plugin,
 };
 
 use crate::address::Points;
@@ -54,6 +55,8 @@ impl Plugin for Replay {
 }
 
 impl Telemetry for Replay {
+    const ORIGIN: SampleFlags = SampleFlags::RECORDED;
+
     fn check(&self, tags: &[TagSpec]) -> Result<(), Error> {
         let points = Points::parse(tags, &self.config)?;
         let mut remarks =

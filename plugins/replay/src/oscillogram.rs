@@ -15,8 +15,6 @@ use crate::remarks::Remarks;
 use crate::settings::Config;
 use crate::table::{Column, find_column};
 
-/// Records that are left out in a row before the player looks whether to go on.
-const MAX_LEFT_OUT: usize = 1000;
 /// What a single file of 2013 begins with.
 const CFF_START: &[u8] = b"---";
 const NANOS_PER_MINUTE: i64 = 60_000_000_000;
@@ -30,6 +28,12 @@ pub(crate) struct Oscillogram<R> {
     origin: Option<i64>,
     /// Time of the last record.
     last: i64,
+    /// Time between the last two records.
+    step: i64,
+    /// Number of the last record.
+    last_sample: Option<u64>,
+    /// A record after a gap: its time and updates, which come after those of the gap.
+    after_gap: Option<(i64, Vec<Update>)>,
     mark: u64,
     /// Whether its length was compared with what it says.
     is_counted: bool,
@@ -79,7 +83,19 @@ impl<R: Read + Seek> Oscillogram<R> {
         let ahead = i64::from(ahead) * NANOS_PER_MINUTE;
         let origin = cfg.start.nanos.and_then(|start| start.checked_sub(ahead));
         tell_oddities(&cfg, data.rest_bytes(), remarks);
-        Ok(Self { file, cfg, data, wanted, origin, last: i64::MIN, mark: 0, is_counted: false })
+        Ok(Self {
+            file,
+            cfg,
+            data,
+            wanted,
+            origin,
+            last: i64::MIN,
+            step: 0,
+            last_sample: None,
+            after_gap: None,
+            mark: 0,
+            is_counted: false,
+        })
     }
 }
 
@@ -192,45 +208,56 @@ impl<R: Read + Seek + Send> Recording for Oscillogram<R> {
         updates: &mut Vec<Update>,
         remarks: &mut Remarks,
     ) -> Result<Option<i64>, Fault> {
-        for _ in 0..MAX_LEFT_OUT {
-            let record = match self.data.read() {
-                Ok(Some(record)) => record,
-                Ok(None) => {
-                    self.compare_count(remarks);
-                    return Ok(None);
-                }
-                Err(fault) if fault.is_final() => return Err(Fault::new(&self.file, fault)),
-                Err(fault) => {
-                    remarks.add(format!("{fault}; left out"));
-                    continue;
-                }
-            };
-            let sample = record.sample;
-            let Some(nanos) = self.cfg.nanos(sample, record.timestamp) else {
-                remarks.add(format!("sample {sample} has no time; left out"));
-                continue;
-            };
-            if nanos < self.last {
-                remarks.add(format!("sample {sample} is earlier than the one before it; left out"));
-                continue;
-            }
-            self.last = nanos;
-            let quality = if self.cfg.clock.is_unreliable() {
-                Quality::Uncertain(Reason::Unknown)
-            } else {
-                Quality::Good
-            };
-            for (point, wanted) in self.wanted.iter().enumerate() {
-                let update = wanted.read(&record, nanos, quality).unwrap_or_else(|fault| {
-                    remarks.add(format!("sample {sample}: {fault}; taken as missing"));
-                    Update::missing(0, nanos, Reason::Sensor)
-                });
-                updates.push(Update { point, ..update });
-            }
-            return Ok(Some(nanos));
+        if let Some((time, mut after)) = self.after_gap.take() {
+            updates.append(&mut after);
+            return Ok(Some(time));
         }
-        // Nothing new, at the same time as before.
-        Ok(Some(self.last))
+        let record = match self.data.read() {
+            Ok(Some(record)) => record,
+            Ok(None) => {
+                self.compare_count(remarks);
+                return Ok(None);
+            }
+            Err(fault) if fault.is_final() => return Err(Fault::new(&self.file, fault)),
+            Err(fault) => {
+                return Ok(Some(self.note_unreadable(&fault.to_string(), updates, remarks)));
+            }
+        };
+        let sample = record.sample;
+        let Some(nanos) = self.cfg.nanos(sample, record.timestamp) else {
+            let what = format!("sample {sample} has no time");
+            return Ok(Some(self.note_unreadable(&what, updates, remarks)));
+        };
+        if nanos < self.last {
+            let what = format!("sample {sample} is earlier than the one before it");
+            return Ok(Some(self.note_unreadable(&what, updates, remarks)));
+        }
+        let quality = if self.cfg.clock.is_unreliable() {
+            Quality::Uncertain(Reason::Unknown)
+        } else {
+            Quality::Good
+        };
+        let mut read = Vec::with_capacity(self.wanted.len());
+        for (point, wanted) in self.wanted.iter().enumerate() {
+            let update = wanted.read(&record, nanos, quality).unwrap_or_else(|fault| {
+                remarks.add(format!("sample {sample}: {fault}; taken as missing"));
+                Update::missing(0, nanos, Reason::Sensor)
+            });
+            read.push(Update { point, ..update });
+        }
+        let gap = self.find_gap(sample, nanos);
+        if self.last > i64::MIN {
+            self.step = nanos.saturating_sub(self.last);
+        }
+        (self.last, self.last_sample) = (nanos, Some(sample));
+        let Some((first, time)) = gap else {
+            updates.append(&mut read);
+            return Ok(Some(nanos));
+        };
+        remarks.add(format!("samples {first} to {} are missing; tags are bad there", sample - 1));
+        self.read_missing(time, updates);
+        self.after_gap = Some((nanos, read));
+        Ok(Some(time))
     }
 
     fn skip_to(&mut self, nanos: i64) -> Result<(), Fault> {
@@ -248,16 +275,44 @@ impl<R: Read + Seek + Send> Recording for Oscillogram<R> {
     }
 
     fn rewind(&mut self) -> Result<(), Fault> {
-        self.last = i64::MIN;
+        (self.last, self.step) = (i64::MIN, 0);
+        (self.last_sample, self.after_gap) = (None, None);
         self.data.seek(self.mark).map_err(|fault| Fault::new(&self.file, fault))
     }
 
     fn mark(&mut self) {
-        self.mark = self.data.position();
+        self.mark = self.data.position() - u64::from(self.after_gap.is_some());
     }
 }
 
 impl<R: Read + Seek> Oscillogram<R> {
+    /// A record that cannot be read never leaves the values before it as they were: all
+    /// tags are missing from the last time on, which it returns, until the next record.
+    fn note_unreadable(&self, what: &str, updates: &mut Vec<Update>, remarks: &mut Remarks) -> i64 {
+        remarks.add(format!("{what}; left out, its tags are bad until the next"));
+        let time = self.last.max(0);
+        self.read_missing(time, updates);
+        time
+    }
+
+    fn read_missing(&self, nanos: i64, updates: &mut Vec<Update>) {
+        let points = 0..self.wanted.len();
+        updates.extend(points.map(|point| Update::missing(point, nanos, Reason::Sensor)));
+    }
+
+    /// The first sample that is missing before this one, and its time.
+    fn find_gap(&self, sample: u64, nanos: i64) -> Option<(u64, i64)> {
+        let first = self.last_sample?.saturating_add(1);
+        if sample <= first {
+            return None;
+        }
+        let time = match self.cfg.nanos(first, None) {
+            Some(time) => time,
+            None => self.last.saturating_add(self.step),
+        };
+        Some((first, time.clamp(self.last, nanos)))
+    }
+
     /// At the end: whether there were as many records as the configuration says.
     fn compare_count(&mut self, remarks: &mut Remarks) {
         let (found, said) = (self.data.position(), self.cfg.samples);

@@ -1,5 +1,7 @@
 //! A recording against a clock: what is due, from `start` to `end`.
 
+use busbar_plugin_sdk::Reason;
+
 use crate::decimate::Decimator;
 use crate::recording::{Fault, Recording, Update};
 use crate::remarks::Remarks;
@@ -32,6 +34,12 @@ pub(crate) struct Player {
     updates: Vec<Update>,
     /// What each tag was before the start.
     before: Vec<Option<Update>>,
+    /// In a pass after the first: tags that have no value of it yet, whose values would be
+    /// those of the end of the pass before.
+    is_unset: Vec<bool>,
+    /// Set where such a pass begins; then the time of its first instant.
+    expects_first: bool,
+    first: Option<i64>,
     /// The last instant that was played, and how long after the one before it.
     last: Option<i64>,
     step: i64,
@@ -60,7 +68,7 @@ impl Player {
         end: i64,
     ) -> Result<Self, Fault> {
         recording.skip_to(start)?;
-        let before = vec![None; is_discrete.len()];
+        let (before, is_unset) = (vec![None; is_discrete.len()], vec![false; is_discrete.len()]);
         let decimator = Decimator::new(is_discrete.into_iter(), interval);
         Ok(Self {
             recording,
@@ -70,6 +78,9 @@ impl Player {
             next: None,
             updates: Vec::new(),
             before,
+            is_unset,
+            expects_first: false,
+            first: None,
             last: None,
             step: 0,
             state: State::Seeking,
@@ -93,13 +104,17 @@ impl Player {
             }
             let Some(time) = self.load(remarks)? else { break };
             taken += 1 + self.updates.len();
-            if time < 0 {
-                self.keep_before();
-                continue;
-            }
             if self.state == State::Seeking {
+                if time < 0 {
+                    self.keep_before();
+                    continue;
+                }
                 self.state = State::Playing;
                 self.begin(out);
+            }
+            let time = time.max(0);
+            if self.first.is_some_and(|first| first < time) {
+                self.end_first_instant(out);
             }
             if time > head {
                 self.decimator.release(head, out);
@@ -107,6 +122,7 @@ impl Player {
             }
             self.play(time, out);
         }
+        self.end_first_instant(out);
         Ok(self.finish(head, out))
     }
 
@@ -118,8 +134,21 @@ impl Player {
         self.recording.rewind()?;
         (self.next, self.last, self.step, self.state) = (None, None, 0, State::Playing);
         self.updates.clear();
+        let is_set = self.before.iter().map(Option::is_some);
+        self.is_unset = is_set.map(|is_set| !is_set).collect();
+        (self.expects_first, self.first) = (true, None);
         self.begin(out);
         Ok(())
+    }
+
+    /// After the first instant of a further pass, tags without a value of it are missing.
+    fn end_first_instant(&mut self, out: &mut Vec<Update>) {
+        let Some(first) = self.first.take() else { return };
+        for point in 0..self.is_unset.len() {
+            if std::mem::take(&mut self.is_unset[point]) {
+                self.decimator.take(Update::missing(point, first, Reason::NotConnected), out);
+            }
+        }
     }
 
     /// Reads the next instant, unless it is there; its time from the start.
@@ -154,7 +183,11 @@ impl Player {
     }
 
     fn play(&mut self, time: i64, out: &mut Vec<Update>) {
+        if std::mem::take(&mut self.expects_first) {
+            self.first = Some(time);
+        }
         for update in self.updates.drain(..) {
+            self.is_unset[update.point] = false;
             let nanos = update.nanos.saturating_sub(self.start);
             self.decimator.take(Update { nanos, ..update }, out);
         }

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::testing::host;
-use busbar_plugin_sdk::{Error, Sample, TagSpec};
+use busbar_plugin_sdk::{Error, Sample, SampleFlags, TagSpec};
 
 use crate::address::Points;
 use crate::comtrade::{Cff, Cfg};
@@ -56,6 +56,7 @@ pub fn play(
                 value: update.value,
                 quality: update.quality,
                 source_time: crate::instant::system_time(update.nanos),
+                flags: SampleFlags::LIVE,
             })
             .collect();
         take(&samples);

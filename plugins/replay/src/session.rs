@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, Running, Sample, SampleSink};
+use busbar_plugin_sdk::{
+    Host, LinkState, LogLevel, Reason, Running, Sample, SampleFlags, SampleSink,
+};
 
 use crate::address::Points;
 use crate::instant::{SECOND, in_words, system_time, unix_nanos};
@@ -188,6 +190,7 @@ impl Session {
                     value: update.value,
                     quality: update.quality,
                     source_time: Some(source_time),
+                    flags: SampleFlags::LIVE,
                 })
             })
             .collect();

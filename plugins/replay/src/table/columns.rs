@@ -20,6 +20,8 @@ pub(super) struct Columns {
     /// Cells of a row.
     width: usize,
     kinds: Vec<ValueKind>,
+    /// Time of the last row of each tag, nanoseconds from the first row.
+    newest: Vec<i64>,
     wanted: Wanted,
 }
 
@@ -50,6 +52,13 @@ pub(super) struct Row {
     pub(super) line: u64,
     /// In the file's own count, nanoseconds.
     pub(super) time: i64,
+}
+
+/// A row that cannot be read.
+pub(super) struct RowFault {
+    pub(super) what: String,
+    /// True where its cells can be told apart, so that its name can be trusted.
+    pub(super) is_named: bool,
 }
 
 /// A column that is not there.
@@ -103,18 +112,26 @@ impl Columns {
             Wanted::Wide(columns)
         };
         let kinds = points.0.iter().map(|point| point.kind).collect();
-        Ok(Self { config: config.clone(), time, width: header.len(), kinds, wanted })
+        let newest = vec![i64::MIN; points.0.len()];
+        Ok(Self { config: config.clone(), time, width: header.len(), kinds, newest, wanted })
     }
 
     /// The time of a row that has all cells.
-    pub(super) fn row(&self, cells: &Cells, line: u64) -> Result<Row, String> {
+    pub(super) fn row(&self, cells: &Cells, line: u64) -> Result<Row, RowFault> {
         let has_more = (self.width..cells.len()).any(|index| !cells.get(index).is_empty());
         if cells.len() < self.width || has_more {
-            return Err(format!(
+            let what = format!(
                 "{} cells instead of {}; no cell may have a line break",
                 cells.len(),
                 self.width
-            ));
+            );
+            return Err(RowFault { what, is_named: false });
+        }
+        if let Wanted::Long { name, .. } = &self.wanted
+            && cells.get(*name).contains(char::REPLACEMENT_CHARACTER)
+        {
+            let what = "its name is no text in UTF-8".to_owned();
+            return Err(RowFault { what, is_named: false });
         }
         let text = cells.get(self.time);
         let (time, example) = match self.config.time_format {
@@ -127,36 +144,40 @@ impl Columns {
             }
         };
         let time = time.ok_or_else(|| {
-            format!("'{}' is not {example}: is csv.time_format right?", shown(text))
+            let what = format!("'{}' is not {example}: is csv.time_format right?", shown(text));
+            RowFault { what, is_named: true }
         })?;
         Ok(Row { line, time })
     }
 
-    /// Appends the updates of a row.
+    /// Appends the updates of a row of time `nanos`; the latest row so far is of `latest`.
+    /// A tag that has a later value already is missing: nobody can tell which is the newer.
     pub(super) fn read(
         &mut self,
         cells: &Cells,
         row: &Row,
-        nanos: i64,
+        [nanos, latest]: [i64; 2],
         updates: &mut Vec<Update>,
         remarks: &mut Remarks,
     ) {
-        let (kinds, config) = (&self.kinds, &self.config);
+        let (kinds, config, newest) = (&self.kinds, &self.config, &mut self.newest);
         let mut push = |point: usize, values: &Cell, quality: Option<usize>| {
             let quality = quality.map_or(Quality::Good, |index| quality_of(cells.get(index)));
             let read = read_value(cells, values, kinds[point], config);
             let update = match read {
+                Ok(None) if config.empty_cells == EmptyCells::Unchanged => return,
+                _ if nanos < newest[point] => Update::missing(point, latest, MISSING),
                 Ok(Some(Value::F64(number))) if !number.is_finite() => {
                     Update::missing(point, nanos, Reason::NotFinite)
                 }
                 Ok(Some(value)) => Update { point, nanos, value: Some(value), quality },
-                Ok(None) if config.empty_cells == EmptyCells::Unchanged => return,
                 Ok(None) => Update::missing(point, nanos, MISSING),
                 Err(what) => {
                     remarks.add(format!("line {}: {what}; taken as missing", row.line));
                     Update::missing(point, nanos, MISSING)
                 }
             };
+            newest[point] = newest[point].max(nanos);
             updates.push(update);
         };
         match &mut self.wanted {
@@ -172,6 +193,30 @@ impl Columns {
                 }
             }
         }
+    }
+
+    /// Appends what a row that cannot be read makes of its tags: of all of them, unless it
+    /// has a name that can be trusted.
+    pub(super) fn read_unreadable(
+        &self,
+        cells: &Cells,
+        is_named: bool,
+        nanos: i64,
+        updates: &mut Vec<Update>,
+    ) {
+        let missing = |point| Update::missing(point, nanos, MISSING);
+        match &self.wanted {
+            Wanted::Long { name, points, .. } if is_named => {
+                let named = points.get(cells.get(*name)).into_iter().flatten();
+                updates.extend(named.map(|&point| missing(point)));
+            }
+            _ => updates.extend((0..self.kinds.len()).map(missing)),
+        }
+    }
+
+    /// Begins at the first row anew.
+    pub(super) fn forget_times(&mut self) {
+        self.newest.fill(i64::MIN);
     }
 
     /// At the end: the names that no row had.

@@ -20,7 +20,7 @@ use crate::settings::Config;
 use cells::Cells;
 #[cfg(test)]
 use cells::MAX_COLUMNS;
-use columns::{Columns, Row};
+use columns::{Columns, Row, RowFault};
 pub(crate) use config::{Column, CsvConfig, Form, TimeFormat, find_column};
 
 /// Rows that are left out in a row before the player looks whether to go on.
@@ -96,14 +96,14 @@ impl<R: Read + Seek + Send> Table<R> {
             match self.next_row()? {
                 None => break,
                 Some(Ok(row)) => return Ok(row.time),
-                Some(Err(what)) => fault = what,
+                Some(Err(unreadable)) => fault = unreadable.what,
             }
         }
         Err(Fault::new(&self.file, fault))
     }
 
     /// The next row that is not blank, or what is wrong with it.
-    fn next_row(&mut self) -> Result<Option<Result<Row, String>>, Fault> {
+    fn next_row(&mut self) -> Result<Option<Result<Row, RowFault>>, Fault> {
         loop {
             let number = self.lines.number();
             let read =
@@ -114,9 +114,28 @@ impl<R: Read + Seek + Send> Table<R> {
                 Line::Whole if self.line.iter().all(u8::is_ascii_whitespace) => continue,
                 Line::Whole => self.cells.cut(&self.line),
             };
-            let row = cut.and_then(|()| self.columns.row(&self.cells, number));
-            return Ok(Some(row.map_err(|what| format!("line {number}: {what}"))));
+            let row = cut
+                .map_err(|what| RowFault { what, is_named: false })
+                .and_then(|()| self.columns.row(&self.cells, number));
+            let at_line = |fault: RowFault| RowFault {
+                what: format!("line {number}: {}", fault.what),
+                ..fault
+            };
+            return Ok(Some(row.map_err(at_line)));
         }
+    }
+
+    /// A row that cannot be read never leaves the values before it as they were: its tags
+    /// are missing from the last time on, until a row that can be read has them.
+    fn note_unreadable(
+        &mut self,
+        fault: &RowFault,
+        updates: &mut Vec<Update>,
+        remarks: &mut Remarks,
+    ) {
+        remarks
+            .add(format!("{}; the row is left out, its tags are bad until the next", fault.what));
+        self.columns.read_unreadable(&self.cells, fault.is_named, self.last.max(0), updates);
     }
 }
 
@@ -139,29 +158,29 @@ impl<R: Read + Seek + Send> Recording for Table<R> {
                     return Ok(None);
                 }
                 Some(Ok(row)) => row,
-                Some(Err(what)) => {
-                    remarks.add(format!("{what}; the row is left out"));
-                    continue;
+                Some(Err(fault)) => {
+                    self.note_unreadable(&fault, updates, remarks);
+                    if updates.is_empty() {
+                        continue;
+                    }
+                    return Ok(Some(self.last.max(0)));
                 }
             };
             let Some(nanos) = row.time.checked_sub(self.first) else {
-                remarks.add(format!(
-                    "line {}: its time is out of reach of the first; the row is left out",
-                    row.line
-                ));
-                continue;
+                let what = format!("line {}: its time is out of reach of the first", row.line);
+                self.note_unreadable(&RowFault { what, is_named: true }, updates, remarks);
+                return Ok(Some(self.last.max(0)));
             };
             if nanos < self.last {
                 remarks.add(format!(
-                    "line {}: it is {:.3} s earlier than the one before; the row is left out: sort the file by time",
+                    "line {}: it is {:.3} s earlier than the one before; tags that have a later value already are bad: sort the file by time",
                     row.line,
                     self.last.saturating_sub(nanos) as f64 / SECOND as f64
                 ));
-                continue;
             }
-            self.last = nanos;
-            self.columns.read(&self.cells, &row, nanos, updates, remarks);
-            return Ok(Some(nanos));
+            self.last = self.last.max(nanos);
+            self.columns.read(&self.cells, &row, [nanos, self.last], updates, remarks);
+            return Ok(Some(self.last));
         }
         // Nothing new, at the same time as before.
         Ok(Some(self.last.max(0)))
@@ -174,6 +193,7 @@ impl<R: Read + Seek + Send> Recording for Table<R> {
 
     fn rewind(&mut self) -> Result<(), Fault> {
         self.last = i64::MIN;
+        self.columns.forget_times();
         let (offset, number) = self.mark;
         self.lines.go_to(offset, number).map_err(|error| Fault::new(&self.file, error))
     }

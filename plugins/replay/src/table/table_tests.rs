@@ -139,7 +139,10 @@ fn bad_rows_are_told_and_do_not_stop_the_rest() {
     while table.read(&mut updates, &mut remarks).unwrap().is_some() {}
     let values: Vec<_> = updates.iter().map(|update| update.value).collect();
     let good = [2.0, 4.0, 5.0].map(|value| Some(Value::F64(value)));
-    assert_eq!(values, [good[0], None, good[1], good[2]]);
+    // Each of the others makes the tag bad, until a row can be read.
+    let bad = [None; 4];
+    assert_eq!(values, [&[None, good[0]][..], &bad, &[None, good[1], good[2]]].concat());
+    assert!(updates.iter().all(|update| update.value.is_some() == update.quality.is_good()));
     let expected = [
         "line 2: 'soon' is not a number of seconds: is csv.time_format right?; the row is left out",
         "line 4: it is 1.000 s earlier than the one before",
@@ -153,6 +156,56 @@ fn bad_rows_are_told_and_do_not_stop_the_rest() {
     for (told, expected) in told.iter().zip(expected) {
         assert!(told.starts_with(expected), "{told}");
     }
+}
+
+#[test]
+fn rows_of_a_tag_keep_their_own_order() {
+    // Two loggers in one file: what is earlier than another tag's row is no fault.
+    let text = "time,name,value\n0,a,1\n0,b,1\n2,a,2\n1,b,2\n1,a,3\n3,a,4\n";
+    let csv = json!({"form": "long", "time_format": "seconds"});
+    let tag = |tag, id: &str| tag_spec(tag, id, ValueKind::F64, json!({"name": id}));
+    assert_eq!(
+        read(csv, &[tag(1, "a"), tag(2, "b")], text).unwrap(),
+        [
+            good(1, 0, 1.0),
+            good(2, 0, 1.0),
+            good(1, 2000, 2.0),
+            good(2, 1000, 2.0),
+            // Nobody can tell whether it is older, or the clock was set back.
+            missing(1, 2000),
+            good(1, 3000, 4.0),
+        ]
+    );
+}
+
+#[test]
+fn a_row_that_cannot_be_read_is_of_its_tag_or_of_all() {
+    let csv = || json!({"form": "long", "time_format": "seconds"});
+    let tag = |tag, id: &str| tag_spec(tag, id, ValueKind::F64, json!({"name": id}));
+    let tags = [tag(1, "a"), tag(2, "b")];
+    let of_all = [missing(1, 1000), missing(2, 1000)];
+    for (row, expected) in [
+        ("soon,a,5", &[missing(1, 1000)][..]),
+        ("2,a,much", &[missing(1, 2000)]),
+        ("2,a", &of_all),
+        ("2", &of_all),
+        ("2,a,5,6", &of_all),
+        ("soon,nobody,5", &[]),
+        ("2,nobody,much", &[]),
+    ] {
+        let text = format!("time,name,value\n0,a,1\n1,b,1\n{row}\n3,a,2\n3,b,2\n");
+        let found = read(csv(), &tags, &text).unwrap();
+        let all = [&[good(1, 0, 1.0), good(2, 1000, 1.0)], expected, &[good(1, 3000, 2.0), good(2, 3000, 2.0)]];
+        assert_eq!(found, all.concat(), "{row}");
+    }
+    // A name that is not UTF-8 may be that of any tag.
+    let text = b"time,name,value\n0,a,1\n1,\xff,5\n2,a,2\n".to_vec();
+    let settings = json!({"file": "/a.csv", "max_updates_per_second": 0, "csv": csv()});
+    let mut values = Vec::new();
+    let keep = |batch: &[Sample]| values.extend(batch.iter().map(|sample| (sample.tag, sample.value)));
+    play(serde_json::from_value(settings).unwrap(), &tags, Bytes::Csv(text), keep).unwrap();
+    let value = |value| Some(Value::F64(value));
+    assert_eq!(values, [(1, value(1.0)), (1, None), (2, None), (1, value(2.0))]);
 }
 
 #[test]

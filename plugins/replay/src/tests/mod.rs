@@ -1,6 +1,7 @@
 //! The plugin end to end, through the SDK's sink, with files on disk.
 
 mod hostile;
+mod matrix;
 mod peer;
 mod playing;
 

@@ -117,6 +117,53 @@ fn a_loop_begins_again() {
 }
 
 #[test]
+fn a_tag_without_a_value_at_the_start_is_bad_there_in_every_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.csv");
+    // The second tag has no value before 0.2 s: that of the end is not one of the start.
+    std::fs::write(&file, "time,name,value\n0,a,1\n0.2,b,7\n0.4,a,2\n").unwrap();
+    let tag = |tag, name: &str| tag_spec(tag, name, ValueKind::I64, json!({"name": name}));
+    let csv = json!({"form": "long", "time_format": "seconds"});
+    let settings = json!({"loop": true, "speed": 20, "csv": csv});
+    let running = start(&file, settings, vec![tag(1, "a"), tag(2, "b")]);
+    let passes = |seen: &Recording| seen.samples.iter().filter(|s| s.value == Some(Value::I64(7))).count();
+    assert!(running.recorder.wait_until(PATIENCE, |seen| passes(seen) > 5));
+    let samples = Vec::from(running.recorder.recording().samples);
+    let second: Vec<_> = of_tag(&samples, 2).iter().map(|sample| sample.value).collect();
+    for (index, value) in second.iter().enumerate() {
+        assert_eq!(*value, [None, Some(Value::I64(7))][index % 2], "{second:?}");
+    }
+    let first = of_tag(&samples, 1);
+    assert!(first.iter().skip(1).all(|sample| sample.quality.is_good()), "{first:?}");
+}
+
+#[test]
+fn samples_that_are_missing_leave_a_gap() {
+    for (data, has_timestamps) in [(DataType::Ascii, false), (DataType::Binary, false), (DataType::Ascii, true)] {
+        let recipe = Recipe { has_timestamps, ..Recipe::new(Revision::Of1999, data) };
+        let (folder, cfg) = written(recipe);
+        let dat = recipe.dat();
+        // Samples 300 to 309 are cut out.
+        let cut = if data == DataType::Ascii {
+            let lines = dat.split_inclusive(|byte| *byte == b'\n').enumerate();
+            let kept = lines.filter(|(index, _)| !(299..309).contains(index));
+            kept.flat_map(|(_, line)| line.to_vec()).collect()
+        } else {
+            let size = dat.len() / 1000;
+            [&dat[..299 * size], &dat[309 * size..]].concat()
+        };
+        std::fs::write(folder.path().join("fault.dat"), cut).unwrap();
+        let samples = start(&cfg, json!({}), all_tags()).played();
+        for tag in all_tags() {
+            let of_tag = of_tag(&samples, tag.tag);
+            assert_eq!(of_tag.len(), 991, "{data:?}");
+            assert_eq!(of_tag[299], Sample { source_time: of_tag[299].source_time, ..Sample::bad(tag.tag, Reason::Sensor) });
+            assert!(of_tag[298].value.is_some() && of_tag[300].value.is_some());
+        }
+    }
+}
+
+#[test]
 fn original_times_are_those_of_the_recording() {
     let recipe = Recipe::new(Revision::Of1999, DataType::Binary);
     let (_folder, cfg) = written(recipe);
