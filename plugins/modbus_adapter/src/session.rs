@@ -127,10 +127,11 @@ impl Session {
                 group.blocks.push(block);
                 continue;
             }
-            self.note_answer(link, block.unit);
             if let Reply::Exception(exception) = reply {
+                self.note_exception(link, &block, exception);
                 self.heed(exception, block, origin, group, &mut poll);
             } else {
+                self.note_answer(link, block.unit);
                 self.publish_values(&block, &reply);
                 poll.has_recovered |= origin == Origin::Retry;
                 group.blocks.push(block);
@@ -167,6 +168,35 @@ impl Session {
         link.has_recovered |= has_recovered;
         if is_new || has_recovered {
             self.report_units(link);
+        }
+    }
+
+    /// An exception that is the unit's own is an answer of it. One of a gateway which does
+    /// not reach the unit makes all of its tags bad, whatever their poll groups.
+    fn note_exception(&self, link: &mut Link, block: &Block, exception: ExceptionCode) {
+        let unit = block.unit;
+        let is_of_gateway = matches!(
+            exception,
+            ExceptionCode::GatewayPathUnavailable | ExceptionCode::GatewayTargetDevice
+        );
+        if is_of_gateway {
+            let of_unit = self.points.iter().filter(|point| point.unit == unit);
+            self.sink.publish_bad(of_unit.map(|point| point.tag), Reason::Communication);
+            let is_first = !std::mem::replace(&mut link.is_up, true);
+            if link.units.note_unreachable(unit) || is_first {
+                self.report_units(link);
+            }
+        } else {
+            self.note_answer(link, unit);
+        }
+        if matches!(verdict(exception), Verdict::Unavailable(_))
+            && let Some(count) = link.units.count_exception(unit)
+        {
+            let times = if count == 1 { String::new() } else { format!(", {count} times so far") };
+            let (transport, what) = (&self.config.transport, describe(block));
+            let text =
+                format!("{transport}: {exception} instead of {what}{times}; its tags are bad");
+            self.host.log(LogLevel::Warning, &text);
         }
     }
 
@@ -285,6 +315,9 @@ fn verdict(exception: ExceptionCode) -> Verdict {
     }
 }
 
+#[cfg(test)]
+#[path = "session_matrix_tests.rs"]
+mod matrix_tests;
 #[cfg(test)]
 #[path = "session_tests.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-//! The devices of a serial line that do not answer.
+//! Devices of a serial line or behind a gateway that do not answer.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,6 +14,10 @@ pub(crate) struct Units {
     count: usize,
     delays: Reconnect,
     silent: BTreeMap<u8, Silence>,
+    /// Units that the gateway does not reach.
+    unreachable: BTreeSet<u8>,
+    /// Exceptions of each unit that say that it cannot answer now.
+    exceptions: BTreeMap<u8, u64>,
 }
 
 #[derive(Debug)]
@@ -25,7 +29,13 @@ struct Silence {
 impl Units {
     pub(crate) fn new(points: &[Point], delays: Reconnect) -> Self {
         let all: BTreeSet<_> = points.iter().map(|point| point.unit).collect();
-        Self { count: all.len(), delays, silent: BTreeMap::new() }
+        Self {
+            count: all.len(),
+            delays,
+            silent: BTreeMap::new(),
+            unreachable: BTreeSet::new(),
+            exceptions: BTreeMap::new(),
+        }
     }
 
     /// Whether a unit is not to be asked now.
@@ -42,9 +52,23 @@ impl Units {
         self.silent.len() > count
     }
 
-    /// A unit answered; whether it had been silent.
+    /// A unit answered; whether it had been silent, or out of reach.
     pub(crate) fn note_answer(&mut self, unit: u8) -> bool {
-        self.silent.remove(&unit).is_some()
+        self.silent.remove(&unit).is_some() | self.unreachable.remove(&unit)
+    }
+
+    /// Notes that the gateway does not reach a unit; true where it did before.
+    pub(crate) fn note_unreachable(&mut self, unit: u8) -> bool {
+        self.silent.remove(&unit);
+        self.unreachable.insert(unit)
+    }
+
+    /// Counts an exception that says that a unit cannot answer now; the count, where that is
+    /// to be told: one, ten, a hundred and so on.
+    pub(crate) fn count_exception(&mut self, unit: u8) -> Option<u64> {
+        let count = self.exceptions.entry(unit).or_default();
+        *count = count.saturating_add(1);
+        Some(*count).filter(|count| *count == 10_u64.pow(count.ilog10()))
     }
 
     /// Whether there is nobody left.
@@ -54,10 +78,17 @@ impl Units {
 
     /// The silent ones, for operators; none if all answer.
     pub(crate) fn silent(&self) -> Option<String> {
-        let units: Vec<_> = self.silent.keys().map(u8::to_string).collect();
-        let plural = if units.len() > 1 { "s" } else { "" };
-        (!units.is_empty()).then(|| format!("no answer from unit{plural} {}", units.join(", ")))
+        let silent = listed("no answer from", self.silent.keys());
+        let unreachable = listed("the gateway does not reach", self.unreachable.iter());
+        let texts: Vec<_> = silent.into_iter().chain(unreachable).collect();
+        (!texts.is_empty()).then(|| texts.join("; "))
     }
+}
+
+fn listed<'a>(what: &str, units: impl Iterator<Item = &'a u8>) -> Option<String> {
+    let units: Vec<_> = units.map(u8::to_string).collect();
+    let plural = if units.len() > 1 { "s" } else { "" };
+    (!units.is_empty()).then(|| format!("{what} unit{plural} {}", units.join(", ")))
 }
 
 #[cfg(test)]
@@ -100,5 +131,11 @@ mod tests {
         assert!(units.are_all_silent());
         assert!(units.note_answer(7) && !units.note_answer(7));
         assert!(!units.are_all_silent());
+        assert!(units.note_unreachable(7) && !units.note_unreachable(7));
+        let text = "no answer from unit 1; the gateway does not reach unit 7";
+        assert_eq!(units.silent().unwrap(), text);
+        assert!(units.note_answer(7) && !units.note_answer(7));
+        let told: Vec<_> = (0..150).filter_map(|_| units.count_exception(7)).collect();
+        assert_eq!(told, [1, 10, 100]);
     }
 }

@@ -8,7 +8,7 @@ use super::peer::available;
 use super::*;
 
 /// A line with two ends, each a device file; cut when dropped.
-pub(super) struct Line {
+pub(crate) struct Line {
     socat: Child,
     folder: tempfile::TempDir,
 }
@@ -16,7 +16,7 @@ pub(super) struct Line {
 impl Line {
     /// Lays a line; `None`, said aloud, where there is no socat. Where peers are
     /// required that is a failure.
-    pub(super) fn lay() -> Option<Self> {
+    pub(crate) fn lay() -> Option<Self> {
         let has_socat = Command::new("socat").arg("-V").stdout(Stdio::null()).status().is_ok();
         if !available(has_socat, "no socat: install it") {
             return None;
@@ -32,7 +32,7 @@ impl Line {
     }
 
     /// The end of the devices.
-    pub(super) fn theirs(&self) -> PathBuf {
+    pub(crate) fn theirs(&self) -> PathBuf {
         self.folder.path().join("theirs")
     }
 
@@ -57,7 +57,7 @@ impl Line {
         start_with(all, QUICK, tags)
     }
 
-    pub(super) fn settings(&self) -> serde_json::Value {
+    pub(crate) fn settings(&self) -> serde_json::Value {
         json!({"serial": {"device": self.ours()}, "timeout_millis": 400})
     }
 }

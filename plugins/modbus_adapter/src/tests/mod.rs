@@ -4,7 +4,7 @@ mod hostile;
 mod hostile_line;
 mod late;
 mod libmodbus;
-mod line;
+pub(crate) mod line;
 mod peer;
 #[cfg(target_os = "linux")]
 mod proxied;
@@ -29,14 +29,14 @@ use crate::{ModbusAdapter, Settings};
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// An adapter that polls fast, and what it published.
-type Running = Watched<ModbusAdapter>;
+pub(crate) type Running = Watched<ModbusAdapter>;
 
 /// Delays that the settings would not allow.
 const QUICK: Reconnect =
     Reconnect { min: Duration::from_millis(100), max: Duration::from_millis(400) };
 
 /// Starts an adapter of a local server; `settings` are added to fast ones.
-fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
+pub(crate) fn start(port: u16, settings: serde_json::Value, tags: Vec<TagSpec>) -> Running {
     let mut all = json!({"host": "127.0.0.1", "port": port});
     add(&mut all, settings);
     start_with(all, QUICK, tags)
