@@ -195,14 +195,19 @@ fn a_row_that_cannot_be_read_is_of_its_tag_or_of_all() {
     ] {
         let text = format!("time,name,value\n0,a,1\n1,b,1\n{row}\n3,a,2\n3,b,2\n");
         let found = read(csv(), &tags, &text).unwrap();
-        let all = [&[good(1, 0, 1.0), good(2, 1000, 1.0)], expected, &[good(1, 3000, 2.0), good(2, 3000, 2.0)]];
+        let all = [
+            &[good(1, 0, 1.0), good(2, 1000, 1.0)],
+            expected,
+            &[good(1, 3000, 2.0), good(2, 3000, 2.0)],
+        ];
         assert_eq!(found, all.concat(), "{row}");
     }
     // A name that is not UTF-8 may be that of any tag.
     let text = b"time,name,value\n0,a,1\n1,\xff,5\n2,a,2\n".to_vec();
     let settings = json!({"file": "/a.csv", "max_updates_per_second": 0, "csv": csv()});
     let mut values = Vec::new();
-    let keep = |batch: &[Sample]| values.extend(batch.iter().map(|sample| (sample.tag, sample.value)));
+    let keep =
+        |batch: &[Sample]| values.extend(batch.iter().map(|sample| (sample.tag, sample.value)));
     play(serde_json::from_value(settings).unwrap(), &tags, Bytes::Csv(text), keep).unwrap();
     let value = |value| Some(Value::F64(value));
     assert_eq!(values, [(1, value(1.0)), (1, None), (2, None), (1, value(2.0))]);

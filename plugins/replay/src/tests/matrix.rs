@@ -52,7 +52,9 @@ fn tags(kind: Kind) -> Vec<TagSpec> {
         Kind::Long => "name",
         Kind::Comtrade => "channel",
     };
-    let tag = |tag: u32| tag_spec(tag, &format!("t{tag}"), ValueKind::I64, json!({key: format!("t{tag}")}));
+    let tag = |tag: u32| {
+        tag_spec(tag, &format!("t{tag}"), ValueKind::I64, json!({key: format!("t{tag}")}))
+    };
     (0..TAGS).map(tag).collect()
 }
 
@@ -63,12 +65,22 @@ fn rows(kind: Kind, number: usize, truth: &[i64]) -> Vec<Vec<u8>> {
     match kind {
         Kind::Wide => vec![format!("{time:.1},{},good", values.join(",")).into()],
         Kind::Comtrade => vec![format!("{},,{}", number + 1, values.join(",")).into()],
-        Kind::Long => values.iter().enumerate().map(|(tag, value)| format!("{time:.1},t{tag},{value},good").into()).collect(),
+        Kind::Long => values
+            .iter()
+            .enumerate()
+            .map(|(tag, value)| format!("{time:.1},t{tag},{value},good").into())
+            .collect(),
     }
 }
 
 /// One step with a fault in one of its rows.
-fn spoil(kind: Kind, step: &mut Step, fault: MessageFault, random: &mut FaultGenerator, before: &[Vec<u8>]) {
+fn spoil(
+    kind: Kind,
+    step: &mut Step,
+    fault: MessageFault,
+    random: &mut FaultGenerator,
+    before: &[Vec<u8>],
+) {
     let index = random.below(step.rows.len());
     let all: Vec<u32> = (0..TAGS).collect();
     let own = if kind == Kind::Long { vec![index as u32] } else { all.clone() };

@@ -126,7 +126,8 @@ fn a_tag_without_a_value_at_the_start_is_bad_there_in_every_pass() {
     let csv = json!({"form": "long", "time_format": "seconds"});
     let settings = json!({"loop": true, "speed": 20, "csv": csv});
     let running = start(&file, settings, vec![tag(1, "a"), tag(2, "b")]);
-    let passes = |seen: &Recording| seen.samples.iter().filter(|s| s.value == Some(Value::I64(7))).count();
+    let passes =
+        |seen: &Recording| seen.samples.iter().filter(|s| s.value == Some(Value::I64(7))).count();
     assert!(running.recorder.wait_until(PATIENCE, |seen| passes(seen) > 5));
     let samples = Vec::from(running.recorder.recording().samples);
     let second: Vec<_> = of_tag(&samples, 2).iter().map(|sample| sample.value).collect();
@@ -139,7 +140,9 @@ fn a_tag_without_a_value_at_the_start_is_bad_there_in_every_pass() {
 
 #[test]
 fn samples_that_are_missing_leave_a_gap() {
-    for (data, has_timestamps) in [(DataType::Ascii, false), (DataType::Binary, false), (DataType::Ascii, true)] {
+    for (data, has_timestamps) in
+        [(DataType::Ascii, false), (DataType::Binary, false), (DataType::Ascii, true)]
+    {
         let recipe = Recipe { has_timestamps, ..Recipe::new(Revision::Of1999, data) };
         let (folder, cfg) = written(recipe);
         let dat = recipe.dat();
@@ -157,7 +160,13 @@ fn samples_that_are_missing_leave_a_gap() {
         for tag in all_tags() {
             let of_tag = of_tag(&samples, tag.tag);
             assert_eq!(of_tag.len(), 991, "{data:?}");
-            assert_eq!(of_tag[299], Sample { source_time: of_tag[299].source_time, ..Sample::bad(tag.tag, Reason::Sensor) });
+            assert_eq!(
+                of_tag[299],
+                Sample {
+                    source_time: of_tag[299].source_time,
+                    ..Sample::bad(tag.tag, Reason::Sensor)
+                }
+            );
             assert!(of_tag[298].value.is_some() && of_tag[300].value.is_some());
         }
     }
