@@ -1,15 +1,18 @@
 //! The log as a viewer has it: a queue, and a thread that writes.
 
 use std::mem;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use busbar_alarms::Record;
 
-use crate::journal::Journal;
+use crate::anchor::{self, Anchor};
+use crate::log_writer::LogWriter;
 use crate::{LogError, LogRules, Recovered};
 
 /// Records that wait for the disk before new ones are lost.
@@ -20,6 +23,8 @@ const MAX_BATCHES: usize = 64;
 const MAX_RECORDS_AT_ONCE: usize = 10_000;
 /// Until what could not be written is tried again.
 const RETRY_DELAY: Duration = Duration::from_secs(1);
+/// The longest that the anchor is behind a record that is on the disk.
+pub const ANCHOR_INTERVAL: Duration = Duration::from_secs(1);
 
 /// A log that is written.
 #[derive(Debug)]
@@ -38,6 +43,7 @@ pub struct AlarmLog {
 struct Shared {
     durable: AtomicU64,
     fault: Mutex<Option<String>>,
+    anchor_fault: Mutex<Option<String>>,
     /// Whether nobody waits for a disk any more that refuses to write.
     is_ending: AtomicBool,
 }
@@ -48,15 +54,18 @@ impl AlarmLog {
     /// # Errors
     /// A folder that cannot be used, or a log that another viewer writes.
     pub fn open(rules: LogRules) -> Result<(Self, Recovered), LogError> {
-        let directory = rules.directory.clone();
-        let (journal, found) = Journal::open(rules)?;
+        let (writer, found) = LogWriter::open(&rules)?;
         let shared = Arc::new(Shared::default());
         shared.durable.store(found.last_number, Ordering::Release);
         let (sender, receiver) = sync_channel(MAX_BATCHES);
         let of_thread = shared.clone();
+        let LogRules { directory, anchor_file, .. } = rules;
         let thread = thread::Builder::new()
             .name("alarm log".into())
-            .spawn(move || write_all(journal, &receiver, &of_thread))
+            .spawn(move || {
+                let keeper = AnchorKeeper { path: anchor_file, written: None, last: None };
+                write_all(writer, keeper, &receiver, &of_thread);
+            })
             .map_err(|source| LogError::Unusable { path: directory, source })?;
         let (sender, thread) = (Some(sender), Some(thread));
         Ok((Self { sender, thread, shared, waiting: Vec::new(), lost: 0 }, found))
@@ -99,12 +108,13 @@ impl AlarmLog {
 
     /// Why records are not on the disk, while that is so; what was lost for good stays told.
     pub fn fault(&self) -> Option<String> {
-        let fault = self.shared.fault.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let told = |fault: &Mutex<Option<String>>| {
+            fault.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        };
         let lost = (self.lost > 0).then(|| format!("{} records were lost", self.lost));
-        match (fault, lost) {
-            (Some(fault), Some(lost)) => Some(format!("{fault}; {lost}")),
-            (fault, lost) => fault.or(lost),
-        }
+        let faults = [told(&self.shared.fault), lost, told(&self.shared.anchor_fault)];
+        let faults: Vec<String> = faults.into_iter().flatten().collect();
+        (!faults.is_empty()).then(|| faults.join("; "))
     }
 }
 
@@ -123,28 +133,47 @@ impl Drop for AlarmLog {
 }
 
 /// Writes what comes, all that lies ready at once, until the other end is gone.
-fn write_all(mut journal: Journal, receiver: &Receiver<Vec<Record>>, shared: &Shared) {
-    while let Ok(mut records) = receiver.recv() {
+fn write_all(
+    mut writer: LogWriter,
+    mut keeper: AnchorKeeper,
+    receiver: &Receiver<Vec<Record>>,
+    shared: &Shared,
+) {
+    keeper.keep(&mut writer, shared);
+    loop {
+        let mut records = match receiver.recv_timeout(keeper.patience(&writer)) {
+            Ok(records) => records,
+            Err(RecvTimeoutError::Timeout) => {
+                keeper.keep(&mut writer, shared);
+                continue;
+            }
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
         while records.len() < MAX_RECORDS_AT_ONCE {
             match receiver.try_recv() {
                 Ok(more) => records.extend(more),
                 Err(_) => break,
             }
         }
-        if !write(&mut journal, &records, shared) {
-            return;
+        if !write(&mut writer, records, shared) {
+            break;
+        }
+        if keeper.patience(&writer).is_zero() {
+            keeper.keep(&mut writer, shared);
         }
     }
+    keeper.keep(&mut writer, shared);
 }
 
 /// Tries until records are written; not so where the log is to end and the disk refuses.
-fn write(journal: &mut Journal, records: &[Record], shared: &Shared) -> bool {
+fn write(writer: &mut LogWriter, records: Vec<Record>, shared: &Shared) -> bool {
+    let newest = records.last().map_or(0, |record| record.number);
+    writer.stage(records);
     loop {
-        let fault = journal.append(records).err().map(|error| format!("not logged: {error}"));
+        let fault = writer.write_staged().err().map(|error| format!("not logged: {error}"));
         let is_written = fault.is_none();
         *shared.fault.lock().unwrap_or_else(PoisonError::into_inner) = fault;
         if is_written {
-            let newest = records.last().map_or(0, |record| record.number);
             shared.durable.fetch_max(newest, Ordering::AcqRel);
             return true;
         }
@@ -152,5 +181,40 @@ fn write(journal: &mut Journal, records: &[Record], shared: &Shared) -> bool {
             return false;
         }
         thread::sleep(RETRY_DELAY);
+    }
+}
+
+/// The anchor's file, written once an interval at most.
+struct AnchorKeeper {
+    path: Option<PathBuf>,
+    /// When it was tried last.
+    written: Option<Instant>,
+    last: Option<Anchor>,
+}
+
+impl AnchorKeeper {
+    /// Time until the anchor is to be written; long where it is as the log.
+    fn patience(&self, writer: &LogWriter) -> Duration {
+        const LONG: Duration = Duration::from_secs(3600);
+        if self.path.is_none() || self.last == writer.anchor() {
+            return LONG;
+        }
+        self.written.map_or(Duration::ZERO, |at| ANCHOR_INTERVAL.saturating_sub(at.elapsed()))
+    }
+
+    /// Writes the anchor where it is not as the log.
+    fn keep(&mut self, writer: &mut LogWriter, shared: &Shared) {
+        let (Some(path), Some(anchor)) = (&self.path, writer.anchor()) else { return };
+        if self.last.as_ref() == Some(&anchor) {
+            return;
+        }
+        self.written = Some(Instant::now());
+        let result = anchor::write(path, &anchor, writer.keys().current());
+        let fault = result.err().map(|error| format!("the log's anchor is not written: {error}"));
+        if fault.is_none() {
+            self.last = Some(anchor);
+            writer.confirm_anchor();
+        }
+        *shared.anchor_fault.lock().unwrap_or_else(PoisonError::into_inner) = fault;
     }
 }

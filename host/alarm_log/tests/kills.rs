@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use busbar_alarm_log::{AlarmLog, LogRules};
+use busbar_alarm_log::{AlarmLog, LogRules, verify};
 use busbar_alarms::{
     Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Priority, Record,
     State, Watch,
@@ -34,9 +34,15 @@ const MAX_LIFE_MILLIS: u64 = 100;
 const MAX_START: Duration = Duration::from_secs(60);
 const ALARMS: u32 = 40;
 
-fn rules(directory: &Path) -> LogRules {
-    // Small enough that some kills come while a new file is begun; none goes.
-    LogRules { directory: directory.to_owned(), max_file_bytes: 20_000, max_files: 100_000 }
+fn rules(folder: &Path) -> LogRules {
+    LogRules {
+        directory: folder.join("log"),
+        // Small enough that some kills come while a new file is begun; none goes.
+        max_file_bytes: 20_000,
+        max_files: 100_000,
+        key_file: Some(folder.join("key")),
+        anchor_file: Some(folder.join("anchor")),
+    }
 }
 
 fn tables(now: Moment) -> (TagTable, AlarmTable) {
@@ -90,14 +96,8 @@ fn walk_until_killed() {
     while Instant::now() < end {
         now = Moment::now();
         for _ in 0..dice.u32(..8) {
-            let sample = Sample {
-                tag: TagHandle(dice.u32(..ALARMS)),
-                value: Some(Value::Bool(dice.bool())),
-                quality: Quality::Good,
-                source_time: None,
-                received: now,
-                valid_from: now,
-            };
+            let (tag, value) = (TagHandle(dice.u32(..ALARMS)), Some(Value::Bool(dice.bool())));
+            let sample = Sample::live(tag, value, Quality::Good, now);
             tags.apply(&sample, |change| alarms.note(change));
         }
         tags.advance(now, |_| {});
@@ -177,18 +177,28 @@ fn logged(folder: &Path) -> BTreeMap<u64, Record> {
 fn its_claims_outlive_a_process_that_is_killed() {
     let kills = std::env::var(KILLS_VARIABLE).ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    std::fs::write(folder.path().join("key"), [7; 32]).expect("it can be written");
     let mut dice = Rng::new();
     let (mut claimed, mut torn, mut newest) = (0, 0, 0);
     for kill in 0..kills {
         let life = Duration::from_micros(dice.u64(..MAX_LIFE_MILLIS * 1000));
         // Some are killed while they read what the one before left.
         let claims = claims_of_a_life(folder.path(), life, dice.u32(..5) > 0);
-        let (log, found) = AlarmLog::open(rules(folder.path())).expect("the log opens");
+        let rules = rules(folder.path());
+        let [key, anchor] = [&rules.key_file, &rules.anchor_file].map(|path| path.as_deref());
+        if let Some(anchor) = anchor.filter(|anchor| anchor.exists()) {
+            let verified = verify(&rules.directory, key, Some(anchor)).expect("it can be read");
+            assert_eq!(verified.faults, Vec::<String>::new(), "kill {kill}: a false alarm");
+        }
+        let (log, found) = AlarmLog::open(rules.clone()).expect("the log opens");
         drop(log);
+        let verified = verify(&rules.directory, key, anchor).expect("it can be read");
+        assert_eq!(verified.faults, Vec::<String>::new(), "kill {kill}: a false alarm");
+        assert_eq!(verified.newest, found.last_number, "kill {kill}");
         torn += found.remarks.iter().filter(|remark| remark.contains("cut short")).count();
         let odd = found.remarks.iter().find(|remark| !remark.contains("cut short"));
         assert_eq!(odd, None, "kill {kill}");
-        let records = logged(folder.path());
+        let records = logged(&rules.directory);
         for claim in &claims {
             assert_eq!(records.get(&claim.number), Some(claim), "kill {kill}: a claim is lost");
         }

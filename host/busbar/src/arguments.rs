@@ -55,6 +55,11 @@ pub(crate) enum Command {
     /// else made at random and printed with the address. Nothing is encrypted: for other
     /// machines, put a proxy with TLS before it.
     Serve(ServeOptions),
+    /// Verify the audit log of alarms
+    Log {
+        #[command(subcommand)]
+        command: LogCommand,
+    },
     /// Print the JSON Schema of configurations
     Schema,
     /// Look at plugins
@@ -79,6 +84,24 @@ pub(crate) enum PluginCommand {
     List {
         /// Configuration file whose directories are searched [default: as for optimize]
         config: Option<PathBuf>,
+#[derive(Debug, Subcommand)]
+pub(crate) enum LogCommand {
+    /// Find records and files that were removed, reordered, changed or damaged
+    ///
+    /// Exit code 0 where nothing of the kind is found, 1 otherwise. A viewer may write the log
+    /// meanwhile; nothing is written here.
+    Verify {
+        /// Folder of the log
+        folder: PathBuf,
+        /// Key of its hash chain, as in "log_key_file" of the configuration
+        #[arg(long, value_name = "FILE")]
+        key: Option<PathBuf>,
+        /// Anchor of its newest record, as in "log_anchor_file"
+        #[arg(long, value_name = "FILE")]
+        anchor: Option<PathBuf>,
+    },
+}
+
         /// Print the JSON Schema of each plugin's settings too
         #[arg(long)]
         schema: bool,

@@ -8,6 +8,7 @@ mod embedded;
 mod import;
 mod kiosk;
 mod log;
+mod log_command;
 mod metrics;
 mod optimize;
 mod output;
@@ -23,7 +24,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use arguments::{Arguments, Command, PluginCommand};
+use arguments::{Arguments, Command, LogCommand, PluginCommand};
 use log::Log;
 
 /// Models are many megabytes.
@@ -75,6 +76,9 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Schema => output::json(&busbar_viewer::schema()),
         Command::Plugin { command } => match command {
             PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
+        Command::Log { command: LogCommand::Verify { folder, key, anchor } } => {
+            log_command::verify(&folder, key.as_deref(), anchor.as_deref())
+        }
             PluginCommand::Check(options) => plugin::check::run(&options),
             PluginCommand::New(options) => plugin::new::run(&options),
             PluginCommand::Sign { library, key } => plugin::sign(&library, &key),

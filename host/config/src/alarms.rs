@@ -127,10 +127,21 @@ pub(crate) struct RawAlarmHandling {
     /// is kept, and what operators do is forgotten when the window closes.
     #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["alarm_log"]))]
     log_directory: Option<String>,
+    /// File with the key of the log's hash chain, 16 to 4096 bytes, relative to this file or
+    /// absolute; outside the log's folder, where who writes the log cannot read it. Without
+    /// one, `busbar log verify` finds accidents, and no forgery.
+    #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["/etc/busbar/log.key"]))]
+    log_key_file: Option<String>,
+    /// File that number and chain value of the newest record are kept in, relative to this file
+    /// or absolute; outside the log's folder. Without one, the loss of the newest lines is not
+    /// found.
+    #[schemars(length(min = 1, max = MAX_PATH_BYTES), extend("examples" = ["/var/lib/busbar/log.anchor"]))]
+    log_anchor_file: Option<String>,
     /// Size at which the log begins a new file, in 10^6 bytes.
     #[schemars(range(min = 1, max = MAX_LOG_MEGABYTES), extend("examples" = [8]))]
     log_megabytes: u32,
-    /// Files of the log that are kept, the newest included.
+    /// Full files of the log that are kept, the newest included; files that ended early for a
+    /// fault do not count.
     #[schemars(range(min = 1, max = MAX_LOG_FILES), extend("examples" = [20]))]
     log_files: u32,
     /// The longest that an operator may shelve an alarm, in minutes.
@@ -271,6 +282,10 @@ pub struct AlarmConfig {
 pub struct AlarmHandlingConfig {
     /// Folder of the audit log as written; none for no log.
     pub log_directory: Option<String>,
+    /// File with the key of its hash chain, as written.
+    pub log_key_file: Option<String>,
+    /// File of its anchor, as written.
+    pub log_anchor_file: Option<String>,
     /// Size at which the log begins a new file, in 10^6 bytes.
     pub log_megabytes: u32,
     /// Files that are kept.
@@ -302,6 +317,8 @@ impl Default for RawAlarmHandling {
     fn default() -> Self {
         Self {
             log_directory: None,
+            log_key_file: None,
+            log_anchor_file: None,
             log_megabytes: 8,
             log_files: 20,
             max_shelving_minutes: 480,
@@ -314,6 +331,8 @@ impl RawAlarmHandling {
     pub(crate) fn resolve(self) -> AlarmHandlingConfig {
         AlarmHandlingConfig {
             log_directory: self.log_directory,
+            log_key_file: self.log_key_file,
+            log_anchor_file: self.log_anchor_file,
             log_megabytes: self.log_megabytes,
             log_files: self.log_files,
             max_shelving_minutes: self.max_shelving_minutes,

@@ -11,7 +11,7 @@ mod words;
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
-use busbar_alarm_log::{AlarmLog, LogRules, Recovered};
+use busbar_alarm_log::{AlarmLog, Recovered};
 use busbar_alarms::{Action, AlarmHandle, AlarmTable, Record, State};
 use busbar_config::AlarmHandlingConfig;
 use busbar_plugin_host::OverlayTint;
@@ -80,11 +80,7 @@ impl Alarming {
         let longest = longest_shelf(handling);
         let now = Moment::now();
         let mut table = AlarmTable::new(alarms.set.clone(), longest, now);
-        let rules = alarm_log.as_ref().filter(|_| logs).map(|directory| LogRules {
-            directory: directory.clone(),
-            max_file_bytes: u64::from(handling.log_megabytes) * 1_000_000,
-            max_files: handling.log_files,
-        });
+        let rules = alarm_log.clone().filter(|_| logs);
         let (mut log, mut tail) = (None, VecDeque::new());
         let log_remark = match rules.map(AlarmLog::open) {
             None if logs && !alarms.set.specs().is_empty() => {

@@ -57,6 +57,7 @@ mod viewer;
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
 pub use busbar_chart as charts;
+pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};
 pub use busbar_config::{
     Diagnostic, LogConfig, LogFormatConfig, MAX_THETA_SCALE, MetricsConfig, Severity, schema,
 };

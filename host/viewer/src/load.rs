@@ -21,6 +21,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use busbar_config::{
+use busbar_alarm_log::LogRules;
     Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
 };
 use busbar_geometry::CollapseStacks;
@@ -68,8 +69,8 @@ pub struct LoadedScene {
     /// Parts that move, as modelled.
     pub(crate) moving: MovingParts,
     pub(crate) alarms: LoadedAlarms,
-    /// Folder of the alarm log.
-    pub(crate) alarm_log: Option<PathBuf>,
+    /// The alarm log that the configuration asks for.
+    pub(crate) alarm_log: Option<LogRules>,
     /// What its equipment is called.
     pub(crate) equipment: Arc<Equipment>,
     /// The font of panels and labels; none for the one built in.
@@ -280,8 +281,7 @@ impl LoadedScene {
                 reuse.give_slots(&mut models);
                 millis.insert("proxies".into(), millis_since(start));
                 let instances_of_models = count_placed(&config);
-                let log = config.alarm_handling.log_directory.as_ref();
-                let alarm_log = log.map(|directory| folder.join(directory));
+                let alarm_log = alarm_log_of(&config, &folder);
                 let moving = MovingParts::of(&config, &graph);
                 let mut config = config.loaded();
                 config.warnings = diagnostics;
@@ -316,12 +316,14 @@ impl LoadedScene {
         }
     }
 
-    /// As [`LoadedScene::load`], but what plugins did wrong by themselves counts too.
+    /// As [`LoadedScene::load`], but what plugins did wrong by themselves counts too, and
+    /// whether the alarm log can be opened is tried.
     ///
     /// # Errors
-    /// Every fault of the file, of the files it names, and of the plugins.
+    /// Every fault of the file, of the files it names, of the plugins, and of the alarm log.
     pub fn check(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
-        let scene = Self::load(path, progress)?;
+        let mut scene = Self::load(path, progress)?;
+        scene.try_alarm_log(path)?;
         if scene.troubles.is_empty() {
             return Ok(scene);
         }
@@ -333,6 +335,28 @@ impl LoadedScene {
 
     /// Warnings, what plugins did wrong by themselves, and what the import skipped.
     pub fn remarks(&self, file: &Path) -> Vec<String> {
+    /// Tries to open the alarm log, and writes nothing: a failure is a trouble, and what is
+    /// wrong with the log itself a note.
+    fn try_alarm_log(&mut self, path: &Path) -> Result<(), LoadError> {
+        let Some(rules) = &self.alarm_log else { return Ok(()) };
+        match busbar_alarm_log::inspect(rules) {
+            Ok(remarks) => {
+                let told = |remark| format!("warning: the audit log: {remark}");
+                self.notes.extend(remarks.into_iter().map(told));
+            }
+            Err(error) => {
+                // What is loaded has no positions any more.
+                let config = read_config(path)?;
+                let mut faults = Faults::of(&config);
+                let text = error.to_string();
+                let (cause, remedy) = text.rsplit_once("; ").unwrap_or((&text, ""));
+                faults.add_trouble("/alarm_handling/log_directory", cause.to_owned(), remedy);
+                self.troubles.append(&mut faults.troubles);
+            }
+        }
+        Ok(())
+    }
+
         let file = file.display().to_string();
         let trouble = |trouble: &Diagnostic| {
             Diagnostic { severity: Severity::Warning, ..trouble.clone() }.render(&file)
@@ -411,6 +435,19 @@ impl LoadedScene {
 
 fn count_placed(config: &Config) -> Vec<usize> {
     let mut placed: HashMap<String, usize> = HashMap::new();
+/// The alarm log that a configuration asks for.
+fn alarm_log_of(config: &Config, folder: &Path) -> Option<LogRules> {
+    let handling = &config.alarm_handling;
+    let placed = |path: &Option<String>| path.as_ref().map(|path| folder.join(path));
+    Some(LogRules {
+        directory: placed(&handling.log_directory)?,
+        max_file_bytes: u64::from(handling.log_megabytes) * 1_000_000,
+        max_files: handling.log_files,
+        key_file: placed(&handling.log_key_file),
+        anchor_file: placed(&handling.log_anchor_file),
+    })
+}
+
     for name in config.scene.iter().filter_map(|node| node.model) {
         *placed.entry(name).or_default() += 1;
     }

@@ -1,8 +1,11 @@
 //! Any bytes are an audit log as far as their lines are whole: nothing normal is open, no more
 //! is kept than may be, and what was recovered is recovered again from what is written of it.
 
-use busbar_alarm_log::probe::{read, signed, write};
+use busbar_alarm_log::probe::{marked, read, signed, write};
 use busbar_alarm_log::{MAX_TAIL, Recovered};
+
+/// Marks of lines: of a header, of an anchor, and of none that is known.
+const MARKS: [u8; 3] = *b"#@?";
 
 /// The first byte says what the rest is: a file, or texts of lines whose checksums are right.
 pub fn fuzz_one(bytes: &[u8]) -> bool {
@@ -10,8 +13,15 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     if kind & 1 == 0 {
         return is_log(rest);
     }
-    let line = |text: &[u8]| signed(text, kind & 2 != 0);
-    is_log(&rest.split(|byte| *byte == b'\n').map(line).collect::<Vec<_>>().concat())
+    let lines = rest.split(|byte| *byte == b'\n').enumerate();
+    let line = |(index, text): (usize, &[u8])| match kind & 12 {
+        0 => signed(text, kind & 2 != 0),
+        // Files begin with a header.
+        4 if index == 0 => marked(MARKS[0], text),
+        4 => signed(text, kind & 2 != 0),
+        _ => marked(MARKS[usize::from(kind >> 4) % MARKS.len()], text),
+    };
+    is_log(&lines.map(line).collect::<Vec<_>>().concat())
 }
 
 fn is_log(bytes: &[u8]) -> bool {
@@ -24,6 +34,8 @@ fn is_log(bytes: &[u8]) -> bool {
     let (again, whole) = read(&written);
     assert_eq!(whole, written.len() as u64, "every line is whole");
     assert_eq!(again.tail, found.tail);
+    let is_broken = |remark: &String| !remark.contains("are missing");
+    assert_eq!(again.remarks.iter().find(|remark| is_broken(remark)), None, "its chain is whole");
     !found.tail.is_empty()
 }
 

@@ -12,9 +12,8 @@ impl Alarming {
         logs: bool,
         wall_clock: SourceTime,
     ) -> Option<Self> {
-        let (was, is) = (&before.config.alarm_handling, &scene.config.alarm_handling);
-        let same_log = before.alarm_log == scene.alarm_log
-            && (was.log_megabytes, was.log_files) == (is.log_megabytes, is.log_files);
+        let is = &scene.config.alarm_handling;
+        let same_log = before.alarm_log == scene.alarm_log;
         let mut next = if same_log {
             let log = self.log.take();
             let mut next = Self::of(scene, false, wall_clock)?;
