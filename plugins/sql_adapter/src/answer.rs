@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::time::SystemTime;
 
-use busbar_plugin_sdk::{Reason, Sample};
+use busbar_plugin_sdk::{Quality, Reason, Sample};
 use thiserror::Error;
 
 use crate::cell::{Cell, Row};
@@ -57,6 +57,8 @@ pub(crate) struct Answer<'a> {
     places: Places<'a>,
     columns: String,
     rows: usize,
+    /// Fault of the key of a row that may be of any tag.
+    unassigned: Option<String>,
     /// By point.
     found: Vec<Option<Found>>,
 }
@@ -123,7 +125,7 @@ impl<'a> Answer<'a> {
             }
         };
         let found = points.all.iter().map(|_| None).collect();
-        Ok(Self { points, zoneless, places, columns, rows: 0, found })
+        Ok(Self { points, zoneless, places, columns, rows: 0, unassigned: None, found })
     }
 
     /// Takes the next row.
@@ -156,6 +158,11 @@ impl<'a> Answer<'a> {
                 let key = match row.cell(*key) {
                     Cell::Text(text) => text,
                     Cell::Int(number) => Cow::from(number.to_string()),
+                    Cell::Unusable(what) => {
+                        self.unassigned
+                            .get_or_insert_with(|| format!("the key of a row is {what}"));
+                        return Ok(());
+                    }
                     // No tag can have asked for it.
                     _ => return Ok(()),
                 };
@@ -189,7 +196,14 @@ impl<'a> Answer<'a> {
                                   is the newest: select one row a key, or give `time`";
                     (Sample::bad(point.tag, Reason::Configuration), Some(remark.to_owned()))
                 }
-                Some(Found { sample, remark, .. }) => (sample, remark),
+                Some(Found { sample, remark, .. }) => match &self.unassigned {
+                    // The row may be one of this tag, and newer.
+                    Some(what) if sample.quality.is_good() => {
+                        let quality = Quality::Uncertain(Reason::Configuration);
+                        (Sample { quality, ..sample }, Some(what.clone()))
+                    }
+                    _ => (sample, remark),
+                },
             }
         };
         Ok(self.points.all.iter().zip(self.found).map(outcome).collect())

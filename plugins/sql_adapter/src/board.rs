@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, Sample, SampleSink};
+use busbar_plugin_sdk::{Host, LinkState, LogLevel, Quality, Reason, Sample, SampleSink};
 
 use crate::answer::{QueryFault, Samples};
 use crate::convert::ZonelessTime;
-use crate::payload::Payload;
+use crate::payload::{Payload, PayloadFault};
 use crate::points::{Points, Shape};
 
 /// Samples that are published at once.
@@ -38,6 +38,8 @@ struct Query {
     fault: Option<QueryFault>,
     /// By point: whether it was said what is wrong with it.
     is_told: Vec<bool>,
+    /// True where it is to be asked anew: a notification could not be used.
+    is_wanted: bool,
 }
 
 /// Notifications since the connection began that changed no tag.
@@ -57,7 +59,7 @@ impl Board {
     ) -> Self {
         let query = |(name, points): (String, Points)| {
             let is_told = vec![false; points.all.len()];
-            Query { name, points: Arc::new(points), fault: None, is_told }
+            Query { name, points: Arc::new(points), fault: None, is_told, is_wanted: false }
         };
         let queries = queries.into_iter().map(query).collect();
         let (batch, ignored) = (Vec::new(), Ignored::default());
@@ -86,6 +88,7 @@ impl Board {
         for query in &mut self.queries {
             query.fault = None;
             query.is_told.fill(false);
+            query.is_wanted = false;
         }
         (self.remarks, self.ignored) = (0, Ignored::default());
         self.sink.report_link(LinkState::Up, &format!("{}: connected", self.label));
@@ -180,17 +183,12 @@ impl Board {
     pub(crate) fn note_notification(&mut self, query: usize, payload: &str) {
         let payload = match Payload::parse(payload) {
             Ok(payload) => payload,
-            Err(what) => {
-                self.ignored.malformed += 1;
-                if self.ignored.malformed == 1 {
-                    let name = &self.queries[query].name;
-                    let text = format!("a notification for query '{name}' cannot be used: {what}");
-                    self.log(LogLevel::Warning, &text);
-                }
-                return;
-            }
+            Err(fault) => return self.note_unusable(query, &fault),
         };
-        let Shape::Long(by_key) = &self.queries[query].points.shape else { return };
+        let Shape::Long(by_key) = &self.queries[query].points.shape else {
+            let what = "its query has columns, so that no key is a tag's".to_owned();
+            return self.note_unusable(query, &PayloadFault { what, key: None });
+        };
         let Some(indices) = by_key.get(payload.key()) else {
             self.ignored.unknown += 1;
             return;
@@ -202,6 +200,7 @@ impl Board {
             self.batch.push(sample);
             remarks.extend(remark.map(|remark| (index, remark)));
         }
+        self.queries[query].is_wanted |= !remarks.is_empty();
         remarks.retain(|(index, _)| {
             !std::mem::replace(&mut self.queries[query].is_told[*index], true)
         });
@@ -209,6 +208,55 @@ impl Board {
         if self.batch.len() >= MAX_BATCH {
             self.flush();
         }
+    }
+
+    /// A notification that cannot be used never leaves the values before it as they were:
+    /// its tag is bad; where nobody can tell whose it is, all tags of the query are
+    /// uncertain. The query is asked anew.
+    fn note_unusable(&mut self, query: usize, fault: &PayloadFault) {
+        self.ignored.malformed += 1;
+        let Query { name, points, is_wanted, .. } = &mut self.queries[query];
+        *is_wanted = true;
+        let doubt = Quality::Uncertain(Reason::Communication);
+        let uncertain = |tag| Sample { quality: doubt, ..Sample::bad(tag, Reason::Communication) };
+        match (&fault.key, &points.shape) {
+            (Some(key), Shape::Long(by_key)) => {
+                let named = by_key.get(key).into_iter().flatten();
+                let bad =
+                    |&index: &usize| Sample::bad(points.all[index].tag, Reason::Configuration);
+                self.batch.extend(named.map(bad));
+            }
+            _ => self.batch.extend(points.tags().map(uncertain)),
+        }
+        let count = self.ignored.malformed;
+        // One, ten, a hundred and so on.
+        if count == 10_u64.pow(count.ilog10()) {
+            let text = format!(
+                "query '{name}': notifications that cannot be used so far: {count}; it is asked \
+                 anew: {}",
+                fault.what
+            );
+            self.log(LogLevel::Warning, &text);
+            self.sink.report_link(LinkState::Up, &format!("{}: {text}", self.label));
+        }
+    }
+
+    /// The queries that are to be asked anew, since the last call.
+    pub(crate) fn take_wanted(&mut self) -> Vec<usize> {
+        let take = |(index, query): (usize, &mut Query)| {
+            std::mem::take(&mut query.is_wanted).then_some(index)
+        };
+        self.queries.iter_mut().enumerate().filter_map(take).collect()
+    }
+
+    /// Tells whether any query is to be asked anew.
+    pub(crate) fn has_wanted(&self) -> bool {
+        self.queries.iter().any(|query| query.is_wanted)
+    }
+
+    /// Tells whether the last answer to a query was a fault.
+    pub(crate) fn has_failed(&self, query: usize) -> bool {
+        self.queries[query].fault.is_some()
     }
 
     /// Publishes what notifications brought.

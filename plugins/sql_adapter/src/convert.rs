@@ -2,7 +2,7 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Sample, Value, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Sample, SampleFlags, Value, ValueKind};
 use jiff::Timestamp;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
@@ -42,34 +42,38 @@ pub(crate) struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// The sample, and what is wrong with the row in words.
+    /// The sample, and what is wrong with the row in words. A time that is promised and
+    /// cannot be read makes a good value uncertain: nobody knows how old it is.
     pub(crate) fn sample(&self, point: &Point, zoneless: ZonelessTime) -> (Sample, Option<String>) {
-        let bad = |reason| Sample::bad(point.tag, reason);
-        let source_time = match self.time.as_ref().map(|cell| time_of(cell, zoneless)).transpose() {
-            Ok(time) => time.flatten(),
-            // Nobody knows how old the value is.
-            Err(what) => return (bad(Reason::Configuration), Some(format!("time: {what}"))),
+        let time = self.time.as_ref().map(|cell| time_of(cell, zoneless));
+        let (source_time, reason, doubt) = match time {
+            None => (None, Reason::Unknown, None),
+            Some(Ok(Some(time))) => (Some(time), Reason::Unknown, None),
+            Some(Ok(None)) => (None, Reason::Unknown, Some("time: it is NULL".to_owned())),
+            Some(Err(what)) => (None, Reason::SourceTime, Some(format!("time: {what}"))),
         };
+        let flags = if doubt.is_some() { SampleFlags::TIME_UNUSABLE } else { SampleFlags::LIVE };
+        let bad = |reason| Sample { source_time, ..Sample::bad(point.tag, reason) };
+        let misfit = |what| (Sample::bad(point.tag, Reason::Configuration), Some(what));
         let quality = match self.quality.as_ref().map(quality_of).transpose() {
             Ok(quality) => quality.unwrap_or(Quality::Good),
-            Err(what) => return (bad(Reason::Configuration), Some(format!("quality: {what}"))),
+            Err(what) => return misfit(format!("quality: {what}")),
         };
         if self.value == Cell::Null {
-            return (Sample { source_time, ..bad(Reason::Sensor) }, None);
+            return (bad(Reason::Sensor), doubt);
         }
         let value = match value_of(point, &self.value) {
             Ok(Value::F64(value)) if !value.is_finite() => {
-                return (Sample { source_time, ..bad(Reason::NotFinite) }, None);
+                return (bad(Reason::NotFinite), doubt);
             }
             Ok(value) => value,
-            Err(what) => return (bad(Reason::Configuration), Some(what)),
+            Err(what) => return misfit(what),
         };
-        let is_dateless = self.time.is_some() && source_time.is_none();
         let quality = match quality {
-            Quality::Good if is_dateless => Quality::Uncertain(Reason::Unknown),
+            Quality::Good if doubt.is_some() => Quality::Uncertain(reason),
             quality => quality,
         };
-        (Sample { tag: point.tag, value: Some(value), quality, source_time }, None)
+        (Sample { tag: point.tag, value: Some(value), quality, source_time, flags }, doubt)
     }
 }
 

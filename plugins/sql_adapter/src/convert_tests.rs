@@ -145,12 +145,26 @@ fn what_a_row_says_of_its_value_counts() {
     let time = UNIX_EPOCH + Duration::from_secs(5);
     let timed = Sample { source_time: Some(time), ..good };
     assert_eq!(read(one.clone(), None, Some(Cell::Int(5))), (timed, None));
-    // A value of unknown age is not shown as certain, and one whose time is broken not at all.
-    let uncertain = Sample { quality: Quality::Uncertain(Reason::Unknown), ..good };
-    assert_eq!(read(one.clone(), None, Some(Cell::Null)), (uncertain, None));
-    let (sample, remark) = read(one.clone(), None, Some(Cell::Bool(true)));
-    assert_eq!(sample, Sample::bad(7, Reason::Configuration));
-    assert!(remark.unwrap().starts_with("time: "));
+    // A value of unknown age is not shown as certain, and that is said.
+    let uncertain = Sample { quality: Quality::Uncertain(Reason::SourceTime), ..good }
+        .with_flags(SampleFlags::TIME_UNUSABLE);
+    let dateless = Sample { quality: Quality::Uncertain(Reason::Unknown), ..uncertain };
+    assert_eq!(
+        read(one.clone(), None, Some(Cell::Null)),
+        (dateless, Some("time: it is NULL".into()))
+    );
+    let mut times = vec![Cell::Bool(true), Cell::Int(-1), text("yesterday")];
+    times.extend([Cell::Float(1e300), Cell::Int(1_700_000_000_000), text("2023-11-14 22:13:20")]);
+    times.push(Cell::Unusable("a timestamp without time zone".into()));
+    for time in times {
+        let (sample, remark) = read(one.clone(), None, Some(time.clone()));
+        assert_eq!(sample, uncertain, "{time:?}");
+        assert!(remark.unwrap().starts_with("time: "), "{time:?}");
+    }
+    // The host judges what is of the future; it is handed on as it was read.
+    let future = SystemTime::now() + Duration::from_secs(86_400);
+    let ahead = Sample { source_time: Some(future), ..good };
+    assert_eq!(read(one.clone(), None, Some(Cell::Time(future))), (ahead, None));
     let bad = Sample { quality: Quality::Bad(Reason::Sensor), ..good };
     assert_eq!(read(one, Some(Cell::Bool(false)), None), (bad, None));
     assert_eq!(read(Cell::Null, Some(Cell::Bool(true)), None).0, Sample::bad(7, Reason::Sensor));

@@ -21,6 +21,22 @@ pub(crate) struct Payload {
     time: Option<Json>,
 }
 
+/// A payload that cannot be used.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct PayloadFault {
+    /// The fault, in words that repeat nothing of it.
+    pub(crate) what: String,
+    /// Its key, where it has one that can be trusted.
+    pub(crate) key: Option<String>,
+}
+
+/// The part of a payload that says whose it is.
+#[derive(Deserialize)]
+struct Addressee {
+    #[serde(alias = "tag")]
+    key: String,
+}
+
 /// Tells a field that is null from one that is not there.
 fn given<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Json>, D::Error> {
     Json::deserialize(deserializer).map(Some)
@@ -30,8 +46,13 @@ impl Payload {
     /// Reads a payload; its fields besides these are left alone.
     ///
     /// # Errors
-    /// What is wrong, in words that repeat nothing of it.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+    /// The fault, and whose payload it is, where that can be told.
+    pub(crate) fn parse(text: &str) -> Result<Self, PayloadFault> {
+        let key = || serde_json::from_str::<Addressee>(text).ok().map(|found| found.key);
+        Self::parse_whole(text).map_err(|what| PayloadFault { what, key: key() })
+    }
+
+    fn parse_whole(text: &str) -> Result<Self, String> {
         let payload: Self = serde_json::from_str(text).map_err(|error| {
             let (line, column) = (error.line(), error.column());
             let what = match error.classify() {

@@ -46,7 +46,7 @@ fn hostile_payloads_are_refused_and_not_repeated() {
         &long_key,
     ];
     for text in texts {
-        let fault = Payload::parse(text).unwrap_err();
+        let fault = Payload::parse(text).unwrap_err().what;
         assert!(!fault.contains("hunter2") && fault.len() < 200, "{fault}");
     }
     let odd = [
@@ -56,6 +56,22 @@ fn hostile_payloads_are_refused_and_not_repeated() {
     for (text, words) in odd {
         let payload = Payload::parse(text).unwrap();
         assert!(matches!(payload.reading().value, Cell::Unusable(what) if what == words));
+    }
+}
+
+#[test]
+fn whose_it_is_is_told_where_that_can_be_trusted() {
+    let key = |text: &str| Payload::parse(text).unwrap_err().key;
+    assert_eq!(key(r#"{"key": "a"}"#).as_deref(), Some("a"));
+    assert_eq!(key(r#"{"tag": "a", "value": 1, "value": 2}"#).as_deref(), Some("a"));
+    for text in [
+        "",
+        r#"{"key": "a", "value": 6"#,
+        r#"{"key": "a", "key": "b", "value": 1}"#,
+        r#"{"key": "a", "value": 1} b"#,
+        r#"{"value": 1}"#,
+    ] {
+        assert_eq!(key(text), None, "{text}");
     }
 }
 

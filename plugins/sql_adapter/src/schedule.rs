@@ -36,6 +36,11 @@ impl Schedule {
         });
     }
 
+    /// A query is to run at this time at the latest, though it had run for the last time.
+    pub(crate) fn bring_forward(&mut self, query: usize, at: Instant) {
+        self.due[query] = Some(self.due[query].map_or(at, |due| due.min(at)));
+    }
+
     /// A query is not to run for a while.
     pub(crate) fn put_off(&mut self, query: usize, until: Instant) {
         self.due[query] = self.due[query].map(|due| due.max(until));
@@ -76,6 +81,19 @@ mod tests {
     fn what_nobody_uses_never_runs() {
         let start = Instant::now();
         assert_eq!(Schedule::new([Some(SECOND)], |_| false, start).next(), None);
+    }
+
+    #[test]
+    fn one_that_is_brought_forward_runs_once() {
+        let start = Instant::now();
+        let mut schedule = Schedule::new([Some(10 * SECOND), None], |_| true, start);
+        (0..2).for_each(|query| schedule.note_run(query, start));
+        (0..2).for_each(|query| schedule.bring_forward(query, start + SECOND));
+        for query in 0..2 {
+            assert_eq!(schedule.next(), Some((query, start + SECOND)));
+            schedule.note_run(query, start + SECOND);
+        }
+        assert_eq!(schedule.next(), Some((0, start + 11 * SECOND)));
     }
 
     #[test]

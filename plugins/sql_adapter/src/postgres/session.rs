@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_sdk::LogLevel;
 use futures_util::TryStreamExt;
 use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::sync::Notify;
 use tokio::time::{sleep_until, timeout};
 use tokio_postgres::error::{DbError, Severity, SqlState};
 use tokio_postgres::{AsyncMessage, Client, Connection, Error, Statement};
@@ -28,6 +29,11 @@ use crate::settings::{Channel, Config, QueryConfig};
 const GRACE: Duration = Duration::from_secs(1);
 /// How long a query stays out whose answer ended the connection.
 const SUSPENSION: Duration = Duration::from_secs(300);
+/// Time from a notification that cannot be used to the query that is asked anew, once for
+/// all that come meanwhile.
+const ASK_ANEW: Duration = Duration::from_secs(1);
+/// Time from the failure of a query without a period to its next try.
+const RETRY: Duration = Duration::from_secs(30);
 /// Asks for nothing.
 const KEEPALIVE: &str = "";
 
@@ -67,9 +73,11 @@ impl<'a> Session<'a> {
     /// Serves until the connection ends; says why.
     pub(super) async fn run(&mut self, client: Client, mut messages: Messages) -> LinkFault {
         let (board, channels) = (self.board, self.channels);
+        // Wakes the polling when a query is to be asked anew.
+        let wanted = Notify::new();
         let fault = {
-            let receive = poll_fn(|cx| poll_messages(cx, &mut messages, channels, board));
-            let mut poll = pin!(self.poll(client));
+            let receive = poll_fn(|cx| poll_messages(cx, &mut messages, channels, board, &wanted));
+            let mut poll = pin!(self.poll(client, &wanted));
             tokio::select! {
                 biased;
                 fault = receive => match timeout(Duration::ZERO, poll).await {
@@ -88,8 +96,8 @@ impl<'a> Session<'a> {
         fault
     }
 
-    async fn poll(&mut self, mut client: Client) -> LinkFault {
-        match self.poll_until_fault(&mut client).await {
+    async fn poll(&mut self, mut client: Client, wanted: &Notify) -> LinkFault {
+        match self.poll_until_fault(&mut client, wanted).await {
             Ok(never) => match never {},
             Err(fault) => fault,
         }
@@ -98,6 +106,7 @@ impl<'a> Session<'a> {
     async fn poll_until_fault(
         &mut self,
         client: &mut Client,
+        wanted: &Notify,
     ) -> Result<std::convert::Infallible, LinkFault> {
         self.set_up(client).await?;
         self.board.borrow_mut().note_connected();
@@ -109,9 +118,14 @@ impl<'a> Session<'a> {
         let mut statements: Vec<Option<Statement>> = vec![None; self.queries.len()];
         let mut heard = now;
         loop {
+            self.ask_anew(&mut schedule);
             let alive_until = heard + self.keepalive;
             let due = schedule.next().filter(|(_, due)| *due <= alive_until);
-            sleep_until(due.map_or(alive_until, |(_, due)| due).into()).await;
+            tokio::select! {
+                biased;
+                () = sleep_until(due.map_or(alive_until, |(_, due)| due).into()) => {}
+                () = wanted.notified() => continue,
+            }
             now = Instant::now();
             match due {
                 Some((query, _)) => {
@@ -119,6 +133,10 @@ impl<'a> Session<'a> {
                     self.current = Some(query);
                     self.run_query(client, query, &mut statements[query]).await?;
                     self.current = None;
+                    let is_asked_once = self.queries[query].period.is_none();
+                    if is_asked_once && self.board.borrow().has_failed(query) {
+                        schedule.bring_forward(query, Instant::now() + RETRY);
+                    }
                 }
                 None => {
                     let alive = client.batch_execute(KEEPALIVE);
@@ -148,6 +166,16 @@ impl<'a> Session<'a> {
         }
         let done = self.within("the set-up".into(), client.batch_execute(&commands)).await?;
         done.map_err(|error| fault_of(&error))
+    }
+
+    /// Plans queries anew of which a notification could not be used.
+    fn ask_anew(&self, schedule: &mut Schedule) {
+        let wanted = self.board.borrow_mut().take_wanted();
+        let at = Instant::now() + ASK_ANEW;
+        let is_asked = |query: &usize| self.suspended[*query].is_none_or(|until| until <= at);
+        for query in wanted.into_iter().filter(is_asked) {
+            schedule.bring_forward(query, at);
+        }
     }
 
     fn leave_out_suspended(&mut self, schedule: &mut Schedule, now: Instant) {
@@ -253,6 +281,7 @@ fn poll_messages(
     messages: &mut Messages,
     channels: &[Channel],
     board: &RefCell<Board>,
+    wanted: &Notify,
 ) -> Poll<LinkFault> {
     loop {
         match messages(cx) {
@@ -273,6 +302,9 @@ fn poll_messages(
             }
             Poll::Pending => {
                 board.borrow_mut().flush();
+                if board.borrow().has_wanted() {
+                    wanted.notify_one();
+                }
                 return Poll::Pending;
             }
         }

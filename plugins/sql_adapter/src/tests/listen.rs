@@ -100,6 +100,35 @@ fn polls_and_notifications_do_not_overtake_each_other() {
 }
 
 #[test]
+fn a_notification_that_cannot_be_used_leaves_no_value_as_it_was() {
+    let Some(cluster) = Cluster::start() else { return };
+    cluster.sql(TABLE);
+    let running = listening(&cluster);
+    running.wait_for(1, Value::F64(1.0));
+    running.wait_for(2, Value::F64(2.0));
+    // Nobody can tell whose it is: all are uncertain, until the query was asked anew.
+    cluster.sql("ALTER TABLE latest DISABLE TRIGGER tell; UPDATE latest SET value = value + 10");
+    cluster.sql(r#"SELECT pg_notify('New "values"', '{"key": "a", "value": 1')"#);
+    for tag in [1, 2] {
+        running.wait_for_quality(tag, Quality::Uncertain(Reason::Communication));
+    }
+    running.wait_for(1, Value::F64(11.0));
+    running.wait_for(2, Value::F64(12.0));
+    running.wait_for_link(LinkState::Up, "notifications that cannot be used so far: 1");
+    // That of one tag is its own alone, without a value as with one that does not fit.
+    let payloads = [r#"{"key": "a"}"#, r#"{"key": "a", "value": "much"}"#];
+    for (payload, asked) in payloads.into_iter().zip([21.0, 31.0]) {
+        cluster.sql("UPDATE latest SET value = value + 10");
+        let before = running.recorder.recording().samples.len();
+        cluster.sql(&format!("SELECT pg_notify('New \"values\"', '{payload}')"));
+        running.wait_for_bad(1, Reason::Configuration);
+        let samples = running.recorder.recording().samples;
+        assert!(samples.iter().skip(before).all(|sample| sample.tag == 1), "{samples:?}");
+        running.wait_for(1, Value::F64(asked));
+    }
+}
+
+#[test]
 fn hostile_payloads_change_no_other_tag() {
     let Some(cluster) = Cluster::start() else { return };
     cluster.sql(TABLE);

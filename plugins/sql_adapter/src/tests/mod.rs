@@ -4,6 +4,7 @@ mod cluster;
 mod faults;
 mod hostile;
 mod listen;
+mod matrix;
 mod sqlite;
 mod sqlite_faults;
 mod tls;
@@ -13,7 +14,8 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Recorder, Watched, host, tag_spec};
 use busbar_plugin_sdk::{
-    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
+    Value, ValueKind,
 };
 use serde_json::json;
 

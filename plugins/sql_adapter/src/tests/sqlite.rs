@@ -85,7 +85,16 @@ fn its_own_times_are_utc() {
     let expected = std::time::UNIX_EPOCH + Duration::from_secs(1_795_319_429);
     running.wait("sample", 1, |sample| sample.source_time == Some(expected));
     database.sql("UPDATE latest SET at = 'last week'");
-    running.wait_for_bad(1, Reason::Configuration);
+    running.wait_for_quality(1, Quality::Uncertain(Reason::SourceTime));
+    // Rows are rewritten with older times, as by a clock that was set back: they count.
+    database.sql("UPDATE latest SET reading = 7, at = '2026-11-22 03:50:09'");
+    let older = expected - Duration::from_secs(20);
+    running.wait("older time", 1, |sample| {
+        sample.value == Some(Value::F64(7.0))
+            && sample.quality.is_good()
+            && sample.source_time == Some(older)
+            && sample.flags == SampleFlags::LIVE
+    });
     database.sql("UPDATE latest SET at = unixepoch('2026-11-22 03:50:29')");
     running.wait("sample", 1, |sample| {
         sample.source_time == Some(expected) && sample.quality.is_good()

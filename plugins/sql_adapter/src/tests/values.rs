@@ -119,13 +119,17 @@ fn rows_come_with_quality_and_time_and_go() {
     running.wait("sample", 3, |sample| {
         sample.quality == Quality::Bad(Reason::Sensor) && sample.value == Some(Value::F64(63.5))
     });
-    running.wait_for_bad(4, Reason::Configuration);
+    running.wait_for_quality(4, Quality::Uncertain(Reason::SourceTime));
     running.wait_for_bad(5, Reason::Sensor);
     running.wait("sample", 6, |sample| {
         sample.source_time == Some(UNIX_EPOCH + Duration::from_secs(1_700_000_000))
             && sample.quality == Quality::Uncertain(Reason::Unknown)
     });
-    running.wait_for_bad(7, Reason::Configuration);
+    running.wait("unusable time", 7, |sample| {
+        sample.quality == Quality::Uncertain(Reason::SourceTime)
+            && sample.flags.contains(SampleFlags::TIME_UNUSABLE)
+            && sample.value == Some(Value::F64(1.5))
+    });
 
     // A row that goes leaves nothing good, and one that comes is taken.
     cluster.sql("DELETE FROM latest WHERE tag = 'T1.Oil'; INSERT INTO latest VALUES ('T5.Oil', 5, 192, now())");
