@@ -36,6 +36,17 @@ PICTURE = """() => {
     return { width, height, sum, colors: new Set(pixels).size };
 }"""
 
+# Keeps a record of when the page counts as live: wall time in milliseconds, and whether.
+WATCH = """() => {
+    const view = document.getElementById("view");
+    const note = () => window.liveLog.push([Date.now(), !view.classList.contains("dead")]);
+    window.liveLog = [];
+    window.liveWatch?.disconnect();
+    window.liveWatch = new MutationObserver(note);
+    window.liveWatch.observe(view, { attributes: true });
+    note();
+}"""
+
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
     def log_message(self, *_):
@@ -86,6 +97,12 @@ class Browser:
 
     def picture(self, _):
         return self.view().evaluate(PICTURE)
+
+    def watch(self, _):
+        self.view().evaluate(WATCH)
+
+    def watched(self, _):
+        return self.view().evaluate("() => window.liveLog")
 
     def texts(self, ids):
         """Of elements of the page around the view."""

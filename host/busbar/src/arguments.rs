@@ -73,6 +73,12 @@ pub(crate) enum Command {
     /// Be the view of a host program, which starts this itself
     #[command(hide = true)]
     Embedded,
+    /// Hatch the window of a viewer that hangs; `busbar view` starts this itself
+    #[command(hide = true)]
+    WatchWindow {
+        /// X11 window
+        window: u32,
+    },
     /// A command that a plugin offers
     #[command(external_subcommand)]
     Offered(Vec<OsString>),

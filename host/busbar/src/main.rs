@@ -18,6 +18,7 @@ mod serve;
 mod simulate;
 mod systemd;
 mod view;
+mod window_watch;
 
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
@@ -62,6 +63,8 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
             log::start_of_plugin();
             None
         }
+        // It has nobody to tell, and the viewer's log is the viewer's.
+        Command::WatchWindow { .. } => None,
         _ => Some(Log::start(&arguments.log)),
     };
     match arguments.command {
@@ -86,6 +89,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         },
         Command::PluginHost => plugin::host(),
         Command::Embedded => embedded::run(),
+        Command::WatchWindow { window } => window_watch::run(window),
         Command::Offered(words) => command::run(words),
     }
 }

@@ -18,6 +18,7 @@ use crate::kiosk::Kiosk;
 use crate::log::Log;
 use crate::metrics::ServedMetrics;
 use crate::systemd::Watchdog;
+use crate::window_watch::{WindowWatch, boot_nanos};
 use crate::{check, output, render};
 
 const TITLE: &str = "Busbar";
@@ -97,6 +98,8 @@ struct OpenWindow {
     egui: egui_winit::State,
     window: Arc<Window>,
     announced: bool,
+    /// Watcher that hatches the window where this hangs; none on Wayland.
+    watch: Option<WindowWatch>,
     /// Why it shows an older picture, as its title says.
     trouble: Option<String>,
 }
@@ -216,14 +219,21 @@ impl OpenWindow {
             None,
             None,
         );
-        Ok(Self { viewer, egui, window, announced: false, trouble: None })
+        let watch = WindowWatch::over(&window);
+        Ok(Self { viewer, egui, window, announced: false, watch, trouble: None })
     }
 
     /// Draws one frame; returns when the panels want the next.
     fn draw(&mut self) -> anyhow::Result<Duration> {
         let input = self.egui.take_egui_input(&self.window);
         self.window.pre_present_notify();
+        let true_at = boot_nanos();
         let frame = self.viewer.frame(input)?;
+        if frame.trouble.is_none()
+            && let Some(watch) = &mut self.watch
+        {
+            watch.note_frame(true_at);
+        }
         self.egui.handle_platform_output(&self.window, frame.platform);
         if self.trouble != frame.trouble {
             let title = frame.trouble.as_ref().map(|trouble| format!("{TITLE}: {trouble}"));

@@ -4,16 +4,16 @@
 //! is; it never waits for the plugin, unless it is told to.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 use busbar_plugin_host::{
     OverlayBinding, OverlayDescription, OverlayPicture, PictureRules, PluginError,
 };
-use busbar_tags::TagState;
+use busbar_tags::{Moment, TagState};
 
 use crate::message::Fault;
 
-/// A picture worked out from older values than this is not shown.
+/// A picture worked out from older values than this is late; a machine's sleep counts.
 pub(crate) const MAX_PICTURE_AGE: Duration = Duration::from_millis(500);
 
 /// What a frame wants drawn.
@@ -24,13 +24,13 @@ pub(crate) struct Wanted {
     pub(crate) states: Vec<Option<TagState>>,
     pub(crate) now: SystemTime,
     /// When the values were read.
-    pub(crate) since: Instant,
+    pub(crate) since: Moment,
 }
 
 /// The last answer.
 struct Drawn {
     number: u64,
-    since: Instant,
+    since: Moment,
     picture: Result<Arc<OverlayPicture>, String>,
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Slot {
     rules: PictureRules,
     wanted: Option<Wanted>,
     /// The frame whose picture is being worked out, and when its values were read.
-    under_way: Option<(u64, Instant)>,
+    under_way: Option<(u64, Moment)>,
     drawn: Option<Drawn>,
     next: u64,
 }
@@ -77,7 +77,7 @@ impl Slot {
     pub(crate) fn want(&mut self, states: Vec<Option<TagState>>, now: SystemTime) -> u64 {
         let number = self.next;
         self.next += 1;
-        self.wanted = Some(Wanted { number, states, now, since: Instant::now() });
+        self.wanted = Some(Wanted { number, states, now, since: Moment::now() });
         number
     }
 
@@ -118,7 +118,7 @@ impl Slot {
     /// The last whole picture, if it is not too old to be shown.
     pub(crate) fn picture(&self) -> Option<Result<Arc<OverlayPicture>, String>> {
         let drawn = self.drawn.as_ref()?;
-        (drawn.since.elapsed() <= MAX_PICTURE_AGE).then(|| drawn.picture.clone())
+        (Moment::now().since(drawn.since) <= MAX_PICTURE_AGE).then(|| drawn.picture.clone())
     }
 }
 
@@ -170,7 +170,7 @@ mod tests {
         slot.want(Vec::new(), SystemTime::now());
         slot.take();
         slot.answer("p", Ok(OverlayPicture::default()));
-        let old = Instant::now().checked_sub(MAX_PICTURE_AGE * 2).unwrap();
+        let old = Moment::now().before(MAX_PICTURE_AGE * 2);
         slot.drawn.as_mut().unwrap().since = old;
         assert!(slot.picture().is_none());
     }

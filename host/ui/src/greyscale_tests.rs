@@ -169,6 +169,7 @@ fn values_of_every_quality_and_severity_are_told_apart() {
         Mark::Uncertain { reason: reason() },
         Mark::Bad { reason: reason() },
     ];
+        Mark::LateDisplay,
     assert_all_differ(&marks, |painter, rect, mark| {
         hatch::ground(painter, rect.shrink2(Vec2::new(4.0, 15.0)), mark);
         let (_, ink) = theme::ground_and_ink(painter.ctx(), mark);

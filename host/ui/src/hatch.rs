@@ -19,12 +19,16 @@ pub(crate) fn ground(painter: &Painter, rect: Rect, mark: &Mark) {
 /// Hatches a place whose value is not good, over what is there.
 pub(crate) fn stripe(painter: &Painter, rect: Rect, mark: &Mark) {
     let step = match mark {
-        Mark::Bad { .. } => BAD_STEP,
+        Mark::Bad { .. } | Mark::LateDisplay => BAD_STEP,
         Mark::Uncertain { .. } => UNCERTAIN_STEP,
         Mark::Normal | Mark::Warning | Mark::Alarm => return,
     };
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
-    for stripe in stripes(rect, step) {
+    for mut stripe in stripes(rect, step) {
+        if matches!(mark, Mark::LateDisplay) {
+            // The other way: it is no quality.
+            stripe = stripe.map(|at| pos2(at.x, rect.top() + rect.bottom() - at.y));
+        }
         painter.line_segment(stripe, Stroke::new(1.0, theme::of(painter.ctx()).hatch));
     }
 }

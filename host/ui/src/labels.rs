@@ -169,7 +169,7 @@ impl LabelBox {
             // On stripes, text needs a ground of its own to stay legible.
             for (x, galley) in [(value_x, value), (value_left + value_width + COLUMN_GAP, note)] {
                 let text_rect = Rect::from_min_size(at(x, &galley), galley.size());
-                if matches!(mark, Mark::Bad { .. } | Mark::Uncertain { .. })
+                if matches!(mark, Mark::Bad { .. } | Mark::Uncertain { .. } | Mark::LateDisplay)
                     && galley.size().x > 0.0
                 {
                     painter.rect_filled(
@@ -225,6 +225,7 @@ fn anchor_dot(painter: &Painter, label: &Label<'_>) {
     painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::of(painter.ctx()).line));
     painter.text(
         label.anchor,
+        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
         Align2::CENTER_CENTER,
         theme::symbol(&mark),
         theme::small_font(),
@@ -258,3 +259,9 @@ mod tests {
         assert_eq!(titles, ["selected", "alarmed", "warned", "near", "far"]);
     }
 }
+
+    #[test]
+    fn a_late_display_is_no_quality() {
+        let late = LabelLine { mark: Mark::LateDisplay, ..LabelLine::default() };
+        assert_eq!(note(&late), "… display late");
+    }

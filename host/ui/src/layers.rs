@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use egui::{
-    Align2, Area, Color32, Context, Frame, Id, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui,
-    pos2, vec2,
+    Align2, Area, Color32, Context, Frame, Id, Painter, Pos2, Rect, RichText, Shape, Stroke,
+    StrokeKind, Ui, pos2, vec2,
 };
 
 use crate::flags::{self, FlagState};
@@ -32,6 +32,8 @@ pub struct LayerRow {
     pub name: String,
     /// Whether it is drawn.
     pub shown: bool,
+    /// Whether what it shows is late: all of it is hatched, whatever the values are.
+    pub is_late: bool,
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,
     /// Whether it shows where switches stand.
@@ -105,6 +107,15 @@ pub(crate) fn show(context: &Context, scene: Rect, layers: &[LayerRow], into: &m
                     let mut shown = layer.shown;
                     if ui.checkbox(&mut shown, &layer.name).changed() {
                         into.push(Command::SetLayer { layer: index, shown });
+                    }
+                    if layer.shown && layer.is_late {
+                        ui.horizontal(|ui| {
+                            ui.add_space(18.0);
+                            let mark = Mark::LateDisplay;
+                            let words = format!("{} {}", theme::symbol(&mark), theme::LATE_DISPLAY);
+                            let (ground, ink) = theme::ground_and_ink(context, &mark);
+                            ui.label(RichText::new(words).color(ink).background_color(ground));
+                        });
                     }
                     if layer.shown {
                         layer.legend.iter().for_each(|row| entry(ui, row));

@@ -281,6 +281,9 @@ impl Panels {
             if !ui.ctx().egui_wants_keyboard_input() {
                 let pressed = |key| ui.input(|input| input.key_pressed(key));
                 shown ^= pressed(Key::F2);
+                if !shown {
+                    status_bar::paint_clock(ui, viewport, model);
+                }
                 if pressed(Key::N) {
                     commands.push(Command::SetDark(ui.ctx().theme() == egui::Theme::Light));
                 }

@@ -1,12 +1,15 @@
 //! The line at the bottom.
 
-use egui::{Align, Label, Layout, RichText, Ui};
+use egui::{Align, Align2, Label, Layout, Rect, RichText, Ui, vec2};
 
 use crate::model_panel::thousands;
 use crate::{Mark, ViewModel, theme};
 
 /// Characters of a line of a fault; all of it is told where the pointer rests.
 const MAX_FAULT_LINE: usize = 400;
+/// Points between the clock and the edge of the scene, and around its digits.
+const CLOCK_MARGIN: f32 = 8.0;
+const CLOCK_PADDING: f32 = 4.0;
 
 pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
     let status = &model.status;
@@ -14,6 +17,11 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
         show_fault(ui, fault);
     }
     ui.horizontal(|ui| {
+        // Leftmost: a narrow window cuts off what is right.
+        if let Some(clock) = &status.clock {
+            ui.label(RichText::new(clock).strong());
+            ui.separator();
+        }
         let selected = model.selected.as_deref().unwrap_or("Nothing selected");
         ui.label(model.measuring.as_deref().unwrap_or(selected));
         ui.separator();
@@ -36,6 +44,20 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
             }
         });
     });
+}
+
+/// Paints the clock into the lower right corner of the scene, where the panels are hidden.
+pub(crate) fn paint_clock(ui: &Ui, scene: Rect, model: &ViewModel) {
+    let Some(clock) = model.status.clock.as_ref().filter(|_| model.status.keeps_clock) else {
+        return;
+    };
+    let (painter, palette) = (ui.painter(), theme::of(ui.ctx()));
+    let text = painter.layout_no_wrap(clock.clone(), theme::value_font(), palette.ink);
+    let corner = scene.right_bottom() - vec2(CLOCK_MARGIN, CLOCK_MARGIN);
+    let place =
+        Align2::RIGHT_BOTTOM.anchor_size(corner, text.size() + vec2(2.0, 2.0) * CLOCK_PADDING);
+    painter.rect_filled(place, 2.0, palette.paper);
+    painter.galley(place.min + vec2(CLOCK_PADDING, CLOCK_PADDING), text, palette.ink);
 }
 
 /// What keeps the configuration on the disk from being shown, until it is mended.

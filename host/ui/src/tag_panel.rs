@@ -108,3 +108,4 @@ pub(crate) fn quality_text(mark: &Mark) -> String {
         Mark::Uncertain { reason } | Mark::Bad { reason } => format!("{symbol} {reason}"),
     }
 }
+        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),

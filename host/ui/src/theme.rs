@@ -23,6 +23,8 @@ pub(crate) const WARNING: Color32 = Color32::from_rgb(250, 190, 40);
 /// What needs action at once. Ink on it is white.
 pub(crate) const ALARM: Color32 = Color32::from_rgb(196, 22, 28);
 
+/// Note beside what an overlay drew that is late.
+pub(crate) const LATE_DISPLAY: &str = "display late";
 /// The name of the configuration's font within the context.
 const SITE_FONT: &str = "site";
 
@@ -95,7 +97,7 @@ impl Palette {
     fn ground_and_ink(&self, mark: &Mark) -> (Color32, Color32) {
         match mark {
             Mark::Normal | Mark::Uncertain { .. } => (Color32::TRANSPARENT, self.ink),
-            Mark::Bad { .. } => (self.bad_ground, self.ink),
+            Mark::Bad { .. } | Mark::LateDisplay => (self.bad_ground, self.ink),
             Mark::Warning => (WARNING, INK),
             Mark::Alarm => (ALARM, Color32::WHITE),
         }
@@ -130,6 +132,7 @@ pub(crate) fn symbol(mark: &Mark) -> &'static str {
         Mark::Normal => "",
         Mark::Uncertain { .. } => "?",
         Mark::Bad { .. } => "×",
+        Mark::LateDisplay => "…",
         Mark::Warning => "!",
         Mark::Alarm => "!!",
     }

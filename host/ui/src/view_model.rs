@@ -108,6 +108,8 @@ pub enum Mark {
 }
 
 /// The tags, as many as there may be: only rows in view are asked for.
+    /// Drawn by an overlay that is late: what is shown is old, which says nothing of the value.
+    LateDisplay,
 pub trait TagRows {
     /// Number of tags that are listed.
     fn len(&self) -> usize;
@@ -221,6 +223,11 @@ pub struct StatusLine {
     /// What the GPU took for a frame and its stages, milliseconds; empty where it cannot
     /// tell.
     pub gpu_millis: Vec<(&'static str, f64)>,
+    /// Time of day with seconds, so that a picture that stands still is noticed; none in
+    /// pictures that nobody watches.
+    pub clock: Option<String>,
+    /// Whether the clock is shown where the panels are hidden.
+    pub keeps_clock: bool,
     /// Graphics device.
     pub device: String,
     /// Tags of good quality.
@@ -245,7 +252,7 @@ impl Mark {
             Self::Normal => 0,
             Self::Uncertain { .. } => 1,
             Self::Warning => 2,
-            Self::Bad { .. } => 3,
+            Self::Bad { .. } | Self::LateDisplay => 3,
             Self::Alarm => 4,
         }
     }

@@ -10,7 +10,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{
     Moment, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
 };
-use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState};
+use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Mark, Trend, TrendPoint, TrendState};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
@@ -231,9 +231,10 @@ impl OpenFaceplate {
             let quality = tag.map_or(Quality::Bad(Reason::NotConnected), |tag| tag.quality);
             Some(FaceplateState {
                 layer: overlay.overlay.name().to_owned(),
+            let is_late = run.iter().any(ShownState::is_late);
                 state: overlay.legend.get(entry as usize)?.clone(),
                 place: place(graph, self.device, shown.node),
-                mark: mark(quality, Severity::Normal),
+                mark: if is_late { Mark::LateDisplay } else { mark(quality, Severity::Normal) },
                 age: tag.and_then(|tag| tag.age),
             })
         };

@@ -9,6 +9,7 @@ use busbar_ui::{Label, LabelLine, Mark};
 use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
+use crate::running::LATE_DISPLAY;
 
 /// From where labels are seen.
 #[derive(Clone, Copy, Debug)]
@@ -82,10 +83,11 @@ impl<'a> LinesOfNodes<'a> {
 fn label_line<'a>(line: &'a OverlayLine, snapshot: Snapshot<'_>) -> LabelLine<'a> {
     let state = snapshot.state(line.tag);
     let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+    let is_late = line.tag == LATE_DISPLAY;
     LabelLine {
         caption: &line.caption,
         text: &line.text,
-        mark: mark(quality, line.severity),
+        mark: if is_late { Mark::LateDisplay } else { mark(quality, line.severity) },
         age: state.and_then(|s| s.age),
     }
 }
@@ -111,6 +113,11 @@ pub(crate) fn top_of(node: SceneNode<'_>) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use busbar_plugin_host::OverlayPicture;
+    use busbar_tags::{Moment, TagHandle, TagSet, TagTable};
+
     use super::*;
 
     #[test]
@@ -118,6 +125,29 @@ mod tests {
         let stale = Mark::Bad { reason: "stale".into() };
         for severity in [Severity::Normal, Severity::Warning, Severity::Alarm] {
             assert_eq!(mark(Quality::Bad(Reason::Stale), severity), stale);
+    use crate::running::late_copy;
+
+    #[test]
+    fn a_late_overlay_is_late_and_blames_no_value() {
+        let tags = TagSet::new(Vec::new()).unwrap();
+        let table = TagTable::new(Arc::new(tags), Moment::now());
+        let drawn = OverlayPicture {
+            lines: vec![OverlayLine {
+                node: 0,
+                tag: TagHandle(0),
+                severity: Severity::Alarm,
+                caption: "U".into(),
+                text: "231 kV".into(),
+            }],
+            ..OverlayPicture::default()
+        };
+        let late = late_copy(&drawn);
+        let line = label_line(&late.lines[0], table.snapshot());
+        assert_eq!((line.mark, line.age), (Mark::LateDisplay, None));
+        // A tag that is not there is the plant's, or the configuration's.
+        let absent = label_line(&drawn.lines[0], table.snapshot());
+        assert!(matches!(absent.mark, Mark::Bad { .. }));
+    }
         }
         assert_eq!(mark(Quality::Good, Severity::Alarm), Mark::Alarm);
     }

@@ -11,6 +11,7 @@ mod alarms;
 mod arrows;
 mod camera;
 mod chart;
+mod clock;
 mod color;
 mod commands;
 mod contour;

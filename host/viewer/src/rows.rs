@@ -85,6 +85,7 @@ pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
         name: overlay.overlay.name().to_owned(),
         shown: overlay.is_shown,
         legend: Arc::clone(&overlay.legend),
+        is_late: overlay.fault.is_some(),
         has_flags: !overlay.description.mechanisms.is_empty(),
         has_arrows: overlay.has_flows(),
         contour: overlay.description.contour.as_ref().map(contour::legend),

@@ -41,13 +41,16 @@ pub(crate) struct ShownOverlay {
     /// What it drew last, in the numbers of now.
     last: Arc<OverlayPicture>,
     /// From the numbers that it was told to those of now.
+    /// The same with nothing to rest on, while it is late.
+    late: Option<Arc<OverlayPicture>>,
     numbers: Numbers,
     /// The picture that it gave last, and the same in the numbers of now.
     renumbered: [Arc<OverlayPicture>; 2],
 }
 
-/// A tag that is not there: what rests on it is never good.
-const NO_TAG: TagHandle = TagHandle(u32::MAX);
+/// Tag of all that an overlay drew that is late or gone. No tag has this number, so that nothing
+/// of it counts as known; what values are worth is not said by it.
+pub(crate) const LATE_DISPLAY: TagHandle = TagHandle(u32::MAX - 1);
 
 /// What all overlays draw in one frame.
 #[derive(Default)]
@@ -119,6 +122,11 @@ impl ShownState {
     }
 }
 
+    /// Whether the overlay that shows it is late.
+    pub(crate) fn is_late(&self) -> bool {
+        self.basis == Basis::Tag(LATE_DISPLAY)
+    }
+
 impl Overlaid {
     /// The lines of all overlays.
     pub(crate) fn lines(&self) -> impl Iterator<Item = &OverlayLine> {
@@ -153,6 +161,7 @@ impl ShownOverlay {
             mechanisms: Vec::new(),
             last: Arc::default(),
             numbers: Numbers::default(),
+            late: None,
             renumbered: Default::default(),
         }
     }
@@ -162,6 +171,7 @@ impl ShownOverlay {
         self.numbers = self.numbers.then(numbers);
         self.last = numbers.picture(&self.last);
         self.renumbered = Default::default();
+        self.late = None;
         let equipment = self.description.equipment.iter();
         self.nodes = equipment.map(|id| graph.find(id)).collect();
     }
@@ -204,15 +214,11 @@ impl ShownOverlay {
         self.description = description;
     }
 
-    /// What it drew last, with nothing to rest on any more. Were it gone from the picture,
-    /// equipment would look as if all were well.
-    fn lost(&mut self) -> Arc<OverlayPicture> {
-        let OverlayPicture { lines, tints, states, quantities } = Arc::make_mut(&mut self.last);
-        lines.iter_mut().for_each(|line| line.tag = NO_TAG);
-        tints.iter_mut().for_each(|tint| tint.tag = NO_TAG);
-        states.iter_mut().for_each(|state| state.tag = NO_TAG);
-        quantities.iter_mut().for_each(|quantity| quantity.tag = NO_TAG);
-        Arc::clone(&self.last)
+    /// Marks what it drew last as late. Were it gone from the picture, equipment would look as if
+    /// all were well; were it bad, the plant would be blamed.
+    fn late(&mut self) -> Arc<OverlayPicture> {
+        let last = &self.last;
+        Arc::clone(self.late.get_or_insert_with(|| Arc::new(late_copy(last))))
     }
 
     fn add(&self, overlay: u32, picture: Arc<OverlayPicture>, all: &mut Overlaid) {
@@ -251,6 +257,17 @@ impl ShownOverlay {
 }
 
 /// Configures the overlays of a scene.
+/// A copy of a picture, none of which rests on a value.
+pub(crate) fn late_copy(picture: &OverlayPicture) -> OverlayPicture {
+    let mut late = picture.clone();
+    let OverlayPicture { lines, tints, states, quantities } = &mut late;
+    lines.iter_mut().for_each(|line| line.tag = LATE_DISPLAY);
+    tints.iter_mut().for_each(|tint| tint.tag = LATE_DISPLAY);
+    states.iter_mut().for_each(|state| state.tag = LATE_DISPLAY);
+    quantities.iter_mut().for_each(|quantity| quantity.tag = LATE_DISPLAY);
+    late
+}
+
 pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, ViewError> {
     let mut overlays = Vec::new();
     for overlay in &scene.config.overlays {
@@ -275,7 +292,7 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<ServedTags>, Vi
 }
 
 /// Lets every overlay that is shown draw; all of them share the patience. Of one that fails
-/// what it drew last is shown as not known; it keeps its fault, which is logged once.
+/// what it drew last is shown as late; it keeps its fault, which is logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [ShownOverlay],
     graph: &SceneGraph,
@@ -304,10 +321,11 @@ pub(crate) fn run_overlays(
                     tracing::error!(plugin = shown.overlay.name(), "{fault}");
                 }
                 shown.fault = Some(fault);
-                let lost = shown.lost();
-                shown.add(index, lost, &mut all);
+                let late = shown.late();
+                shown.add(index, late, &mut all);
             }
         }
+                shown.late = None;
     }
     all
 }

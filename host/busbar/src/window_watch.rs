@@ -1,0 +1,282 @@
+//! Watchdog of the program's own window: a second process hatches it where its picture is old.
+//!
+//! A viewer that hangs cannot say so, and X11 shows its last picture for ever. `busbar view`
+//! starts `busbar watch-window`, which has nothing but a pipe and a connection to the display: the
+//! viewer tells it the instant of the values that are surely on the screen, and where that is too
+//! long ago a hatched window of the watcher's own covers the viewer's. The watcher ends with the
+//! viewer. Wayland lets no process cover another's window: there the clock of the status bar
+//! alone tells a picture that stands still.
+
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::anyhow;
+use busbar_client::liveness::{Beats, Liveness, LivenessLimits, LivenessWatch, assess};
+use busbar_client::{CoverError, WindowCover};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::OFlags;
+use rustix::time::{ClockId, clock_gettime};
+use winit::raw_window_handle::{HasWindowHandle, RawWindowHandle};
+use winit::window::Window;
+
+/// The program's command for the watcher.
+const COMMAND: &str = "watch-window";
+/// A picture of values that are older is covered: within a second of them, with a while for the
+/// X server to draw.
+const MAX_AGE: Duration = Duration::from_millis(950);
+/// Time that a picture must stay live before it is uncovered: one that is late again and again
+/// does not flash.
+const MIN_LIVE: Duration = Duration::from_millis(400);
+/// Period of looks at the picture's age, at most.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
+/// Limits by which a picture is live; nothing is ended by this watch.
+const LIMITS: LivenessLimits = LivenessLimits { silent: MAX_AGE, hung: Duration::MAX };
+/// Delay until a watcher that ended is started again.
+const RESTART_DELAY: Duration = Duration::from_secs(1);
+/// Watchers started in all: one that ends again and again is no use.
+const MAX_STARTS: u32 = 100;
+/// Bytes of an instant in the pipe, and instants that are read at once.
+const INSTANT_BYTES: usize = size_of::<u64>();
+const INSTANTS_AT_ONCE: usize = 512;
+/// Variables by which systemd would take the watcher for the viewer.
+const SYSTEMD_VARIABLES: [&str; 3] = ["NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"];
+
+/// Now, nanoseconds of the clock since boot, which goes on while the machine sleeps.
+pub(crate) fn boot_nanos() -> u64 {
+    let now = clock_gettime(ClockId::Boottime);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+/// The viewer's side: keeps a watcher of its window running, and tells it of frames.
+pub(crate) struct WindowWatch {
+    window: u32,
+    watcher: Option<Watcher>,
+    started_at: Option<Instant>,
+    starts: u32,
+    /// Instant of the values in the frame that was presented last: it may not be seen yet.
+    presented: Option<u64>,
+}
+
+impl WindowWatch {
+    /// Prepares the watch over an X11 window; none on Wayland.
+    pub(crate) fn over(window: &Window) -> Option<Self> {
+        let window = match window.window_handle().ok()?.as_raw() {
+            RawWindowHandle::Xlib(handle) => u32::try_from(handle.window).ok()?,
+            RawWindowHandle::Xcb(handle) => handle.window.get(),
+            _ => {
+                tracing::info!(
+                    "no watcher covers this window where it hangs, for it is no X11 window; its \
+                     clock tells a picture that stands still"
+                );
+                return None;
+            }
+        };
+        Some(Self { window, watcher: None, started_at: None, starts: 0, presented: None })
+    }
+
+    /// Notes a frame that was presented, by the instant of the values in it. The frame before it
+    /// is on the screen then, at the least.
+    pub(crate) fn note_frame(&mut self, true_at: u64) {
+        let seen = self.presented.replace(true_at);
+        if self.watcher.is_none() {
+            self.start_if_due();
+        }
+        let (Some(watcher), Some(seen)) = (&mut self.watcher, seen) else { return };
+        if let Err(error) = watcher.tell(seen) {
+            tracing::warn!("the watcher of the window has ended: {error}");
+            self.watcher = None;
+        }
+    }
+
+    fn start_if_due(&mut self) {
+        let is_early = self.started_at.is_some_and(|at| at.elapsed() < RESTART_DELAY);
+        if is_early || self.starts >= MAX_STARTS {
+            return;
+        }
+        self.starts += 1;
+        self.started_at = Some(Instant::now());
+        match Watcher::start(self.window) {
+            Ok(watcher) => self.watcher = Some(watcher),
+            Err(error) => tracing::warn!("nothing watches the window: {error}"),
+        }
+    }
+}
+
+/// A watcher's process; it ends when its pipe is closed.
+struct Watcher {
+    pipe: Option<ChildStdin>,
+    process: Child,
+}
+
+impl Watcher {
+    fn start(window: u32) -> io::Result<Self> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg(COMMAND).arg(window.to_string());
+        for variable in SYSTEMD_VARIABLES {
+            command.env_remove(variable);
+        }
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+        // What a terminal stops is the viewer, and not who tells of it.
+        let mut process = command.process_group(0).spawn()?;
+        let pipe = process.stdin.take();
+        if let Some(pipe) = &pipe {
+            // A watcher that does not read holds up no frame.
+            rustix::fs::fcntl_setfl(pipe, OFlags::NONBLOCK)?;
+        }
+        Ok(Self { pipe, process })
+    }
+
+    /// Tells the instant of the values on the screen.
+    fn tell(&mut self, true_at: u64) -> io::Result<()> {
+        let Some(pipe) = &mut self.pipe else { return Ok(()) };
+        // A pipe takes so few bytes whole or not at all.
+        match pipe.write(&true_at.to_le_bytes()) {
+            Err(error) if error.kind() != io::ErrorKind::WouldBlock => Err(error),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Drop for Watcher {
+    fn drop(&mut self) {
+        self.pipe = None;
+        // One that a signal stopped would not end by itself.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// `busbar watch-window`: covers a window while its picture is old, until the viewer ends.
+pub(crate) fn run(window: u32) -> anyhow::Result<ExitCode> {
+    let mut cover = match WindowCover::open(None, window) {
+        Ok(cover) => cover,
+        Err(error) => return Err(anyhow!("{error}")),
+    };
+    let mut pipe = InstantPipe { true_at: boot_nanos(), rest: Vec::new() };
+    let mut viewer = LivenessWatch::new(parent(), Instant::now());
+    let mut decision = CoverDecision::default();
+    loop {
+        let (now, at) = (Instant::now(), pipe.true_at);
+        let beats = Beats { heartbeat: at, frame: at, picture_true_at: at, ..Beats::default() };
+        let signs = viewer.look(beats, boot_nanos(), now);
+        let age = signs.picture_age.unwrap_or_default();
+        let covered = match decision.cover(assess(&signs, &LIMITS), now) {
+            None => cover.hide(),
+            Some(words) => cover.show(&format!("{words} FOR {} S", age.as_secs())),
+        };
+        match covered {
+            Ok(()) => {}
+            // The window has gone, and the viewer goes with it.
+            Err(CoverError::Gone) => return Ok(ExitCode::SUCCESS),
+            Err(error) => return Err(anyhow!("{error}")),
+        }
+        let left = MAX_AGE.saturating_sub(age) + Duration::from_millis(1);
+        let timeout = if cover.is_shown() { LOOK_PERIOD } else { left.min(LOOK_PERIOD) };
+        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(timeout.subsec_nanos()) };
+        let (stdin, display) = (io::stdin(), cover.descriptor());
+        let mut waited = [
+            PollFd::from_borrowed_fd(stdin.as_fd(), PollFlags::IN),
+            PollFd::from_borrowed_fd(display, PollFlags::IN),
+        ];
+        // Interrupted is as good as awake.
+        let _ = poll(&mut waited, Some(&timeout));
+        let is_readable = !waited[0].revents().is_empty();
+        if is_readable && !pipe.read(|room| Ok(rustix::io::read(&stdin, room)?))? {
+            return Ok(ExitCode::SUCCESS);
+        }
+    }
+}
+
+/// Process that started this one: the viewer.
+fn parent() -> u32 {
+    rustix::process::getppid().map_or(0, |id| id.as_raw_pid().unsigned_abs())
+}
+
+/// Decision whether the window is covered.
+#[derive(Debug, Default)]
+struct CoverDecision {
+    is_covered: bool,
+    live_since: Option<Instant>,
+}
+
+impl CoverDecision {
+    /// Decides anew; the words to cover the window with, or none.
+    fn cover(&mut self, liveness: Liveness, now: Instant) -> Option<&'static str> {
+        if liveness.is_live() {
+            let live_since = *self.live_since.get_or_insert(now);
+            self.is_covered &= now.saturating_duration_since(live_since) < MIN_LIVE;
+        } else {
+            (self.is_covered, self.live_since) = (true, None);
+        }
+        let is_slow = matches!(liveness, Liveness::Live | Liveness::Late);
+        self.is_covered.then_some(if is_slow { "DISPLAY LATE" } else { "NO LIVE PICTURE" })
+    }
+}
+
+/// Reading end of the pipe: the newest instant that came whole.
+struct InstantPipe {
+    true_at: u64,
+    /// Bytes of one that did not.
+    rest: Vec<u8>,
+}
+
+impl InstantPipe {
+    /// Takes what came; false once the viewer has ended.
+    fn read(&mut self, read: impl FnOnce(&mut [u8]) -> io::Result<usize>) -> io::Result<bool> {
+        let mut room = [0; INSTANTS_AT_ONCE * INSTANT_BYTES];
+        let count = match read(&mut room) {
+            Ok(0) => return Ok(false),
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(true),
+            Err(error) => return Err(error),
+        };
+        self.rest.extend_from_slice(&room[..count]);
+        let whole = self.rest.len() / INSTANT_BYTES * INSTANT_BYTES;
+        for bytes in self.rest.drain(..whole).as_slice().chunks_exact(INSTANT_BYTES) {
+            let instant = bytes.try_into().map_or(0, u64::from_le_bytes);
+            self.true_at = self.true_at.max(instant.min(boot_nanos()));
+        }
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_that_is_late_is_covered_at_once_and_seen_again_once_it_stays_live() {
+        let (mut decision, start) = (CoverDecision::default(), Instant::now());
+        assert_eq!(decision.cover(Liveness::Live, start), None);
+        assert_eq!(decision.cover(Liveness::Late, start), Some("DISPLAY LATE"));
+        assert_eq!(decision.cover(Liveness::Lost, start), Some("NO LIVE PICTURE"));
+        assert_eq!(decision.cover(Liveness::Hung, start), Some("NO LIVE PICTURE"));
+        assert!(decision.cover(Liveness::Live, start).is_some());
+        assert!(decision.cover(Liveness::Live, start + MIN_LIVE / 2).is_some());
+        assert!(decision.cover(Liveness::Late, start + MIN_LIVE / 2).is_some());
+        assert!(decision.cover(Liveness::Live, start + MIN_LIVE).is_some(), "it begins anew");
+        assert_eq!(decision.cover(Liveness::Live, start + MIN_LIVE * 2), None);
+    }
+
+    #[test]
+    fn the_newest_whole_instant_counts_and_none_of_the_future() {
+        let mut pipe = InstantPipe { true_at: 5, rest: Vec::new() };
+        let mut take = |bytes: &[u8]| {
+            let read = |room: &mut [u8]| {
+                room[..bytes.len()].copy_from_slice(bytes);
+                Ok(bytes.len())
+            };
+            (pipe.read(read).unwrap(), pipe.true_at)
+        };
+        let bytes: Vec<u8> = [7_u64, 9, 8].iter().flat_map(|at| at.to_le_bytes()).collect();
+        assert_eq!(take(&bytes[..3]), (true, 5));
+        assert_eq!(take(&bytes[3..17]), (true, 9));
+        assert_eq!(take(&bytes[17..]), (true, 9));
+        let (goes_on, at) = take(&u64::MAX.to_le_bytes());
+        assert!(goes_on && at <= boot_nanos());
+        assert!(!take(&[]).0, "the viewer has ended");
+    }
+}

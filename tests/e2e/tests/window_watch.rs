@@ -1,0 +1,203 @@
+//! The watcher of the program's own window, judged from the pixels of its screen: a viewer that
+//! hangs is hatched within a second, and the watcher ends with the viewer.
+
+use std::path::Path;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use e2e::display::Display;
+use e2e::{Process, Scene, busbar, wait_for};
+use image::{Rgb, RgbImage};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::json;
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{ConnectionExt, ImageFormat};
+use x11rb::rust_connection::RustConnection;
+
+const SCREEN: [u32; 2] = [800, 500];
+/// Longest time in which an old picture passes for live.
+const MAX_OLD: Duration = Duration::from_millis(1000);
+/// From a picture that is new again until it is seen.
+const MAX_BACK: Duration = Duration::from_secs(10);
+/// From the end of a viewer until its watcher has ended.
+const MAX_END: Duration = Duration::from_secs(5);
+/// Times that a viewer is stopped.
+const STOPS: u32 = 10;
+/// Difference of two channels of a pixel that has colour.
+const MIN_COLOR: u8 = 12;
+/// A picture in which one pixel in so many has colour is none of the cover.
+const MIN_COLORED: usize = 200;
+
+/// A view on a display in memory, full-screen.
+struct Watched {
+    process: Process,
+    display: Display,
+    screen: Screen,
+    scene: Scene,
+}
+
+impl Watched {
+    fn open(arguments: &[&str]) -> Option<Self> {
+        let display = Display::start(SCREEN)?;
+        let mut scene = Scene::without_tags();
+        scene.config["view"] = json!({
+            "samples": 1, "size": SCREEN, "background": "#3366b3"
+        });
+        let mut command = busbar();
+        command.arg("view").arg(scene.write()).args(arguments);
+        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        command.env_remove("WAYLAND_SOCKET").env("WINIT_X11_SCALE_FACTOR", "1");
+        let process = Process::start(&mut command);
+        process.wait_for_line(|line| (line == "ready").then_some(()));
+        let screen = Screen::of(&display);
+        let watched = Self { process, display, screen, scene };
+        watched.wait_until_live();
+        Some(watched)
+    }
+
+    fn wait_until_live(&self) {
+        wait_for("a live picture", MAX_BACK, || self.screen.passes_for_live().then_some(()));
+    }
+
+    /// Stops the viewer; the time until its picture passes for live no more.
+    fn time_to_cover(&self) -> Duration {
+        self.process.signal(Signal::STOP);
+        let struck = Instant::now();
+        while self.screen.passes_for_live() {
+            assert!(struck.elapsed() < MAX_OLD * 5, "it passes for live");
+        }
+        struck.elapsed()
+    }
+
+    fn shot(&self, name: &str) {
+        let folder = self.scene.path("stats.json");
+        self.display.screenshot(folder.parent().expect("a folder"), name);
+    }
+}
+
+/// The pixels of a display's screen.
+struct Screen {
+    connection: RustConnection,
+    root: u32,
+}
+
+impl Screen {
+    fn of(display: &Display) -> Self {
+        let (connection, screen) = RustConnection::connect(Some(&display.name)).expect("it runs");
+        let root = connection.setup().roots[screen].root;
+        Self { connection, root }
+    }
+
+    fn picture(&self) -> RgbImage {
+        let [width, height] = SCREEN;
+        let image = self.connection.get_image(
+            ImageFormat::Z_PIXMAP,
+            self.root,
+            0,
+            0,
+            width as u16,
+            height as u16,
+            u32::MAX,
+        );
+        let data = image.expect("it runs").reply().expect("the screen has pixels").data;
+        RgbImage::from_fn(width, height, |x, y| {
+            let at = 4 * (y * width + x) as usize;
+            Rgb([data[at + 2], data[at + 1], data[at]])
+        })
+    }
+
+    /// Whether there is colour: the cover has none.
+    fn passes_for_live(&self) -> bool {
+        let picture = self.picture();
+        let colored = picture.pixels().filter(|pixel| {
+            let [red, green, blue] = pixel.0;
+            red.max(green).max(blue) - red.min(green).min(blue) > MIN_COLOR
+        });
+        colored.count() > picture.pixels().len() / MIN_COLORED
+    }
+}
+
+/// The processes that a viewer has as children and whose command is the watcher's.
+fn watchers_of(viewer: u32) -> Vec<u32> {
+    let listed = std::fs::read_dir("/proc").expect("there are processes").flatten();
+    let ids = listed.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
+    let is_watcher = |id: &u32| {
+        let read = |name: &str| {
+            std::fs::read_to_string(Path::new("/proc").join(id.to_string()).join(name))
+        };
+        let is_child = read("stat").is_ok_and(|stat| {
+            let parent = stat.rsplit(')').next().and_then(|rest| rest.split_whitespace().nth(1));
+            parent == Some(&viewer.to_string())
+        });
+        is_child && read("cmdline").is_ok_and(|words| words.contains("watch-window"))
+    };
+    ids.filter(is_watcher).collect()
+}
+
+fn is_there(process: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat"));
+    stat.is_ok_and(|stat| !stat.rsplit(')').next().unwrap_or("").trim_start().starts_with('Z'))
+}
+
+#[test]
+#[allow(clippy::print_stderr)]
+fn a_window_that_hangs_is_hatched_within_a_second_and_comes_back() {
+    let Some(watched) = Watched::open(&[]) else { return };
+    watched.shot("window_live");
+    let mut longest = Duration::ZERO;
+    for turn in 0..STOPS {
+        let took = watched.time_to_cover();
+        longest = longest.max(took);
+        // Nor does it come back by itself.
+        sleep(Duration::from_millis(300));
+        assert!(!watched.screen.passes_for_live());
+        if turn == 0 {
+            sleep(Duration::from_secs(3));
+            watched.shot("window_hung");
+        }
+        watched.process.signal(Signal::CONT);
+        watched.wait_until_live();
+        // At another point of its frames each time.
+        sleep(Duration::from_millis(300 + u64::from(turn) * 37));
+    }
+    eprintln!("{STOPS} stops: an old picture passes for live for at most {longest:?}");
+    assert!(longest <= MAX_OLD, "live for {longest:?}");
+}
+
+#[test]
+fn the_watcher_ends_with_its_viewer_and_is_started_again_without_it() {
+    let Some(watched) = Watched::open(&[]) else { return };
+    let viewer = watched.process.id();
+    let only = || wait_for("a watcher", MAX_BACK, || watchers_of(viewer).first().copied());
+    let first = only();
+    assert_eq!(watchers_of(viewer).len(), 1);
+    let pid = |process: u32| Pid::from_raw(process as i32).expect("a process");
+    let environment = std::fs::read_to_string(format!("/proc/{first}/environ")).expect("it runs");
+    assert!(!environment.contains("NOTIFY_SOCKET"), "systemd would take it for the viewer");
+    kill_process(pid(first), Signal::KILL).expect("it runs");
+    let second = wait_for("another watcher", MAX_BACK, || {
+        watchers_of(viewer).into_iter().find(|watcher| *watcher != first)
+    });
+    assert!(watched.time_to_cover() <= MAX_OLD);
+    watched.process.signal(Signal::KILL);
+    wait_for("the watcher's end", MAX_END, || (!is_there(second)).then_some(()));
+    assert!(!watched.screen.passes_for_live(), "its window has gone");
+}
+
+#[test]
+fn a_viewer_that_ends_leaves_no_watcher() {
+    let Some(watched) = Watched::open(&["--seconds", "6"]) else { return };
+    let viewer = watched.process.id();
+    let watcher = wait_for("a watcher", MAX_BACK, || watchers_of(viewer).first().copied());
+    watched.process.finish().expect_code(0);
+    assert!(!is_there(watcher), "it was waited for");
+}
+
+#[test]
+fn a_kiosk_is_watched_as_well() {
+    let Some(watched) = Watched::open(&["--kiosk"]) else { return };
+    let took = watched.time_to_cover();
+    assert!(took <= MAX_OLD, "live for {took:?}");
+    sleep(Duration::from_secs(1));
+    watched.shot("kiosk_hung");
+}
