@@ -10,6 +10,12 @@
 //! through sealed memory. A process that dies, hangs, floods or lies is ended and
 //! started again, and after too many deaths left alone; see `supervise`.
 //!
+//! `busbar simulate` registers its process in a folder of the user
+//! ([`SimulatorRegistration`]). Samples of a plugin that is connected to it are marked as
+//! simulated: before the first value of a link is handed over, and each second, `/proc` is
+//! asked for the plugin's TCP connections. Simulators of other users, in other networks,
+//! and behind relays or brokers are not found so.
+//!
 //! Invariant: whatever comes from a plugin's process is checked here before
 //! anybody else sees it.
 
@@ -35,7 +41,10 @@ mod ring;
 mod serve;
 mod shared;
 mod simulator;
+mod simulator_registry;
+mod simulator_watch;
 mod slot;
+mod socket_table;
 mod spawn;
 mod status;
 mod supervise;
@@ -46,10 +55,11 @@ pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
 pub use chart::RunningChart;
 pub use command::CommandError;
 pub use message::Confinement;
-pub use plugin::{Optimizer, Plugin, RunningOverlay, RunningTelemetry};
+pub use plugin::{InProcessTelemetry, Optimizer, Plugin, RunningOverlay, RunningTelemetry};
 pub use policy::{Deadlines, RestartPolicy};
 pub use process::PluginProcess;
 pub use records::RunningRecords;
 pub use serve::serve;
 pub use simulator::RunningSimulator;
+pub use simulator_registry::SimulatorRegistration;
 pub use status::{PluginState, PluginStatus};

@@ -9,7 +9,7 @@ use busbar_plugin_host::{
     Behaviour, DeviceScenario, FaultKind, PluginError, Shape, SimulatedEvent, SimulatedLinkFault,
     SimulatedTag, Simulation, SimulationStatus,
 };
-use busbar_plugin_process::{Plugin, RunningSimulator};
+use busbar_plugin_process::{Plugin, RunningSimulator, SimulatorRegistration};
 
 use super::{Faults, LoadError, bindings, folder_of, plugins, read_text};
 
@@ -18,6 +18,8 @@ pub struct SimulatedDevices {
     devices: Vec<SimulatedDevice>,
     instances: BTreeMap<String, Plugin>,
     remarks: Vec<String>,
+    /// By which views on this machine know them for simulated. Last: it ends after them.
+    registration: Option<SimulatorRegistration>,
 }
 
 /// One plugin instance that is a device.
@@ -68,7 +70,10 @@ impl SimulatedDevices {
             only.is_none_or(|only| only == name) && sources.any(|source| source.plugin == name)
         };
         let instances = plugins::create_some(&config, &folder_of(path), &mut faults, &is_wanted);
-        let mut started = Self { devices: Vec::new(), instances, remarks: Vec::new() };
+        let (devices, remarks) = (Vec::new(), Vec::new());
+        let mut started = Self { devices, instances, remarks, registration: None };
+        // Before they listen: no value of theirs is shown unmarked.
+        started.register();
         if faults.found.is_empty() {
             started.start_all(&config, simulation, &scenario, &mut faults);
         }
@@ -78,6 +83,16 @@ impl SimulatedDevices {
         match faults.found {
             found if found.is_empty() => Ok(started),
             found => Err(faulty(found)),
+        }
+    }
+
+    fn register(&mut self) {
+        match SimulatorRegistration::new() {
+            Ok(registration) => self.registration = Some(registration),
+            Err(error) => self.remarks.push(format!(
+                "views cannot tell that these devices are simulated: {error}; set \"simulated\": \
+                 true in their configurations"
+            )),
         }
     }
 
