@@ -1,6 +1,6 @@
 //! What happened to an alarm.
 
-use busbar_tags::{SourceTime, Value};
+use busbar_tags::{Origin, SourceTime, Value};
 use serde::{Deserialize, Serialize};
 
 use crate::{Standing, State};
@@ -61,9 +61,50 @@ pub struct Record {
     /// When that was so at its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source_time: Option<SourceTime>,
+    /// Origin of the value by which the condition came or went last, where that is not live:
+    /// in the log a list of names.
+    #[serde(default, skip_serializing_if = "is_live", with = "origin_names")]
+    pub origin: Origin,
     /// Whether it was the first of its group.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_first_out: bool,
+}
+
+fn is_live(origin: &Origin) -> bool {
+    origin.is_live()
+}
+
+/// An origin as a list of names.
+mod origin_names {
+    use busbar_tags::Origin;
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    const ALL: [Origin; 5] = [
+        Origin::SUBSTITUTED,
+        Origin::TEST,
+        Origin::SIMULATED,
+        Origin::RECORDED,
+        Origin::HISTORICAL,
+    ];
+
+    pub(super) fn serialize<S: Serializer>(
+        origin: &Origin,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(origin.names())
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Origin, D::Error> {
+        let names = Vec::<String>::deserialize(deserializer)?;
+        let one = |name: &String| {
+            let known = ALL.into_iter().find(|origin| origin.names().eq([name.as_str()]));
+            known.ok_or_else(|| D::Error::custom(format!("'{name}' is no origin")))
+        };
+        names.iter().map(one).try_fold(Origin::LIVE, |all, origin| Ok(all | origin?))
+    }
 }
 
 impl Happening {

@@ -146,8 +146,8 @@ impl AlarmTable {
             return;
         };
         let now = self.now;
-        let TagState { value, source_time, .. } = state;
-        let cause = Cause { value, source_time };
+        let TagState { value, source_time, origin, .. } = state;
+        let cause = Cause { value, source_time, origin };
         let cell = &mut self.cells[alarm.0 as usize];
         let is_certain = state.quality.is_good() || condition == Condition::BadQuality;
         let was_certain = std::mem::replace(&mut cell.is_certain, is_certain);

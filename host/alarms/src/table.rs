@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_tags::{Change, Moment, SourceTime, Value};
+use busbar_tags::{Change, Moment, Origin, SourceTime, Value};
 
 use crate::chatter::Chatter;
 use crate::first_out::Group;
@@ -75,6 +75,7 @@ pub(crate) struct Pending {
 pub(crate) struct Cause {
     pub(crate) value: Option<Value>,
     pub(crate) source_time: Option<SourceTime>,
+    pub(crate) origin: Origin,
 }
 
 /// An alarm at the instant of the last step.
@@ -101,6 +102,8 @@ pub struct AlarmStatus {
     pub shelf_left: Option<Duration>,
     /// The value by which its condition came or went last.
     pub value: Option<Value>,
+    /// Origin of that value: live, or simulated, recorded and the like.
+    pub origin: Origin,
 }
 
 /// How many alarms are in which state.
@@ -256,6 +259,7 @@ impl AlarmTable {
             is_first_out: cell.is_first_out,
             shelf_left: cell.shelf_ends.map(|ends| ends.since(self.now)),
             value: cell.cause.value,
+            origin: cell.cause.origin,
         })
     }
 
@@ -398,6 +402,8 @@ impl AlarmTable {
             operator: None,
             value: cause.value.filter(|_| is_of_tag),
             source_time: cause.source_time.filter(|_| is_of_tag),
+            // Also of what an operator does: it is done to an alarm that is not live.
+            origin: cause.origin,
             is_first_out,
         }
     }
@@ -430,6 +436,7 @@ impl AlarmTable {
 
 impl Cause {
     pub(crate) fn of(change: &Change) -> Self {
-        Self { value: change.value, source_time: change.source_time }
+        let &Change { value, source_time, origin, .. } = change;
+        Self { value, source_time, origin }
     }
 }
