@@ -53,7 +53,7 @@ pub use config::{
 pub use diagnostic::{Diagnostic, Severity};
 pub use equipment::EquipmentConfig;
 pub use limits::*;
-pub use plugins::{Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
+pub use plugins::{FreshnessBasis, Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
 pub use scenario::{

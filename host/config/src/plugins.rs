@@ -21,6 +21,17 @@ pub enum Isolation {
     None,
 }
 
+/// Time from which the age of a source's values is counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FreshnessBasis {
+    /// Time at the source where it gives one, else reception.
+    #[default]
+    SourceTime,
+    /// Reception, for a source whose clock is known to be wrong.
+    Reception,
+}
+
 /// An instance of a plugin.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -59,6 +70,14 @@ pub(crate) struct RawPlugin {
     #[schemars(length(max = MAX_OVERLAY_ROLES), inner(length(min = 1, max = MAX_NAME_BYTES)))]
     #[schemars(extend("examples" = [["position"]]))]
     roles: Vec<String>,
+    /// Marks all its values as simulated: what it connects to is a simulator.
+    #[serde(default)]
+    #[schemars(extend("examples" = [true]))]
+    simulated: bool,
+    /// Time from which the age of its values is counted.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["reception"]))]
+    freshness_by: FreshnessBasis,
 }
 
 /// How plugins whose process died are started again.
@@ -118,6 +137,10 @@ pub struct PluginConfig {
     pub sha256: Option<String>,
     /// The roles of the bindings that an overlay gets; all where there are none.
     pub roles: Vec<String>,
+    /// Whether all its values are simulated.
+    pub simulated: bool,
+    /// Time from which the age of its values is counted.
+    pub freshness_by: FreshnessBasis,
     /// JSON pointer; the settings are at its `/settings`.
     pub pointer: String,
 }
@@ -158,6 +181,8 @@ impl RawPlugin {
             network: self.network,
             sha256: self.sha256,
             roles: self.roles,
+            simulated: self.simulated,
+            freshness_by: self.freshness_by,
             pointer,
         }
     }

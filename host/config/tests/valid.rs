@@ -1,10 +1,10 @@
 //! A valid configuration and what becomes of it.
 
 use busbar_config::{
-    AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, EndConfig, Isolation,
-    LimitConfig, LogConfig, LogFormatConfig, MetricsConfig, PriorityConfig, QualityConfig,
-    Severity, StateConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, WatchConfig, parse,
-    schema,
+    AlarmOriginConfig, Band, ConditionConfig, Config, DoublePointConfig, EndConfig, FreshnessBasis,
+    Isolation, LimitConfig, LogConfig, LogFormatConfig, MetricsConfig, PriorityConfig,
+    QualityConfig, Severity, StateConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig,
+    WatchConfig, parse, schema,
 };
 use serde_json::json;
 
@@ -344,4 +344,27 @@ fn equipment_has_names_and_panels_a_look() {
     let view = &config.view;
     assert_eq!((view.theme, view.scale), (ThemeConfig::Dark, 1.25));
     assert_eq!(view.font.as_deref(), Some("site.ttf"));
+}
+
+#[test]
+fn an_instance_says_that_it_is_simulated_and_how_its_freshness_counts() {
+    let config = example();
+    for plugin in config.plugins.values() {
+        assert!(!plugin.simulated && plugin.freshness_by == FreshnessBasis::SourceTime);
+    }
+    let with = |fields: &str| {
+        let mut example: serde_json::Value = serde_json::from_str(EXAMPLE).unwrap();
+        let fields: serde_json::Value = serde_json::from_str(fields).unwrap();
+        let plugins = example["plugins"].as_object_mut().unwrap();
+        let plugin = plugins.values_mut().next().unwrap().as_object_mut().unwrap();
+        plugin.extend(fields.as_object().unwrap().clone());
+        parse(&example.to_string())
+    };
+    let config = with(r#"{ "simulated": true, "freshness_by": "reception" }"#).unwrap();
+    let plugin = config.plugins.values().next().unwrap();
+    assert!(plugin.simulated && plugin.freshness_by == FreshnessBasis::Reception);
+    for wrong in [r#"{ "simulated": "yes" }"#, r#"{ "freshness_by": "arrival" }"#] {
+        let faults = with(wrong).unwrap_err();
+        assert!(faults[0].pointer.starts_with("/plugins/"), "{faults:#?}");
+    }
 }
