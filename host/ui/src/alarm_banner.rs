@@ -3,7 +3,7 @@
 use egui::{Align2, Area, Frame, Id, Label, Order, Rect, RichText, Sense, Stroke, Ui, vec2};
 
 use crate::alarm_mark::{self, Look};
-use crate::{AlarmModel, AlarmRow, Command, theme};
+use crate::{AlarmModel, AlarmRow, Command, origin_mark, theme};
 
 /// Below the upper border of the scene, points.
 const TOP: f32 = 6.0;
@@ -71,6 +71,11 @@ pub(crate) fn show(
 
 /// What is wrong, and with what.
 fn what(ui: &mut Ui, alarm: &AlarmRow) {
+    if !alarm.origin.is_live() {
+        let size = origin_mark::size(ui.painter(), alarm.origin);
+        let (place, _) = ui.allocate_exact_size(size, Sense::hover());
+        origin_mark::paint(ui.painter(), place.center(), Align2::CENTER_CENTER, alarm.origin);
+    }
     text(ui, RichText::new(&alarm.message).strong().size(15.0));
     text(ui, RichText::new(alarm.equipment.as_deref().unwrap_or(&alarm.id)));
 }

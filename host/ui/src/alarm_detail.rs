@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::{Button, Label, RichText, ScrollArea, Ui};
 
-use crate::{AlarmAction, AlarmDetail, AlarmModel, Command, theme};
+use crate::{AlarmAction, AlarmDetail, AlarmModel, Command, origin_mark, theme};
 
 /// Times on the shelf to choose from, and what they are called.
 const SHELVES: [(u64, &str); 4] = [(15, "15 min"), (60, "1 h"), (240, "4 h"), (480, "8 h")];
@@ -25,6 +25,9 @@ pub(crate) fn show(ui: &mut Ui, model: &AlarmModel, commands: &mut Vec<Command>)
         line(ui, "State", &state);
         if let Some(doubt) = &alarm.doubt {
             line(ui, "Doubt", &format!("× {doubt}: whether it holds still is not known"));
+        }
+        for words in origin_mark::words(alarm.origin) {
+            line(ui, words.letters, &format!("not live: {}", words.meaning));
         }
         line(ui, "When", &detail.condition);
         line(ui, "At", alarm.equipment.as_deref().unwrap_or(""));

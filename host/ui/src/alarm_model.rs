@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use busbar_tags::Origin;
 use egui::Pos2;
 
 /// How soon somebody must act, the most urgent first.
@@ -136,6 +137,8 @@ pub struct AlarmRow {
     pub is_saving: bool,
     /// The system that decides on it, where that is not done here.
     pub source: Option<String>,
+    /// Origin of the values that it rests on: as they are, and as they were when it occurred.
+    pub origin: Origin,
 }
 
 /// A system whose alarms are shown and decided on elsewhere.
@@ -182,6 +185,8 @@ pub struct Beacon {
     pub is_doubtful: bool,
     /// How many there are.
     pub count: usize,
+    /// Origins of the values that they rest on.
+    pub origin: Origin,
 }
 
 impl AlarmPriority {

@@ -1,13 +1,14 @@
 //! The alarm list, what is held back, and what happened last.
 
-use egui::{Align, Layout, Rect, Response};
+use busbar_tags::Origin;
+use egui::{Align, Align2, Layout, Rect, Response};
 use egui::{Button, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
 
 use crate::alarm_mark::{self, Look};
 use crate::view_model::age_text;
 use crate::{
     AlarmAction, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command, Mark,
-    alarm_detail, alarm_lamps, hatch, theme,
+    alarm_detail, alarm_lamps, hatch, origin_mark, theme,
 };
 
 /// Height of a row, points.
@@ -162,18 +163,36 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     cell(ui, rect, 3, text(&alarm.message));
     cell(ui, rect, 4, text(alarm.equipment.as_deref().unwrap_or("–")));
     let (value, more) = (value_of(alarm), notes(alarm));
+    let [value_place, more_place] =
+        mark_origin(ui, [5, 6].map(|at| column(rect, at)), alarm.origin);
     match alarm.source.is_some() {
         // It has no count, and may have more to say.
-        true => cell_in(ui, column(rect, 5).union(column(rect, 6)), text(&value)),
+        true => cell_in(ui, value_place.union(more_place), text(&value)),
         false => {
-            cell(ui, rect, 5, text(&value));
-            cell(ui, rect, 6, text(&more));
+            cell_in(ui, value_place, text(&value));
+            cell_in(ui, more_place, text(&more));
         }
     }
     let place = alarm.equipment.as_deref().unwrap_or("no equipment");
     let doubt = alarm.doubt.as_deref().unwrap_or_default();
-    let hint = format!("{}\n{}\n{place}\n{state}  {more}{doubt}", alarm.id, alarm.message);
+    let origin = origin_mark::tooltip(alarm.origin);
+    let hint = format!("{}\n{}\n{place}\n{state}  {more}{doubt}{origin}", alarm.id, alarm.message);
     response.on_hover_text(hint)
+}
+
+/// Marks an origin before a value, which moves aside, and what stands behind it with it;
+/// gives the places of both.
+fn mark_origin(ui: &Ui, [value, more]: [Rect; 2], origin: Origin) -> [Rect; 2] {
+    if origin.is_live() {
+        return [value, more];
+    }
+    let at = value.left_center() + vec2(4.0, 0.0);
+    let marked = origin_mark::paint(ui.painter(), at, Align2::LEFT_CENTER, origin);
+    let aside = marked.width();
+    [
+        value.with_min_x(marked.right()).with_max_x(value.right() + aside),
+        more.with_min_x((more.left() + aside).min(more.right())),
+    ]
 }
 
 /// The value of a tag, or who decides; with a cross where it is not to be relied on.

@@ -1,7 +1,9 @@
 //! One piece of equipment: alarms, verdict, states, live values, trends.
 
+use busbar_tags::Origin;
 use egui::{
-    Align, Button, Key, Label, Layout, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2,
+    Align, Align2, Button, Key, Label, Layout, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder,
+    Vec2, vec2,
 };
 
 use crate::alarm_mark::{self, Look};
@@ -10,7 +12,7 @@ use crate::tag_panel::quality_text;
 use crate::view_model::age_text;
 use crate::{
     AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, Mark, faceplate_verdict, hatch,
-    layers, theme, trend,
+    layers, origin_mark, theme, trend,
 };
 
 /// Height of a row, points.
@@ -145,8 +147,10 @@ fn alarm_row(ui: &mut Ui, alarm: &AlarmRow, lit: bool, into: &mut Vec<Command>) 
     let state = if alarm.is_saving { "saving…" } else { alarm.state };
     let doubt = alarm.doubt.as_ref().map_or_else(String::new, |doubt| format!("  × {doubt}"));
     let words = format!("{}  {}{doubt}", alarm.time, state);
+    let below = mark_origin(ui, below, alarm.origin);
     line(ui, below, RichText::new(words.trim()), Align::Min);
-    if response.on_hover_text(&alarm.id).clicked() {
+    let hover = format!("{}{}", alarm.id, origin_mark::tooltip(alarm.origin));
+    if response.on_hover_text(hover).clicked() {
         into.push(Command::SelectAlarm(alarm.number));
     }
 }
@@ -160,6 +164,7 @@ fn states(ui: &mut Ui, states: &[FaceplateState]) {
         let (rect, _) = row(ui);
         let [name, what, age] = columns(rect);
         let caption = state.place.as_ref().unwrap_or(&state.layer);
+        let name = mark_origin(ui, name, state.origin);
         line(ui, name, RichText::new(caption).color(theme::of(ui.ctx()).faint_ink), Align::Min);
         let is_known = state.mark.urgency() == 0;
         if is_known {
@@ -201,6 +206,7 @@ fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
         None => tag.name.clone(),
     };
     let marker = if value.is_trended == Some(true) { "• " } else { "" };
+    let name = mark_origin(ui, name, tag.origin);
     line(ui, name, RichText::new(format!("{marker}{caption}")), Align::Min);
     let symbol = theme::symbol(&tag.mark);
     let text = format!("{symbol} {} {}", tag.value, tag.unit);
@@ -212,7 +218,8 @@ fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
         Some(true) => "\nClick: hide its trend",
         None => "",
     };
-    let hover = format!("{}\n{}{hint}", tag.id, quality_text(&tag.mark));
+    let origin = origin_mark::tooltip(tag.origin);
+    let hover = format!("{}\n{}{origin}{hint}", tag.id, quality_text(&tag.mark));
     if response.on_hover_text(hover).clicked() && value.is_trended.is_some() {
         into.push(Command::ToggleTrend(value.tag));
     }
@@ -230,6 +237,13 @@ fn trends(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
     for shown in &faceplate.trends {
         trend::show(ui, shown, faceplate.trend_span);
     }
+}
+
+/// Marks an origin at the right end of a place; gives what is left of that.
+fn mark_origin(ui: &Ui, place: Rect, origin: Origin) -> Rect {
+    let at = place.right_center() - vec2(3.0, 0.0);
+    let marked = origin_mark::paint(ui.painter(), at, Align2::RIGHT_CENTER, origin);
+    place.with_max_x(marked.left().max(place.left()))
 }
 
 fn row(ui: &mut Ui) -> (Rect, egui::Response) {

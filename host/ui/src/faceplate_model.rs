@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use busbar_tags::Origin;
+
 use crate::{AlarmRow, ExplainedEquipment, LegendRow, Mark, RecordSection, TagRow};
 
 /// A piece of equipment: what it is called, how it is, what is known of it.
@@ -49,6 +51,8 @@ pub struct FaceplateState {
     pub mark: Mark,
     /// Age of that value.
     pub age: Option<Duration>,
+    /// Origin of all values that it rests on.
+    pub origin: Origin,
 }
 
 /// A live value of a piece of equipment.
@@ -79,6 +83,17 @@ pub struct Trend {
     pub points: Vec<TrendPoint>,
     /// Its normal band.
     pub limits: [Option<f64>; 2],
+    /// Times in which the value was not live, in order.
+    pub origins: Vec<TrendOrigin>,
+}
+
+/// A time in which a value was not live.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrendOrigin {
+    /// Begin and end, seconds after now: not positive.
+    pub span: [f64; 2],
+    /// Origin in that time.
+    pub origin: Origin,
 }
 
 /// What a value was from an instant on.

@@ -3,10 +3,11 @@
 
 use std::time::Duration;
 
+use busbar_tags::Origin;
 use egui::{Align2, Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
 use crate::view_model::age_text;
-use crate::{Mark, hatch, theme};
+use crate::{Mark, hatch, origin_mark, theme};
 
 /// Half a side of a flag, points.
 const HALF: f32 = 7.0;
@@ -67,6 +68,8 @@ pub struct Flag {
     pub state: FlagState,
     /// Age of what is not good.
     pub age: Option<Duration>,
+    /// Origin of what is reported.
+    pub origin: Origin,
 }
 
 /// Flags that are shown, with the places that they take: labels go elsewhere. One that
@@ -100,7 +103,9 @@ pub(crate) fn paint(ui: &Ui, flags: &[(Flag, Rect)]) {
         shape(&painter, flag.anchor, flag.state);
         let at = flag.anchor + vec2(HALF + PAPER, 0.0);
         let ink = theme::of(ui.ctx()).ink;
-        painter.text(at, Align2::LEFT_CENTER, words(flag), theme::small_font(), ink);
+        let text = painter.text(at, Align2::LEFT_CENTER, words(flag), theme::small_font(), ink);
+        let beside = pos2(text.right().max(at.x) + PAPER, at.y);
+        origin_mark::paint(&painter, beside, Align2::LEFT_CENTER, flag.origin);
     }
 }
 
@@ -115,12 +120,13 @@ fn words(flag: &Flag) -> String {
 
 fn place_of(painter: &Painter, flag: &Flag) -> Rect {
     let own = Rect::from_center_size(flag.anchor, Vec2::splat(2.0 * (HALF + PAPER)));
-    let words = words(flag);
-    if words.is_empty() {
-        return own;
-    }
-    let text = painter.layout_no_wrap(words, theme::small_font(), Color32::BLACK);
-    own.with_max_x(own.right() + text.size().x + PAPER)
+    let text = match words(flag) {
+        words if words.is_empty() => 0.0,
+        words => painter.layout_no_wrap(words, theme::small_font(), Color32::BLACK).size().x,
+    };
+    let origin = origin_mark::size(painter, flag.origin).x;
+    let widths = [text, origin].into_iter().filter(|width| *width > 0.0);
+    own.with_max_x(own.right() + widths.map(|width| width + PAPER).sum::<f32>())
 }
 
 /// Paints the shape of a state about a point.

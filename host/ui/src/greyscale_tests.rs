@@ -1,13 +1,14 @@
 //! Marks of panels and scene are told apart in grey: all pairs of each kind, rasterised as
 //! the host's triangles are.
 
+use busbar_tags::Origin;
 use egui::epaint::{Primitive, Vertex};
 use egui::{Context, Painter, RawInput, Rect, Ui, Vec2, pos2};
 
 use crate::alarm_mark::{self, Look};
 use crate::flags::{self, FlagState};
 use crate::layers::{self, ArrowKey, LegendRow, Pattern};
-use crate::{AlarmPriority, Mark, hatch, theme};
+use crate::{AlarmPriority, Mark, hatch, origin_band, origin_mark, theme};
 
 /// Pixels of a side of what is looked at.
 const SIDE: usize = 48;
@@ -168,8 +169,8 @@ fn values_of_every_quality_and_severity_are_told_apart() {
         Mark::Alarm,
         Mark::Uncertain { reason: reason() },
         Mark::Bad { reason: reason() },
-    ];
         Mark::LateDisplay,
+    ];
     assert_all_differ(&marks, |painter, rect, mark| {
         hatch::ground(painter, rect.shrink2(Vec2::new(4.0, 15.0)), mark);
         let (_, ink) = theme::ground_and_ink(painter.ctx(), mark);
@@ -184,5 +185,26 @@ fn patterns_of_legends_are_told_apart_in_one_colour() {
     assert_all_differ(&patterns, |painter, rect, pattern| {
         let row = LegendRow { name: String::new(), color: [74, 78, 84], pattern: *pattern };
         layers::sample(painter, rect.shrink2(Vec2::new(11.0, 17.0)), &row);
+    });
+}
+
+#[test]
+fn origins_are_told_apart_and_from_live_values() {
+    let all = origin_mark::ORIGINS.map(|words| words.origin);
+    let marks: Vec<Origin> = [Origin::LIVE].into_iter().chain(all).collect();
+    assert_all_differ(&marks, |painter, rect, origin| {
+        origin_mark::paint(painter, rect.center(), egui::Align2::CENTER_CENTER, *origin);
+    });
+}
+
+#[test]
+fn bands_of_every_origin_are_told_apart() {
+    let all = origin_mark::ORIGINS.into_iter().filter(|words| words.band.is_some());
+    let bands: Vec<Origin> = [Origin::LIVE].into_iter().chain(all.map(|w| w.origin)).collect();
+    assert_all_differ(&bands, |painter, rect, origin| {
+        let context = painter.ctx();
+        if let Some(place) = origin_band::place(context, rect, *origin) {
+            origin_band::paint(context, place, *origin);
+        }
     });
 }

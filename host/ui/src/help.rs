@@ -1,8 +1,8 @@
 //! The keys, on the screen.
 
-use egui::{Align2, Context, Grid, Key, RichText, Window};
+use egui::{Align2, Context, Grid, Key, RichText, Sense, Ui, Window, vec2};
 
-use crate::theme;
+use crate::{origin_mark, theme};
 
 /// Points: all lines fit from the first frame on.
 const WIDTH: f32 = 420.0;
@@ -82,6 +82,22 @@ pub(crate) fn show(context: &Context, shown: &mut bool) {
                     ui.end_row();
                 }
             }
+            origins(ui);
         });
     });
+}
+
+/// The marks of values that are not live, with what they mean.
+fn origins(ui: &mut Ui) {
+    ui.label(RichText::new("Values that are not live").strong());
+    ui.end_row();
+    for words in &origin_mark::ORIGINS {
+        let size = vec2(origin_mark::size(ui.painter(), words.origin).x, origin_mark::HEIGHT + 2.0);
+        let (place, _) = ui.allocate_exact_size(size, Sense::hover());
+        origin_mark::paint(ui.painter(), place.center(), Align2::CENTER_CENTER, words.origin);
+        let band = words.band.map_or_else(String::new, |band| format!("; band: {band}"));
+        let meaning = format!("{}{band}", words.meaning);
+        ui.label(RichText::new(meaning).color(theme::of(ui.ctx()).faint_ink));
+        ui.end_row();
+    }
 }

@@ -14,13 +14,17 @@ pub(crate) use self::placement::Placement;
 
 use self::placement::Wanted;
 use crate::view_model::age_text;
-use crate::{Label, LabelLine, Mark, hatch, theme};
+use busbar_tags::Origin;
+
+use crate::{Label, LabelLine, Mark, hatch, origin_mark, theme};
 
 const PADDING: f32 = 6.0;
 const CORNER: f32 = 3.0;
 const ROW_HEIGHT: f32 = 17.0;
 const TITLE_HEIGHT: f32 = 17.0;
 const COLUMN_GAP: f32 = 12.0;
+/// Points between a value and the mark of its origin.
+const ORIGIN_GAP: f32 = 5.0;
 /// Boxes in a frame, the most urgent and nearest first; the rest are dots.
 const MAX_BOXES: usize = 200;
 /// How much is seen of a label whose equipment is hidden.
@@ -99,9 +103,18 @@ fn fading(painter: &Painter, label: &Label<'_>) -> Painter {
 /// The texts of a label, measured.
 struct LabelBox {
     title: Arc<Galley>,
-    rows: Vec<(Mark, [Arc<Galley>; 3])>,
+    rows: Vec<LabelRow>,
+    /// Widths of caption, value and note; that of the origin stands between the last two.
     columns: [f32; 3],
+    origin_width: f32,
     size: Vec2,
+}
+
+/// The texts of a line: caption, value, note.
+struct LabelRow {
+    mark: Mark,
+    origin: Origin,
+    texts: [Arc<Galley>; 3],
 }
 
 impl LabelBox {
@@ -112,7 +125,7 @@ impl LabelBox {
         let more = if hidden > 0 { format!("   +{hidden} more") } else { String::new() };
         let title = format!("{}{more}", label.title);
         let title = text(title, theme::small_font(), theme::of(painter.ctx()).faint_ink);
-        let rows: Vec<(Mark, [Arc<Galley>; 3])> = lines
+        let rows: Vec<LabelRow> = lines
             .into_iter()
             .map(|line| {
                 let (_, ink) = theme::ground_and_ink(painter.ctx(), &line.mark);
@@ -125,18 +138,23 @@ impl LabelBox {
                     text(line.text.to_owned(), theme::value_font(), ink),
                     text(note(line), theme::small_font(), ink),
                 ];
-                (line.mark.clone(), galleys)
+                LabelRow { mark: line.mark.clone(), origin: line.origin, texts: galleys }
             })
             .collect();
         let columns = std::array::from_fn(|i| {
-            rows.iter().map(|(_, row)| row[i].size().x).fold(0.0, f32::max)
+            rows.iter().map(|row| row.texts[i].size().x).fold(0.0, f32::max)
         });
+        let of_origin = |row: &LabelRow| origin_mark::size(painter, row.origin).x;
+        let origin_width = match rows.iter().map(of_origin).fold(0.0, f32::max) {
+            width if width > 0.0 => width + ORIGIN_GAP,
+            _ => 0.0,
+        };
         let [caption, value, note] = columns;
         let note = if note > 0.0 { note + COLUMN_GAP } else { 0.0 };
-        let width = (caption + COLUMN_GAP + value + note + 8.0).max(title.size().x);
+        let width = (caption + COLUMN_GAP + value + origin_width + note + 8.0).max(title.size().x);
         let height = TITLE_HEIGHT + rows.len() as f32 * ROW_HEIGHT;
         let size = vec2(width, height) + Vec2::splat(2.0 * PADDING);
-        Self { title, rows, columns, size }
+        Self { title, rows, columns, origin_width, size }
     }
 
     fn paint(self, painter: &Painter, label: &Label<'_>, rect: Rect) {
@@ -150,7 +168,8 @@ impl LabelBox {
         let inner = rect.shrink(PADDING);
         painter.galley(inner.min, self.title, theme::of(painter.ctx()).faint_ink);
         let [caption_width, value_width, _] = self.columns;
-        for (index, (mark, [caption, value, note])) in self.rows.into_iter().enumerate() {
+        for (index, row) in self.rows.into_iter().enumerate() {
+            let LabelRow { mark, origin, texts: [caption, value, note] } = row;
             let top = inner.top() + TITLE_HEIGHT + index as f32 * ROW_HEIGHT;
             let value_left = inner.left() + caption_width + COLUMN_GAP;
             let ground = Rect::from_min_max(
@@ -167,7 +186,11 @@ impl LabelBox {
             );
             let value_x = value_left + value_width - value.size().x;
             // On stripes, text needs a ground of its own to stay legible.
-            for (x, galley) in [(value_x, value), (value_left + value_width + COLUMN_GAP, note)] {
+            let value_right = value_left + value_width;
+            let note_x = value_right + self.origin_width + COLUMN_GAP;
+            let origin_at = pos2(value_right + ORIGIN_GAP, middle);
+            origin_mark::paint(painter, origin_at, Align2::LEFT_CENTER, origin);
+            for (x, galley) in [(value_x, value), (note_x, note)] {
                 let text_rect = Rect::from_min_size(at(x, &galley), galley.size());
                 if matches!(mark, Mark::Bad { .. } | Mark::Uncertain { .. } | Mark::LateDisplay)
                     && galley.size().x > 0.0
@@ -202,6 +225,7 @@ fn note(line: &LabelLine<'_>) -> String {
         Mark::Warning => format!("{symbol} limit"),
         Mark::Alarm => format!("{symbol} alarm"),
         Mark::Uncertain { reason } | Mark::Bad { reason } => format!("{symbol} {reason}{age}"),
+        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
     }
 }
 
@@ -223,9 +247,11 @@ fn anchor_dot(painter: &Painter, label: &Label<'_>) {
     let (fill, ink) = theme::ground_and_ink(painter.ctx(), &mark);
     let fill = if fill == Color32::TRANSPARENT { theme::of(painter.ctx()).paper } else { fill };
     painter.circle(label.anchor, 6.0, fill, Stroke::new(1.0, theme::of(painter.ctx()).line));
+    let origin = label.lines.iter().fold(Origin::LIVE, |all, line| all | line.origin);
+    let beside = label.anchor + vec2(8.0, 0.0);
+    origin_mark::paint(painter, beside, Align2::LEFT_CENTER, origin);
     painter.text(
         label.anchor,
-        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
         Align2::CENTER_CENTER,
         theme::symbol(&mark),
         theme::small_font(),
@@ -258,10 +284,10 @@ mod tests {
         let titles = labels.map(|label| label.title);
         assert_eq!(titles, ["selected", "alarmed", "warned", "near", "far"]);
     }
-}
 
     #[test]
     fn a_late_display_is_no_quality() {
         let late = LabelLine { mark: Mark::LateDisplay, ..LabelLine::default() };
         assert_eq!(note(&late), "… display late");
     }
+}

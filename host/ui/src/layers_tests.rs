@@ -1,80 +1,11 @@
-use egui::{Pos2, RawInput, Rect, Shape, pos2, vec2};
+use egui::{Pos2, RawInput, Rect, pos2, vec2};
 
 use super::*;
-use crate::alarm_model::{AlarmRow, AlarmRows};
-use crate::equipment_model::{EquipmentRow, EquipmentRows};
-use crate::view_model::{Label, LabelLine, TagRow, TagRows, ViewModel};
+use crate::test_lists::{Empty, texts};
+use crate::view_model::{Label, LabelLine, ViewModel};
 use crate::{Appearance, Lists, Panels, SceneOverlay};
 
 const SCREEN: Rect = Rect { min: Pos2::ZERO, max: pos2(1280.0, 720.0) };
-
-/// Lists without rows.
-struct Empty;
-
-impl TagRows for Empty {
-    fn len(&self) -> usize {
-        0
-    }
-
-    fn total(&self) -> usize {
-        0
-    }
-
-    fn is_cut(&self) -> bool {
-        false
-    }
-
-    fn row(&self, _: usize) -> TagRow {
-        unreachable!("there is none")
-    }
-}
-
-impl AlarmRows for Empty {
-    fn len(&self) -> usize {
-        0
-    }
-
-    fn row(&self, _: usize) -> AlarmRow {
-        unreachable!("there is none")
-    }
-
-    fn next_unacknowledged(&self) -> Option<(u32, Option<String>)> {
-        None
-    }
-}
-
-impl EquipmentRows for Empty {
-    fn len(&self) -> usize {
-        0
-    }
-
-    fn total(&self) -> usize {
-        0
-    }
-
-    fn is_cut(&self) -> bool {
-        false
-    }
-
-    fn selected(&self) -> Option<usize> {
-        None
-    }
-
-    fn row(&self, _: usize) -> EquipmentRow {
-        unreachable!("there is none")
-    }
-}
-
-/// Where texts are that begin so.
-fn texts(shape: &Shape, start: &str, into: &mut Vec<Rect>) {
-    match shape {
-        Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, start, into)),
-        Shape::Text(text) if text.galley.text().starts_with(start) => {
-            into.push(text.visual_bounding_rect());
-        }
-        _ => {}
-    }
-}
 
 #[test]
 fn labels_stay_beside_the_layers_and_those_leave_half_of_the_scene() {

@@ -32,6 +32,10 @@ mod labels;
 mod layers;
 mod measure;
 mod model_panel;
+mod origin_band;
+mod origin_mark;
+#[cfg(test)]
+mod origin_tests;
 mod plugin_panel;
 mod record_model;
 mod search_field;
@@ -39,6 +43,8 @@ mod section_panel;
 mod side_panel;
 mod status_bar;
 mod tag_panel;
+#[cfg(test)]
+mod test_lists;
 mod theme;
 mod trend;
 mod view_model;
@@ -55,7 +61,7 @@ pub use chart_model::{
 pub use command::{CameraMode, Command, MAX_BOOKMARKS, SectionCut, Side};
 pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
-    Faceplate, FaceplateState, FaceplateValue, Trend, TrendPoint, TrendState,
+    Faceplate, FaceplateState, FaceplateValue, Trend, TrendOrigin, TrendPoint, TrendState,
 };
 pub use flags::{Flag, FlagState};
 pub use layers::{ContourRow, LayerRow, LegendRow, Pattern};
@@ -166,7 +172,7 @@ impl Panels {
         }
     }
 
-    /// Shows the panels, or labels alone.
+    /// Shows the panels, or labels alone, under the band that says what is not live.
     pub fn set_shown(&mut self, shown: bool) {
         self.shown = shown;
     }
@@ -206,7 +212,7 @@ impl Panels {
         mut overlay: impl FnMut(Rect, &[Command]) -> SceneOverlay<'a>,
     ) -> PanelsOutput {
         let mut commands = Vec::new();
-        let mut viewport = Rect::NOTHING;
+        let (mut viewport, mut below) = (Rect::NOTHING, Rect::NOTHING);
         let (mut shown, mut helps) = (self.shown, self.helps);
         let mut lists_alarms = self.lists_alarms;
         let Self { placement, side, face, .. } = self;
@@ -240,11 +246,16 @@ impl Panels {
             }
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
                 viewport = ui.max_rect();
+                let band = origin_band::place(ui.ctx(), viewport, model.origin);
+                // What stands over the scene stands below the band.
+                below = band.map_or(viewport, |band| {
+                    viewport.with_min_y(band.bottom().clamp(viewport.top(), viewport.bottom()))
+                });
                 viewport::handle(ui, model, &mut commands);
                 let banner = model
                     .alarms
                     .as_ref()
-                    .and_then(|model| alarm_banner::show(ui, viewport, model, &mut commands));
+                    .and_then(|model| alarm_banner::show(ui, below, model, &mut commands));
                 let overlay = overlay(viewport, &commands);
                 if overlay.arrived {
                     *placement = Placement::default();
@@ -254,12 +265,13 @@ impl Panels {
                 let occupied: Vec<Rect> = banner
                     .into_iter()
                     .chain(layers)
-                    .chain(beacons::places(&overlay.beacons))
+                    .chain(beacons::places(below, &overlay.beacons))
+                    .chain(band)
                     .chain(flags.iter().map(|(_, place)| *place))
                     .collect();
                 flags::paint(ui, &flags);
                 labels::paint(ui, &overlay.labels, placement, &occupied);
-                beacons::paint(ui, &overlay.beacons, flashes);
+                beacons::paint(ui, below, &overlay.beacons, flashes);
                 if let Some(measurement) = &overlay.measurement {
                     measure::paint(ui, measurement);
                 }
@@ -269,21 +281,24 @@ impl Panels {
                 if let Some(hovered) = &overlay.hovered {
                     hover::paint(ui, hovered);
                 }
+                if !shown {
+                    status_bar::paint_clock(ui, viewport, model);
+                }
+                if let Some(band) = band {
+                    origin_band::paint(ui.ctx(), band, model.origin);
+                }
             });
             if shown {
-                layers::show(ui.ctx(), viewport, &model.layers, &mut commands);
+                layers::show(ui.ctx(), below, &model.layers, &mut commands);
             }
             if let Some(chart) = model.chart.as_ref().filter(|_| shown) {
-                chart_panel::show(ui.ctx(), viewport, chart, &mut commands);
+                chart_panel::show(ui.ctx(), below, chart, &mut commands);
                 commands.extend(chart_panel::take_reveal(ui.ctx()).map(Command::Reveal));
             }
             help::show(ui.ctx(), &mut helps);
             if !ui.ctx().egui_wants_keyboard_input() {
                 let pressed = |key| ui.input(|input| input.key_pressed(key));
                 shown ^= pressed(Key::F2);
-                if !shown {
-                    status_bar::paint_clock(ui, viewport, model);
-                }
                 if pressed(Key::N) {
                     commands.push(Command::SetDark(ui.ctx().theme() == egui::Theme::Light));
                 }

@@ -1,14 +1,21 @@
 //! Plugins, how their links and their processes are.
 
-use egui::{Label, RichText, Ui};
+use egui::{Align2, Label, RichText, Sense, Ui};
 
-use crate::{Command, LinkLamp, PluginRow, theme};
+use crate::{Command, LinkLamp, PluginRow, origin_mark, theme};
 
 pub(crate) fn show(ui: &mut Ui, plugins: &[PluginRow], commands: &mut Vec<Command>) {
     for plugin in plugins {
         ui.horizontal(|ui| {
             ui.label(RichText::new(&plugin.name).strong());
             ui.label(RichText::new(&plugin.plugin).color(theme::of(ui.ctx()).faint_ink));
+            if !plugin.origin.is_live() {
+                let size = origin_mark::size(ui.painter(), plugin.origin);
+                let (place, response) = ui.allocate_exact_size(size, Sense::hover());
+                let center = place.center();
+                origin_mark::paint(ui.painter(), center, Align2::CENTER_CENTER, plugin.origin);
+                response.on_hover_text(origin_mark::tooltip(plugin.origin).trim_start());
+            }
             let state = match plugin.lamp {
                 LinkLamp::None => "",
                 LinkLamp::Up => "link up",

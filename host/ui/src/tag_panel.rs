@@ -1,10 +1,10 @@
 //! The tag table: value, unit, quality, age.
 
-use egui::{Align, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
+use egui::{Align, Align2, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
 
 use crate::search_field::SearchField;
 use crate::view_model::age_text;
-use crate::{Command, Mark, TagRow, TagRows, hatch, theme};
+use crate::{Command, Mark, TagRow, TagRows, hatch, origin_mark, theme};
 
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 18.0;
@@ -74,9 +74,13 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
         if tag.unit.is_empty() { tag.value.clone() } else { format!("{} {}", tag.value, tag.unit) };
     cell(ui, rect, 0, RichText::new(&tag.id));
     cell(ui, rect, 1, RichText::new(value).color(ink));
-    cell(ui, rect, 2, RichText::new(quality_text(&tag.mark)).color(ink));
+    // Beside the value; the words of the quality give way, not the number.
+    let origin_at = column(rect, 2).left_center() + Vec2::new(2.0, 0.0);
+    let origin = origin_mark::paint(ui.painter(), origin_at, Align2::LEFT_CENTER, tag.origin);
+    let quality = column(rect, 2).with_min_x(origin.right());
+    text_in(ui, quality, false, RichText::new(quality_text(&tag.mark)).color(ink));
     cell(ui, rect, 3, RichText::new(tag.age.map_or_else(String::new, age_text)));
-    response.on_hover_text(&tag.name)
+    response.on_hover_text(format!("{}{}", tag.name, origin_mark::tooltip(tag.origin)))
 }
 
 fn column(rect: egui::Rect, index: usize) -> egui::Rect {
@@ -87,13 +91,16 @@ fn column(rect: egui::Rect, index: usize) -> egui::Rect {
 }
 
 fn cell(ui: &mut Ui, rect: egui::Rect, index: usize, text: RichText) {
-    let right = index == 1 || index == 3;
+    text_in(ui, column(rect, index), index == 1 || index == 3, text);
+}
+
+fn text_in(ui: &mut Ui, place: egui::Rect, right: bool, text: RichText) {
     let layout = if right {
         Layout::right_to_left(Align::Center)
     } else {
         Layout::left_to_right(Align::Center)
     };
-    let cell = column(rect, index).shrink2(Vec2::new(4.0, 0.0));
+    let cell = place.shrink2(Vec2::new(4.0, 0.0));
     let mut cell_ui = ui.new_child(UiBuilder::new().max_rect(cell).layout(layout));
     cell_ui.add(egui::Label::new(text).selectable(false).truncate());
 }
@@ -106,6 +113,6 @@ pub(crate) fn quality_text(mark: &Mark) -> String {
         Mark::Warning => format!("{symbol} good, limit"),
         Mark::Alarm => format!("{symbol} good, alarm"),
         Mark::Uncertain { reason } | Mark::Bad { reason } => format!("{symbol} {reason}"),
+        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),
     }
 }
-        Mark::LateDisplay => format!("{symbol} {}", theme::LATE_DISPLAY),

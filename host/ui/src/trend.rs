@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use egui::{Rangef, Rect, Stroke, Ui, vec2};
+use egui::{Align2, Rangef, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, PlotTransform};
 
-use crate::{Command, Mark, Trend, TrendPoint, TrendState, hatch, theme};
+use crate::{Command, Mark, Trend, TrendOrigin, TrendPoint, TrendState, hatch, origin_mark, theme};
 
 /// Height of a curve with its axis, points.
 const HEIGHT: f32 = 104.0;
@@ -22,6 +22,8 @@ const MAX_TIME_LINES: f64 = 5.0;
 /// Lines of time nearer than this have no clock at them, all those farther have, points.
 const CLOCK_SPACING: Rangef = Rangef { min: 34.0, max: 46.0 };
 const SECONDS_PER_DAY: f64 = 86_400.0;
+/// Points between letters of an origin along a curve.
+const ORIGIN_SPACING: f32 = 60.0;
 
 /// Buttons for how far back trends go.
 pub(crate) fn spans(ui: &mut Ui, shown: Duration, commands: &mut Vec<Command>) {
@@ -95,6 +97,37 @@ pub(crate) fn show(ui: &mut Ui, trend: &Trend, span: Duration) {
     if first > -span {
         let nothing = Piece { from: -span, to: first, is_good: false, line: Vec::new() };
         stripes(ui, &shown.transform, &nothing, span);
+    }
+    let origins = trend.origins.iter();
+    origins.for_each(|origin| mark_origin(ui, &shown.transform, origin, span));
+}
+
+/// Marks a time in which the value was not live: a bar along the top, with the letters of
+/// the origin as often as there is room.
+fn mark_origin(ui: &Ui, transform: &PlotTransform, shown: &TrendOrigin, span: f64) {
+    let frame = *transform.frame();
+    let [left, right] =
+        shown.span.map(|at| transform.position_from_point(&PlotPoint::new(at.max(-span), 0.0)).x);
+    let bar = Rect::from_min_max(
+        pos2(left, frame.top()),
+        pos2(right.max(left + 1.0), frame.top() + origin_mark::HEIGHT),
+    );
+    let painter = ui.painter().with_clip_rect(bar.intersect(frame));
+    let palette = theme::of(ui.ctx());
+    painter.rect_filled(bar, 0.0, palette.paper);
+    let width = origin_mark::size(&painter, shown.origin).x;
+    let step = width + ORIGIN_SPACING;
+    let count = ((bar.width() - width) / step).floor();
+    let line = [bar.left_center(), bar.right_center()];
+    painter.line_segment(line, Stroke::new(2.0, palette.ink));
+    if count < 0.0 {
+        // No room for letters: a dark bar, as nothing live has one.
+        painter.rect_filled(bar, 0.0, palette.ink);
+        return;
+    }
+    for number in 0..=count as u32 {
+        let at = pos2(bar.left() + number as f32 * step, bar.center().y);
+        origin_mark::paint(&painter, at, Align2::LEFT_CENTER, shown.origin);
     }
 }
 

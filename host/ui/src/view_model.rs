@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use busbar_tags::Origin;
 use egui::Pos2;
 
 use crate::{AlarmModel, CameraMode, ChartModel, Faceplate, LayerRow, SectionCut};
@@ -43,6 +44,8 @@ pub struct ViewModel {
     pub faceplate: Option<Faceplate>,
     /// What is measured, in words; none when nothing is.
     pub measuring: Option<String>,
+    /// Origins of what the view shows, for the band over the scene; live without any.
+    pub origin: Origin,
 }
 
 /// How the camera is moved.
@@ -105,11 +108,11 @@ pub enum Mark {
         /// Why.
         reason: String,
     },
+    /// Drawn by an overlay that is late: what is shown is old, which says nothing of the value.
+    LateDisplay,
 }
 
 /// The tags, as many as there may be: only rows in view are asked for.
-    /// Drawn by an overlay that is late: what is shown is old, which says nothing of the value.
-    LateDisplay,
 pub trait TagRows {
     /// Number of tags that are listed.
     fn len(&self) -> usize;
@@ -146,6 +149,8 @@ pub struct TagRow {
     pub age: Option<Duration>,
     /// Equipment it is bound to.
     pub node: Option<String>,
+    /// Origin of the value, live or not.
+    pub origin: Origin,
 }
 
 /// A label at a piece of equipment.
@@ -178,6 +183,8 @@ pub struct LabelLine<'a> {
     pub mark: Mark,
     /// Time since the value came.
     pub age: Option<Duration>,
+    /// Origin of the value, live or not.
+    pub origin: Origin,
 }
 
 /// State of a plugin's link.
@@ -209,11 +216,18 @@ pub struct PluginRow {
     pub process: String,
     /// Whether it waits for somebody or something to start it.
     pub can_start: bool,
+    /// Origin that all its values have.
+    pub origin: Origin,
 }
 
 /// The line at the bottom.
 #[derive(Clone, Debug, Default)]
 pub struct StatusLine {
+    /// Time of day with seconds, so that a picture that stands still is noticed; none in
+    /// pictures that nobody watches.
+    pub clock: Option<String>,
+    /// Whether the clock is shown where the panels are hidden.
+    pub keeps_clock: bool,
     /// Triangles drawn.
     pub triangles: u64,
     /// Triangles at full detail.
@@ -223,11 +237,6 @@ pub struct StatusLine {
     /// What the GPU took for a frame and its stages, milliseconds; empty where it cannot
     /// tell.
     pub gpu_millis: Vec<(&'static str, f64)>,
-    /// Time of day with seconds, so that a picture that stands still is noticed; none in
-    /// pictures that nobody watches.
-    pub clock: Option<String>,
-    /// Whether the clock is shown where the panels are hidden.
-    pub keeps_clock: bool,
     /// Graphics device.
     pub device: String,
     /// Tags of good quality.

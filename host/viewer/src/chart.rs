@@ -270,6 +270,11 @@ impl ShownChart {
         self.density.advance(renderer, counted, self.world_from_chart, self.settles)
     }
 
+    /// Whether it shows an instant of the past, and not the present.
+    pub(crate) fn shows_past(&self) -> bool {
+        self.board.playhead().is_some()
+    }
+
     /// Whether it will look otherwise by itself.
     pub(crate) fn is_coming(&self) -> bool {
         self.density.is_coming() || self.board.plays()

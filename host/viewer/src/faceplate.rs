@@ -8,7 +8,7 @@ use busbar_history::{History, Point, State};
 use busbar_plugin_host::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{
-    Moment, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
+    Moment, Origin, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
 };
 use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Mark, Trend, TrendPoint, TrendState};
 use jiff::Timestamp;
@@ -19,6 +19,7 @@ use crate::chart::ShownChart;
 use crate::equipment_tree::EquipmentTree;
 use crate::labels::mark;
 use crate::load::LoadedScene;
+use crate::origins::OriginWatch;
 use crate::records::OwnRecords;
 use crate::rows::Rows;
 use crate::running::{Basis, ShownOverlay, ShownState};
@@ -100,6 +101,7 @@ pub(crate) struct Sources<'a> {
     pub(crate) states: &'a [ShownState],
     pub(crate) chart: Option<&'a ShownChart>,
     pub(crate) history: &'a History,
+    pub(crate) origins: &'a OriginWatch,
     pub(crate) span: Duration,
     pub(crate) now: Moment,
     pub(crate) wall_clock: SourceTime,
@@ -229,13 +231,15 @@ impl OpenFaceplate {
             let worst = run.iter().map(tag_of).find(|tag| !is_good(tag));
             let tag = worst.unwrap_or_else(|| tag_of(shown));
             let quality = tag.map_or(Quality::Bad(Reason::NotConnected), |tag| tag.quality);
+            let origins = run.iter().filter_map(tag_of).map(|tag| tag.origin);
+            let is_late = run.iter().any(ShownState::is_late);
             Some(FaceplateState {
                 layer: overlay.overlay.name().to_owned(),
-            let is_late = run.iter().any(ShownState::is_late);
                 state: overlay.legend.get(entry as usize)?.clone(),
                 place: place(graph, self.device, shown.node),
                 mark: if is_late { Mark::LateDisplay } else { mark(quality, Severity::Normal) },
                 age: tag.and_then(|tag| tag.age),
+                origin: origins.fold(Origin::LIVE, Origin::union),
             })
         };
         let runs = sources.states.chunk_by(ShownState::is_same);
@@ -259,6 +263,7 @@ impl OpenFaceplate {
                 local_seconds,
                 points,
                 limits: limits.map_or([None; 2], |limits| [limits.low, limits.high]),
+                origins: sources.origins.between(*tag, from, sources.now),
             })
         };
         let shown = self.values.iter().filter(|(tag, _)| self.trended.contains(tag));

@@ -1,7 +1,7 @@
 //! Positions of switches to flags on the screen.
 
 use busbar_scene::SceneGraph;
-use busbar_tags::Snapshot;
+use busbar_tags::{Origin, Snapshot};
 use busbar_ui::{Flag, FlagState};
 
 use crate::labels::Sight;
@@ -9,7 +9,7 @@ use crate::moving::MovingParts;
 use crate::running::ShownPosition;
 
 /// Flags of the switches before the camera: of those without a part that moves, and of all
-/// that are neither open nor closed.
+/// that are neither open nor closed, or whose position is not live.
 pub(crate) fn flags(
     positions: &[ShownPosition],
     moving: &MovingParts,
@@ -22,7 +22,8 @@ pub(crate) fn flags(
         let is_good = told.is_some_and(|told| told.quality.is_good());
         let state = state_of(position.travelled, is_good);
         let is_seen_by_part = matches!(state, FlagState::Open | FlagState::Closed);
-        if is_seen_by_part && moving.has(position) {
+        let origin = told.map_or(Origin::LIVE, |told| told.origin);
+        if is_seen_by_part && moving.has(position) && origin.is_live() {
             return None;
         }
         let place = graph.node(position.node).bounds()?.center();
@@ -31,6 +32,7 @@ pub(crate) fn flags(
             distance: sight.eye.distance(place),
             state,
             age: told.and_then(|told| told.age).filter(|_| !is_good),
+            origin,
         })
     };
     positions.iter().filter_map(flag).collect()

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use busbar_plugin_host::{OverlayLine, Severity};
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
-use busbar_tags::{Quality, Reason, Snapshot};
+use busbar_tags::{Origin, Quality, Reason, Snapshot};
 use busbar_ui::{Label, LabelLine, Mark};
 use glam::{Vec3, vec3};
 
@@ -89,6 +89,7 @@ fn label_line<'a>(line: &'a OverlayLine, snapshot: Snapshot<'_>) -> LabelLine<'a
         text: &line.text,
         mark: if is_late { Mark::LateDisplay } else { mark(quality, line.severity) },
         age: state.and_then(|s| s.age),
+        origin: state.map_or(Origin::LIVE, |s| s.origin),
     }
 }
 
@@ -119,12 +120,6 @@ mod tests {
     use busbar_tags::{Moment, TagHandle, TagSet, TagTable};
 
     use super::*;
-
-    #[test]
-    fn quality_outranks_what_an_overlay_says() {
-        let stale = Mark::Bad { reason: "stale".into() };
-        for severity in [Severity::Normal, Severity::Warning, Severity::Alarm] {
-            assert_eq!(mark(Quality::Bad(Reason::Stale), severity), stale);
     use crate::running::late_copy;
 
     #[test]
@@ -148,6 +143,12 @@ mod tests {
         let absent = label_line(&drawn.lines[0], table.snapshot());
         assert!(matches!(absent.mark, Mark::Bad { .. }));
     }
+
+    #[test]
+    fn quality_outranks_what_an_overlay_says() {
+        let stale = Mark::Bad { reason: "stale".into() };
+        for severity in [Severity::Normal, Severity::Warning, Severity::Alarm] {
+            assert_eq!(mark(Quality::Bad(Reason::Stale), severity), stale);
         }
         assert_eq!(mark(Quality::Good, Severity::Alarm), Mark::Alarm);
     }

@@ -36,8 +36,10 @@ mod moving;
 mod numbers;
 mod occlusion;
 pub mod optimize;
+mod origins;
 mod outlines;
 mod pace;
+mod pause_watch;
 mod picker;
 mod point_import;
 mod ray;
@@ -55,10 +57,10 @@ mod surroundings;
 mod tag_list;
 mod viewer;
 
+pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};
 /// The states of an alarm, by the letters of IEC 62682.
 pub use busbar_alarms::State as AlarmState;
 pub use busbar_chart as charts;
-pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};
 pub use busbar_config::{
     Diagnostic, LogConfig, LogFormatConfig, MAX_THETA_SCALE, MetricsConfig, Severity, schema,
 };
@@ -79,12 +81,12 @@ pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use graphics::graphics_device;
 pub use load::{
-    DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND, PointSource,
-    Reload, ReloadError, SimulatedDevice, SimulatedDevices, plugin_catalog,
+    CheckedLink, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND, PointSource,
+    Reload, ReloadError, SimulatedDevice, SimulatedDevices, check_links, plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{
     AlarmStats, CameraStats, ChartAxisStats, ChartEvidence, ChartStats, FaceplateStats, Health,
-    LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats,
+    LinkStats, LoadMillis, PluginStats, RecordStats, ReloadStats, Stats, TagStats,
 };
 pub use viewer::{FrameOutput, MAX_SELECTED, PartMillis, Viewer};

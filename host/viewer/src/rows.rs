@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use busbar_plugin_host::{LegendEntry, LinkReport, LinkState, OverlayLine, Pattern, Severity};
 use busbar_plugin_process::{Plugin, PluginState, PluginStatus};
-use busbar_tags::{Snapshot, TagHandle, Value};
+use busbar_tags::{Origin, Snapshot, TagHandle, Value};
 use busbar_ui::{LayerRow, LegendRow, LinkLamp, PluginRow, TagRow, TagRows};
 
 use crate::LoadedScene;
@@ -57,6 +57,7 @@ impl<'a> Rows<'a> {
             mark: mark(state.quality, severity.max(of_overlays)),
             age: state.age,
             node: self.scene.node_of(tag),
+            origin: state.origin,
         }
     }
 }
@@ -84,8 +85,8 @@ pub(crate) fn layer(overlay: &ShownOverlay) -> LayerRow {
     LayerRow {
         name: overlay.overlay.name().to_owned(),
         shown: overlay.is_shown,
-        legend: Arc::clone(&overlay.legend),
         is_late: overlay.fault.is_some(),
+        legend: Arc::clone(&overlay.legend),
         has_flags: !overlay.description.mechanisms.is_empty(),
         has_arrows: overlay.has_flows(),
         contour: overlay.description.contour.as_ref().map(contour::legend),
@@ -110,6 +111,7 @@ pub(crate) fn legend(entries: &[LegendEntry]) -> Arc<[LegendRow]> {
 /// A plugin with its link, and what went wrong with it last.
 pub(crate) fn plugin(plugin: &Plugin, link: Option<LinkReport>, fault: Option<&str>) -> PluginRow {
     let (info, status) = (plugin.info(), plugin.status());
+    let origin = link.as_ref().map_or(Origin::LIVE, |link| link.origin);
     let (lamp, message) = match (fault, link) {
         (Some(fault), _) => (LinkLamp::Down, fault.to_owned()),
         (None, Some(link)) => link_state(link),
@@ -125,6 +127,7 @@ pub(crate) fn plugin(plugin: &Plugin, link: Option<LinkReport>, fault: Option<&s
         message: if can_start { String::new() } else { message },
         process: process(&status),
         can_start,
+        origin,
     }
 }
 
@@ -153,6 +156,9 @@ fn link_state(link: LinkReport) -> (LinkLamp, String) {
         if count > 0 {
             message += &format!(" ({count} samples {what})");
         }
+    }
+    for remark in link.clock.remarks() {
+        message += &format!(" \u{b7} {remark}");
     }
     match (link.state, link.silent_for) {
         (LinkState::Up, Some(silence)) if silence > link.longest_freshness => {

@@ -28,7 +28,7 @@ use busbar_renderer::{
     WindowHandles, give_back_freed_memory,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{EventLog, Moment, Sample, Snapshot, TagTable};
+use busbar_tags::{EventLog, Moment, Origin, Sample, Snapshot, TagTable};
 use busbar_ui::{
     Appearance, Command, Lists, ModelRow, Navigation, Panels, SceneOverlay, StatusLine, ViewModel,
 };
@@ -51,8 +51,10 @@ use crate::load::LoadedScene;
 use crate::looks::Highlight;
 use crate::measuring::Measuring;
 use crate::moving::MovingParts;
+use crate::origins::OriginWatch;
 use crate::outlines::Outlines;
 use crate::pace::Pace;
+use crate::pause_watch::PauseWatch;
 use crate::picker::{Picker, Purpose, Question};
 use crate::records::Books;
 use crate::recovery::Recovery;
@@ -77,10 +79,13 @@ pub struct Viewer {
     telemetry: Vec<ServedTags>,
     overlays: Vec<ShownOverlay>,
     tags: TagTable,
+    pauses: PauseWatch,
     /// What switched, in order.
     events: EventLog,
     /// What tags were.
     history: History,
+    /// What of it was not live.
+    origins: OriginWatch,
     /// None where none is configured.
     alarms: Option<Alarming>,
     /// Who acts on them.
@@ -188,7 +193,7 @@ impl Viewer {
         self.panels.context()
     }
 
-    /// Shows the panels, or labels alone.
+    /// Shows the panels, or labels alone; the band over a scene that is not live stays.
     pub fn set_panels_shown(&mut self, shown: bool) {
         self.panels.set_shown(shown);
     }
@@ -288,6 +293,7 @@ impl Viewer {
         self.take_records();
         let began = CpuClock::start();
         let snapshot = self.tags.snapshot();
+        self.origins.follow(&self.scene, snapshot, &self.history, Moment::now());
         let patience =
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
         let mut overlaid =

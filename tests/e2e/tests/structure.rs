@@ -89,7 +89,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("busbar_shaders", &[]),
     ("busbar_stack_cache", &["busbar_geometry"]),
     ("busbar_tags", &[]),
-    ("busbar_ui", &["busbar_chart", "busbar_records"]),
+    ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_tags"]),
     ("busbar_web", &["busbar_client", "busbar_protocol"]),
     ("busbar_plugin_abi", &[]),
     ("busbar_huge_pages", &[]),

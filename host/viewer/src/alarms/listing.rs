@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmTable, Priority};
 use busbar_plugin_host::{OverlayTint, Severity};
 use busbar_scene::NodeIndex;
-use busbar_tags::SourceTime;
+use busbar_tags::{Origin, SourceTime};
 
 use super::sources::Sources;
 
@@ -52,6 +52,8 @@ pub(super) struct Place {
     /// Whether none of them is certain.
     pub(super) is_doubtful: bool,
     pub(super) count: usize,
+    /// Origins of the values by which they came.
+    pub(super) origin: Origin,
 }
 
 /// Colour on equipment in alarm, where another system decides.
@@ -75,7 +77,7 @@ struct Gathered {
 type Ranked = (Priority, Reverse<Option<SourceTime>>, AlarmHandle, bool);
 
 impl Gathered {
-    fn add(&mut self, ranked: Ranked, node: Option<NodeIndex>, is_certain: bool) {
+    fn add(&mut self, ranked: Ranked, node: Option<NodeIndex>, is_certain: bool, origin: Origin) {
         let (priority, _, _, is_unacknowledged) = ranked;
         self.ranked.push(ranked);
         let Some(node) = node else { return };
@@ -83,7 +85,8 @@ impl Gathered {
         if is_unacknowledged {
             self.in_alarm.unacknowledged.insert(node);
         }
-        let own = Place { priority, is_unacknowledged, is_doubtful: !is_certain, count: 1 };
+        let is_doubtful = !is_certain;
+        let own = Place { priority, is_unacknowledged, is_doubtful, count: 1, origin };
         self.places.entry(node).and_modify(|place| place.join(own)).or_insert(own);
     }
 }
@@ -134,7 +137,7 @@ impl Listing {
             let node = nodes.get(alarm.0 as usize).copied().flatten();
             let is_unacknowledged = status.state.is_unacknowledged();
             let ranked = (spec.priority, Reverse(status.occurred), alarm, is_unacknowledged);
-            gathered.add(ranked, node, status.is_certain);
+            gathered.add(ranked, node, status.is_certain, status.origin);
             if let (Some(node), true, AlarmSource::Tag { watch, .. }) =
                 (node, status.standing.is_active, &spec.source)
             {
@@ -161,7 +164,7 @@ impl Listing {
             *all += 1;
             let since = Reverse(sourced.alarm.since());
             let ranked = (priority, since, sourced.number, state.is_unacknowledged());
-            gathered.add(ranked, sourced.node, is_certain);
+            gathered.add(ranked, sourced.node, is_certain, Origin::LIVE);
             if let Some(node) = sourced.node.filter(|_| standing.is_active) {
                 let severity = severity(priority);
                 self.sourced_tints.push(SourcedTint { node, severity, is_certain });
@@ -181,6 +184,7 @@ impl Place {
         self.is_unacknowledged |= other.is_unacknowledged;
         self.is_doubtful &= other.is_doubtful;
         self.count += other.count;
+        self.origin |= other.origin;
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{Snapshot, SourceTime, TagSet};
+use busbar_tags::{Origin, Snapshot, SourceTime, TagSet};
 use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Beacon};
 
 use super::sources::{Source, Sourced};
@@ -57,6 +57,7 @@ impl Rows<'_> {
             is_first_out: status.is_first_out,
             shelf_left: status.shelf_left.filter(|_| state == State::G),
             is_saving,
+            origin: status.origin | self.origin_of(spec),
             ..AlarmRow::default()
         })
     }
@@ -77,8 +78,22 @@ impl Rows<'_> {
             age: alarm.since().map(|since| elapsed(since, wall_clock)),
             equipment: self.equipment(alarming, sourced.number),
             source: Some(source.name().to_owned()),
+            origin: self.declared_origin(source),
             ..AlarmRow::default()
         }
+    }
+
+    /// Origin of an alarm's tag as it is.
+    fn origin_of(&self, spec: &AlarmSpec) -> Origin {
+        let AlarmSource::Tag { watch, .. } = &spec.source else { return Origin::LIVE };
+        self.snapshot.state(watch.tag).map_or(Origin::LIVE, |state| state.origin)
+    }
+
+    /// Origin that the configuration declares of another system's alarms.
+    fn declared_origin(&self, source: &Source) -> Origin {
+        let plugin = self.scene.config.plugins.get(source.name());
+        let is_simulated = plugin.is_some_and(|plugin| plugin.simulated);
+        if is_simulated { Origin::SIMULATED } else { Origin::LIVE }
     }
 
     /// The value of an alarm's tag as it is, and why nothing is known of it.
@@ -218,6 +233,7 @@ pub(crate) fn beacons(alarming: &Alarming, graph: &SceneGraph, sight: Sight) -> 
             is_unacknowledged: place.is_unacknowledged,
             is_doubtful: place.is_doubtful,
             count: place.count,
+            origin: place.origin,
         })
     };
     alarming.listing.places.iter().filter_map(of_place).collect()

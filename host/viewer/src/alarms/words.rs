@@ -85,6 +85,9 @@ pub(super) fn record(record: &Record, now: SourceTime) -> String {
     if let Some(value) = record.value {
         words += &format!(" at {}", value_text(value));
     }
+    if !record.origin.is_live() {
+        words += &format!(" ({})", record.origin);
+    }
     if record.is_first_out {
         words += ", first out";
     }
