@@ -49,7 +49,7 @@ pub use overlay_picture::{
 };
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
-pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy};
+pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
     Behaviour, DeviceScenario, FaultKind, Shape, SimulatedEvent, SimulatedLinkFault, SimulatedTag,

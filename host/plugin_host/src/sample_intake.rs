@@ -240,7 +240,7 @@ impl SampleIntake {
             source_time: time.source_time,
             received,
             valid_from: time.valid_from,
-            origin: self.policy.origin | origin(raw.flags),
+            origin: self.policy.origin | origin_of_flags(raw.flags),
             is_buffered,
         })
     }
@@ -307,7 +307,7 @@ impl SampleIntake {
 }
 
 /// Origin by the flags of a sample or the origin of a plugin.
-pub(crate) fn origin(flags: u8) -> Origin {
+pub fn origin_of_flags(flags: u8) -> Origin {
     let pairs = [
         (abi::BUSBAR_ORIGIN_SUBSTITUTED, Origin::SUBSTITUTED),
         (abi::BUSBAR_ORIGIN_TEST, Origin::TEST),

@@ -231,7 +231,7 @@ impl Drop for TelemetryStream {
 impl SampleReceiver for QueueReceiver {
     fn note_origin(&self, flags: u8) {
         let mut intake = self.intake.lock().unwrap_or_else(PoisonError::into_inner);
-        intake.add_origin(sample_intake::origin(flags));
+        intake.add_origin(sample_intake::origin_of_flags(flags));
     }
 
     fn publish(&self, samples: &[abi::BusbarSample]) -> usize {

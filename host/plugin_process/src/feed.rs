@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use busbar_plugin_host::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleIntake, SampleSink, SourcePolicy,
-    TelemetryTag, shown, wall_clock,
+    TelemetryTag, origin_of_flags, shown, wall_clock,
 };
 use busbar_tags::{Backlog, Moment, Origin, Quality, Reason, Sample};
 
@@ -152,6 +152,8 @@ impl Feed {
         let Self { ring: Some(ring), intake, rejected, last_sample, .. } = self else { return };
         let (now, wall_clock) = (Moment::now(), wall_clock());
         intake.follow_clock(wall_clock, now);
+        // Nothing takes back what the plugin once said of all its values.
+        intake.add_origin(origin_of_flags(ring.origin()));
         let mut unsettled = Unsettled { sink, pause_end: Moment(0) };
         ring.read(|raw, pause_end| {
             // Nothing comes from the future.
@@ -241,8 +243,8 @@ mod tests {
     fn samples_keep_the_time_at_which_they_were_published() {
         let (mut ring, mut feed) = feed();
         let published = Moment::now().before(Duration::from_secs(1));
-        ring.write(&[sample(1, 4.5)], 0, published);
-        ring.write(&[sample(1, 5.5)], 0, Moment::now().after(Duration::from_secs(60)));
+        ring.write(&[sample(1, 4.5)], published);
+        ring.write(&[sample(1, 5.5)], Moment::now().after(Duration::from_secs(60)));
         let samples = drained(&mut feed);
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));
         assert_eq!(samples[0].received, published);
@@ -255,8 +257,8 @@ mod tests {
         let pause_end = Moment::now().before(Duration::from_secs(2));
         ring.note_pause(pause_end);
         let soon = pause_end.after(Duration::from_millis(1));
-        ring.write(&[sample(1, 1.0)], 0, soon);
-        ring.write(&[sample(1, 2.0)], 0, pause_end.after(SETTLE_AFTER_PAUSE));
+        ring.write(&[sample(1, 1.0)], soon);
+        ring.write(&[sample(1, 2.0)], pause_end.after(SETTLE_AFTER_PAUSE));
         let qualities: Vec<Quality> = drained(&mut feed).iter().map(|s| s.quality).collect();
         assert_eq!(qualities, [Quality::Uncertain(Reason::Stale), Quality::Good]);
     }
@@ -271,21 +273,21 @@ mod tests {
         feed.note_simulator_check(false);
         assert!(feed.simulator_check().is_none(), "nothing came, and it was looked just now");
         let lost = BusbarSample { kind: 0, quality: 2, reason: 1, ..sample(1, 0.0) };
-        ring.write(&[lost], 0, Moment::now());
+        ring.write(&[lost], Moment::now());
         assert!(feed.simulator_check().is_none(), "no value came");
         assert_eq!(origins(&mut feed), [Origin::LIVE]);
-        ring.write(&[sample(1, 1.0)], 0, Moment::now());
+        ring.write(&[sample(1, 1.0)], Moment::now());
         assert!(feed.simulator_check().is_some(), "before the first value is shown");
         feed.note_simulator_check(false);
         assert_eq!(origins(&mut feed), [Origin::LIVE]);
-        ring.write(&[sample(1, 2.0)], 0, Moment::now());
+        ring.write(&[sample(1, 2.0)], Moment::now());
         assert!(feed.simulator_check().is_none());
         assert_eq!(origins(&mut feed), [Origin::LIVE]);
         feed.note_link(LinkState::Up, "connected again");
-        ring.write(&[sample(1, 3.0)], 0, Moment::now());
+        ring.write(&[sample(1, 3.0)], Moment::now());
         assert!(feed.simulator_check().is_some_and(|check| check.first_sample.is_some()));
         feed.note_simulator_check(true);
-        ring.write(&[sample(1, 4.0)], 0, Moment::now());
+        ring.write(&[sample(1, 4.0)], Moment::now());
         assert_eq!(origins(&mut feed), [Origin::SIMULATED; 2]);
         assert_eq!(feed.link().origin, Origin::SIMULATED);
         feed.attach(RingReader::new(&memory::zeroed("ring", RING_BYTES).unwrap()).unwrap());
@@ -298,7 +300,7 @@ mod tests {
         let (mut ring, mut feed) = feed();
         let unknown_kind = BusbarSample { kind: 9, ..sample(1, 0.0) };
         let unknown_reason = BusbarSample { reason: 99, quality: 1, ..sample(1, 0.0) };
-        ring.write(&[sample(0, 1.0), sample(7, 1.0), unknown_kind, unknown_reason], 0, Moment(0));
+        ring.write(&[sample(0, 1.0), sample(7, 1.0), unknown_kind, unknown_reason], Moment(0));
         ring.reject(3);
         assert_eq!(drained(&mut feed), []);
         assert_eq!(feed.link().rejected, 7);
@@ -307,9 +309,9 @@ mod tests {
     #[test]
     fn a_lost_plugin_makes_its_tags_bad_after_its_last_values() {
         let (mut ring, mut feed) = feed();
-        ring.write(&[sample(1, 4.5)], 0, Moment::now());
+        ring.write(&[sample(1, 4.5)], Moment::now());
         feed.lose("killed by SIGSEGV");
-        ring.write(&[sample(1, 6.5)], 0, Moment::now());
+        ring.write(&[sample(1, 6.5)], Moment::now());
         let samples = drained(&mut feed);
         assert_eq!(samples.len(), 2);
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));

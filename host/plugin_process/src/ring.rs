@@ -35,6 +35,8 @@ const REJECTED: usize = 16;
 const DROPPED: usize = 24;
 /// End of the last pause of the writer's process; the writer's.
 const PAUSE_END: usize = 25;
+/// `BUSBAR_ORIGIN_*` of all samples, as the plugin declares it; the writer's.
+const ORIGIN: usize = 26;
 /// Bytes of shared memory.
 pub(crate) const RING_BYTES: u64 = ((HEADER_WORDS + RING_SAMPLES * WORDS) * 8) as u64;
 
@@ -123,22 +125,13 @@ impl RingWriter {
         Ok(Self { words, written, backlog: Backlog::default() })
     }
 
-    /// Adds samples with the flags of `origin`, behind those that wait. Returns whether any
-    /// has to wait, for [`Self::flush`].
-    pub(crate) fn write(
-        &mut self,
-        samples: &[BusbarSample],
-        origin: u8,
-        published: Moment,
-    ) -> bool {
+    /// Adds samples, behind those that wait. Returns whether any has to wait, for
+    /// [`Self::flush`].
+    pub(crate) fn write(&mut self, samples: &[BusbarSample], published: Moment) -> bool {
         let room = if self.flush() { 0 } else { self.room() };
         let (now, later) = samples.split_at(samples.len().min(room));
-        let raw = |&sample: &BusbarSample| {
-            let sample = BusbarSample { flags: sample.flags | origin, ..sample };
-            RawSample { sample, published }
-        };
-        self.put(now.iter().map(raw));
-        later.iter().for_each(|sample| self.backlog.push(raw(sample)));
+        self.put(now.iter().map(|&sample| RawSample { sample, published }));
+        later.iter().for_each(|&sample| self.backlog.push(RawSample { sample, published }));
         self.words.word(DROPPED).store(self.backlog.dropped(), Ordering::Relaxed);
         !self.backlog.is_empty()
     }
@@ -163,6 +156,11 @@ impl RingWriter {
     /// Notes the end of a pause of this process: what is written next may be old.
     pub(crate) fn note_pause(&self, end: Moment) {
         self.words.word(PAUSE_END).store(end.0, Ordering::Relaxed);
+    }
+
+    /// Notes the `BUSBAR_ORIGIN_*` of all samples, as the plugin declares it.
+    pub(crate) fn note_origin(&self, flags: u8) {
+        self.words.word(ORIGIN).store(u64::from(flags), Ordering::Relaxed);
     }
 
     fn room(&self) -> usize {
@@ -210,6 +208,11 @@ impl RingReader {
         }
         self.read = written;
         waiting
+    }
+
+    /// `BUSBAR_ORIGIN_*` of all samples, as the plugin declares it.
+    pub(crate) fn origin(&self) -> u8 {
+        self.words.word(ORIGIN).load(Ordering::Acquire) as u8
     }
 
     /// Samples that the writer says later ones overtook.

@@ -42,8 +42,8 @@ fn values(read: &[RawSample]) -> Vec<u64> {
 fn samples_arrive_whole_and_in_order() {
     let (_memory, mut writer, mut reader) = ring();
     assert_eq!(read(&mut reader), []);
-    assert!(!writer.write(&samples(0..3), 0, Moment(77)));
-    writer.write(&samples(3..4), 0, Moment(78));
+    assert!(!writer.write(&samples(0..3), Moment(77)));
+    writer.write(&samples(3..4), Moment(78));
     let samples = read(&mut reader);
     assert_eq!(values(&samples), [0, 1, 2, 3]);
     assert_eq!(samples[3], RawSample { sample: sample(3), published: Moment(78) });
@@ -55,13 +55,13 @@ fn samples_arrive_whole_and_in_order() {
 fn what_finds_no_room_comes_later_and_in_order() {
     let (_memory, mut writer, mut reader) = ring();
     let size = RING_SAMPLES as u64;
-    assert!(!writer.write(&samples(0..size), 0, Moment(0)));
-    assert!(writer.write(&samples(size..size + 5), 0, Moment(0)));
+    assert!(!writer.write(&samples(0..size), Moment(0)));
+    assert!(writer.write(&samples(size..size + 5), Moment(0)));
     assert!(writer.flush(), "there is no room yet");
     assert!(values(&read(&mut reader)).into_iter().eq(0..size));
-    assert!(!writer.write(&samples(size + 5..size + 6), 0, Moment(0)));
+    assert!(!writer.write(&samples(size + 5..size + 6), Moment(0)));
     assert!(values(&read(&mut reader)).into_iter().eq(size..size + 6));
-    assert!(writer.write(&samples(0..size + 9), 0, Moment(0)), "a batch longer than a ring");
+    assert!(writer.write(&samples(0..size + 9), Moment(0)), "a batch longer than a ring");
     assert_eq!(values(&read(&mut reader)).len() as u64, size);
     assert!(!writer.flush());
     assert!(values(&read(&mut reader)).into_iter().eq(size..size + 9));
@@ -75,10 +75,10 @@ fn no_tag_is_forgotten_when_nobody_reads() {
     let (_memory, mut writer, mut reader) = ring();
     let of_tag = |tag, value| BusbarSample { tag, ..sample(value) };
     let size = RING_SAMPLES as u64;
-    writer.write(&samples(0..size), 0, Moment(0));
-    writer.write(&[of_tag(7, 700)], 0, Moment(1));
+    writer.write(&samples(0..size), Moment(0));
+    writer.write(&[of_tag(7, 700)], Moment(1));
     for value in 0..3 * size {
-        writer.write(&[of_tag(8, value)], 0, Moment(2));
+        writer.write(&[of_tag(8, value)], Moment(2));
     }
     assert!(writer.backlog.len() <= busbar_tags::MAX_QUEUED_SAMPLES);
     let mut last = std::collections::BTreeMap::new();
@@ -112,11 +112,7 @@ fn nothing_torn_is_read_under_a_flood() {
         let writing = scope.spawn(|| {
             let mut next = 0;
             while !over.load(Ordering::Relaxed) {
-                writer.write(
-                    &(next..next + 4099).map(of_one_tag).collect::<Vec<_>>(),
-                    0,
-                    Moment(0),
-                );
+                writer.write(&(next..next + 4099).map(of_one_tag).collect::<Vec<_>>(), Moment(0));
                 next += 4099;
             }
             (next, writer)
@@ -153,7 +149,7 @@ proptest! {
         garbage in any::<[u8; 64]>(),
     ) {
         let (memory, mut writer, mut reader) = ring();
-        writer.write(&samples(0..10), 0, Moment(0));
+        writer.write(&samples(0..10), Moment(0));
         for [taken, written, rejected] in headers {
             for (word, value) in [(READ, taken), (WRITTEN, written), (REJECTED, rejected)] {
                 memory.write_all_at(&value.to_ne_bytes(), word as u64 * 8).unwrap();
@@ -161,7 +157,7 @@ proptest! {
             memory.write_all_at(&garbage, HEADER_WORDS as u64 * 8).unwrap();
             memory.write_all_at(&garbage, RING_BYTES - 64).unwrap();
             prop_assert!(read(&mut reader).len() <= RING_SAMPLES);
-            writer.write(&samples(0..10), 0, Moment(0));
+            writer.write(&samples(0..10), Moment(0));
             writer.flush();
             prop_assert_eq!(reader.rejected(), rejected);
             let _ = reader.dropped();

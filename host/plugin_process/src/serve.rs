@@ -331,8 +331,6 @@ struct Forwarder {
 struct Writing {
     ring: RingWriter,
     pauses: PauseDetector,
-    /// `BUSBAR_ORIGIN_*` of all samples.
-    origin: u8,
 }
 
 impl Writing {
@@ -353,7 +351,7 @@ const FLUSH_CHECK: Duration = Duration::from_millis(500);
 impl Forwarder {
     /// Writes into `ring`, with a thread that helps when that is full.
     fn start(link: Arc<Link>, ring: RingWriter) -> std::io::Result<Arc<Self>> {
-        let writing = Writing { ring, pauses: PauseDetector::default(), origin: 0 };
+        let writing = Writing { ring, pauses: PauseDetector::default() };
         let writing = Mutex::new(writing);
         let forwarder = Arc::new(Self { link, writing, waiting: Condvar::new() });
         let weak = Arc::downgrade(&forwarder);
@@ -382,15 +380,14 @@ impl Forwarder {
 
 impl SampleReceiver for Forwarder {
     fn note_origin(&self, flags: u8) {
-        self.writing().origin = flags;
+        self.writing().ring.note_origin(flags);
     }
 
     fn publish(&self, samples: &[BusbarSample]) -> usize {
         let mut writing = self.writing();
         // First: what is written after a pause may be from before it.
         writing.note_pause();
-        let Writing { ring, origin, .. } = &mut *writing;
-        if ring.write(samples, *origin, Moment::now()) {
+        if writing.ring.write(samples, Moment::now()) {
             self.waiting.notify_one();
         }
         samples.len()

@@ -95,10 +95,8 @@ fn a_starved_process_is_not_ended_for_being_late() {
         let is_over = ended.is_finished();
         other.kill().unwrap();
         other.wait().unwrap();
-        let since = Instant::now();
         let ended = ended.join().unwrap();
         assert!(!is_over, "{}", ended.reason);
-        assert!(since.elapsed() < MAX_STARVED / 2, "{:?}", since.elapsed());
         ended
     });
     assert!(ended.reason.starts_with("no heartbeat for 650ms"), "{}", ended.reason);

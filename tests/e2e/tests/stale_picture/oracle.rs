@@ -102,13 +102,12 @@ impl Oracle {
         let Some(last) = possible.iter().rposition(is_certain) else { return Claim::Nothing };
         let (before, after) = (&possible[..last], &possible[last + 1..]);
         let last = &possible[last];
-        if !self.is_taken(last, before) {
-            return Claim::Nothing;
-        }
         let may_be_good = after.iter().any(|sent| sent.worth == Worth::Good);
         let may_be_number = after.iter().any(|sent| matches!(sent.said, Said::Value(_)));
         match last.said {
+            // Bad quality is never passed over as old.
             _ if last.worth != Worth::Good && !may_be_good => Claim::NotGood,
+            _ if !self.is_taken(last, before) => Claim::Nothing,
             Said::NotANumber if !may_be_number => Claim::NotGood,
             Said::Value(value) if self.stays_good(last, times) && after.is_empty() => {
                 Claim::Good(value)
@@ -152,12 +151,13 @@ impl Oracle {
         since.is_some_and(|since| since + FRESHNESS_MILLIS as i64 * MILLI < now)
     }
 
-    /// Whether a sample that came was not passed over for being older than another.
+    /// Whether a sample that came was surely not passed over for being older than another:
+    /// one out of a buffer may be. All others count in order of arrival.
     fn is_taken(&self, sent: &Sent, before: &[Sent]) -> bool {
-        let Some(age) = sent.age else { return true };
+        let Some(age) = sent.age.filter(|_| sent.is_buffered) else { return true };
         let time = |sent: &Sent, age: i64| self.due(sent) - age * MILLI;
-        let newest = before.iter().filter_map(|sent| Some(time(sent, sent.age?))).max();
-        sent.said == Said::Nothing || newest.is_none_or(|newest| time(sent, age) >= newest)
+        let is_older = |other: &Sent| time(other, other.age.unwrap_or(0)) <= time(sent, age);
+        sent.said == Said::Nothing || before.iter().all(is_older)
     }
 
     fn stays_good(&self, sent: &Sent, times: Times) -> bool {

@@ -40,6 +40,8 @@ pub(crate) struct Sent {
     pub(crate) worth: Worth,
     /// By how much its source time is before the batch, milliseconds.
     pub(crate) age: Option<i64>,
+    /// Whether it comes out of a buffer: only then its source time orders it.
+    pub(crate) is_buffered: bool,
 }
 
 /// The samples of each tag, in order.
@@ -71,6 +73,7 @@ impl Script {
             said: Said::Value(SHOWN[(batch / SHOWN_STEPS) as usize]),
             worth: Worth::Good,
             age: None,
+            is_buffered: false,
         };
         let shown = SHOWN.len() as u64 * SHOWN_STEPS;
         let mut all = vec![(0..shown).step_by(PERIOD).map(good).collect(); tags];
@@ -116,7 +119,9 @@ impl Sent {
             Worth::Uncertain => "uncertain",
             Worth::Bad => "bad",
         };
-        json!({ "tag": id, "value": value, "quality": quality, "age_millis": self.age })
+        let flags: &[&str] = if self.is_buffered { &["buffered"] } else { &[] };
+        json!({ "tag": id, "value": value, "quality": quality, "age_millis": self.age,
+            "flags": flags })
     }
 }
 
@@ -131,7 +136,8 @@ fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
         for step in (from..until).step_by(period as usize) {
             let age = with_time.then_some(0);
             let said = Said::Value(value);
-            steps[step as usize] = Some(Sent { batch: 0, said, worth: Worth::Good, age });
+            let worth = Worth::Good;
+            steps[step as usize] = Some(Sent { batch: 0, said, worth, age, is_buffered: false });
         }
     }
     for _ in 0..random.below(5) {
@@ -152,7 +158,9 @@ fn sequence(start: u64, random: &mut Random, into: &mut Vec<Sent>) {
             6 => Some(300 + random.below(3_000) as i64),
             _ => Some(-(random.below(5_000) as i64)),
         };
-        steps[random.below(STEPS) as usize] = Some(Sent { batch: 0, said, worth, age });
+        let is_buffered = random.one_in(3);
+        let sent = Sent { batch: 0, said, worth, age, is_buffered };
+        steps[random.below(STEPS) as usize] = Some(sent);
     }
     let batches = (start as usize)..;
     into.extend(
