@@ -1,14 +1,19 @@
 //! The tags of a server: their last values, and what is told of them.
+//!
+//! A value that something may have changed since is suspect: it is told as uncertain until
+//! it comes anew, and not confirmed meanwhile.
 
+use std::ops::Range;
 use std::time::{Duration, Instant, SystemTime};
 
-use async_opcua::types::{DataValue, StatusCode, Variant};
-use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink, Value};
+use async_opcua::types::{DataValue, StatusCode};
+use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 
-use crate::convert::{quality_of, time_of, value_of};
+use crate::convert::{origin_of, quality_of, source_time_of, value_of};
 use crate::fault::in_words;
 use crate::mirror::Mirror;
 use crate::points::Points;
+use crate::settings::{Config, SourceTime};
 
 /// Tags that are named in the log for one kind of fault, a connection.
 const MAX_NAMED: usize = 10;
@@ -17,15 +22,27 @@ const CONFIRMED_AFTER: u32 = 4;
 /// A value whose source time is older than this share of its freshness when it comes is
 /// confirmed at once.
 const OLD_AFTER: u32 = 2;
+/// Farthest that a source time is ahead of our clock and believed, as in the host.
+const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
 
 /// Samples of values, and values that go on.
 pub(crate) struct Board {
-    points: Points,
-    last: Vec<Last>,
+    pub(crate) points: Points,
+    pub(crate) last: Vec<Last>,
+    items: Vec<ItemState>,
+    /// By condition: whether an event told it since it was asked for.
+    pub(crate) told_conditions: Vec<bool>,
     batch: Vec<Sample>,
     /// Faults named since the connection was made.
     named: usize,
     confirm: bool,
+    pub(crate) source_time: SourceTime,
+    /// Origin of all values: the server is in test mode.
+    origin: SampleFlags,
+    /// The server says that it does not serve as it should.
+    is_server_doubtful: bool,
+    /// What is taken now is not the newest: more is missing after it.
+    pub(crate) is_more_missing: bool,
     sink: SampleSink,
     host: Host,
     /// The server's alarms, where they are mirrored.
@@ -34,16 +51,55 @@ pub(crate) struct Board {
 
 /// What was told of a tag.
 #[derive(Clone, Copy, Default)]
-struct Last {
+pub(crate) struct Last {
     /// A value that may be confirmed, with its quality.
-    value: Option<(Value, Quality)>,
-    told: Option<Instant>,
+    pub(crate) value: Option<(Value, Quality)>,
+    source_time: Option<SystemTime>,
+    flags: SampleFlags,
+    pub(crate) told: Option<Instant>,
+    /// Told anew since it came, as what is so now.
+    is_confirmed: bool,
+    /// Something may have changed it since.
+    pub(crate) is_suspect: bool,
+}
+
+/// Reports of one monitored item.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Reports {
+    /// All of them came: the last one is the value.
+    #[default]
+    Complete,
+    /// One may be lost: the value is read until the next one comes.
+    Lost,
+    /// There are none: the server refused the item.
+    Refused,
+}
+
+#[derive(Clone, Copy, Default)]
+struct ItemState {
+    reports: Reports,
+    /// The meaning of its values changed while it was watched: its unit, range, or type.
+    has_new_meaning: bool,
 }
 
 impl Board {
-    pub(crate) fn new(points: Points, confirm: bool, sink: SampleSink, host: Host) -> Self {
-        let last = vec![Last::default(); points.all.len()];
-        Self { points, last, batch: Vec::new(), named: 0, confirm, sink, host, mirror: None }
+    pub(crate) fn new(points: Points, config: &Config, sink: SampleSink, host: Host) -> Self {
+        Self {
+            last: vec![Last::default(); points.all.len()],
+            items: vec![ItemState::default(); points.items.len()],
+            told_conditions: vec![false; points.conditions.len()],
+            points,
+            batch: Vec::new(),
+            named: 0,
+            confirm: config.confirm_unchanged,
+            source_time: config.source_time,
+            origin: SampleFlags::LIVE,
+            is_server_doubtful: false,
+            is_more_missing: false,
+            sink,
+            host,
+            mirror: None,
+        }
     }
 
     /// The same with all alarms of the server.
@@ -62,8 +118,11 @@ impl Board {
     /// No tag has a value, for this reason.
     pub(crate) fn lose(&mut self, reason: Reason) {
         self.last.fill(Last::default());
+        self.items.fill(ItemState::default());
+        self.told_conditions.fill(false);
         self.batch.clear();
         self.named = 0;
+        (self.origin, self.is_server_doubtful) = (SampleFlags::LIVE, false);
         self.sink.publish_bad(self.points.tags(), reason);
         self.tell_mirror("its conditions are not known yet");
     }
@@ -75,23 +134,92 @@ impl Board {
         }
     }
 
-    /// Takes what a server reports of an item.
-    pub(crate) fn take(&mut self, item: usize, value: &DataValue, now: Instant, wall: SystemTime) {
-        let points = self.points.items.get(item).map(|item| item.points.len()).unwrap_or_default();
-        for place in 0..points {
-            let index = self.points.items[item].points[place];
-            self.take_for(index, value, now, wall);
+    /// Takes the state of the server: whether it says that it serves as it should, and
+    /// the origin of all that it serves.
+    pub(crate) fn set_server(
+        &mut self,
+        is_doubtful: bool,
+        origin: SampleFlags,
+        now: Instant,
+        wall: SystemTime,
+    ) {
+        if (self.is_server_doubtful, self.origin) == (is_doubtful, origin) {
+            return;
+        }
+        (self.is_server_doubtful, self.origin) = (is_doubtful, origin);
+        for index in 0..self.last.len() {
+            self.tell_anew(index, now, wall);
         }
     }
 
-    fn take_for(&mut self, index: usize, data: &DataValue, now: Instant, wall: SystemTime) {
+    /// Takes a report of an item, or the value that was read of it.
+    pub(crate) fn take(&mut self, item: usize, value: &DataValue, now: Instant, wall: SystemTime) {
+        let Some(state) = self.items.get_mut(item) else { return };
+        state.reports = Reports::Complete;
+        self.take_value(item, value, now, wall);
+    }
+
+    /// Takes the value that was read of an item; a report that came since is newer.
+    pub(crate) fn take_read(
+        &mut self,
+        item: usize,
+        value: &DataValue,
+        now: Instant,
+        wall: SystemTime,
+    ) {
+        if self.items.get(item).is_some_and(|state| state.reports == Reports::Lost) {
+            self.take_value(item, value, now, wall);
+        }
+    }
+
+    fn take_value(&mut self, item: usize, value: &DataValue, now: Instant, wall: SystemTime) {
+        let status = value.status.unwrap_or(StatusCode::Good);
+        let is_changed = status.semantics_changed() || status.structure_changed();
+        let is_named = is_changed && !self.items[item].has_new_meaning;
+        self.items[item].has_new_meaning |= is_changed;
+        for place in 0..self.points.items[item].points.len() {
+            let index = self.points.items[item].points[place];
+            if is_named {
+                let text = format!(
+                    "tag '{}': the server says that unit, range or type changed: check the tag, \
+                     then reload",
+                    self.points.all[index].id
+                );
+                self.name(LogLevel::Warning, &text);
+            }
+            if status.overflow() {
+                let text = format!(
+                    "tag '{}': the server dropped values between two publishing intervals",
+                    self.points.all[index].id
+                );
+                self.name(LogLevel::Warning, &text);
+            }
+            self.take_for(index, item, value, now, wall);
+        }
+    }
+
+    fn take_for(
+        &mut self,
+        index: usize,
+        item: usize,
+        data: &DataValue,
+        now: Instant,
+        wall: SystemTime,
+    ) {
         let point = &self.points.all[index];
-        let quality = quality_of(data.status.unwrap_or(StatusCode::Good));
-        let source_time = data.source_timestamp.as_ref().and_then(time_of);
+        let status = data.status.unwrap_or(StatusCode::Good);
+        let (source_time, flags) = source_time_of(data.source_timestamp.as_ref(), self.source_time);
+        let flags = flags | origin_of(status);
+        let quality = quality_of(status);
+        let mut sample = Sample { tag: point.tag, value: None, quality, source_time, flags };
         let variant = data.value.as_ref().filter(|value| !value.is_empty());
-        let mut sample = Sample { tag: point.tag, value: None, quality, source_time };
         match variant.map(|variant| value_of(point, variant)) {
-            Some(Ok(value)) => sample.value = Some(value),
+            Some(Ok(value)) => {
+                sample.value = Some(value);
+                if self.items[item].has_new_meaning && quality.is_good() {
+                    sample.quality = Quality::Uncertain(Reason::Configuration);
+                }
+            }
             // Nobody knows what it would be.
             None if !matches!(quality, Quality::Bad(_)) => {
                 sample.quality = Quality::Bad(Reason::Unknown);
@@ -108,151 +236,198 @@ impl Board {
         self.put(index, sample, now, wall);
     }
 
-    fn put(&mut self, index: usize, sample: Sample, now: Instant, wall: SystemTime) {
-        self.batch.push(sample);
+    pub(crate) fn put(&mut self, index: usize, sample: Sample, now: Instant, wall: SystemTime) {
         let is_kept = !matches!(sample.quality, Quality::Bad(_));
-        let kept = sample.value.filter(|_| is_kept).map(|value| (value, sample.quality));
-        self.last[index] = Last { value: kept, told: Some(now) };
+        self.last[index] = Last {
+            value: sample.value.filter(|_| is_kept).map(|value| (value, sample.quality)),
+            source_time: sample.source_time,
+            flags: sample.flags,
+            told: Some(now),
+            is_confirmed: false,
+            is_suspect: self.is_more_missing,
+        };
+        self.push(sample, self.is_more_missing);
         let age = sample.source_time.and_then(|time| wall.duration_since(time).ok());
         let limit = self.points.all[index].freshness / OLD_AFTER;
         if self.confirm && age.is_some_and(|age| age > limit) {
-            self.confirm_one(index, now);
+            self.confirm_one(index, now, wall);
         }
+    }
+
+    /// Adds a sample as it is known now: of a doubtful server, or suspect, it is not good.
+    fn push(&mut self, mut sample: Sample, is_suspect: bool) {
+        if (is_suspect || self.is_server_doubtful) && sample.quality.is_good() {
+            sample.quality = Quality::Uncertain(Reason::Communication);
+        }
+        self.batch.push(sample.with_flags(self.origin));
+    }
+
+    pub(crate) fn push_bad(&mut self, index: usize, reason: Reason) {
+        self.last[index] = Last::default();
+        self.batch.push(Sample::bad(self.points.all[index].tag, reason));
+    }
+
+    /// Tells the last value as it is known now.
+    fn tell(&mut self, index: usize) {
+        let last = self.last[index];
+        let Some((value, quality)) = last.value else { return };
+        let sample = Sample {
+            tag: self.points.all[index].tag,
+            value: Some(value),
+            quality,
+            source_time: last.source_time.filter(|_| !last.is_confirmed),
+            flags: last.flags,
+        };
+        self.push(sample, last.is_suspect);
+    }
+
+    /// Tells the last value as what is so now, where it is and the settings have it so.
+    fn tell_anew(&mut self, index: usize, now: Instant, wall: SystemTime) {
+        let last = &self.last[index];
+        let is_past = last.is_suspect || last.flags.contains(SampleFlags::HISTORICAL);
+        if self.confirm && !is_past {
+            self.confirm_one(index, now, wall);
+        } else {
+            self.tell(index);
+        }
+    }
+
+    /// Notes that something may have changed a value since it was told.
+    pub(crate) fn suspect_one(&mut self, index: usize) {
+        if !std::mem::replace(&mut self.last[index].is_suspect, true) {
+            self.tell(index);
+        }
+    }
+
+    /// Notes that reports of these items are missing, which may still come.
+    pub(crate) fn suspect(&mut self, items: Range<usize>) {
+        for item in items {
+            if self.items[item].reports != Reports::Refused {
+                for place in 0..self.points.items[item].points.len() {
+                    self.suspect_one(self.points.items[item].points[place]);
+                }
+            }
+        }
+    }
+
+    /// Notes that reports of these items are lost: their values are to be read.
+    pub(crate) fn suspect_lost(&mut self, items: Range<usize>) {
+        self.suspect(items.clone());
+        for state in self.items.get_mut(items).into_iter().flatten() {
+            if state.reports != Reports::Refused {
+                state.reports = Reports::Lost;
+            }
+        }
+    }
+
+    /// Notes that no report of these items is missing any more: what was not reported
+    /// did not change.
+    pub(crate) fn restore(&mut self, items: Range<usize>, now: Instant, wall: SystemTime) {
+        for item in items {
+            if self.items[item].reports != Reports::Complete {
+                continue;
+            }
+            for place in 0..self.points.items[item].points.len() {
+                let index = self.points.items[item].points[place];
+                if std::mem::take(&mut self.last[index].is_suspect) {
+                    self.tell_anew(index, now, wall);
+                }
+            }
+        }
+    }
+
+    /// Those of these items whose values are to be read: suspect ones, and those that no
+    /// report confirms, as often as others are confirmed.
+    pub(crate) fn items_to_read(&self, items: Range<usize>, now: Instant) -> Vec<usize> {
+        let is_due = |index: &usize| {
+            let last = &self.last[*index];
+            last.is_suspect || self.confirm && last.value.is_some() && self.is_due(*index, now)
+        };
+        let is_wanted = |item: &usize| {
+            self.items[*item].reports == Reports::Lost
+                && self.points.items[*item].points.iter().any(is_due)
+        };
+        items.filter(is_wanted).collect()
+    }
+
+    /// Whether reports of one of these items are lost, and none came since.
+    pub(crate) fn has_lost(&self, items: Range<usize>) -> bool {
+        let states = self.items.get(items).unwrap_or_default();
+        states.iter().any(|state| state.reports == Reports::Lost)
     }
 
     /// The subscription of these items lives, and reported no change of them.
-    pub(crate) fn confirm(&mut self, items: std::ops::Range<usize>, now: Instant) {
-        if !self.confirm {
-            return;
-        }
+    pub(crate) fn confirm(&mut self, items: Range<usize>, now: Instant, wall: SystemTime) {
         for item in items {
-            for place in 0..self.points.items[item].points.len() {
-                self.confirm_due(self.points.items[item].points[place], now);
+            if self.items[item].reports == Reports::Complete {
+                for place in 0..self.points.items[item].points.len() {
+                    self.confirm_due(self.points.items[item].points[place], now, wall);
+                }
             }
         }
     }
 
-    /// The same for all conditions: their events come by one subscription.
-    pub(crate) fn confirm_conditions(&mut self, now: Instant) {
-        for condition in 0..self.points.conditions.len() {
-            for place in 0..self.points.conditions[condition].points.len() {
-                let (index, _) = self.points.conditions[condition].points[place];
-                // An event is told once; what it said holds until the next one.
-                self.confirm_due(index, now);
-            }
-        }
-    }
-
-    fn confirm_due(&mut self, index: usize, now: Instant) {
+    fn is_due(&self, index: usize, now: Instant) -> bool {
         let due = self.points.all[index].freshness / CONFIRMED_AFTER;
         let told = self.last[index].told;
-        if told.is_some_and(|told| now.saturating_duration_since(told) >= due) {
-            self.confirm_one(index, now);
-        }
+        told.is_some_and(|told| now.saturating_duration_since(told) >= due)
     }
 
-    /// Takes what an event says of a condition.
-    pub(crate) fn take_event(
-        &mut self,
-        condition: usize,
-        (time, quality, fields): (&Variant, &Variant, &[Variant]),
-        now: Instant,
-        wall: SystemTime,
-    ) {
-        let status = match quality {
-            Variant::StatusCode(status) => *status,
-            _ => StatusCode::Good,
-        };
-        let quality = quality_of(status);
-        let source_time = match time {
-            Variant::DateTime(time) => time_of(time),
-            _ => None,
-        };
-        for (index, field) in self.points.conditions[condition].points.clone() {
-            let point = &self.points.all[index];
-            let value = field.value(point.kind, fields);
-            let mut sample = Sample { tag: point.tag, value, quality, source_time };
-            if value.is_none() {
-                sample.quality = Quality::Bad(Reason::Configuration);
-                let text = format!("tag '{}': the condition has no {field:?}", point.id);
-                self.name(LogLevel::Warning, &text);
-            }
-            self.put(index, sample, now, wall);
-        }
-    }
-
-    /// All conditions of interest were told: those of `known` that were not are neither
-    /// active nor to be acknowledged.
-    pub(crate) fn end_refresh(&mut self, known: &[bool], now: Instant, wall: SystemTime) {
-        for (condition, is_known) in known.iter().enumerate() {
-            let Some(condition) = self.points.conditions.get(condition) else { return };
-            for (index, field) in condition.points.clone() {
-                let tag = self.points.all[index].tag;
-                let value = field.of_no_interest();
-                if !is_known || value.is_none() || self.last[index].told.is_some() {
-                    continue;
-                }
-                let quality = Quality::Good;
-                self.put(index, Sample { tag, value, quality, source_time: None }, now, wall);
-            }
-        }
-    }
-
-    /// The server does not tell of conditions.
-    pub(crate) fn refuse_conditions(&mut self, what: &str, status: StatusCode) {
-        let conditions = self.points.conditions.iter().flat_map(|condition| &condition.points);
-        let tags: Vec<_> = conditions.map(|(index, _)| self.points.all[*index].tag).collect();
-        self.batch.extend(tags.into_iter().map(|tag| Sample::bad(tag, Reason::Configuration)));
-        let words = format!("conditions: {what}: {}", in_words(status));
-        self.tell_mirror(&words);
-        self.name(LogLevel::Warning, &words);
-        self.flush();
-    }
-
-    /// A condition has no node, and no event may ever name it.
-    pub(crate) fn miss_condition(&mut self, condition: usize) {
-        let (node, points) = {
-            let condition = &self.points.conditions[condition];
-            (condition.node.to_string(), condition.points.clone())
-        };
-        for (index, _) in points {
-            let point = &self.points.all[index];
-            let text = format!("tag '{}': the server has no condition {node}", point.id);
-            self.batch.push(Sample::bad(point.tag, Reason::Configuration));
-            self.name(LogLevel::Warning, &text);
+    pub(crate) fn confirm_due(&mut self, index: usize, now: Instant, wall: SystemTime) {
+        if self.confirm && self.is_due(index, now) {
+            self.confirm_one(index, now, wall);
         }
     }
 
     /// Its source time is that of its last change, and orders nothing any more: what is
-    /// known is that the value is so now.
-    fn confirm_one(&mut self, index: usize, now: Instant) {
+    /// known is that the value is so now. A time that is not believed stays so.
+    fn confirm_one(&mut self, index: usize, now: Instant, wall: SystemTime) {
         let last = &mut self.last[index];
         let Some((value, quality)) = last.value else { return };
-        last.told = Some(now);
+        // What is of the past is not so now.
+        if last.is_suspect || last.flags.contains(SampleFlags::HISTORICAL) {
+            return;
+        }
+        (last.told, last.is_confirmed) = (Some(now), true);
+        let mut flags = last.flags;
+        if last.source_time.is_some_and(|time| time > wall + MAX_CLOCK_AHEAD) {
+            flags |= SampleFlags::TIME_UNUSABLE;
+        }
         let tag = self.points.all[index].tag;
-        self.batch.push(Sample { tag, value: Some(value), quality, source_time: None });
+        self.push(Sample { tag, value: Some(value), quality, source_time: None, flags }, false);
     }
 
     /// The server does not serve an item.
     pub(crate) fn refuse(&mut self, item: usize, status: StatusCode) {
+        self.refuse_in_words(item, status, &in_words(status));
+    }
+
+    /// The same, for a reason that is told in words.
+    pub(crate) fn refuse_in_words(&mut self, item: usize, status: StatusCode, why: &str) {
         let Some(refused) = self.points.items.get(item) else { return };
-        let quality = match quality_of(status) {
+        self.items[item].reports = Reports::Refused;
+        let reason = match quality_of(status) {
             Quality::Bad(reason) => reason,
             _ => Reason::Configuration,
         };
         let points = refused.points.clone();
         let node = refused.node.to_string();
         for index in points {
-            self.last[index] = Last::default();
-            self.batch.push(Sample::bad(self.points.all[index].tag, quality));
-            let text =
-                format!("tag '{}': node {node}: {}", self.points.all[index].id, in_words(status));
+            self.push_bad(index, reason);
+            let text = format!("tag '{}': node {node}: {why}", self.points.all[index].id);
             self.name(LogLevel::Warning, &text);
         }
     }
 
+    /// The server serves an item, which it may have refused before.
+    pub(crate) fn accept(&mut self, item: usize) {
+        if let Some(state) = self.items.get_mut(item) {
+            state.reports = Reports::Complete;
+        }
+    }
+
     /// Says what is wrong with a tag, as long as there are not too many.
-    fn name(&mut self, level: LogLevel, text: &str) {
+    pub(crate) fn name(&mut self, level: LogLevel, text: &str) {
         self.named += 1;
         match self.named.cmp(&(MAX_NAMED + 1)) {
             std::cmp::Ordering::Less => self.host.log(level, text),

@@ -19,6 +19,7 @@ pub(crate) const EVENTS_HANDLE: u32 = u32::MAX;
 const SERVER: u32 = 2253;
 const BASE_EVENT_TYPE: u32 = 2041;
 const CONDITION_TYPE: u32 = 2782;
+const REFRESH_START: u32 = 2787;
 const REFRESH_END: u32 = 2788;
 const REFRESH_REQUIRED: u32 = 2789;
 const EVENT_QUEUE_OVERFLOW: u32 = 3035;
@@ -126,13 +127,17 @@ impl Told<'_> {
 /// An event that concerns conditions.
 pub(crate) enum Event<'a> {
     /// A condition is so now; the fields are in the order of [`FIELDS`].
-    State { condition: &'a NodeId, time: &'a Variant, quality: &'a Variant, fields: &'a [Variant] },
+    State { condition: &'a NodeId, told: Told<'a> },
+    /// All conditions that are of interest are told from here on.
+    RefreshStart,
     /// All conditions that are of interest have been told.
     RefreshEnd,
     /// Events may be missing: the conditions are to be asked for again.
     RefreshRequired,
-    /// Anything else.
+    /// No condition's event, or that of a branch.
     Other,
+    /// Fields that are not those which were asked for: nobody knows of which condition.
+    Unreadable,
 }
 
 impl Field {
@@ -177,20 +182,24 @@ impl Field {
 pub(crate) fn read_event(fields: &[Variant]) -> Event<'_> {
     let Some(([kind, time, quality, branch, condition], fields)) = fields.split_first_chunk()
     else {
-        return Event::Other;
+        return Event::Unreadable;
     };
     let is_kind = |id| matches!(kind, Variant::NodeId(kind) if **kind == NodeId::new(0, id));
-    if is_kind(REFRESH_END) {
+    if is_kind(REFRESH_START) {
+        Event::RefreshStart
+    } else if is_kind(REFRESH_END) {
         Event::RefreshEnd
     } else if is_kind(REFRESH_REQUIRED) || is_kind(EVENT_QUEUE_OVERFLOW) {
         Event::RefreshRequired
-    } else if let Variant::NodeId(condition) = condition
-        && !condition.is_null()
-        && !is_branch(branch)
-    {
-        Event::State { condition, time, quality, fields }
     } else {
-        Event::Other
+        match condition {
+            Variant::Empty => Event::Other,
+            Variant::NodeId(id) if id.is_null() || is_branch(branch) => Event::Other,
+            Variant::NodeId(condition) => {
+                Event::State { condition, told: Told { time, quality, fields } }
+            }
+            _ => Event::Unreadable,
+        }
     }
 }
 
@@ -287,7 +296,7 @@ mod tests {
         let none = || Variant::Empty;
         let event = |kind, condition| [node(kind), none(), none(), none(), condition];
         let state = event(CONDITION_TYPE, node(7));
-        assert!(matches!(read_event(&state), Event::State { fields: [], .. }));
+        assert!(matches!(read_event(&state), Event::State { told: Told { fields: [], .. }, .. }));
         let mut branch = state.clone();
         branch[3] = node(1);
         assert!(matches!(read_event(&branch), Event::Other));
@@ -295,7 +304,11 @@ mod tests {
         assert!(matches!(read_event(&branch), Event::State { .. }));
         let other = event(BASE_EVENT_TYPE, none());
         assert!(matches!(read_event(&other), Event::Other));
-        assert!(matches!(read_event(&other[1..]), Event::Other));
+        assert!(matches!(read_event(&other[1..]), Event::Unreadable));
+        let text = event(CONDITION_TYPE, Variant::from("Hot"));
+        assert!(matches!(read_event(&text), Event::Unreadable));
+        let start = event(REFRESH_START, none());
+        assert!(matches!(read_event(&start), Event::RefreshStart));
         let end = event(REFRESH_END, none());
         assert!(matches!(read_event(&end), Event::RefreshEnd));
         let overflow = event(EVENT_QUEUE_OVERFLOW, none());

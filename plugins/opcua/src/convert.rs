@@ -3,14 +3,18 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use async_opcua::types::{DateTime, StatusCode, Variant, status_code::StatusCodeLimit};
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, SampleFlags, Value, ValueKind};
 
 use crate::points::Point;
+use crate::settings::SourceTime;
 
 /// The longest text that is looked at as a value, bytes.
 const MAX_TEXT_BYTES: usize = 256;
 /// What makes a status code: severity and sub-code (OPC 10000-4, 7.38.1).
 const CODE_BITS: u32 = 0xFFFF_0000;
+/// Bits that only a historian's value has: calculated, interpolated, partial, with extra
+/// data, one of several (OPC 10000-4, 7.38.1; OPC 10000-11, 6.2).
+const HISTORIAN_BITS: u32 = 0x1F;
 /// From here on the integers of a float are no longer those of an i64.
 const I64_END: f64 = 9_223_372_036_854_775_808.0;
 /// 1601-01-01 before 1970-01-01, in ticks of 100 ns (OPC 10000-6, 5.2.2.5).
@@ -90,7 +94,7 @@ pub(crate) fn quality_of(status: StatusCode) -> Quality {
     if status.is_good() {
         return match (code, status.limit()) {
             // As where IEC 60870-5-104 says that a value is substituted.
-            (StatusCode::GoodLocalOverride, _) => Quality::Uncertain(Reason::Unknown),
+            _ if is_substituted(code) => Quality::Uncertain(Reason::Unknown),
             (_, StatusCodeLimit::Low | StatusCodeLimit::High) => {
                 Quality::Uncertain(Reason::OutOfRange)
             }
@@ -138,6 +142,55 @@ pub(crate) fn quality_of(status: StatusCode) -> Quality {
         | StatusCode::BadTypeMismatch => Reason::Configuration,
         _ => Reason::Unknown,
     })
+}
+
+/// Whether a person or the server put the value in place of the measured one
+/// (OPC 10000-8, 6.3; OPC 10000-4, 7.38.2).
+fn is_substituted(code: StatusCode) -> bool {
+    matches!(
+        code,
+        StatusCode::GoodLocalOverride
+            | StatusCode::GoodEdited
+            | StatusCode::GoodEdited_DependentValueChanged
+            | StatusCode::GoodEdited_DominantValueChanged
+            | StatusCode::GoodEdited_DominantValueChanged_DependentValueChanged
+            | StatusCode::UncertainSubstituteValue
+            | StatusCode::UncertainTransducerInManual
+            | StatusCode::BadEdited_OutOfRange
+            | StatusCode::BadEdited_OutOfRange_DominantValueChanged
+            | StatusCode::BadEdited_OutOfRange_DominantValueChanged_DependentValueChanged
+    )
+}
+
+/// Origin by status code: substituted, simulated, or a historian's.
+pub(crate) fn origin_of(status: StatusCode) -> SampleFlags {
+    let code = StatusCode::from(status.bits() & CODE_BITS);
+    let mut flags = SampleFlags::LIVE;
+    if is_substituted(code) {
+        flags |= SampleFlags::SUBSTITUTED;
+    }
+    if code == StatusCode::UncertainSimulatedValue {
+        flags |= SampleFlags::SIMULATED;
+    }
+    if status.bits() & HISTORIAN_BITS != 0 {
+        flags |= SampleFlags::HISTORICAL | SampleFlags::BUFFERED;
+    }
+    flags
+}
+
+/// Source time as the settings use it, and what is wrong with it.
+pub(crate) fn source_time_of(
+    time: Option<&DateTime>,
+    usage: SourceTime,
+) -> (Option<SystemTime>, SampleFlags) {
+    match (time, usage) {
+        (_, SourceTime::Ignored) | (None, SourceTime::Optional) => (None, SampleFlags::LIVE),
+        (None, SourceTime::Required) => (None, SampleFlags::TIME_UNUSABLE),
+        (Some(time), _) => match time_of(time) {
+            Some(time) => (Some(time), SampleFlags::LIVE),
+            None => (None, SampleFlags::TIME_UNUSABLE),
+        },
+    }
 }
 
 /// An instant; none where there is no time, or none that can be counted from 1970.

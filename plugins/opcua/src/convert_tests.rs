@@ -108,6 +108,7 @@ fn qualities_are_those_of_the_table() {
     for (status, quality) in [
         (StatusCode::Good, Good),
         (StatusCode::GoodLocalOverride, Uncertain(Reason::Unknown)),
+        (StatusCode::GoodEdited, Uncertain(Reason::Unknown)),
         (StatusCode::Good.set_limit(StatusCodeLimit::High), Uncertain(Reason::OutOfRange)),
         (StatusCode::Good.set_limit(StatusCodeLimit::Constant), Good),
         (StatusCode::Good.set_overflow(true), Good),
@@ -123,6 +124,33 @@ fn qualities_are_those_of_the_table() {
         (StatusCode::from(0xC000_0000), Bad(Reason::Unknown)),
     ] {
         assert_eq!(quality_of(status), quality, "{status}");
+    }
+}
+
+#[test]
+fn origins_are_those_of_status_codes_and_historian_bits() {
+    let past = SampleFlags::HISTORICAL | SampleFlags::BUFFERED;
+    for (status, flags) in [
+        (StatusCode::Good, SampleFlags::LIVE),
+        (StatusCode::GoodLocalOverride, SampleFlags::SUBSTITUTED),
+        (StatusCode::GoodLocalOverride.set_limit(StatusCodeLimit::Low), SampleFlags::SUBSTITUTED),
+        (StatusCode::GoodEdited, SampleFlags::SUBSTITUTED),
+        (StatusCode::GoodEdited_DependentValueChanged, SampleFlags::SUBSTITUTED),
+        (StatusCode::UncertainSubstituteValue, SampleFlags::SUBSTITUTED),
+        (StatusCode::UncertainTransducerInManual, SampleFlags::SUBSTITUTED),
+        (StatusCode::BadEdited_OutOfRange, SampleFlags::SUBSTITUTED),
+        (StatusCode::UncertainSimulatedValue, SampleFlags::SIMULATED),
+        (StatusCode::UncertainSubNormal, SampleFlags::LIVE),
+        // Calculated, interpolated, partial, with extra data, one of several.
+        (StatusCode::from(0x0000_0401), past),
+        (StatusCode::from(0x0000_0402), past),
+        (StatusCode::from(0x0000_0404), past),
+        (StatusCode::from(0x0000_0408), past),
+        (StatusCode::from(0x0000_0410), past),
+        (StatusCode::from(0x0096_0410), past | SampleFlags::SUBSTITUTED),
+        (StatusCode::Good.set_overflow(true), SampleFlags::LIVE),
+    ] {
+        assert_eq!(origin_of(status), flags, "{status}");
     }
 }
 

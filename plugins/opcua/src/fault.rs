@@ -18,6 +18,12 @@ pub(crate) enum Fault {
     NoAnswer(Duration),
     #[error("the server was silent for {} ms", .0.as_millis())]
     Silent(Duration),
+    #[error(
+        "a subscription gave no sign of life for {} ms, where one is due every {} ms; the server \
+         answers other requests",
+        .silence.as_millis(), .due.as_millis()
+    )]
+    SilentSubscription { silence: Duration, due: Duration },
     #[error("{0}")]
     Lost(String),
     #[error("{what}: {}", in_words(*.status))]

@@ -6,6 +6,7 @@
 
 mod board;
 mod client;
+mod condition_values;
 mod conditions;
 mod convert;
 mod fault;
@@ -14,13 +15,16 @@ mod identity;
 mod import;
 mod link;
 mod mirror;
+mod namespaces;
 mod node;
 mod points;
 pub mod probe;
 mod security;
+mod sequence;
 mod session;
 mod settings;
 mod subscription;
+mod subscriptions;
 #[cfg(test)]
 mod tests;
 mod url;
@@ -88,9 +92,17 @@ impl Telemetry for OpcUa {
         let world = World { dial: Arc::new(TcpDial { tls: None }), wall_clock: SystemTime::now };
         self.worker = Some(Worker::start(&self.host, &name, move |running| {
             let (stop, stopped) = tokio::sync::watch::channel(false);
-            let board = Board::new(points, config.confirm_unchanged, sink.clone(), host.clone());
+            let board = Board::new(points, &config, sink.clone(), host.clone());
             let board = Rc::new(RefCell::new(board.with_mirror(mirror.clone())));
-            let link = Link { config, board, sink, host, world, stop: stopped };
+            let link = Link {
+                config,
+                board,
+                sink,
+                host,
+                world,
+                stop: stopped,
+                namespaces: RefCell::default(),
+            };
             let ended = async {
                 running.stopped().await;
                 // The link says goodbye, which ends its work first.

@@ -14,6 +14,7 @@ use tokio::time::{sleep, timeout};
 
 use crate::board::Board;
 use crate::fault::Fault;
+use crate::namespaces::NamespaceMemory;
 use crate::session;
 use crate::settings::Config;
 use crate::url::Url;
@@ -40,6 +41,8 @@ pub(crate) struct Link {
     pub(crate) world: World,
     /// Becomes true when it is time to say goodbye.
     pub(crate) stop: watch::Receiver<bool>,
+    /// Namespaces as they were first.
+    pub(crate) namespaces: RefCell<NamespaceMemory>,
 }
 
 impl Link {
@@ -102,9 +105,15 @@ impl Link {
                 board,
                 self.host.clone(),
                 self.world.wall_clock,
+                (server.text.as_str(), &self.namespaces),
             )
             .await?;
-            self.sink.report_link(LinkState::Up, &format!("{server}: connected"));
+            let mut text = format!("{server}: connected");
+            for moved in watch.moved_namespaces() {
+                text.push_str("; ");
+                text.push_str(&moved);
+            }
+            self.sink.report_link(LinkState::Up, &text);
             Err(watch.run().await)
         };
         let goodbye = async {

@@ -70,6 +70,15 @@ impl NodeAddress {
         Some(NodeId { namespace: index, identifier: self.identifier.clone() })
     }
 
+    /// The index of the namespace, where that is all that the address tells: the standard's
+    /// own is 0 for ever.
+    pub(crate) fn bare_index(&self) -> Option<u16> {
+        match self.namespace {
+            Namespace::Index(index) if index > 0 => Some(index),
+            _ => None,
+        }
+    }
+
     /// The address of a node of a server with these namespaces: by URI, which outlives a
     /// server's restart, where an index need not.
     pub(crate) fn lasting(node: &NodeId, namespaces: &[String]) -> Self {

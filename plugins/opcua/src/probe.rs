@@ -45,10 +45,18 @@ pub fn converse(
     let points = Points::parse(tags, &config)?;
     let (_stop, stopped) = tokio::sync::watch::channel(false);
     let world = world(connections);
-    let board = Board::new(points, config.confirm_unchanged, sink.clone(), host());
+    let board = Board::new(points, &config, sink.clone(), host());
     let board = Rc::new(RefCell::new(board));
     let sink = sink.clone();
-    let link = Link { config, board, sink, host: host(), world, stop: stopped };
+    let link = Link {
+        config,
+        board,
+        sink,
+        host: host(),
+        world,
+        stop: stopped,
+        namespaces: RefCell::default(),
+    };
     let io_loop = IoLoop::new(1).map_err(|error| Error::failed(error.to_string()))?;
     let mut said = String::new();
     io_loop.run_until(std::future::pending(), async { said = link.serve_once().await });

@@ -8,14 +8,16 @@ use async_opcua::types::{
     ActivateSessionRequest, ApplicationDescription, ApplicationType, AttributeId,
     CloseSessionRequest, CreateSessionRequest, CreateSessionResponse, DataValue,
     EndpointDescription, GetEndpointsRequest, LocalizedText, MessageSecurityMode, NodeId,
-    ReadRequest, ReadValueId, SignatureData, TimestampsToReturn, UAString, UserTokenPolicy,
-    Variant,
+    NotificationMessage, ReadRequest, ReadValueId, RepublishRequest, SignatureData,
+    TimestampsToReturn, UAString, UserTokenPolicy, Variant,
 };
 
 use crate::client::{Client, Driver, Opening, answer};
 use crate::fault::Fault;
 use crate::identity;
 use crate::link::World;
+use crate::namespaces::MovedNamespace;
+use crate::node::NodeAddress;
 use crate::security::{Own, Protection, check_server, leaf, name_of};
 use crate::settings::Config;
 use crate::url::Url;
@@ -32,6 +34,8 @@ const NAMESPACE_ARRAY: u32 = 2255;
 const SERVER_STATE: u32 = 2259;
 /// Server_ServerCapabilities_OperationLimits_MaxMonitoredItemsPerCall.
 const MAX_ITEMS_PER_CALL: u32 = 11_714;
+/// Server_ServerCapabilities_OperationLimits_MaxNodesPerRead.
+const MAX_NODES_PER_READ: u32 = 11_705;
 
 /// Connects, checks who the server is, and activates a session.
 pub(crate) async fn open(
@@ -217,13 +221,28 @@ fn check_created(
 /// What the server says of itself.
 pub(crate) struct Server {
     pub(crate) namespaces: Vec<String>,
+    /// Namespaces that have other indices than the addresses of tags were written by.
+    pub(crate) moved: Vec<MovedNamespace>,
     /// Monitored items that one request may have, where the server says so.
     pub(crate) items_per_call: Option<usize>,
+    /// Nodes that one request may read, where the server says so.
+    pub(crate) nodes_per_read: Option<usize>,
+    /// State of the server (OPC 10000-5, 12.6), where it tells one.
+    pub(crate) state: Option<i32>,
 }
 
-/// Asks for namespaces and limits.
+impl Server {
+    /// The namespace that an address names by its index alone, where that means another one
+    /// than before.
+    pub(crate) fn moved(&self, address: &NodeAddress) -> Option<&MovedNamespace> {
+        let index = address.bare_index()?;
+        self.moved.iter().find(|moved| moved.index == index)
+    }
+}
+
+/// Asks for namespaces, limits, and the state.
 pub(crate) async fn describe(client: &Client) -> Result<Server, Fault> {
-    let nodes = [NAMESPACE_ARRAY, MAX_ITEMS_PER_CALL];
+    let nodes = [NAMESPACE_ARRAY, MAX_ITEMS_PER_CALL, MAX_NODES_PER_READ, SERVER_STATE];
     let mut values = read(client, &nodes, client.limit()).await?.into_iter();
     let namespaces = match values.next().and_then(|value| value.value) {
         Some(Variant::Array(array)) => {
@@ -232,20 +251,74 @@ pub(crate) async fn describe(client: &Client) -> Result<Server, Fault> {
         }
         _ => return Err(Fault::Server("it does not tell its namespaces")),
     };
-    let limit = match values.next().and_then(|value| value.value) {
+    let mut limit = || match values.next().and_then(|value| value.value) {
         Some(Variant::UInt32(limit)) if limit > 0 => Some(limit as usize),
         _ => None,
     };
-    Ok(Server { namespaces, items_per_call: limit })
+    let (items_per_call, nodes_per_read) = (limit(), limit());
+    let state = values.next().and_then(state_of);
+    Ok(Server { namespaces, moved: Vec::new(), items_per_call, nodes_per_read, state })
 }
 
 /// The state of the server (OPC 10000-5, 12.6), as a sign of life.
 pub(crate) async fn server_state(client: &Client, limit: Duration) -> Result<Option<i32>, Fault> {
     let values = read(client, &[SERVER_STATE], limit).await?;
-    Ok(values.into_iter().next().and_then(|value| match value.value {
+    Ok(values.into_iter().next().and_then(state_of))
+}
+
+fn state_of(value: DataValue) -> Option<i32> {
+    match value.value {
         Some(Variant::Int32(state)) => Some(state),
         _ => None,
-    }))
+    }
+}
+
+/// Reads the values of nodes anew, with their source times.
+pub(crate) async fn read_values(
+    client: &Client,
+    nodes: &[NodeId],
+    nodes_per_read: usize,
+) -> Result<Vec<DataValue>, Fault> {
+    let mut values = Vec::with_capacity(nodes.len());
+    for some in nodes.chunks(nodes_per_read.max(1)) {
+        let node = |node: &NodeId| ReadValueId {
+            node_id: node.clone(),
+            attribute_id: AttributeId::Value as u32,
+            ..ReadValueId::default()
+        };
+        let request = ReadRequest {
+            request_header: client.header(client.limit()),
+            // As old as can be avoided.
+            max_age: 0.0,
+            timestamps_to_return: TimestampsToReturn::Source,
+            nodes_to_read: Some(some.iter().map(node).collect()),
+        };
+        let answer = answer!(client, "reading values anew", Read, request)?;
+        let results = answer.results.unwrap_or_default();
+        if results.len() != some.len() {
+            return Err(Fault::Server("another number of values than of nodes that were read"));
+        }
+        values.extend(results);
+    }
+    Ok(values)
+}
+
+/// Asks for a notification that is missing; none where the server does not have it.
+pub(crate) async fn republish(
+    client: &Client,
+    subscription: u32,
+    number: u32,
+) -> Result<Option<NotificationMessage>, Fault> {
+    let request = RepublishRequest {
+        request_header: client.header(client.limit()),
+        subscription_id: subscription,
+        retransmit_sequence_number: number,
+    };
+    match answer!(client, "asking for a lost notification", Republish, request) {
+        Ok(answer) => Ok(Some(answer.notification_message)),
+        Err(Fault::Refused { .. }) => Ok(None),
+        Err(fault) => Err(fault),
+    }
 }
 
 /// Values of nodes of the standard's namespace.

@@ -75,6 +75,9 @@ pub struct Settings {
     /// sign of life of its subscription. Otherwise it goes stale by the tag's limit.
     #[serde(default = "default_true")]
     confirm_unchanged: bool,
+    /// Use of the source times that come with values.
+    #[serde(default)]
+    source_time: SourceTime,
     /// Whether all alarm conditions of the server are told, for the host to show them.
     #[serde(default)]
     alarms: bool,
@@ -85,6 +88,21 @@ pub struct Settings {
     /// Delay between tries to connect.
     #[serde(default)]
     reconnect: ReconnectSettings,
+}
+
+/// Use of source times (SourceTimestamp of values, Time of events).
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum SourceTime {
+    /// Every value has one: a value without one is uncertain, as one is whose time is
+    /// impossible.
+    Required,
+    /// A value may have none, and counts as of its arrival then. One whose time is
+    /// impossible is uncertain.
+    #[default]
+    Optional,
+    /// Values count as of their arrival, whatever their source times are.
+    Ignored,
 }
 
 /// Security policies (OPC 10000-7, 6.6) that are not deprecated.
@@ -193,6 +211,7 @@ pub(crate) struct Config {
     pub(crate) channel_lifetime: Duration,
     pub(crate) items_per_subscription: usize,
     pub(crate) confirm_unchanged: bool,
+    pub(crate) source_time: SourceTime,
     pub(crate) alarms: bool,
     pub(crate) application_uri: String,
     pub(crate) reconnect: Reconnect,
@@ -252,6 +271,7 @@ impl Settings {
             channel_lifetime: CHANNEL_LIFETIME,
             items_per_subscription: items as usize,
             confirm_unchanged: self.confirm_unchanged,
+            source_time: self.source_time,
             alarms: self.alarms,
             application_uri: self.application_uri,
             reconnect: self.reconnect.parse(&mut faults),

@@ -1,14 +1,13 @@
 //! Subscriptions and their monitored items (OPC 10000-4, 5.13 and 5.14).
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use async_opcua::types::{
     AttributeId, CreateMonitoredItemsRequest, CreateSubscriptionRequest, DataChangeFilter,
     DataChangeTrigger, DeadbandType, ExtensionObject, MonitoredItemCreateRequest, MonitoringMode,
-    MonitoringParameters, NodeId, NotificationMessage, ReadValueId, StatusCode, TimestampsToReturn,
+    MonitoringParameters, NodeId, ReadValueId, StatusCode, TimestampsToReturn,
 };
 
 use crate::board::Board;
@@ -16,6 +15,7 @@ use crate::client::{Client, answer};
 use crate::conditions::events_item;
 use crate::fault::Fault;
 use crate::points::{Deadband, Item};
+use crate::sequence::Sequence;
 use crate::session::Server;
 use crate::settings::Config;
 
@@ -27,21 +27,26 @@ const SIGNS_OF_LIFE: u32 = 4;
 /// The server keeps a subscription at least this many signs of life long (OPC 10000-4,
 /// 5.14.2: three).
 const MIN_LIFETIMES: u32 = 3;
-/// Notifications that came before one that is to precede them.
-const MAX_HELD: usize = 128;
 
 /// One subscription.
 pub(crate) struct Subscription {
     pub(crate) id: u32,
     /// Items of the board that it has.
     pub(crate) items: Range<usize>,
+    /// Longest time between two signs of life, as the server has it.
+    pub(crate) due: Duration,
     /// Silence that is borne: that of the server beyond a sign of life.
-    limit: Duration,
-    heard: Instant,
-    /// Number of the notification that comes next; none before the first.
-    next: Option<u32>,
-    /// Notifications that wait for those before them.
-    held: BTreeMap<u32, NotificationMessage>,
+    pub(crate) limit: Duration,
+    pub(crate) heard: Instant,
+    pub(crate) sequence: Sequence,
+    /// Grows with each loss: what was read before it is of before it.
+    pub(crate) epoch: u64,
+    /// Items may have values that no report brought.
+    pub(crate) is_lossy: bool,
+    /// Values are being read, since the last loss or before it.
+    pub(crate) is_reading: bool,
+    /// Values are not read before this.
+    pub(crate) next_read: Instant,
 }
 
 /// Creates a subscription without items.
@@ -69,14 +74,7 @@ pub(crate) async fn create(
     let interval = Duration::try_from_secs_f64(answer.revised_publishing_interval / 1000.0)
         .map_err(|_| Fault::Server("a publishing interval that is no time"))?;
     let sign = interval.saturating_mul(answer.revised_max_keep_alive_count.max(1));
-    Ok(Subscription {
-        id: answer.subscription_id,
-        items,
-        limit: sign.saturating_add(config.silence),
-        heard: now,
-        next: None,
-        held: BTreeMap::new(),
-    })
+    Ok(Subscription::new(answer.subscription_id, items, sign, config.silence, now))
 }
 
 /// How many intervals there are in a time, one at least.
@@ -96,8 +94,13 @@ pub(crate) async fn add_items(
     let mut refused = Vec::new();
     let mut known = Vec::with_capacity(items.len());
     for &item in items {
-        let node = board.borrow().points().items[item].node.resolve(&server.namespaces);
-        match node {
+        let address = board.borrow().points().items[item].node.clone();
+        if let Some(moved) = server.moved(&address) {
+            let (status, why) = (StatusCode::BadConfigurationError, moved.in_words());
+            board.borrow_mut().refuse_in_words(item, status, &why);
+            continue;
+        }
+        match address.resolve(&server.namespaces) {
             Some(node) => known.push((item, node)),
             None => {
                 board.borrow_mut().refuse(item, StatusCode::BadNodeIdUnknown);
@@ -126,6 +129,8 @@ pub(crate) async fn add_items(
             if result.status_code.is_bad() {
                 board.borrow_mut().refuse(*item, result.status_code);
                 refused.push(*item);
+            } else {
+                board.borrow_mut().accept(*item);
             }
         }
     }
@@ -180,48 +185,32 @@ fn request_of(item: &Item, handle: usize, node: &NodeId) -> MonitoredItemCreateR
 }
 
 impl Subscription {
+    /// A subscription that gives a sign of life at least once in `due`, beyond which so much
+    /// `silence` is borne.
+    pub(crate) fn new(
+        id: u32,
+        items: Range<usize>,
+        due: Duration,
+        silence: Duration,
+        now: Instant,
+    ) -> Self {
+        Self {
+            id,
+            items,
+            due,
+            limit: due.saturating_add(silence),
+            heard: now,
+            sequence: Sequence::default(),
+            epoch: 0,
+            is_lossy: false,
+            is_reading: false,
+            next_read: now,
+        }
+    }
+
     /// Whether it has been silent for longer than is borne.
     pub(crate) fn is_overdue(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.heard) > self.limit
-    }
-
-    /// The longest that a sign of life may take.
-    pub(crate) fn limit(&self) -> Duration {
-        self.limit
-    }
-
-    /// Takes a notification; those whose turn it is come back, in their order.
-    ///
-    /// # Errors
-    /// When one is lost.
-    pub(crate) fn take(
-        &mut self,
-        message: NotificationMessage,
-        now: Instant,
-    ) -> Result<Vec<NotificationMessage>, Fault> {
-        self.heard = now;
-        let lost = || Fault::Server("a notification was lost");
-        if message.notification_data.as_ref().is_none_or(Vec::is_empty) {
-            // A sign of life has the number of what comes next.
-            let next = *self.next.get_or_insert(message.sequence_number);
-            let is_ahead = message.sequence_number.wrapping_sub(next) as i32 > 0;
-            return if is_ahead && self.held.is_empty() { Err(lost()) } else { Ok(Vec::new()) };
-        }
-        let next = *self.next.get_or_insert(message.sequence_number);
-        if (message.sequence_number.wrapping_sub(next) as i32) < 0 {
-            return Ok(Vec::new());
-        }
-        self.held.insert(message.sequence_number, message);
-        if self.held.len() > MAX_HELD {
-            return Err(lost());
-        }
-        let mut ready = Vec::new();
-        while let Some(message) = self.next.and_then(|next| self.held.remove(&next)) {
-            // Numbers begin anew at 1 (OPC 10000-4, 7.8).
-            self.next = Some(message.sequence_number.checked_add(1).unwrap_or(1));
-            ready.push(message);
-        }
-        Ok(ready)
     }
 }
 

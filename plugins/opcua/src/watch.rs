@@ -1,34 +1,40 @@
 //! An activated session at work: publishing, signs of life, what the server refused.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
 
 use async_opcua::types::{
-    DataChangeNotification, EventNotificationList, ExtensionObject, NodeId, PublishRequest,
-    PublishResponse, StatusChangeNotification, StatusCode, SubscriptionAcknowledgement,
+    DataValue, NodeId, NotificationMessage, PublishRequest, PublishResponse, StatusCode,
 };
-use busbar_plugin_sdk::{Host, LogLevel};
+use busbar_plugin_sdk::{Host, LogLevel, SampleFlags};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use crate::board::Board;
 use crate::client::{Client, answer};
-use crate::conditions::{self, Event, Told, read_event};
+use crate::conditions;
 use crate::fault::Fault;
+use crate::namespaces::NamespaceMemory;
 use crate::session::{self, Server};
 use crate::settings::Config;
-use crate::subscription::{self, Subscription};
+use crate::subscription;
+use crate::subscriptions::{Events, Inquiry, Moment, SubscriptionSet};
 
 /// Publish requests that wait at the server at once.
 const MAX_PUBLISHES: usize = 64;
-/// Nodes that are looked for at once.
+/// Nodes that are looked for, or read, at once.
 const NODES_PER_READ: usize = 500;
 /// Acknowledgements of one publish request.
 const MAX_ACKNOWLEDGED: usize = 1000;
 /// How often the server is asked again for nodes that it did not know.
 const ASK_AGAIN: Duration = Duration::from_secs(30);
+/// A turn of the event loop that comes so much later than it should: this process was
+/// stopped, and what waited for it meanwhile is of then.
+const STALLED_AFTER: Duration = Duration::from_secs(1);
+/// States of a server (OPC 10000-5, 12.6).
+const RUNNING: i32 = 0;
+const TEST: i32 = 5;
 /// The names of a server's states (OPC 10000-5, 12.6), by number.
 const STATES: [&str; 8] = [
     "running",
@@ -43,38 +49,26 @@ const STATES: [&str; 8] = [
 
 /// What a session works with.
 pub(crate) struct Watch {
-    pub(crate) client: Rc<Client>,
-    pub(crate) config: Config,
-    pub(crate) board: Rc<RefCell<Board>>,
-    pub(crate) server: Server,
-    pub(crate) host: Host,
-    pub(crate) wall_clock: fn() -> SystemTime,
-    subscriptions: Vec<Subscription>,
+    client: Rc<Client>,
+    config: Config,
+    board: Rc<RefCell<Board>>,
+    server: Server,
+    host: Host,
+    wall_clock: fn() -> SystemTime,
+    subscriptions: SubscriptionSet,
     /// Items that the server refused, each with its subscription.
     refused: Vec<(u32, Vec<usize>)>,
-    /// The subscription of events, and what its conditions are at the server; none where
-    /// no tag is of a condition.
-    events: Option<Events>,
-    acknowledgements: Vec<SubscriptionAcknowledgement>,
     /// Publish requests that wait at the server, and how many there are to be.
     waiting: usize,
     wanted: usize,
     state: i32,
 }
 
-/// How conditions are found again.
-struct Events {
-    subscription: u32,
-    by_node: HashMap<NodeId, usize>,
-    /// By condition: whether it has a node.
-    known: Vec<bool>,
-    /// Whether the conditions are to be asked for anew.
-    is_refresh_due: bool,
-}
-
 /// What a task found.
 enum Done {
     Published(Result<Box<PublishResponse>, Fault>),
+    Republished(u32, u32, Result<Option<NotificationMessage>, Fault>),
+    Read(u32, u64, Vec<usize>, Result<Vec<DataValue>, Fault>),
     Alive(Result<Option<i32>, Fault>),
 }
 
@@ -84,15 +78,18 @@ fn now() -> Instant {
 }
 
 impl Watch {
-    /// Subscribes to all tags.
+    /// Subscribes to all tags of a server, whose namespaces are compared with those before.
     pub(crate) async fn begin(
         client: Rc<Client>,
         config: Config,
         board: Rc<RefCell<Board>>,
         host: Host,
         wall_clock: fn() -> SystemTime,
+        (name, memory): (&str, &RefCell<NamespaceMemory>),
     ) -> Result<Self, Fault> {
-        let server = session::describe(&client).await?;
+        let mut server = session::describe(&client).await?;
+        server.moved = memory.borrow_mut().compare(name, &server.namespaces);
+        let subscriptions = SubscriptionSet::new(Rc::clone(&board), server.namespaces.clone());
         let mut watch = Self {
             client,
             config,
@@ -100,14 +97,13 @@ impl Watch {
             server,
             host,
             wall_clock,
-            subscriptions: Vec::new(),
+            subscriptions,
             refused: Vec::new(),
-            events: None,
-            acknowledgements: Vec::new(),
             waiting: 0,
             wanted: 0,
-            state: 0,
+            state: RUNNING,
         };
+        watch.note_state(watch.server.state);
         watch.subscribe().await?;
         match watch.subscribe_to_events().await {
             // The values of other tags come all the same.
@@ -117,21 +113,40 @@ impl Watch {
             outcome => outcome?,
         }
         watch.wanted = (watch.subscriptions.len() + 1).min(MAX_PUBLISHES);
+        watch.subscriptions.begin(now());
         Ok(watch)
+    }
+
+    /// Namespaces by whose index tags are addressed and which are others than before, in
+    /// words.
+    pub(crate) fn moved_namespaces(&self) -> Vec<String> {
+        let board = self.board.borrow();
+        let points = board.points();
+        let items = points.items.iter().map(|item| &item.node);
+        let conditions = points.conditions.iter().map(|condition| &condition.node);
+        let used: Vec<_> = items.chain(conditions).filter_map(|node| node.bare_index()).collect();
+        let moved = self.server.moved.iter().filter(|moved| used.contains(&moved.index));
+        moved.map(|moved| moved.in_words()).collect()
     }
 
     /// Where tags are of conditions, has the server report all their events, and the
     /// state of those that there are.
     async fn subscribe_to_events(&mut self) -> Result<(), Fault> {
-        let nodes: Vec<Option<NodeId>> = {
+        let addresses: Vec<_> = {
             let board = self.board.borrow();
-            let conditions = board.points().conditions.iter();
-            conditions.map(|condition| condition.node.resolve(&self.server.namespaces)).collect()
+            board.points().conditions.iter().map(|condition| condition.node.clone()).collect()
         };
         let mirror = self.board.borrow().mirror().cloned();
-        if nodes.is_empty() && mirror.is_none() {
+        if addresses.is_empty() && mirror.is_none() {
             return Ok(());
         }
+        let nodes: Vec<Option<NodeId>> = addresses
+            .iter()
+            .map(|address| match self.server.moved(address) {
+                Some(_) => None,
+                None => address.resolve(&self.server.namespaces),
+            })
+            .collect();
         let mut known = Vec::with_capacity(nodes.len());
         let ids: Vec<_> = nodes.iter().map(|node| node.clone().unwrap_or_default()).collect();
         for some in ids.chunks(NODES_PER_READ) {
@@ -139,7 +154,9 @@ impl Watch {
         }
         known.resize(nodes.len(), false);
         for condition in (0..nodes.len()).filter(|condition| !known[*condition]) {
-            self.board.borrow_mut().miss_condition(condition);
+            let moved = self.server.moved(&addresses[condition]);
+            let why = moved.map_or("the server has none".into(), |moved| moved.in_words());
+            self.board.borrow_mut().miss_condition(condition, &why);
         }
         let freshness = self.board.borrow().min_freshness();
         let (client, end) = (&self.client, self.board.borrow().points().items.len());
@@ -151,24 +168,22 @@ impl Watch {
         }
         conditions::refresh(client, subscription.id).await?;
         let by_node = nodes.into_iter().zip(0..).filter_map(|(node, index)| Some((node?, index)));
-        self.events = Some(Events {
-            subscription: subscription.id,
-            by_node: by_node.collect(),
-            known,
-            is_refresh_due: false,
-        });
-        self.subscriptions.push(subscription);
+        let events = Events::new(subscription.id, by_node.collect(), known, now());
+        self.subscriptions.events = Some(events);
+        self.subscriptions.add(subscription);
         Ok(())
     }
 
     async fn subscribe(&mut self) -> Result<(), Fault> {
         let count = self.board.borrow().points().items.len();
         let freshness = self.board.borrow().min_freshness();
+        let mut slowest = Duration::ZERO;
         for first in (0..count).step_by(self.config.items_per_subscription) {
             let items = first..count.min(first + self.config.items_per_subscription);
             let subscription =
                 subscription::create(&self.client, &self.config, freshness, items.clone(), now())
                     .await?;
+            slowest = slowest.max(subscription.due);
             let items: Vec<_> = items.collect();
             let (client, id) = (&self.client, subscription.id);
             let refused =
@@ -176,7 +191,17 @@ impl Watch {
             if !refused.is_empty() {
                 self.refused.push((id, refused));
             }
-            self.subscriptions.push(subscription);
+            self.subscriptions.add(subscription);
+        }
+        if freshness.is_some_and(|freshness| slowest > freshness) {
+            self.host.log(
+                LogLevel::Warning,
+                &format!(
+                    "the server gives a sign of life every {} ms only: values that do not change \
+                     go stale by a freshness below that",
+                    slowest.as_millis()
+                ),
+            );
         }
         Ok(())
     }
@@ -189,29 +214,32 @@ impl Watch {
         let (mut next_sign, mut next_try) = (now(), now() + ASK_AGAIN);
         loop {
             self.publish(&mut tasks);
-            let deadline = next_sign.min(next_try).saturating_duration_since(now());
+            let began = now();
+            let inquiry = self.subscriptions.next_inquiry().unwrap_or(next_try);
+            let deadline = next_sign.min(next_try).min(inquiry).saturating_duration_since(began);
             let done = tokio::select! {
                 biased;
                 Some(done) = tasks.join_next() => Some(done),
                 () = sleep(deadline) => None,
             };
+            if now().saturating_duration_since(began) > deadline + STALLED_AFTER {
+                self.host.log(LogLevel::Warning, "stopped for a while: values are read anew");
+                self.subscriptions.lose_all();
+            }
             let outcome = match done {
                 // A task ends by a panic of the library alone.
                 Some(Err(_)) => Err(Fault::Panic),
                 Some(Ok(Done::Alive(state))) => {
                     is_asking = false;
-                    self.note_state(state)
+                    self.take_state(state)
                 }
-                Some(Ok(Done::Published(answer))) => {
-                    self.waiting = self.waiting.saturating_sub(1);
-                    self.heed(answer)
-                }
-                None => self.check_silence(),
+                Some(Ok(done)) => self.take(done),
+                None => self.subscriptions.check_silence(now()),
             };
             if let Err(fault) = outcome {
                 return fault;
             }
-            if let Err(fault) = self.refresh_if_due().await {
+            if let Err(fault) = self.inquire(&mut tasks).await {
                 return fault;
             }
             if now() >= next_sign {
@@ -229,13 +257,18 @@ impl Watch {
         }
     }
 
+    fn moment(&self) -> Moment {
+        Moment { now: now(), wall: (self.wall_clock)() }
+    }
+
     /// Keeps as many publish requests at the server as there are to be.
     fn publish(&mut self, tasks: &mut JoinSet<Done>) {
-        let patience = self.subscriptions.iter().map(Subscription::limit).max();
-        let limit = patience.unwrap_or(self.config.silence);
-        while self.waiting < self.wanted && !self.subscriptions.is_empty() {
-            let count = self.acknowledgements.len().min(MAX_ACKNOWLEDGED);
-            let acknowledged: Vec<_> = self.acknowledgements.drain(..count).collect();
+        // Each waits for its turn: the server answers one a sign of life.
+        let patience = self.subscriptions.limit().unwrap_or(self.config.silence);
+        let turns = u32::try_from(self.wanted).unwrap_or(u32::MAX).saturating_add(1);
+        let limit = patience.saturating_mul(turns);
+        while self.waiting < self.wanted && self.subscriptions.len() > 0 {
+            let acknowledged = self.subscriptions.take_acknowledgements(MAX_ACKNOWLEDGED);
             let client = Rc::clone(&self.client);
             tasks.spawn_local(async move {
                 let request = PublishRequest {
@@ -255,119 +288,104 @@ impl Watch {
         tasks.spawn_local(async move { Done::Alive(session::server_state(&client, limit).await) });
     }
 
-    fn note_state(&mut self, state: Result<Option<i32>, Fault>) -> Result<(), Fault> {
-        let state = match state {
-            Err(Fault::NoAnswer(_)) => return Err(Fault::Silent(self.config.silence)),
-            state => state?.unwrap_or_default(),
-        };
-        if std::mem::replace(&mut self.state, state) != state {
-            let name = usize::try_from(state).ok().and_then(|state| STATES.get(state));
-            let name = name.copied().unwrap_or("none of the standard");
-            self.host.log(LogLevel::Warning, &format!("the server's state is now: {name}"));
-        }
-        Ok(())
-    }
-
-    fn check_silence(&self) -> Result<(), Fault> {
-        let is_overdue = self.subscriptions.iter().any(|one| one.is_overdue(now()));
-        if is_overdue { Err(Fault::Silent(self.config.silence)) } else { Ok(()) }
-    }
-
-    fn heed(&mut self, answer: Result<Box<PublishResponse>, Fault>) -> Result<(), Fault> {
-        let answer = match answer {
-            Ok(answer) => answer,
-            Err(Fault::Refused { status: StatusCode::BadTooManyPublishRequests, .. })
-                if self.wanted > 1 =>
-            {
-                self.wanted = self.waiting.max(1);
-                return Ok(());
+    fn take_state(&mut self, state: Result<Option<i32>, Fault>) -> Result<(), Fault> {
+        match state {
+            Err(Fault::NoAnswer(_)) => Err(Fault::Silent(self.config.silence)),
+            state => {
+                self.note_state(state?);
+                Ok(())
             }
-            Err(Fault::NoAnswer(_)) => return Err(Fault::Silent(self.config.silence)),
-            Err(fault) => return Err(fault),
-        };
-        let found = self.subscriptions.iter_mut().find(|one| one.id == answer.subscription_id);
-        // One of a session before this one may still speak.
-        let Some(subscription) = found else { return Ok(()) };
-        let message = answer.notification_message;
-        if message.notification_data.as_ref().is_some_and(|data| !data.is_empty()) {
-            self.acknowledgements.push(SubscriptionAcknowledgement {
-                subscription_id: subscription.id,
-                sequence_number: message.sequence_number,
-            });
         }
-        let items = subscription.items.clone();
-        let is_of_events =
-            self.events.as_ref().is_some_and(|events| events.subscription == subscription.id);
-        let ready = subscription.take(message, now())?;
-        for data in
-            ready.into_iter().flat_map(|message| message.notification_data.unwrap_or_default())
-        {
-            self.apply(&data)?;
+    }
+
+    /// Notes the state of the server, where it tells one: only one that is running, or in
+    /// test mode, serves its values as they are.
+    fn note_state(&mut self, state: Option<i32>) {
+        let Some(state) = state else { return };
+        if std::mem::replace(&mut self.state, state) == state {
+            return;
         }
+        let name = usize::try_from(state).ok().and_then(|state| STATES.get(state));
+        let name = name.copied().unwrap_or("none of the standard");
+        self.host.log(LogLevel::Warning, &format!("the server's state is now: {name}"));
+        let origin = if state == TEST { SampleFlags::TEST } else { SampleFlags::LIVE };
+        let Moment { now, wall } = self.moment();
         let mut board = self.board.borrow_mut();
-        if !answer.more_notifications {
-            board.confirm(items, now());
-            if is_of_events {
-                board.confirm_conditions(now());
-            }
-        }
-        if is_of_events && let Some(mirror) = board.mirror() {
-            mirror.confirm();
-        }
+        board.set_server(![RUNNING, TEST].contains(&state), origin, now, wall);
         board.flush();
-        Ok(())
     }
 
-    /// Asks for all conditions anew where events may have been missed.
-    async fn refresh_if_due(&mut self) -> Result<(), Fault> {
-        let Some(events) = &mut self.events else { return Ok(()) };
-        if !std::mem::take(&mut events.is_refresh_due) {
-            return Ok(());
-        }
-        if let Some(mirror) = self.board.borrow().mirror() {
-            mirror.begin_refresh();
-        }
-        conditions::refresh(&self.client, events.subscription).await
-    }
-
-    fn heed_events(&mut self, list: &EventNotificationList) {
-        let Some(events) = &mut self.events else { return };
-        let (now, wall) = (now(), (self.wall_clock)());
-        let mut board = self.board.borrow_mut();
-        for event in list.events.iter().flatten() {
-            match read_event(event.event_fields.as_deref().unwrap_or_default()) {
-                Event::State { condition, time, quality, fields } => {
-                    if let Some(mirror) = board.mirror() {
-                        let told = Told { time, quality, fields };
-                        mirror.take(&self.server.namespaces, condition, &told);
+    fn take(&mut self, done: Done) -> Result<(), Fault> {
+        let at = self.moment();
+        match done {
+            Done::Published(answer) => {
+                self.waiting = self.waiting.saturating_sub(1);
+                match answer {
+                    Ok(answer) => self.subscriptions.take(*answer, at),
+                    Err(Fault::Refused {
+                        status: StatusCode::BadTooManyPublishRequests, ..
+                    }) if self.wanted > 1 => {
+                        self.wanted = self.waiting.max(1);
+                        Ok(())
                     }
-                    if let Some(&condition) = events.by_node.get(condition) {
-                        board.take_event(condition, (time, quality, fields), now, wall);
+                    Err(fault) => Err(self.silent(fault)),
+                }
+            }
+            Done::Republished(subscription, number, message) => {
+                let message = message.map_err(|fault| self.silent(fault))?;
+                self.subscriptions.take_republished(subscription, number, message, at)
+            }
+            Done::Read(subscription, epoch, items, values) => {
+                let values = values.map_err(|fault| self.silent(fault))?;
+                let values = items.into_iter().zip(values);
+                self.subscriptions.take_read(subscription, epoch, values, at);
+                Ok(())
+            }
+            Done::Alive(state) => self.take_state(state),
+        }
+    }
+
+    fn silent(&self, fault: Fault) -> Fault {
+        match fault {
+            Fault::NoAnswer(_) => Fault::Silent(self.config.silence),
+            fault => fault,
+        }
+    }
+
+    /// Asks for what is missing.
+    async fn inquire(&mut self, tasks: &mut JoinSet<Done>) -> Result<(), Fault> {
+        for inquiry in self.subscriptions.inquire(now()) {
+            let client = Rc::clone(&self.client);
+            match inquiry {
+                Inquiry::Republish { subscription, number } => {
+                    tasks.spawn_local(async move {
+                        let message = session::republish(&client, subscription, number).await;
+                        Done::Republished(subscription, number, message)
+                    });
+                }
+                Inquiry::Read { subscription, epoch, items } => {
+                    let (items, nodes): (Vec<_>, Vec<_>) = {
+                        let board = self.board.borrow();
+                        let node = |item: usize| {
+                            let address = &board.points().items.get(item)?.node;
+                            Some((item, address.resolve(&self.server.namespaces)?))
+                        };
+                        items.into_iter().filter_map(node).unzip()
+                    };
+                    let per_read = self.server.nodes_per_read.unwrap_or(NODES_PER_READ);
+                    let per_read = per_read.min(NODES_PER_READ);
+                    tasks.spawn_local(async move {
+                        let values = session::read_values(&client, &nodes, per_read).await;
+                        Done::Read(subscription, epoch, items, values)
+                    });
+                }
+                Inquiry::Refresh => {
+                    let events = self.subscriptions.events.as_ref();
+                    if let Some(id) = events.map(|events| events.subscription) {
+                        conditions::refresh(&client, id).await?;
                     }
                 }
-                Event::RefreshEnd => {
-                    board.end_refresh(&events.known, now, wall);
-                    if let Some(mirror) = board.mirror() {
-                        mirror.end_refresh();
-                    }
-                }
-                Event::RefreshRequired => events.is_refresh_due = true,
-                Event::Other => {}
             }
-        }
-    }
-
-    fn apply(&mut self, data: &ExtensionObject) -> Result<(), Fault> {
-        if let Some(changes) = data.inner_as::<DataChangeNotification>() {
-            let (now, wall) = (now(), (self.wall_clock)());
-            let mut board = self.board.borrow_mut();
-            for change in changes.monitored_items.iter().flatten() {
-                board.take(change.client_handle as usize, &change.value, now, wall);
-            }
-        } else if let Some(list) = data.inner_as::<EventNotificationList>() {
-            self.heed_events(list);
-        } else if let Some(change) = data.inner_as::<StatusChangeNotification>() {
-            return Err(Fault::Refused { what: "the subscription ended", status: change.status });
         }
         Ok(())
     }

@@ -6,6 +6,8 @@ mod hostile;
 pub(crate) mod peer;
 #[cfg(target_os = "linux")]
 mod proxied;
+mod scripted;
+mod scripted_server;
 mod secured;
 
 use std::time::{Duration, UNIX_EPOCH};
