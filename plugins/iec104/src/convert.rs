@@ -1,6 +1,6 @@
 //! Objects on the wire -> values and qualities of tags.
 
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, SampleFlags, Value, ValueKind};
 
 use crate::codec::{self, Flags, Object};
 use crate::points::{ObjectType, Point};
@@ -49,6 +49,32 @@ pub(crate) fn quality_of(object: &Object) -> Quality {
     } else {
         Quality::Good
     }
+}
+
+/// Quality of a tag's value: that of its object, unless it is none of the process or no
+/// number at all.
+pub(crate) fn quality_of_value(value: Value, object: &Object, is_test: bool) -> Quality {
+    let quality = quality_of(object);
+    let is_number = !matches!(value, Value::F64(number) if !number.is_finite());
+    match quality {
+        Quality::Bad(_) => quality,
+        _ if !is_number => Quality::Bad(Reason::NotFinite),
+        // What is sent as a test must not be taken for the process.
+        _ if is_test => Quality::Bad(Reason::Unknown),
+        _ => quality,
+    }
+}
+
+/// Origin by SB (IEC 60870-5-101, 7.2.6.3) and by T of the cause (7.2.3).
+pub(crate) fn origin_of(flags: Flags, is_test: bool) -> SampleFlags {
+    let mut origin = SampleFlags::LIVE;
+    if flags.is_substituted() {
+        origin |= SampleFlags::SUBSTITUTED;
+    }
+    if is_test {
+        origin |= SampleFlags::TEST;
+    }
+    origin
 }
 
 fn type_of(value: codec::Value) -> ObjectType {

@@ -1,6 +1,6 @@
 //! The connections of a station: which of them carries data.
 
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use busbar_link::Endpoint;
 use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, SampleSink};
@@ -70,9 +70,9 @@ impl Hub {
     }
 
     /// Data transfer has started on a connection.
-    pub(crate) fn note_started(&mut self, index: usize, now: Instant) {
+    pub(crate) fn note_started(&mut self, index: usize, started: SystemTime, now: Instant) {
         self.is_started = true;
-        self.station.begin(now);
+        self.station.begin(started, now);
         let text = format!("{}: connected", self.links[index].endpoint);
         self.sink.report_link(LinkState::Up, &text);
     }

@@ -10,6 +10,9 @@ pub mod codec;
 mod convert;
 mod hub;
 mod link;
+#[cfg(test)]
+mod message_matrix;
+mod notices;
 mod points;
 pub mod probe;
 mod requests;
@@ -19,6 +22,7 @@ mod simulator;
 mod station;
 #[cfg(test)]
 mod tests;
+mod validity;
 
 use std::cell::RefCell;
 use std::convert::Infallible;

@@ -130,7 +130,7 @@ impl Link {
         let (now, received) = (now(), (self.world.wall_clock)());
         let mut hub = self.hub.borrow_mut();
         let outcome = session.receive(bytes, now, |event| match event {
-            Event::Started => hub.note_started(self.index, now),
+            Event::Started => hub.note_started(self.index, received, now),
             Event::Asdu(asdu) => hub.station.heed(asdu, received, now),
         });
         hub.station.flush();

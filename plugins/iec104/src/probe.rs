@@ -25,7 +25,7 @@ impl ControllingProbe {
         let config = settings.parse()?;
         let points = Points::parse(tags, &config)?;
         let (mut station, now) = (Station::new(config, points, sink, host()), Instant::now());
-        station.begin(now);
+        station.begin(SystemTime::UNIX_EPOCH, now);
         Ok(Self { station, now })
     }
 

@@ -9,6 +9,10 @@ use crate::settings::Config;
 
 /// How long a station may take to answer a request that it has confirmed.
 const ANSWER_LIMIT: Duration = Duration::from_secs(120);
+/// Shortest time between interrogations of a common address whose values are doubtful.
+pub(crate) const DEMAND_INTERVAL: Duration = Duration::from_secs(5);
+/// Time after which an interrogation is tried again that was refused or not answered.
+pub(crate) const RETRY_INTERVAL: Duration = Duration::from_secs(30);
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,10 +42,20 @@ pub(crate) enum Outcome {
     Unanswered,
 }
 
+/// An interrogation beside those of the period: wanted until it is asked for.
+#[derive(Clone, Copy, Debug)]
+struct Demand {
+    common_address: u16,
+    is_wanted: bool,
+    not_before: Option<Instant>,
+}
+
 /// The requests of one period of data transfer.
 #[derive(Debug)]
 pub(crate) struct Requests {
     common_addresses: Vec<u16>,
+    /// By common address.
+    demands: Vec<Demand>,
     /// By kind: its period, and when it is due next.
     periods: [(Kind, Option<Duration>, Option<Instant>); 3],
     interrogate_on_start: bool,
@@ -53,7 +67,10 @@ pub(crate) struct Requests {
 
 impl Requests {
     pub(crate) fn new(config: &Config, common_addresses: Vec<u16>) -> Self {
+        let demand =
+            |&common_address| Demand { common_address, is_wanted: false, not_before: None };
         Self {
+            demands: common_addresses.iter().map(demand).collect(),
             common_addresses,
             periods: [
                 (Kind::ClockSync, config.clock_sync_period, None),
@@ -88,11 +105,22 @@ impl Requests {
         for (.., due) in &mut self.periods {
             *due = None;
         }
+        for demand in &mut self.demands {
+            (demand.is_wanted, demand.not_before) = (false, None);
+        }
+    }
+
+    /// Asks for all values of a common address as soon as that may be, even where the
+    /// same is being asked for: what came of it before may be of no use.
+    pub(crate) fn demand(&mut self, common_address: u16) {
+        if let Some(demand) = self.demand_of(common_address) {
+            demand.is_wanted = true;
+        }
     }
 
     /// Asks for it unless that is planned anyway; so no more wait than there are
     /// kinds and common addresses.
-    pub(crate) fn add(&mut self, job: Job) {
+    fn add(&mut self, job: Job) {
         if !self.queue.contains(&job) {
             self.queue.push_back(job);
         }
@@ -111,13 +139,16 @@ impl Requests {
 
     /// The request whose time is over, if any.
     pub(crate) fn take_late(&mut self, now: Instant) -> Option<Job> {
-        self.current.take_if(|(_, by)| *by <= now).map(|(job, _)| job)
+        let late = self.current.take_if(|(_, by)| *by <= now).map(|(job, _)| job);
+        late.inspect(|job| self.retry(*job, now))
     }
 
     /// When [`Requests::next`] or [`Requests::take_late`] has something.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let due = self.periods.iter().filter_map(|(.., due)| *due);
-        due.chain(self.current.map(|(_, by)| by)).min()
+        let demands = self.demands.iter().filter(|demand| demand.is_wanted);
+        let demanded = demands.filter_map(|demand| demand.not_before);
+        due.chain(demanded).chain(self.current.map(|(_, by)| by)).min()
     }
 
     /// Takes the station's answer to a request.
@@ -127,6 +158,14 @@ impl Requests {
         header: &Header,
         now: Instant,
     ) -> Option<(Job, Outcome)> {
+        let outcome = self.outcome_of(kind, header, now);
+        if let Some((job, Outcome::Refused(_) | Outcome::UnknownCommonAddress)) = outcome {
+            self.retry(job, now);
+        }
+        outcome
+    }
+
+    fn outcome_of(&mut self, kind: Kind, header: &Header, now: Instant) -> Option<(Job, Outcome)> {
         let common_address = header.common_address;
         let job = Job { kind, common_address };
         if header.cause == cause::UNKNOWN_COMMON_ADDRESS {
@@ -152,7 +191,34 @@ impl Requests {
         Some((job, outcome))
     }
 
+    /// An interrogation that brought nothing is tried again later: it is never forgotten.
+    fn retry(&mut self, job: Job, now: Instant) {
+        let is_interrogation = job.kind == Kind::Interrogation;
+        let demand = self.demand_of(job.common_address).filter(|_| is_interrogation);
+        if let Some(demand) = demand {
+            (demand.is_wanted, demand.not_before) = (true, Some(now + RETRY_INTERVAL));
+        }
+    }
+
+    fn demand_of(&mut self, common_address: u16) -> Option<&mut Demand> {
+        self.demands.iter_mut().find(|demand| demand.common_address == common_address)
+    }
+
     fn queue_due(&mut self, now: Instant) {
+        for index in 0..self.demands.len() {
+            let demand = &mut self.demands[index];
+            let is_due = demand.is_wanted && demand.not_before.is_none_or(|at| at <= now);
+            if !is_due {
+                continue;
+            }
+            (demand.is_wanted, demand.not_before) = (false, Some(now + DEMAND_INTERVAL));
+            let common_address = demand.common_address;
+            self.add(Job { kind: Kind::Interrogation, common_address });
+            // Counters are told by an interrogation of their own.
+            if self.has_period(Kind::Counters) {
+                self.add(Job { kind: Kind::Counters, common_address });
+            }
+        }
         for index in 0..self.periods.len() {
             let (kind, period, due) = self.periods[index];
             if due.is_some_and(|due| due <= now) {
@@ -162,6 +228,10 @@ impl Requests {
                 }
             }
         }
+    }
+
+    fn has_period(&self, wanted: Kind) -> bool {
+        self.periods.iter().any(|(kind, period, _)| *kind == wanted && period.is_some())
     }
 }
 

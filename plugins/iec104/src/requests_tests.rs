@@ -138,11 +138,45 @@ fn an_unknown_common_address_is_heard_even_after_a_refusal() {
 }
 
 #[test]
-fn the_same_request_waits_once() {
+fn a_demand_waits_its_time_and_once() {
     let mut requests = requests(json!({"interrogate_on_start": false}));
-    requests.begin(Instant::now());
-    for _ in 0..1000 {
-        requests.add(job(Kind::Interrogation, 5));
+    let start = Instant::now();
+    requests.begin(start);
+    let mut asked = Vec::new();
+    for second in 0..12 {
+        let now = start + second * SECOND;
+        for _ in 0..1000 {
+            requests.demand(5);
+        }
+        while let Some(job) = requests.next(now) {
+            asked.push((job.common_address, second));
+            let ended = answer(job.common_address, cause::ACTIVATION_TERMINATED, false);
+            requests.heed(job.kind, &ended, now);
+        }
+        assert!(requests.queue.is_empty());
     }
-    assert_eq!(requests.queue.len(), 1);
+    assert_eq!(asked, [(5, 0), (5, 5), (5, 10)]);
+    assert_eq!(requests.deadline(), Some(start + 15 * SECOND));
+}
+
+#[test]
+fn a_demand_while_the_same_is_asked_for_comes_after_it() {
+    let mut requests = requests(json!({"counter_period_millis": 3_600_000}));
+    let now = Instant::now();
+    requests.begin(now);
+    assert_eq!(requests.next(now), Some(job(Kind::Interrogation, 3)));
+    requests.demand(3);
+    let mut asked = Vec::new();
+    let end = |requests: &mut Requests, job: Job| {
+        let ended = answer(job.common_address, cause::ACTIVATION_TERMINATED, false);
+        requests.heed(job.kind, &ended, now)
+    };
+    end(&mut requests, job(Kind::Interrogation, 3));
+    while let Some(job) = requests.next(now) {
+        asked.push(job);
+        end(&mut requests, job);
+    }
+    let again = job(Kind::Interrogation, 3);
+    assert!(asked.contains(&again) && asked.contains(&job(Kind::Counters, 3)), "{asked:?}");
+    assert_eq!(asked.len(), 4, "{asked:?}");
 }

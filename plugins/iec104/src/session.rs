@@ -49,6 +49,9 @@ pub enum SessionFault {
     /// Something that only a controlling station says.
     #[error("the other end acts as a controlling station, as this one does")]
     Controlling,
+    /// Data transfer has ended without a request.
+    #[error("the station has ended data transfer")]
+    Stopped,
     /// A frame was not acknowledged within t1.
     #[error("no answer to {what} within {} ms (t1)", .limit.as_millis())]
     Timeout {
@@ -253,7 +256,11 @@ impl Session {
                 self.write(Frame::Unnumbered(Function::TestCon));
             }
             Frame::Unnumbered(Function::TestCon) => self.test_confirm_by = None,
-            // Data transfer is ended by closing; a late confirmation says nothing.
+            // Data transfer is ended by closing, so nobody has asked for it: what is known
+            // is not kept up to date any more.
+            Frame::Unnumbered(Function::StopCon) if self.is_started() => {
+                return Err(SessionFault::Stopped);
+            }
             Frame::Unnumbered(Function::StopCon) => {}
             Frame::Unnumbered(Function::StartAct | Function::StopAct) => {
                 return Err(SessionFault::Controlling);

@@ -179,6 +179,10 @@ fn faults_of_the_station_are_named() {
     assert_eq!(bench.data(&[1], 0), Err(SessionFault::NotStarted));
     assert_eq!(bench.asdus, [] as [Vec<u8>; 0]);
 
+    let mut bench = Bench::started();
+    let ended = bench.receive(Frame::Unnumbered(Function::StopCon));
+    assert_eq!(ended, Err(SessionFault::Stopped));
+
     for function in [Function::StartAct, Function::StopAct] {
         let mut bench = Bench::started();
         let fault = bench.receive(Frame::Unnumbered(function));

@@ -94,6 +94,12 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(range(min = -840, max = 840))]
     utc_offset_minutes: Option<i16>,
+    /// Types of data units that carry no value of a tag, beside those that the standard
+    /// has for this: private ones. Any other type that is not known makes its common
+    /// address bad until it is interrogated.
+    #[serde(default)]
+    #[schemars(length(max = 256))]
+    ignored_types: Vec<u8>,
     /// Delay between tries to connect.
     #[serde(default)]
     reconnect: ReconnectSettings,
@@ -165,6 +171,7 @@ pub(crate) struct Config {
     pub(crate) counter_period: Option<Duration>,
     pub(crate) clock_sync_period: Option<Duration>,
     pub(crate) zone: Zone,
+    pub(crate) ignored_types: Vec<u8>,
     pub(crate) reconnect: Reconnect,
     pub(crate) tls: Option<TlsFiles>,
 }
@@ -214,12 +221,21 @@ impl Settings {
             counter_period,
             clock_sync_period,
             zone,
+            ignored_types: ignored_types(self.ignored_types, &mut faults),
             reconnect: self.reconnect.parse(&mut faults),
             tls,
         };
         let result = faults.into_result();
         result.map(|()| config).map_err(|faults| Error::settings(format!("settings: {faults}")))
     }
+}
+
+/// Types that may be left out: those of values may not.
+fn ignored_types(types: Vec<u8>, faults: &mut Faults) -> Vec<u8> {
+    for type_id in types.iter().filter(|type_id| (1..=40).contains(*type_id)) {
+        faults.add(format!("ignored_types: {type_id} is a type of values: leave it away"));
+    }
+    types
 }
 
 fn endpoints(host: &str, port: u16, others: &[RawEndpoint], faults: &mut Faults) -> Vec<Endpoint> {

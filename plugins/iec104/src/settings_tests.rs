@@ -29,6 +29,7 @@ fn every_fault_is_named() {
         "t0_millis": 1, "t1_millis": 1000, "t2_millis": 1000, "t3_millis": 99,
         "interrogation_period_millis": 999, "counter_period_millis": 0,
         "clock_sync_period_millis": 90_000_000, "utc_offset_minutes": 900,
+        "ignored_types": [200, 36],
         "reconnect": {"min_millis": 1700, "max_millis": 1650},
         "redundancy": [{"host": "b"}, {"host": "b", "port": 2404}, {"host": ""}],
         "tls": {"ca": "ca.pem", "certificate": "/c.pem"}
@@ -47,6 +48,7 @@ fn every_fault_is_named() {
         "counter_period_millis: 0",
         "clock_sync_period_millis: 90000000",
         "utc_offset_minutes: 900 is not within -840 to 840",
+        "ignored_types: 36 is a type of values",
         "reconnect: min_millis is larger",
         "redundancy: b:2404 is named twice",
         "redundancy[2].host: give a name",

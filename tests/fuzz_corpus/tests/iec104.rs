@@ -5,9 +5,9 @@
 use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
-use busbar_plugin_sdk::{Sample, Value, ValueKind};
+use busbar_plugin_sdk::{Quality, Reason, Sample, Value, ValueKind};
 use iec104::codec::{
-    Asdu, AsduWriter, Body, Frame, Function, MAX_ASDU_BYTES, Object, TimeTag, Zone, type_of,
+    Asdu, AsduWriter, Body, Frame, Function, Header, MAX_ASDU_BYTES, Object, TimeTag, Zone, type_of,
 };
 use iec104::probe::ControllingProbe;
 use iec104::session::{Event, Parameters, Session};
@@ -91,14 +91,13 @@ impl Controlling {
             return false;
         };
         assert_eq!(objects.count(), usize::from(header.count));
-        let of_tags = objects.filter(|object| TAGS.contains(&object.address));
-        let is_ours = header.common_address == COMMON_ADDRESS && !samples.is_empty();
-        assert!(
-            samples
-                .iter()
-                .map(|sample| sample.tag)
-                .eq(of_tags.filter(|_| is_ours).map(|object| object.address))
-        );
+        let is_ours = header.common_address == COMMON_ADDRESS && is_understood(&header);
+        let of_tags = objects.filter(|object| is_ours && TAGS.contains(&object.address));
+        let (values, rest) = samples.split_at(of_tags.count().min(samples.len()));
+        assert!(values.iter().map(|sample| sample.tag).eq(of_tags.map(|object| object.address)));
+        // What cannot be understood makes what was known before bad.
+        let doubtful = Quality::Bad(Reason::Communication);
+        assert!(rest.iter().all(|sample| sample.value.is_none() && sample.quality == doubtful));
         samples.iter().for_each(check_sample);
         for object in objects {
             assert!(object.address < 1 << 24);
@@ -110,6 +109,11 @@ impl Controlling {
         }
         true
     }
+}
+
+/// Whether a data unit with objects is one of the process.
+fn is_understood(header: &Header) -> bool {
+    !header.is_negative && matches!(header.cause, 1..=5 | 11 | 12 | 20..=41)
 }
 
 /// A value is of its tag's kind.

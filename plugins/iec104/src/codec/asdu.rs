@@ -8,6 +8,8 @@ use super::time::{Cp24, Cp56, TimeTag};
 
 const HEADER_BYTES: usize = 6;
 const ADDRESS_BYTES: usize = 3;
+/// Object address and qualifier of an interrogation, or cause of an initialisation.
+const QUALIFIED_BYTES: usize = ADDRESS_BYTES + 1;
 /// The last object address.
 const MAX_ADDRESS: u32 = 0xFF_FFFF;
 
@@ -205,9 +207,9 @@ impl<'a> Asdu<'a> {
             common_address: u16::from_le_bytes([low, high]),
         };
         let body = match type_id {
-            70 => Body::InitialisationEnded,
-            100 => Body::Interrogation,
-            101 => Body::CounterInterrogation,
+            70 => single(&header, rest).map(|()| Body::InitialisationEnded)?,
+            100 => single(&header, rest).map(|()| Body::Interrogation)?,
+            101 => single(&header, rest).map(|()| Body::CounterInterrogation)?,
             103 => Body::ClockSync,
             _ => match Shape::of(type_id) {
                 Some(shape) => Body::Objects(Objects::new(&header, shape, rest)?),
@@ -216,6 +218,30 @@ impl<'a> Asdu<'a> {
         };
         Ok(Self { header, body })
     }
+}
+
+/// Checks a data unit that has one object address and one byte.
+fn single(header: &Header, bytes: &[u8]) -> Result<(), AsduError> {
+    let &Header { type_id, count, .. } = header;
+    let wanted = QUALIFIED_BYTES;
+    match (count, bytes.len()) {
+        (0, _) => Err(AsduError::Empty(type_id)),
+        (1, QUALIFIED_BYTES) => Ok(()),
+        (_, found) => Err(AsduError::Length { type_id, count, wanted, found }),
+    }
+}
+
+/// The common address of a data unit, wherever else it is at fault.
+pub fn common_address_of(bytes: &[u8]) -> Option<u16> {
+    let (&[.., low, high], _) = bytes.split_first_chunk::<HEADER_BYTES>()?;
+    Some(u16::from_le_bytes([low, high]))
+}
+
+/// Whether the standard has a type that carries no values of the process: commands and
+/// parameters that are mirrored, system information, file transfer (IEC 60870-5-101,
+/// 7.2.1.1; IEC 60870-5-104, 6).
+pub fn is_without_values(type_id: u8) -> bool {
+    matches!(type_id, 45..=51 | 58..=64 | 70 | 100..=107 | 110..=113 | 120..=127)
 }
 
 impl<'a> Objects<'a> {

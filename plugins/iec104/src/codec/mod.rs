@@ -19,7 +19,7 @@ mod request;
 mod time;
 
 pub use apci::{Frame, Function, MAX_ASDU_BYTES, MAX_FRAME_BYTES, Sequence, split_frame};
-pub use asdu::{Asdu, Body, Header, Object, Objects, cause};
+pub use asdu::{Asdu, Body, Header, Object, Objects, cause, common_address_of, is_without_values};
 pub use element::{Flags, Value};
 pub use encode::{AsduWriter, answer_to, initialisation_ended, type_of};
 pub use error::{AsduError, FrameError};

@@ -105,15 +105,51 @@ fn quality_time_and_cause_are_heeded() {
     ];
     let base = |value: i64| with(point(1, "M_ME_TE_1", json!(value)), json!({"time": time}));
     for (value, (more, quality, source_time)) in (1..).zip(cases) {
-        peer.command(&json!({"send": with(base(value), json!({"is_test": true}))}));
+        // A value under test is marked, and is none of the process.
+        peer.command(&json!({"send": with(base(-value), json!({"is_test": true}))}));
+        running.wait("test", 1, |sample| {
+            sample.value == Some(Value::I64(-value))
+                && sample.flags == SampleFlags::TEST
+                && sample.quality == bad(Reason::Unknown)
+        });
+        let is_substituted = more["quality"].as_u64().unwrap_or_default() & 0x20 != 0;
+        let is_time_invalid = more["is_time_invalid"] == true;
+        let flags = match (is_substituted, is_time_invalid) {
+            (true, _) => SampleFlags::SUBSTITUTED,
+            (_, true) => SampleFlags::TIME_UNUSABLE,
+            _ => SampleFlags::LIVE,
+        };
         peer.command(&json!({"send": with(base(value), more)}));
-        let expected = Sample { tag: 1, value: Some(Value::I64(value)), quality, source_time };
+        let value = Some(Value::I64(value));
+        let expected = Sample { tag: 1, value, quality, source_time, flags };
         running.wait("sample", 1, |sample| *sample == expected);
     }
-    // What was sent as a test left no trace.
-    let samples = running.recorder.recording().samples;
-    let values = samples.iter().filter_map(|sample| sample.value);
-    assert_eq!(values.count(), 15);
+}
+
+/// A clock that is set back by some seconds, and then by an hour: what came last counts.
+#[test]
+fn values_count_in_order_of_arrival_whatever_the_clock_says() {
+    let Some(mut peer) = peer::start(peer::HAT, &spec(&[point(1, "M_DP_NA_1", json!(1))])) else {
+        return;
+    };
+    let running = start(peer.port, json!({}), vec![tag(1, ValueKind::DoublePoint)]);
+    running.wait_for(1, Value::DoublePoint(DoublePoint::Off));
+    let cases = [
+        (2, [4, 4, 5678], DoublePoint::On),
+        (1, [4, 4, 3678], DoublePoint::Off),
+        (2, [3, 4, 5678], DoublePoint::On),
+    ];
+    for (state, [hour, minute, millis], expected) in cases {
+        let time = json!([2026, 1, 2, hour, minute, millis]);
+        let event = with(point(1, "M_DP_TB_1", json!(state)), json!({"time": time}));
+        peer.command(&json!({"send": event}));
+        running.wait("state", 1, |sample| {
+            sample.value == Some(Value::DoublePoint(expected))
+                && sample.quality.is_good()
+                && sample.source_time.is_some()
+                && sample.flags == SampleFlags::LIVE
+        });
+    }
 }
 
 #[test]

@@ -109,7 +109,9 @@ fn a_proper_station_is_heard_past_a_malformed_data_unit() {
     while !server.received().iter().any(|frame| is_data(&frame)) && Instant::now() < enough {
         std::thread::sleep(Duration::from_millis(10));
     }
-    // All that we send of our own accord is the interrogation.
+    running.wait_for_link(LinkState::Up, "1 data units could not be used");
+    // All that we send of our own accord is the interrogation, and again what the cut
+    // data unit left doubtful as soon as this one is at its end.
     let sent = server.received();
     let sent: Vec<_> = sent.iter().filter(is_data).collect();
     assert_eq!(sent.len(), 1);
