@@ -1,17 +1,18 @@
-//! What messages of all kinds end at: the points, their samples, and what the log is told.
+//! Sink of all points: their samples, and lines of the log about them.
 
 use std::ops::Range;
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
-use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink};
+use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 
-use crate::convert::{Raw, name_of};
+use crate::convert::Raw;
+use crate::line_budget::LineBudget;
 use crate::points::Point;
 
 /// Samples that are published at once.
 const MAX_BATCH: usize = 16 * 1024;
-/// Lines about single tags and messages, a connection.
-const MAX_LINES: usize = 50;
+/// Samples of one message that are held until all of it is understood.
+const MAX_HELD: usize = 256 * 1024;
 /// Tags that one log line names.
 const MAX_TAGS_IN_MESSAGE: usize = 5;
 
@@ -23,102 +24,150 @@ pub(crate) struct Desk {
     /// The broker, before each line of the log.
     name: String,
     batch: Vec<Sample>,
-    /// By point: whether it was told that what came does not fit.
-    is_misfit_told: Vec<bool>,
-    lines: usize,
+    /// Samples in `batch` from before the message that is held, while one is.
+    held: Option<usize>,
+    /// By point.
+    states: Vec<PointState>,
+    lines: LineBudget,
     pub(crate) ignored: Ignored,
 }
 
-/// What came since the connection was made and was not used.
+/// State of a point in this connection: what its host shows, what its operators were told.
+#[derive(Clone, Copy, Debug, Default)]
+struct PointState {
+    /// Whether the last sample was good or uncertain.
+    is_usable: bool,
+    is_misfit_told: bool,
+    is_time_told: bool,
+}
+
+/// Quality, time and origin of a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stamp {
+    pub(crate) quality: Quality,
+    pub(crate) source_time: Option<SystemTime>,
+    pub(crate) flags: SampleFlags,
+}
+
+/// Counts of things that came since the connection was made and were not used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Ignored {
     /// Messages of topics that no tag names.
     pub(crate) topics: u64,
     /// Messages and metrics that are too long.
     pub(crate) too_long: u64,
-    /// Payloads that cannot be read.
+    /// Payloads and metrics that cannot be read.
     pub(crate) malformed: u64,
-    /// Historical values.
-    pub(crate) historical: u64,
-    /// Retained messages that the settings leave out.
+    /// Retained messages that the settings, or Sparkplug, leave out.
     pub(crate) retained: u64,
-    /// Values by an alias that nothing stands behind any more.
+    /// Values by an alias that nothing stands behind any more, or by none.
     pub(crate) aliases: u64,
 }
 
 impl Desk {
     pub(crate) fn new(points: Vec<Point>, sink: SampleSink, host: Host, name: String) -> Self {
-        let is_misfit_told = vec![false; points.len()];
-        let (batch, ignored) = (Vec::new(), Ignored::default());
-        Self { points, sink, host, name, batch, is_misfit_told, lines: 0, ignored }
+        let states = vec![PointState::default(); points.len()];
+        let (batch, lines, ignored) = (Vec::new(), LineBudget::default(), Ignored::default());
+        Self { points, sink, host, name, batch, held: None, states, lines, ignored }
     }
 
-    /// All points have no value, and why.
+    /// Marks all points bad.
     pub(crate) fn mark_all(&mut self, reason: Reason) {
         self.mark(0..self.points.len(), reason);
     }
 
-    /// These points have no value, and why.
+    /// Marks these points bad.
     pub(crate) fn mark(&mut self, points: Range<usize>, reason: Reason) {
         for index in points {
             let Some(point) = self.points.get(index) else { continue };
             let sample = Sample::bad(point.tag, reason);
-            self.push(sample);
+            self.push(index, sample);
         }
     }
 
-    /// A value came.
-    pub(crate) fn take(
-        &mut self,
-        index: usize,
-        raw: Raw<'_>,
-        quality: Quality,
-        source_time: Option<SystemTime>,
-    ) {
-        let Some(point) = self.points.get(index) else { return };
-        match point.mapping.value_of(raw) {
-            Some(value) => {
-                let sample = Sample { tag: point.tag, value: Some(value), quality, source_time };
-                self.push(sample);
-            }
-            None => self.take_misfit(index, name_of(raw)),
-        }
+    /// Makes a point's value of what a payload holds; `None` where it does not fit.
+    pub(crate) fn value_of(&self, index: usize, raw: Raw<'_>) -> Option<Value> {
+        self.points.get(index)?.mapping.value_of(raw)
     }
 
-    /// The source says that there is no value now.
-    pub(crate) fn take_null(&mut self, index: usize, source_time: Option<SystemTime>) {
+    /// Takes a value of the point's type.
+    pub(crate) fn take_value(&mut self, index: usize, value: Value, stamp: Stamp) {
         let Some(point) = self.points.get(index) else { return };
-        let sample = Sample { source_time, ..Sample::bad(point.tag, Reason::Sensor) };
-        self.push(sample);
+        let Stamp { quality, source_time, flags } = stamp;
+        let value = Some(value);
+        self.push(index, Sample { tag: point.tag, value, quality, source_time, flags });
     }
 
-    /// What came cannot be a value of the point.
+    /// Takes the word of the source that there is no value now.
+    pub(crate) fn take_null(&mut self, index: usize, stamp: Stamp) {
+        let Some(point) = self.points.get(index) else { return };
+        let Stamp { source_time, flags, .. } = stamp;
+        let sample = Sample { source_time, flags, ..Sample::bad(point.tag, Reason::Sensor) };
+        self.push(index, sample);
+    }
+
+    /// Takes a sign that something was sent which cannot be a value of the point, whose
+    /// type or address is at fault: bad.
     pub(crate) fn take_misfit(&mut self, index: usize, what: &str) {
-        let Some(point) = self.points.get(index) else { return };
-        let sample = Sample::bad(point.tag, Reason::Configuration);
-        let text = format!(
-            "tag '{}': what came is {what}, which does not fit: correct the tag's type or address",
-            point.id
-        );
-        self.push(sample);
-        self.tell_of_point(index, &text);
+        self.mark(index..index + 1, Reason::Configuration);
+        self.tell_misfit(index, what);
     }
 
-    /// Tells something of a point, once a connection.
-    pub(crate) fn tell_of_point(&mut self, index: usize, text: &str) {
-        let Some(is_told) = self.is_misfit_told.get_mut(index) else { return };
-        if !std::mem::replace(is_told, true) {
-            self.tell(LogLevel::Warning, text);
+    /// Takes a sign that something was sent of which no value can be read. The value before
+    /// is not the newest any more: uncertain, or bad as it was, until one can be read.
+    pub(crate) fn take_unusable(&mut self, index: usize, what: &str) {
+        let (Some(point), Some(state)) = (self.points.get(index), self.states.get(index)) else {
+            return;
+        };
+        let reason = Reason::Configuration;
+        let quality =
+            if state.is_usable { Quality::Uncertain(reason) } else { Quality::Bad(reason) };
+        let sample = Sample { quality, ..Sample::bad(point.tag, reason) };
+        self.push(index, sample);
+        self.tell_misfit(index, what);
+    }
+
+    fn tell_misfit(&mut self, index: usize, what: &str) {
+        let (Some(point), Some(state)) = (self.points.get(index), self.states.get_mut(index))
+        else {
+            return;
+        };
+        if !std::mem::replace(&mut state.is_misfit_told, true) {
+            let id = &point.id;
+            let text = format!(
+                "tag '{id}': what came is {what}, which does not fit: correct the tag's type or \
+                 address, or its source"
+            );
+            self.tell(LogLevel::Warning, &text);
         }
     }
 
-    /// Writes a line, as long as there were not too many since the connection was made.
+    /// Tells of a source time that cannot be used, once a tag and connection; `seen` is what
+    /// came in its place.
+    pub(crate) fn tell_time(&mut self, index: usize, seen: impl FnOnce() -> String) {
+        let (Some(point), Some(state)) = (self.points.get(index), self.states.get_mut(index))
+        else {
+            return;
+        };
+        if !std::mem::replace(&mut state.is_time_told, true) {
+            let text = format!(
+                "tag '{}': its source time is {}, so its values are uncertain (source time)",
+                point.id,
+                seen()
+            );
+            self.tell(LogLevel::Warning, &text);
+        }
+    }
+
+    /// Moves the time on by which lines of the log are limited.
+    pub(crate) fn advance(&mut self, now: Instant) {
+        self.lines.advance(now);
+    }
+
+    /// Writes a line, as long as there were not too many of late.
     pub(crate) fn tell(&mut self, level: LogLevel, text: &str) {
-        self.lines += 1;
-        if self.lines < MAX_LINES {
-            self.log(level, text);
-        } else if self.lines == MAX_LINES {
-            self.log(level, "more is not told in this connection");
+        if let Some(remark) = self.lines.take() {
+            self.log(level, &format!("{text}{remark}"));
         }
     }
 
@@ -137,43 +186,67 @@ impl Desk {
         format!("{tags} '{}'{rest}", ids.join("', '"))
     }
 
+    /// Holds what comes from here on back, until [`Desk::release`] or [`Desk::flush`].
+    pub(crate) fn hold(&mut self) {
+        self.held = Some(self.batch.len());
+    }
+
+    /// Drops what came since [`Desk::hold`] and is still here.
+    pub(crate) fn drop_held(&mut self) {
+        self.batch.truncate(self.held.unwrap_or(self.batch.len()));
+    }
+
+    /// Ends [`Desk::hold`].
+    pub(crate) fn release(&mut self) {
+        self.held = None;
+        if self.batch.len() >= MAX_BATCH {
+            self.flush();
+        }
+    }
+
     /// Publishes what came.
     pub(crate) fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.sink.publish(&self.batch);
             self.batch.clear();
         }
+        self.held = self.held.map(|_| 0);
     }
 
-    /// A connection begins.
+    /// Begins a connection.
     pub(crate) fn begin(&mut self, name: String) {
         self.name = name;
-        self.is_misfit_told.fill(false);
-        self.lines = 0;
+        for state in &mut self.states {
+            (state.is_misfit_told, state.is_time_told) = (false, false);
+        }
+        self.lines = LineBudget::default();
         self.ignored = Ignored::default();
     }
 
-    /// A connection has ended.
+    /// Ends a connection.
     pub(crate) fn log_ignored(&mut self) {
         let ignored = std::mem::take(&mut self.ignored);
         if ignored == Ignored::default() {
             return;
         }
-        let Ignored { topics, too_long, malformed, historical, retained, aliases } = ignored;
+        let Ignored { topics, too_long, malformed, retained, aliases } = ignored;
         self.log(
             LogLevel::Info,
             &format!(
                 "left out in this connection: {topics} messages of topics that no tag names, \
-                 {malformed} that cannot be read, {too_long} messages or metrics that are too \
-                 long, {retained} retained; {historical} historical values, {aliases} by unknown \
-                 aliases"
+                 {malformed} messages or metrics that cannot be read, {too_long} that are too \
+                 long, {retained} retained; {aliases} values by unknown aliases"
             ),
         );
     }
 
-    fn push(&mut self, sample: Sample) {
+    fn push(&mut self, index: usize, sample: Sample) {
+        if let Some(state) = self.states.get_mut(index) {
+            state.is_usable = !matches!(sample.quality, Quality::Bad(_));
+        }
         self.batch.push(sample);
-        if self.batch.len() >= MAX_BATCH {
+        let limit = if self.held.is_some() { MAX_HELD } else { MAX_BATCH };
+        if self.batch.len() >= limit {
             self.flush();
         }
     }

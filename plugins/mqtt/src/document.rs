@@ -16,22 +16,34 @@ pub(crate) struct Document<'a> {
     json: Option<Option<Json>>,
 }
 
-/// What a message says of one point.
+/// Word of a message on one point.
 pub(crate) enum Content<'a> {
     Value(Raw<'a>),
+    /// JSON `null`: there is no value.
     Null,
-    /// What it is instead of a value.
-    Misfit(&'static str),
-    /// The payload has nothing for the point.
-    Missing,
+    /// No value can be read, and what is there instead.
+    Unusable(&'static str),
 }
+
+/// Source time of a value, as a document has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DocumentTime {
+    /// The settings say nothing of a time.
+    NotPromised,
+    At(SystemTime),
+    /// Missing, unreadable or impossible.
+    Unusable,
+}
+
+/// Characters of a time that a log line shows.
+const MAX_SHOWN_CHARS: usize = 60;
 
 impl<'a> Document<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, json: None }
     }
 
-    /// Whether something was looked for in it, and it is no JSON.
+    /// Tells whether something was looked for in it, and it is no JSON.
     pub(crate) fn is_broken(&self) -> bool {
         self.json == Some(None)
     }
@@ -44,11 +56,26 @@ impl<'a> Document<'a> {
         self.json()?.pointer(pointer)
     }
 
-    pub(crate) fn time(&mut self, pointers: &Pointers) -> Option<SystemTime> {
-        time_of(self.at(pointers.time.as_deref()?)?)
+    /// Reads the source time, where the settings promise one.
+    pub(crate) fn time(&mut self, pointers: &Pointers) -> DocumentTime {
+        let Some(pointer) = pointers.time.as_deref() else { return DocumentTime::NotPromised };
+        let json = self.at(pointer);
+        json.and_then(time_of).map_or(DocumentTime::Unusable, DocumentTime::At)
     }
 
-    /// What a payload says of the value's quality; what nobody can read is no good sign.
+    /// Shows, in words, where a time was promised what is there instead.
+    pub(crate) fn show_time(&mut self, pointers: &Pointers) -> String {
+        let pointer = pointers.time.as_deref().unwrap_or_default();
+        match self.at(pointer) {
+            None => format!("missing ('{pointer}')"),
+            Some(json) => {
+                let text: String = json.to_string().chars().take(MAX_SHOWN_CHARS).collect();
+                format!("unusable ('{pointer}' has {text}; RFC 3339 with a zone, or milliseconds)")
+            }
+        }
+    }
+
+    /// Reads the value's quality; one that nobody can read is no good sign.
     pub(crate) fn quality(
         &mut self,
         pointers: &Pointers,
@@ -71,15 +98,15 @@ impl<'a> Document<'a> {
 
     pub(crate) fn content(&mut self, pointers: &Pointers) -> Content<'_> {
         if self.bytes.is_empty() {
-            return Content::Null;
+            return Content::Unusable("an empty payload");
         }
         let Some(pointer) = pointers.value.as_deref() else {
             return std::str::from_utf8(self.bytes)
-                .map_or(Content::Misfit("no text"), |text| Content::Value(Raw::Text(text)));
+                .map_or(Content::Unusable("not UTF-8"), |text| Content::Value(Raw::Text(text)));
         };
-        let Some(json) = self.json() else { return Content::Misfit("no JSON") };
+        let Some(json) = self.json() else { return Content::Unusable("no JSON") };
         match json.pointer(pointer) {
-            None => Content::Missing,
+            None => Content::Unusable("a document that has nothing at the pointer"),
             Some(Json::Null) => Content::Null,
             Some(Json::Bool(flag)) => Content::Value(Raw::Bool(*flag)),
             Some(Json::String(text)) => Content::Value(Raw::Text(text)),
@@ -90,13 +117,13 @@ impl<'a> Document<'a> {
                     .or_else(|| number.as_u64().map(i128::from))
                     .map_or_else(|| Raw::Float(number.as_f64().unwrap_or(f64::NAN)), Raw::Int),
             ),
-            Some(Json::Array(_)) => Content::Misfit("an array"),
-            Some(Json::Object(_)) => Content::Misfit("an object"),
+            Some(Json::Array(_)) => Content::Unusable("an array"),
+            Some(Json::Object(_)) => Content::Unusable("an object"),
         }
     }
 }
 
-/// The state that a payload tells, as text.
+/// Reads the state that a payload tells, as text.
 pub(crate) fn state_of(payload: &[u8], pointer: Option<&str>) -> Option<String> {
     let Some(pointer) = pointer else {
         return std::str::from_utf8(payload).ok().map(|text| text.trim().to_owned());
@@ -107,19 +134,28 @@ pub(crate) fn state_of(payload: &[u8], pointer: Option<&str>) -> Option<String> 
     }
 }
 
-/// A time as text by RFC 3339, or in milliseconds since 1970.
+/// Reads a time as text by RFC 3339, or in milliseconds since 1970; `None` where it is
+/// neither, or none that a source can mean.
 fn time_of(json: &Json) -> Option<SystemTime> {
-    match json {
-        Json::String(text) => text.trim().parse::<jiff::Timestamp>().ok().map(SystemTime::from),
+    let time = match json {
+        Json::String(text) => SystemTime::from(text.trim().parse::<jiff::Timestamp>().ok()?),
         Json::Number(number) => {
             let since = match number.as_u64() {
                 Some(millis) => Duration::from_millis(millis),
                 None => Duration::try_from_secs_f64(number.as_f64()? / 1000.0).ok()?,
             };
-            UNIX_EPOCH.checked_add(since)
+            UNIX_EPOCH.checked_add(since)?
         }
-        _ => None,
-    }
+        _ => return None,
+    };
+    is_possible(time).then_some(time)
+}
+
+/// Tells whether a source can mean a time: from 1970 on, and within what counts of
+/// nanoseconds reach (2262).
+pub(crate) fn is_possible(time: SystemTime) -> bool {
+    let since = time.duration_since(UNIX_EPOCH);
+    since.is_ok_and(|since| i64::try_from(since.as_nanos()).is_ok())
 }
 
 #[cfg(test)]

@@ -7,7 +7,10 @@
 mod convert;
 mod desk;
 mod document;
+mod line_budget;
 mod link;
+#[cfg(test)]
+mod message_matrix;
 mod names;
 mod points;
 pub mod probe;

@@ -67,7 +67,7 @@ pub struct Settings {
     #[serde(default = "default_qos")]
     #[schemars(range(max = 2))]
     qos: u8,
-    /// Longest payload, bytes. Longer messages are left out.
+    /// Longest payload, bytes. Longer messages are left out, and their tags uncertain.
     #[serde(default = "default_payload")]
     #[schemars(range(min = 1024, max = 16_777_216))]
     max_payload_bytes: usize,
@@ -80,8 +80,8 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = 1000))]
     availability: Vec<RawAvailability>,
-    /// What becomes of retained messages without a time of their own, whose age nobody
-    /// knows.
+    /// Treatment of retained messages without a believable time of their own, whose age
+    /// nobody knows.
     #[serde(default)]
     retained: Retained,
     /// Qualities by the words of payloads, whatever their case, beside `good`, `uncertain`
@@ -159,7 +159,7 @@ struct RawSparkplug {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Retained {
-    /// Their values are uncertain until the next message.
+    /// Their values are uncertain (source time) until the next message.
     #[default]
     Uncertain,
     /// They count as new.

@@ -10,6 +10,7 @@ use crate::points::{Place, Point};
 use crate::session::Event;
 use crate::settings::Config;
 use crate::sparkplug::Fleet;
+use crate::sparkplug::payload::PayloadFault;
 use crate::topics::Topics;
 
 /// Filters of one connection.
@@ -88,8 +89,9 @@ impl Subscriber {
             .report_link(LinkState::Connecting, &format!("{}: connecting", brokers.join(", ")));
     }
 
-    /// Takes what happened in a connection.
+    /// Takes an event of the connection.
     pub(crate) fn note(&mut self, event: Event<'_>, now: Instant) {
+        self.desk.advance(now);
         match event {
             Event::Connected => {
                 self.desk.mark_all(Reason::NotConnected);
@@ -97,11 +99,9 @@ impl Subscriber {
                 self.fleet.begin();
             }
             Event::Message { topic, payload, is_retained } => {
-                // The codec lets no other topics pass.
+                // The codec ends the connection at any other topic (MQTT 3.1.1, 1.5.3).
                 let Ok(topic) = std::str::from_utf8(topic) else { return };
-                if !self.fleet.heed(topic, payload, is_retained, now, &mut self.desk) {
-                    self.topics.heed(topic, payload, is_retained, &mut self.desk);
-                }
+                self.heed(topic, Ok(payload), is_retained, now);
             }
             Event::Refused(index, why) => self.note_refused(index, why),
             Event::Subscribed => {
@@ -114,16 +114,35 @@ impl Subscriber {
                         self.filters.len()
                     ),
                 };
-                self.sink.report_link(LinkState::Up, &text);
+                let basis = if self.topics.takes_retained_as_new() {
+                    "; retained values without a time count as new (setting retained)"
+                } else {
+                    ""
+                };
+                self.sink.report_link(LinkState::Up, &format!("{text}{basis}"));
             }
-            Event::TooLong(bytes) => {
+            Event::TooLong { topic, bytes, is_retained } => {
                 self.desk.ignored.too_long += 1;
                 let text = format!(
-                    "a message of {bytes} bytes was left out: raise max_payload_bytes, or send \
-                     less"
+                    "a message of {bytes} bytes on '{topic}' was left out: raise \
+                     max_payload_bytes, or send less"
                 );
                 self.desk.tell(LogLevel::Warning, &text);
+                self.heed(topic, Err(PayloadFault::TooLong(bytes)), is_retained, now);
             }
+        }
+    }
+
+    fn heed(
+        &mut self,
+        topic: &str,
+        payload: Result<&[u8], PayloadFault>,
+        is_retained: bool,
+        now: Instant,
+    ) {
+        let desk = &mut self.desk;
+        if !self.fleet.heed(topic, payload.clone(), is_retained, now, desk) {
+            self.topics.heed(topic, payload.ok(), is_retained, desk);
         }
     }
 

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-use busbar_plugin_sdk::{LogLevel, Quality, Reason};
+use busbar_plugin_sdk::{LogLevel, Quality, Reason, SampleFlags, Value};
 use rumqttc_v4::mqttbytes::{has_wildcards, matches};
 
-use crate::desk::Desk;
-use crate::document::{Content, Document, state_of};
+use crate::convert::name_of;
+use crate::desk::{Desk, Stamp};
+use crate::document::{Content, Document, DocumentTime, state_of};
 use crate::points::Pointers;
 use crate::settings::{Availability, Config, Retained};
 
@@ -93,50 +94,81 @@ impl Topics {
         topics.map(|(_, topic)| topic.points.clone()).collect()
     }
 
-    /// A connection begins: nobody has told yet who is there.
+    /// Tells whether the settings take retained values of unknown age for new.
+    pub(crate) fn takes_retained_as_new(&self) -> bool {
+        self.retained == Retained::Good && !self.by_name.is_empty()
+    }
+
+    /// Begins a connection: nobody has told yet who is there.
     pub(crate) fn begin(&mut self) {
         for guard in &mut self.guards {
             guard.is_gone = false;
         }
     }
 
-    /// Takes a message.
-    pub(crate) fn heed(&mut self, topic: &str, payload: &[u8], is_retained: bool, desk: &mut Desk) {
+    /// Takes a message; its payload is missing where it was too long.
+    pub(crate) fn heed(
+        &mut self,
+        topic: &str,
+        payload: Option<&[u8]>,
+        is_retained: bool,
+        desk: &mut Desk,
+    ) {
         let is_told = self.heed_availability(topic, payload, desk);
         let Some(Topic { points, guard }) = self.by_name.get(topic).cloned() else {
             desk.ignored.topics += u64::from(!is_told);
             return;
         };
         let is_gone = guard.and_then(|guard| self.guards.get(guard)).is_some_and(|g| g.is_gone);
+        let Some(payload) = payload else {
+            for index in points {
+                take_unusable(index, "a message that is too long", is_gone, desk);
+            }
+            return;
+        };
         let mut document = Document::new(payload);
         for index in points {
             let Some(pointers) = self.pointers.get(index) else { continue };
             let time = document.time(pointers);
-            if is_retained && time.is_none() && self.retained == Retained::Ignore {
+            let is_ageless = is_retained && !matches!(time, DocumentTime::At(_));
+            if is_ageless && self.retained == Retained::Ignore {
                 desk.ignored.retained += 1;
                 continue;
             }
-            let quality = if is_gone {
-                Quality::Bad(Reason::Communication)
-            } else {
-                let is_ageless = is_retained && time.is_none();
-                let told = document.quality(pointers, &self.qualities);
-                match told {
-                    Quality::Good if is_ageless && self.retained == Retained::Uncertain => {
-                        Quality::Uncertain(Reason::Unknown)
-                    }
-                    told => told,
-                }
+            let mut stamp = Stamp {
+                quality: document.quality(pointers, &self.qualities),
+                source_time: None,
+                flags: SampleFlags::LIVE,
             };
-            match document.content(pointers) {
-                Content::Value(raw) => desk.take(index, raw, quality, time),
-                Content::Null => desk.take_null(index, time),
-                Content::Misfit(what) => desk.take_misfit(index, what),
-                Content::Missing => {
-                    let place = pointers.value.as_deref().unwrap_or_default();
-                    let text = format!("a message of '{topic}' has nothing at '{place}'");
-                    desk.tell_of_point(index, &text);
+            if is_gone {
+                stamp.quality = Quality::Bad(Reason::Communication);
+            }
+            match time {
+                DocumentTime::At(time) => stamp.source_time = Some(time),
+                DocumentTime::Unusable => {
+                    stamp.flags |= SampleFlags::TIME_UNUSABLE;
+                    desk.tell_time(index, || document.show_time(pointers));
                 }
+                // Only the settings can say that such a value is new.
+                DocumentTime::NotPromised if is_ageless && self.retained != Retained::Good => {
+                    stamp.flags |= SampleFlags::TIME_UNUSABLE;
+                }
+                DocumentTime::NotPromised => {}
+            }
+            if is_retained && stamp.source_time.is_some() {
+                // The broker's store: older than what came live, if its time says so.
+                stamp.flags |= SampleFlags::BUFFERED;
+            }
+            match document.content(pointers) {
+                Content::Value(raw) => match desk.value_of(index, raw) {
+                    Some(Value::F64(number)) if !number.is_finite() => {
+                        take_unusable(index, "no finite number", is_gone, desk);
+                    }
+                    Some(value) => desk.take_value(index, value, stamp),
+                    None => take_unusable(index, name_of(raw), is_gone, desk),
+                },
+                Content::Null => desk.take_null(index, stamp),
+                Content::Unusable(what) => take_unusable(index, what, is_gone, desk),
             }
         }
         if document.is_broken() {
@@ -144,13 +176,15 @@ impl Topics {
         }
     }
 
-    /// Whether a topic tells of a source; if so, takes what it tells.
-    fn heed_availability(&mut self, topic: &str, payload: &[u8], desk: &mut Desk) -> bool {
+    /// Tells whether a topic is one of availability; if so, takes what it tells. A state that
+    /// cannot be read is none in which the source is there.
+    fn heed_availability(&mut self, topic: &str, payload: Option<&[u8]>, desk: &mut Desk) -> bool {
         let Some(guard) = self.guards.iter_mut().find(|guard| guard.availability.topic == topic)
         else {
             return false;
         };
-        let state = state_of(payload, guard.availability.pointer.as_deref());
+        let pointer = guard.availability.pointer.as_deref();
+        let state = payload.and_then(|payload| state_of(payload, pointer));
         let is_there = state.is_some_and(|state| guard.availability.online.contains(&state));
         let was_gone = std::mem::replace(&mut guard.is_gone, !is_there);
         if !is_there {
@@ -167,7 +201,16 @@ impl Topics {
     }
 }
 
-/// Whether a filter brings a topic (MQTT 3.1.1, 4.7).
+/// Takes a sign that something came of which no value can be read.
+fn take_unusable(index: usize, what: &str, is_gone: bool, desk: &mut Desk) {
+    if is_gone {
+        desk.mark(index..index + 1, Reason::Communication);
+    } else {
+        desk.take_unusable(index, what);
+    }
+}
+
+/// Tells whether a filter brings a topic (MQTT 3.1.1, 4.7).
 fn covers(filter: &str, topic: &str) -> bool {
     // Most filters of a site differ from most of its topics before their first wildcard.
     let literal = filter.find(['+', '#']).map_or(filter, |first| &filter[..first]);

@@ -10,10 +10,12 @@ use busbar_plugin_sdk::SecretText;
 use bytes::{Buf, Bytes, BytesMut};
 use thiserror::Error;
 
-use self::head::head_of_message;
+use self::head::{MessageHead, is_message, read_message_head};
 pub(crate) use self::packet::Version;
 use self::packet::{Codec, Incoming, PacketFault, QosLevel, Reply};
 
+/// Fault of a message that cannot be of any topic.
+const NO_TOPIC: &str = "a message without a readable topic";
 /// Filters of one SUBSCRIBE packet.
 const MAX_FILTERS_A_PACKET: usize = 100;
 
@@ -30,7 +32,7 @@ pub(crate) struct Parameters {
     /// Deadline of the broker's answer to the connection, and to a subscription.
     pub(crate) answer_timeout: Duration,
     pub(crate) qos: QosLevel,
-    /// Bytes of a payload; messages that are longer are left out.
+    /// Longest payload, bytes; messages with a longer one are left out.
     pub(crate) max_payload: usize,
 }
 
@@ -63,8 +65,8 @@ pub(crate) enum Event<'a> {
         /// Whether the broker had kept it from before we subscribed.
         is_retained: bool,
     },
-    /// A message of so many bytes was left out.
-    TooLong(usize),
+    /// A message was left out: its payload, or its packet, has more bytes than are taken.
+    TooLong { topic: &'a str, bytes: usize, is_retained: bool },
 }
 
 /// Why a connection cannot go on.
@@ -240,16 +242,21 @@ impl Session {
             let skipped = self.to_skip.min(self.input.len());
             self.input.advance(skipped);
             self.to_skip -= skipped;
-            match self.codec.read(&mut self.input) {
-                Ok(Some(packet)) => self.heed(packet, now, note)?,
-                Ok(None) => return Ok(()),
-                Err(PacketFault::TooLong(bytes)) if !self.is_connecting() => {
-                    if !self.skip_message()? {
-                        return Ok(());
-                    }
-                    note(Event::TooLong(bytes));
+            if is_message(&self.input) {
+                let Some(head) = read_message_head(&self.input, self.codec.version)? else {
+                    return Ok(());
+                };
+                if self.is_connecting() {
+                    return Err(SessionFault::OutOfOrder);
                 }
-                Err(fault) => return Err(fault.into()),
+                if self.codec.is_too_long(head.payload, head.packet) {
+                    self.skip_message(&head, note)?;
+                    continue;
+                }
+            }
+            match self.codec.read(&mut self.input)? {
+                Some(packet) => self.heed(packet, now, note)?,
+                None => return Ok(()),
             }
         }
     }
@@ -275,12 +282,20 @@ impl Session {
             Incoming::Refused(why) => Err(SessionFault::Refused(why)),
             Incoming::Ended(why) => Err(SessionFault::Ended(why)),
             _ if is_connecting => Err(SessionFault::OutOfOrder),
+            // Topic aliases (MQTT 5, 3.3.2.3.4) were not offered.
+            Incoming::Message { topic, .. } if topic.is_empty() => {
+                Err(SessionFault::Malformed(NO_TOPIC.into()))
+            }
             Incoming::Message { topic, payload, is_retained, reply } => {
                 note(Event::Message { topic: &topic, payload: &payload, is_retained });
                 self.send_reply(reply)
             }
             Incoming::Subscribed { id: answered, outcomes } => match self.state {
                 State::Subscribing { first, next, id, .. } if id == answered => {
+                    if outcomes.len() != next - first {
+                        let text = "an answer to fewer or more topic filters than were sent";
+                        return Err(SessionFault::Malformed(text.into()));
+                    }
                     for (index, outcome) in (first..next).zip(outcomes) {
                         if let Some(why) = outcome {
                             note(Event::Refused(index, why));
@@ -325,13 +340,20 @@ impl Session {
         }
     }
 
-    /// Leaves out the message that begins here, once enough of it has come to confirm it;
-    /// one that is not confirmed would be sent for ever. False while more has to come.
-    fn skip_message(&mut self) -> Result<bool, SessionFault> {
-        let Some((packet, reply)) = head_of_message(&self.input)? else { return Ok(false) };
-        self.to_skip = packet;
-        self.send_reply(reply)?;
-        Ok(true)
+    /// Leaves out the message that begins here, and confirms it: one that is not confirmed
+    /// would be sent for ever.
+    fn skip_message(
+        &mut self,
+        head: &MessageHead,
+        note: &mut impl FnMut(Event<'_>),
+    ) -> Result<(), SessionFault> {
+        let topic = self.input.get(head.topic.clone()).unwrap_or_default();
+        let topic = std::str::from_utf8(topic).ok().filter(|topic| !topic.is_empty());
+        let topic = topic.ok_or_else(|| SessionFault::Malformed(NO_TOPIC.into()))?;
+        let bytes = if head.payload > self.codec.max_payload { head.payload } else { head.packet };
+        note(Event::TooLong { topic, bytes, is_retained: head.is_retained });
+        self.to_skip = head.packet;
+        self.send_reply(head.reply)
     }
 
     fn is_connecting(&self) -> bool {

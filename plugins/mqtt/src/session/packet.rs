@@ -9,7 +9,8 @@ use thiserror::Error;
 
 use super::{Login, Parameters};
 
-/// Bytes that a packet may have beside its payload: header, topic, properties.
+/// Bytes that a packet may have beside its payload: header, topic (at most 65,535 bytes) and
+/// properties (some 64 KiB).
 const MAX_OVERHEAD: usize = 128 * 1024;
 
 /// Which protocol a broker is spoken to in.
@@ -68,8 +69,8 @@ pub(crate) enum Reply {
 /// A packet that cannot be used.
 #[derive(Debug, Error, PartialEq, Eq)]
 pub(crate) enum PacketFault {
-    /// A message longer than is taken; its packet has so many bytes.
-    #[error("a packet of {0} bytes")]
+    /// No message, and longer than any such packet.
+    #[error("a packet of {0} bytes that is no message")]
     TooLong(usize),
     #[error("{0}")]
     Malformed(String),
@@ -83,8 +84,14 @@ pub(crate) struct Codec {
 }
 
 impl Codec {
+    /// Tells whether a message is left out: its payload is longer than is taken, to the byte,
+    /// or the rest of its packet than any needs.
+    pub(crate) fn is_too_long(self, payload: usize, packet: usize) -> bool {
+        payload > self.max_payload || packet > self.max_packet()
+    }
+
     /// The longest packet that is read, bytes.
-    pub(crate) fn max_packet(self) -> usize {
+    fn max_packet(self) -> usize {
         self.max_payload.saturating_add(MAX_OVERHEAD)
     }
 

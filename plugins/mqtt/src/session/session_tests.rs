@@ -30,9 +30,14 @@ struct Client {
 
 impl Client {
     fn new(filters: usize) -> Self {
+        Self::of_version(Version::V4, filters)
+    }
+
+    fn of_version(version: Version, filters: usize) -> Self {
         let now = Instant::now();
         let filters = (0..filters).map(|index| format!("t/{index}")).collect();
-        let session = Session::new(&parameters(), filters, now).unwrap();
+        let parameters = Parameters { version, ..parameters() };
+        let session = Session::new(&parameters, filters, now).unwrap();
         Self { session, now, told: Vec::new() }
     }
 
@@ -59,7 +64,9 @@ impl Client {
                 Event::Connected => "connected".into(),
                 Event::Subscribed => "subscribed".into(),
                 Event::Refused(index, _) => format!("refused {index}"),
-                Event::TooLong(bytes) => format!("{bytes} bytes"),
+                Event::TooLong { topic, bytes, is_retained } => {
+                    format!("{topic}: {bytes} bytes {is_retained}")
+                }
                 Event::Message { topic, payload, is_retained } => {
                     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
                     format!("{}={} {is_retained}", text(topic), text(payload))
@@ -146,26 +153,75 @@ fn answers_have_a_deadline() {
     assert_eq!(early, Err(SessionFault::OutOfOrder));
 }
 
-#[test]
-fn a_message_that_is_too_long_is_confirmed_and_left_out() {
-    for (first, id, reply) in [
-        (0x30, None, &[][..]),
-        (0x32, Some(9), &[0x40, 2, 0, 9]),
-        (0x34, Some(9), &[0x50, 2, 0, 9]),
-    ] {
-        let mut client = Client::subscribed();
-        let body = [&[0, 1, b'a'][..], &[0, id.unwrap_or(0)][if id.is_some() { 0 } else { 2 }..]];
-        let body = [body.concat(), vec![b'x'; 400_000]].concat();
-        let length = body.len();
-        let digits =
-            [length as u8 & 0x7F | 0x80, (length >> 7) as u8 & 0x7F | 0x80, (length >> 14) as u8];
-        let message = [vec![first], digits.to_vec(), body].concat();
-        for piece in message.chunks(3) {
-            client.hear(piece).unwrap();
-            assert!(client.session.input().len() < 16);
-        }
-        assert_eq!(&client.session.take_output()[..], reply);
-        client.hear(&[0x30, 4, 0, 1, b'a', b'y']).unwrap();
-        assert_eq!(client.told, [format!("{length} bytes"), "a=y false".to_owned()]);
+/// A PUBLISH packet on `a` with a payload of so many bytes.
+fn message(version: Version, qos: u8, properties: &[u8], payload: usize) -> Vec<u8> {
+    let id: &[u8] = if qos > 0 { &[0, 9] } else { &[] };
+    let mut body = [&[0, 1, b'a'][..], id].concat();
+    if version == Version::V5 {
+        assert!(properties.len() < 16_384);
+        body.extend([properties.len() as u8 & 0x7F | 0x80, (properties.len() >> 7) as u8]);
+        body.extend_from_slice(properties);
     }
+    body.extend(std::iter::repeat_n(b'x', payload));
+    let length = body.len();
+    let digits =
+        [length as u8 & 0x7F | 0x80, (length >> 7) as u8 & 0x7F | 0x80, (length >> 14) as u8];
+    [vec![0x30 | qos << 1], digits.to_vec(), body].concat()
+}
+
+#[test]
+fn the_limit_of_a_payload_holds_to_the_byte() {
+    let accepted: [(Version, &[u8], &[u8]); 2] =
+        [(Version::V4, &ACCEPTED, &[]), (Version::V5, &[0x20, 3, 0, 0, 0], &[1, 1])];
+    for ((version, accepted, properties), qos) in
+        accepted.iter().flat_map(|version| (0..=2).map(move |qos| (version, qos)))
+    {
+        let mut client = Client::of_version(*version, 0);
+        client.hear(accepted).unwrap();
+        client.told.clear();
+        client.session.take_output();
+        let limit = parameters().max_payload;
+        let replies: [&[u8]; 3] = [&[], &[0x40, 2, 0, 9], &[0x50, 2, 0, 9]];
+        for (bytes, is_taken) in
+            [(limit, true), (limit + 1, false), (400_000, false), (limit, true)]
+        {
+            for piece in message(*version, qos, properties, bytes).chunks(1 + bytes / 50) {
+                client.hear(piece).unwrap();
+                assert!(client.session.input().len() < 300, "what is left out is not kept");
+            }
+            let told = match is_taken {
+                true => format!("a={} false", "x".repeat(bytes)),
+                false => format!("a: {bytes} bytes false"),
+            };
+            assert_eq!(client.told, [told], "{version:?} {qos} {bytes}");
+            client.told.clear();
+            let output = client.session.take_output();
+            assert_eq!(&output[..], replies[usize::from(qos)], "{version:?} {qos} {bytes}");
+        }
+    }
+}
+
+#[test]
+fn messages_that_belong_to_no_topic_end_the_connection() {
+    // An empty topic and one that is not UTF-8, short and too long.
+    let long = |topic: u8| [&[0x30, 0x80 | 100, 7, 0, 1, topic][..], &[b'x'; 1000]].concat();
+    let mut empty = long(b'a');
+    empty[3..6].copy_from_slice(&[0, 0, b'x']);
+    for bytes in [vec![0x30, 4, 0, 1, 0xFF, b'x'], long(0xFF), empty] {
+        let outcome = Client::subscribed().hear(&bytes);
+        assert!(matches!(outcome, Err(SessionFault::Malformed(_))), "{outcome:?}");
+    }
+    let mut client = Client::of_version(Version::V5, 0);
+    client.hear(&[0x20, 3, 0, 0, 0]).unwrap();
+    // A topic alias, which was not offered.
+    let outcome = client.hear(&[0x30, 7, 0, 0, 3, 0x23, 0, 1, b'x']);
+    assert!(matches!(outcome, Err(SessionFault::Malformed(_))), "{outcome:?}");
+}
+
+#[test]
+fn an_answer_to_a_subscription_is_one_to_each_filter() {
+    let mut client = Client::new(2);
+    client.hear(&ACCEPTED).unwrap();
+    let outcome = client.hear(&[0x90, 3, 0, 1, 1]);
+    assert!(matches!(outcome, Err(SessionFault::Malformed(_))), "{outcome:?}");
 }

@@ -92,7 +92,8 @@ impl World {
         if self.is_lost {
             return;
         }
-        let payload = Payload { metrics, seq, ..Payload::default() }.encode_to_vec();
+        let timestamp = Some(1_700_000_000_000);
+        let payload = Payload { timestamp, metrics, seq, ..Payload::default() }.encode_to_vec();
         let tail = device.map(|device| format!("/{device}")).unwrap_or_default();
         let topic = format!("spBv1.0/g/{kind}/e{tail}");
         let (topic, payload) = (topic.as_bytes(), &payload[..]);

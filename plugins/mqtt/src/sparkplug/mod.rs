@@ -1,26 +1,26 @@
 //! Tags of Sparkplug B (Eclipse Sparkplug 3.0, and payloads of 2.2): edge nodes, found by
 //! the topics of their messages, and requests for births where the settings allow them.
 
+mod aliases;
+mod metric_value;
 pub(crate) mod node;
 pub(crate) mod payload;
+mod requests;
 
-use std::collections::{HashMap, VecDeque};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::collections::HashMap;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{LogLevel, Reason};
 use srad_types::payload::{DataType, Message, Metric, Payload as Outgoing, metric};
 
 use self::node::{Kind, Node};
-use self::payload::Payload;
+use self::payload::{Payload, PayloadFault};
+use self::requests::RebirthRequests;
 use crate::desk::Desk;
 use crate::points::MetricPlace;
 
 /// The namespace of Sparkplug B, first level of all of its topics.
 pub(crate) const NAMESPACE: &str = "spBv1.0";
-/// Shortest time between two requests to one edge node.
-const MIN_REQUEST_INTERVAL: Duration = Duration::from_secs(10);
-/// Shortest time between requests to any, so that births do not all come at once.
-const REQUEST_SPACING: Duration = Duration::from_millis(50);
 /// The metric that asks an edge node for its birth (Sparkplug 3.0, 6.4.24).
 const REBIRTH: &str = "Node Control/Rebirth";
 
@@ -29,15 +29,7 @@ pub(crate) struct Fleet {
     nodes: Vec<Node>,
     /// By group and id.
     by_group: HashMap<String, HashMap<String, usize>>,
-    requests: Option<Requests>,
-}
-
-/// Which edge nodes are to be asked for their births.
-struct Requests {
-    waiting: VecDeque<usize>,
-    /// By node, in this connection.
-    asked: Vec<Option<Instant>>,
-    last: Option<Instant>,
+    requests: Option<RebirthRequests>,
 }
 
 impl Fleet {
@@ -52,11 +44,7 @@ impl Fleet {
             let node = fleet.node(&place.group, &place.edge_node);
             fleet.nodes[node].add(place.device.as_deref(), &place.metric, first + index);
         }
-        fleet.requests = requests_rebirth.then(|| Requests {
-            waiting: VecDeque::new(),
-            asked: vec![None; fleet.nodes.len()],
-            last: None,
-        });
+        fleet.requests = requests_rebirth.then(|| RebirthRequests::new(fleet.nodes.len()));
         fleet
     }
 
@@ -69,8 +57,8 @@ impl Fleet {
     }
 
     /// Marks the points that the filter of this index would have brought.
-    pub(crate) fn refuse(&self, filter: usize, desk: &mut Desk) {
-        if let Some(node) = self.nodes.get(filter / 2) {
+    pub(crate) fn refuse(&mut self, filter: usize, desk: &mut Desk) {
+        if let Some(node) = self.nodes.get_mut(filter / 2) {
             node.mark_all(Reason::Configuration, desk);
         }
     }
@@ -81,8 +69,7 @@ impl Fleet {
             node.begin();
         }
         if let Some(requests) = &mut self.requests {
-            requests.waiting.clear();
-            requests.asked.fill(None);
+            requests.clear();
         }
     }
 
@@ -93,11 +80,12 @@ impl Fleet {
         }
     }
 
-    /// Takes a message; false if its topic is none of Sparkplug's.
+    /// Takes a message, or the fault of one whose payload was not taken; false if its topic
+    /// is none of these edge nodes'.
     pub(crate) fn heed(
         &mut self,
         topic: &str,
-        payload: &[u8],
+        payload: Result<&[u8], PayloadFault>,
         is_retained: bool,
         now: Instant,
         desk: &mut Desk,
@@ -106,34 +94,44 @@ impl Fleet {
         if levels.next() != Some(NAMESPACE) {
             return false;
         }
-        if is_retained {
-            // None of these is ever retained (Sparkplug 3.0, 5.4 to 5.8), so its age is unknown.
-            desk.ignored.retained += 1;
-            return true;
-        }
         let (Some(group), Some(word), Some(id)) = (levels.next(), levels.next(), levels.next())
         else {
-            desk.ignored.topics += 1;
-            return true;
+            return false;
         };
-        let device = levels.next();
-        let node = self.by_group.get(group).and_then(|nodes| nodes.get(id)).copied();
-        let (Some(node), Some(kind), None) = (node, kind_of(word, device), levels.next()) else {
-            desk.ignored.topics += 1;
-            return true;
+        let Some(&index) = self.by_group.get(group).and_then(|nodes| nodes.get(id)) else {
+            return false;
         };
-        let taken = Payload::parse(payload)
-            .and_then(|payload| self.nodes[node].heed(kind, device, payload, desk));
-        match taken {
-            Ok(needs_birth) => {
-                if needs_birth {
-                    self.want_birth(node, now);
+        let Some(node) = self.nodes.get_mut(index) else { return false };
+        if is_retained {
+            // None of these is ever retained (Sparkplug 3.0, 5.4 to 5.8), and what is comes
+            // from before the subscription (MQTT 3.1.1, 3.3.1.3).
+            desk.ignored.retained += 1;
+            let text = format!(
+                "a retained message of '{topic}' is left out: messages of Sparkplug are never \
+                 retained, so its age is unknown"
+            );
+            desk.tell(LogLevel::Warning, &text);
+            return true;
+        }
+        let (device, rest) = (levels.next(), levels.next());
+        let payload = payload.and_then(Payload::parse);
+        let is_birth_needed = match (kind_of(word, device), rest) {
+            (Some(kind), None) => {
+                let is_birth_needed = node.heed(kind, device, payload, desk);
+                if (kind, device) == (Kind::Birth, None) && !is_birth_needed {
+                    self.settle_birth(index);
                 }
+                is_birth_needed
             }
-            Err(fault) => {
-                desk.ignored.malformed += 1;
-                desk.tell(LogLevel::Warning, &format!("'{topic}': {fault}"));
+            // Commands are for others.
+            _ if ["NCMD", "DCMD"].contains(&word) => false,
+            _ => {
+                node.lose_all(&format!("'{topic}' is no topic of Sparkplug B"), desk);
+                true
             }
+        };
+        if is_birth_needed {
+            self.want_birth(index, now);
         }
         true
     }
@@ -144,31 +142,25 @@ impl Fleet {
         now: Instant,
         wall_clock: fn() -> SystemTime,
     ) -> Option<(String, Vec<u8>)> {
-        let requests = self.requests.as_mut()?;
-        if requests.next_at().is_some_and(|next_at| now < next_at) {
-            return None;
-        }
-        let node = requests.waiting.pop_front()?;
-        requests.last = Some(now);
-        if let Some(asked) = requests.asked.get_mut(node) {
-            *asked = Some(now);
-        }
+        let node = self.requests.as_mut()?.next(now)?;
         let Node { group, id, .. } = self.nodes.get(node)?;
         Some((format!("{NAMESPACE}/{group}/NCMD/{id}"), rebirth_request(wall_clock())))
     }
 
     /// When [`Fleet::next_request`] has something to do.
     pub(crate) fn deadline(&self) -> Option<Instant> {
-        let requests = self.requests.as_ref().filter(|requests| !requests.waiting.is_empty())?;
-        requests.next_at()
+        self.requests.as_ref()?.deadline()
     }
 
     fn want_birth(&mut self, node: usize, now: Instant) {
-        let Some(requests) = &mut self.requests else { return };
-        let asked = requests.asked.get(node).copied().flatten();
-        let is_recent = asked.is_some_and(|asked| now < asked + MIN_REQUEST_INTERVAL);
-        if !is_recent && !requests.waiting.contains(&node) {
-            requests.waiting.push_back(node);
+        if let Some(requests) = &mut self.requests {
+            requests.want(node, now);
+        }
+    }
+
+    fn settle_birth(&mut self, node: usize) {
+        if let Some(requests) = &mut self.requests {
+            requests.settle(node);
         }
     }
 
@@ -181,14 +173,7 @@ impl Fleet {
     }
 }
 
-impl Requests {
-    /// Before then nobody is asked.
-    fn next_at(&self) -> Option<Instant> {
-        self.last.map(|last| last + REQUEST_SPACING)
-    }
-}
-
-/// What a message is, by its topic; commands are for others.
+/// Kind of a message by its topic (Sparkplug 3.0, 4.1).
 fn kind_of(word: &str, device: Option<&str>) -> Option<Kind> {
     match (word, device) {
         ("NBIRTH", None) | ("DBIRTH", Some(_)) => Some(Kind::Birth),

@@ -1,22 +1,36 @@
 //! One edge node as its host applications must see it (Sparkplug 3.0, 5.6 and 6.4): births
 //! tell its metrics and their aliases, sequence numbers tell whether anything is missing.
+//!
+//! A message, or a metric of it, that can be assigned to no metric is a gap of its device:
+//! what it brought is newer than what is shown, so all of the device is bad.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-use busbar_plugin_sdk::{LogLevel, Quality, Reason};
+use busbar_plugin_sdk::{LogLevel, Reason, SampleFlags};
 use srad_types::payload::{DataType, Metric};
 
-use super::payload::{Payload, PayloadFault, data_type, instant, quality_code, raw_value};
-use crate::convert::quality_of_code;
-use crate::desk::Desk;
+use super::aliases::{Alias, AliasTable};
+use super::metric_value::{data_type, instant, quality, raw_value};
+use super::payload::{Entry, MAX_METRIC_BYTES, Payload, PayloadFault};
+use crate::desk::{Desk, Stamp};
 
 /// Aliases of one edge node.
 pub(crate) const MAX_ALIASES: usize = 100_000;
-/// Where the edge node's own metrics are among its devices.
+/// A death certificate with a bdSeq ahead of the birth's by no more is one of a later life,
+/// whose birth was lost. All others are old wills.
+const MAX_UNSEEN_LIVES: u64 = 8;
+/// Messages that may be missing before one counts as older than what came already.
+const MAX_AHEAD: u8 = 127;
+/// Count of the values of bdSeq, which begin anew after the last (Sparkplug 3.0, 6.4.16).
+const BD_SEQ_VALUES: u64 = 256;
+/// Index of the edge node's own metrics among its devices.
 const ITSELF: usize = 0;
+/// Remedy of a gap, in messages.
+const UNTIL_BIRTH: &str = "its values are bad until they come by name, or it is born again: see \
+                           sparkplug.request_rebirth";
 
-/// What a message is about (Sparkplug 3.0, 4.1).
+/// Kind of a message (Sparkplug 3.0, 4.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Birth,
@@ -24,33 +38,53 @@ pub(crate) enum Kind {
     Death,
 }
 
-/// An edge node with what tags name of it.
+/// An edge node with the metrics that tags name of it.
 pub(crate) struct Node {
     pub(crate) group: String,
     pub(crate) id: String,
     devices: Vec<Device>,
     device_by_name: HashMap<String, usize>,
     metrics: Vec<NamedMetric>,
-    /// By alias: the device, and the metric where a tag names it.
-    aliases: HashMap<u64, (usize, Option<usize>)>,
     life: Life,
+    /// The number that the next message has, once one came.
+    next: Option<u8>,
 }
 
 /// A device, or the edge node itself.
 #[derive(Default)]
 struct Device {
+    name: Option<String>,
     metric_by_name: HashMap<String, usize>,
     points: Vec<Range<usize>>,
-    /// As its birth told; another device may have taken one since.
-    aliases: Vec<u64>,
+    aliases: AliasTable,
+    state: DeviceState,
+    /// Whether points had a sample since all of them were marked bad.
+    has_samples: bool,
+    /// Whether it was told since its birth that values are lost.
+    is_loss_told: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum DeviceState {
+    /// Aliases count as its birth told them.
+    #[default]
+    Sound,
+    /// What it sends and what its birth told do not agree: aliases count only after its next
+    /// birth.
+    Gapped,
+    /// Nothing counts before its next birth.
+    Dead,
 }
 
 /// A metric that tags name.
+#[derive(Default)]
 struct NamedMetric {
     points: Range<usize>,
     /// As its birth told.
     data_type: Option<DataType>,
     is_born: bool,
+    /// Whether another metric has its alias.
+    is_ambiguous: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,13 +93,44 @@ enum Life {
     Unknown,
     Alive {
         bd_seq: Option<u64>,
-        /// The number that the next message has.
-        next: u8,
-        /// Whether a message is missing since the birth. A birth may have been among them,
-        /// so aliases mean nothing any more.
-        is_gapped: bool,
+    },
+    /// A message is missing since the birth. A birth may have been among them, so aliases
+    /// mean nothing any more.
+    Gapped {
+        bd_seq: Option<u64>,
     },
     Dead,
+}
+
+/// Order of a message by its sequence number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    /// The one that was due.
+    Next,
+    /// Messages before it are missing.
+    Ahead,
+    /// A repeated or overtaken one, or more than [`MAX_AHEAD`] are missing.
+    Behind,
+}
+
+/// Outcome of the metrics of a message.
+#[derive(Default)]
+struct Taken {
+    /// Metrics by an alias that no birth told, or that means another metric than their name.
+    unknown: u64,
+    /// Metrics that cannot be read, or have neither name nor alias.
+    lost: u64,
+}
+
+enum Found {
+    /// A metric that tags name.
+    Named(usize),
+    /// A metric that none names.
+    Unnamed,
+    /// An alias that no birth told, or none that can be trusted.
+    Unknown,
+    /// Neither name nor alias: encoders that leave out zeros leave out alias 0.
+    Nameless,
 }
 
 impl Node {
@@ -76,8 +141,8 @@ impl Node {
             devices: vec![Device::default()],
             device_by_name: HashMap::new(),
             metrics: Vec::new(),
-            aliases: HashMap::new(),
             life: Life::Unknown,
+            next: None,
         }
     }
 
@@ -85,7 +150,7 @@ impl Node {
     pub(crate) fn add(&mut self, device: Option<&str>, metric: &str, point: usize) {
         let device = device.map_or(ITSELF, |name| {
             *self.device_by_name.entry(name.to_owned()).or_insert_with(|| {
-                self.devices.push(Device::default());
+                self.devices.push(Device { name: Some(name.to_owned()), ..Device::default() });
                 self.devices.len() - 1
             })
         });
@@ -99,279 +164,478 @@ impl Node {
             None => {
                 device.metric_by_name.insert(metric.to_owned(), self.metrics.len());
                 let points = point..point + 1;
-                self.metrics.push(NamedMetric { points, data_type: None, is_born: false });
+                self.metrics.push(NamedMetric { points, ..NamedMetric::default() });
             }
         }
     }
 
-    /// A connection begins: what the node said before is not known any more.
+    /// Begins a connection: what the node said before is not known any more.
     pub(crate) fn begin(&mut self) {
-        self.life = Life::Unknown;
+        (self.life, self.next) = (Life::Unknown, None);
         self.forget_births();
+        for device in &mut self.devices {
+            device.has_samples = false;
+        }
     }
 
     /// Marks all points of the node and its devices.
-    pub(crate) fn mark_all(&self, reason: Reason, desk: &mut Desk) {
+    pub(crate) fn mark_all(&mut self, reason: Reason, desk: &mut Desk) {
         for index in 0..self.devices.len() {
             self.mark_device(index, reason, desk);
         }
     }
 
-    /// Takes a message of the node, or of a device. Whether a birth is needed to go on.
+    /// Takes a sign of the node that cannot be read, not even what it is about.
+    pub(crate) fn lose_all(&mut self, what: &str, desk: &mut Desk) {
+        if self.mark_sampled(desk) {
+            self.tell(desk, ITSELF, &format!("{what}: {UNTIL_BIRTH}"));
+        }
+    }
+
+    /// Takes a message of the node, or of a device, or the fault of one that cannot be read.
+    /// Tells whether a birth is needed to go on.
     pub(crate) fn heed(
         &mut self,
         kind: Kind,
         device: Option<&str>,
-        payload: Payload<'_>,
+        payload: Result<Payload<'_>, PayloadFault>,
         desk: &mut Desk,
-    ) -> Result<bool, PayloadFault> {
+    ) -> bool {
+        desk.ignored.malformed += u64::from(payload.is_err());
+        match (kind, device) {
+            (Kind::Birth, None) => return self.take_node_birth(payload, desk),
+            (Kind::Death, None) => return self.take_node_death(payload, desk),
+            _ => {}
+        }
+        let order = self.follow(&payload, desk);
+        let is_missing = !self.is_followed();
         // A device that no tag names still counts in the node's sequence.
         let index = match device {
             None => Some(ITSELF),
             Some(name) => self.device_by_name.get(name).copied(),
         };
-        match (kind, device) {
-            (Kind::Birth, None) => self.be_born(payload, desk),
-            (Kind::Death, None) => self.die(payload, desk),
-            (Kind::Birth, Some(_)) => {
-                let is_missing = self.follow(payload, desk);
-                let Some(index) = index else { return Ok(is_missing) };
-                if self.life == Life::Unknown || self.life == Life::Dead {
-                    return Ok(true);
-                }
-                self.take_birth(index, payload, desk)?;
-                Ok(is_missing)
-            }
-            (Kind::Death, Some(_)) => {
-                let is_missing = self.follow(payload, desk);
-                if let Some(index) = index {
-                    self.forget_device(index);
-                    self.mark_device(index, Reason::Communication, desk);
-                }
-                Ok(is_missing)
-            }
-            (Kind::Data, _) => {
-                let is_missing = self.follow(payload, desk);
-                if self.life == Life::Dead {
-                    return Ok(true);
-                }
-                let Some(index) = index else { return Ok(is_missing) };
-                Ok(self.take_metrics(index, payload, false, desk)? || is_missing)
-            }
+        let Some(index) = index else { return is_missing };
+        // Nothing of a dead node counts before it is born again, and nothing that is older
+        // than what came already: all stays bad.
+        if self.life == Life::Dead || order == Order::Behind {
+            return true;
         }
+        let is_birth_needed = match (kind, payload) {
+            (Kind::Birth, Ok(payload)) => self.take_birth(index, payload, desk),
+            (Kind::Birth, Err(fault)) => {
+                self.forget_device(index);
+                self.lose_births(index, &format!("a birth of it cannot be read ({fault})"), desk)
+            }
+            (Kind::Data, Ok(payload)) => self.take_data(index, payload, desk),
+            (Kind::Data, Err(fault)) => {
+                self.lose(index, &format!("a message of it cannot be read ({fault})"), desk)
+            }
+            (Kind::Death, _) => {
+                self.forget_device(index);
+                self.devices[index].state = DeviceState::Dead;
+                self.mark_device(index, Reason::Communication, desk);
+                false
+            }
+        };
+        is_birth_needed || is_missing
     }
 
-    /// NBIRTH: all that was known of node and devices is void.
-    fn be_born(&mut self, payload: Payload<'_>, desk: &mut Desk) -> Result<bool, PayloadFault> {
+    /// Takes an NBIRTH: all that was known of node and devices is void.
+    fn take_node_birth(
+        &mut self,
+        payload: Result<Payload<'_>, PayloadFault>,
+        desk: &mut Desk,
+    ) -> bool {
         self.forget_births();
         self.mark_all(Reason::NotConnected, desk);
-        let Some(sequence) = sequence(payload) else {
-            self.life = Life::Unknown;
-            self.tell(desk, "its birth has no sequence number, and is not used");
-            return Ok(false);
+        (self.life, self.next) = (Life::Unknown, None);
+        let payload = match payload {
+            Ok(payload) => payload,
+            Err(fault) => {
+                self.tell(desk, ITSELF, &format!("its birth cannot be read ({fault})"));
+                return true;
+            }
         };
-        let bd_seq = payload.bd_seq()?;
-        self.life = Life::Alive { bd_seq, next: sequence.wrapping_add(1), is_gapped: false };
-        self.take_birth(ITSELF, payload, desk)?;
-        Ok(false)
+        let Some(sequence) = sequence(payload) else {
+            self.tell(desk, ITSELF, "its birth has no sequence number, and is not used");
+            return true;
+        };
+        self.life = Life::Alive { bd_seq: payload.bd_seq() };
+        self.next = Some(sequence.wrapping_add(1));
+        self.take_birth(ITSELF, payload, desk)
     }
 
-    /// NDEATH; one of an earlier life is not the node's end (Sparkplug 3.0, 6.4.16).
-    fn die(&mut self, payload: Payload<'_>, desk: &mut Desk) -> Result<bool, PayloadFault> {
-        let of_death = payload.bd_seq()?;
-        if let Life::Alive { bd_seq: Some(of_birth), .. } = self.life
-            && of_death.is_some_and(|of_death| of_death != of_birth)
+    /// Takes an NDEATH; one of an earlier life is not the node's end (Sparkplug 3.0, 6.4.16).
+    fn take_node_death(
+        &mut self,
+        payload: Result<Payload<'_>, PayloadFault>,
+        desk: &mut Desk,
+    ) -> bool {
+        let of_death = payload.ok().and_then(Payload::bd_seq);
+        if let Life::Alive { bd_seq: Some(of_birth) } | Life::Gapped { bd_seq: Some(of_birth) } =
+            self.life
+            && let Some(of_death) = of_death
+            && of_death.wrapping_sub(of_birth) % BD_SEQ_VALUES > MAX_UNSEEN_LIVES
         {
-            return Ok(false);
-        }
-        self.life = Life::Dead;
-        self.forget_births();
-        self.mark_all(Reason::Communication, desk);
-        self.tell(desk, "it is gone (death certificate)");
-        Ok(false)
-    }
-
-    /// Follows the sequence of the node's messages. Whether a message is missing since its
-    /// birth: then all that is known of the node may be outdated.
-    fn follow(&mut self, payload: Payload<'_>, desk: &mut Desk) -> bool {
-        let Life::Alive { bd_seq, next, is_gapped } = self.life else { return true };
-        let sequence = sequence(payload);
-        if sequence == Some(next) {
-            self.life = Life::Alive { bd_seq, next: next.wrapping_add(1), is_gapped };
-            return is_gapped;
-        }
-        let next = sequence.unwrap_or(next).wrapping_add(1);
-        self.life = Life::Alive { bd_seq, next, is_gapped: true };
-        if !is_gapped {
-            self.mark_all(Reason::Communication, desk);
-            self.tell(
-                desk,
-                "a message is missing (sequence number), so its values are bad until they come \
-                 by name, or it is born again: see sparkplug.request_rebirth",
-            );
-        }
-        true
-    }
-
-    fn take_birth(
-        &mut self,
-        device: usize,
-        payload: Payload<'_>,
-        desk: &mut Desk,
-    ) -> Result<(), PayloadFault> {
-        self.forget_device(device);
-        self.take_metrics(device, payload, true, desk)?;
-        let named = self.devices[device].metric_by_name.values();
-        let unborn: Vec<usize> = named
-            .filter_map(|metric| self.metrics.get(*metric))
-            .filter(|metric| !metric.is_born)
-            .flat_map(|metric| metric.points.clone())
-            .collect();
-        if !unborn.is_empty() {
-            for point in &unborn {
-                desk.mark(*point..point + 1, Reason::Configuration);
-            }
             let text = format!(
-                "its birth does not have what {} name: correct their metrics",
-                desk.list(&unborn)
+                "a death certificate of another life (bdSeq {of_death}, its birth has \
+                 {of_birth}) changes nothing"
             );
-            self.tell(desk, &text);
-        }
-        Ok(())
-    }
-
-    /// Takes the metrics of a payload; whether one has an alias that no birth told.
-    fn take_metrics(
-        &mut self,
-        device: usize,
-        payload: Payload<'_>,
-        is_birth: bool,
-        desk: &mut Desk,
-    ) -> Result<bool, PayloadFault> {
-        let mut is_unknown = false;
-        let mut too_many = false;
-        let too_long = payload.each_metric(|metric| {
-            if is_birth {
-                too_many |= !self.learn(device, metric);
-            }
-            match self.find(device, metric, is_birth) {
-                Found::Named(named) => self.take(named, metric, payload.head.timestamp, desk),
-                Found::Unnamed => {}
-                Found::Unknown => {
-                    is_unknown = true;
-                    desk.ignored.aliases += 1;
-                }
-            }
-        })?;
-        desk.ignored.too_long += too_long as u64;
-        if too_many {
-            self.tell(
-                desk,
-                &format!("it has more than {MAX_ALIASES} aliases; the rest is left out"),
-            );
-        }
-        Ok(is_unknown)
-    }
-
-    /// Learns name, alias and type of a metric from its birth; false where there are too many.
-    fn learn(&mut self, device: usize, metric: &Metric) -> bool {
-        let name = metric.name.as_deref().unwrap_or_default();
-        let named = self.devices[device].metric_by_name.get(name).copied();
-        if let Some(known) = named.and_then(|index| self.metrics.get_mut(index)) {
-            known.is_born = true;
-            known.data_type = data_type(metric);
-        }
-        let Some(alias) = metric.alias else { return true };
-        if self.aliases.len() >= MAX_ALIASES && !self.aliases.contains_key(&alias) {
+            self.tell(desk, ITSELF, &text);
             return false;
         }
-        self.aliases.insert(alias, (device, named));
-        self.devices[device].aliases.push(alias);
-        true
+        (self.life, self.next) = (Life::Dead, None);
+        self.forget_births();
+        self.mark_all(Reason::Communication, desk);
+        self.tell(desk, ITSELF, "it is gone (death certificate)");
+        false
     }
 
-    fn find(&self, device: usize, metric: &Metric, is_birth: bool) -> Found {
-        if let Some(name) = metric.name.as_deref().filter(|name| !name.is_empty()) {
-            let named = self.devices[device].metric_by_name.get(name);
-            return named.map_or(Found::Unnamed, |index| Found::Named(*index));
+    /// Follows the sequence of the node's messages: after a gap, all that is known of the
+    /// node may be outdated.
+    fn follow(&mut self, payload: &Result<Payload<'_>, PayloadFault>, desk: &mut Desk) -> Order {
+        if self.life == Life::Dead {
+            return Order::Next;
         }
-        let is_trusted = is_birth || matches!(self.life, Life::Alive { is_gapped: false, .. });
-        match metric.alias.filter(|_| is_trusted).and_then(|alias| self.aliases.get(&alias)) {
-            Some((of, Some(index))) if *of == device => Found::Named(*index),
-            Some((of, None)) if *of == device => Found::Unnamed,
-            _ => Found::Unknown,
+        let expected = self.next;
+        let (found, order) = match payload {
+            // Its number, too, cannot be read; the next message shows whether it was due.
+            Err(_) => (expected, Order::Next),
+            Ok(payload) => {
+                let found = sequence(*payload);
+                let order = match (expected, found) {
+                    (_, None) => Order::Ahead,
+                    (None, Some(_)) => Order::Next,
+                    (Some(expected), Some(found)) => match found.wrapping_sub(expected) {
+                        0 => Order::Next,
+                        1..=MAX_AHEAD => Order::Ahead,
+                        _ => Order::Behind,
+                    },
+                };
+                (found, order)
+            }
+        };
+        if order != Order::Behind {
+            self.next = found.or(expected).map(|sequence| sequence.wrapping_add(1));
+        }
+        if order != Order::Next {
+            self.note_gap(desk);
+        }
+        order
+    }
+
+    /// Takes the sign that messages are missing: births, too, may be among them.
+    fn note_gap(&mut self, desk: &mut Desk) {
+        let mut is_new = false;
+        if let Life::Alive { bd_seq } = self.life {
+            self.life = Life::Gapped { bd_seq };
+            is_new = true;
+        }
+        for device in &mut self.devices {
+            device.state = DeviceState::Sound;
+        }
+        if self.mark_sampled(desk) || is_new {
+            let text = format!("a message is missing (sequence number): {UNTIL_BIRTH}");
+            self.tell(desk, ITSELF, &text);
         }
     }
 
-    fn take(&self, named: usize, metric: &Metric, sent: Option<u64>, desk: &mut Desk) {
-        let Some(NamedMetric { points, data_type: of_birth, .. }) = self.metrics.get(named) else {
+    /// Tells whether all that the node sent since its birth came.
+    fn is_followed(&self) -> bool {
+        matches!(self.life, Life::Alive { .. })
+    }
+
+    /// Takes the metrics of a birth, in two turns: all aliases are known before the first
+    /// value is published. Tells whether another birth is needed.
+    fn take_birth(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> bool {
+        self.forget_device(device);
+        let mut aliases: usize = self.devices.iter().map(|device| device.aliases.len()).sum();
+        let (mut lost, mut ambiguous, mut too_many) = (0_u64, Vec::new(), 0_u64);
+        payload.each_metric(|entry| match entry {
+            Entry::Metric(metric) | Entry::TooLong(metric) => {
+                let Some(name) = metric.name.as_deref().filter(|name| !name.is_empty()) else {
+                    lost += 1;
+                    return;
+                };
+                let named = self.devices[device].metric_by_name.get(name).copied();
+                if let Some(known) = named.and_then(|index| self.metrics.get_mut(index)) {
+                    known.is_born = true;
+                    known.data_type = data_type(metric).ok().flatten();
+                }
+                let Some(alias) = metric.alias else { return };
+                if aliases >= MAX_ALIASES {
+                    too_many += 1;
+                    return;
+                }
+                let table = &mut self.devices[device].aliases;
+                let before = table.len();
+                ambiguous.extend(table.learn(alias, named).into_iter().flatten());
+                aliases += table.len() - before;
+            }
+            Entry::Malformed => lost += 1,
+        });
+        for index in &ambiguous {
+            self.metrics[*index].is_ambiguous = true;
+        }
+        let is_lossy = lost + too_many > 0;
+        if is_lossy {
+            desk.ignored.malformed += lost;
+            desk.ignored.aliases += too_many;
+            let text = format!(
+                "{lost} metrics of its birth cannot be read or have no name, {too_many} aliases \
+                 are beyond {MAX_ALIASES}"
+            );
+            self.lose_births(device, &text, desk);
+        }
+        self.take_metrics(device, payload, desk);
+        self.mark_unborn(device, is_lossy, desk);
+        self.mark_ambiguous(device, desk);
+        is_lossy
+    }
+
+    /// Marks the metrics that tags name and the birth did not have.
+    fn mark_unborn(&mut self, device: usize, is_lossy: bool, desk: &mut Desk) {
+        let unborn = self.points_of(device, |metric| !metric.is_born);
+        if unborn.is_empty() || is_lossy {
+            return;
+        }
+        for point in &unborn {
+            desk.mark(*point..point + 1, Reason::Configuration);
+        }
+        let list = desk.list(&unborn);
+        let text = format!("its birth does not have what {list} name: correct their metrics");
+        self.tell(desk, device, &text);
+    }
+
+    /// Marks the metrics whose alias another one has, too: no value by it can be assigned.
+    fn mark_ambiguous(&mut self, device: usize, desk: &mut Desk) {
+        let ambiguous = self.points_of(device, |metric| metric.is_ambiguous);
+        if ambiguous.is_empty() {
+            return;
+        }
+        for point in &ambiguous {
+            desk.mark(*point..point + 1, Reason::Configuration);
+        }
+        let list = desk.list(&ambiguous);
+        let text = format!("its birth gives one alias to two metrics, one of them that of {list}");
+        self.tell(desk, device, &text);
+    }
+
+    fn points_of(&self, device: usize, is_wanted: impl Fn(&NamedMetric) -> bool) -> Vec<usize> {
+        let metrics = self.devices[device].metric_by_name.values();
+        let metrics = metrics.filter_map(|index| self.metrics.get(*index));
+        metrics
+            .filter(|metric| is_wanted(metric))
+            .flat_map(|metric| metric.points.clone())
+            .collect()
+    }
+
+    /// Takes the metrics of a data message. Tells whether a birth is needed.
+    fn take_data(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> bool {
+        if self.devices[device].state == DeviceState::Dead {
+            return true;
+        }
+        desk.hold();
+        let Taken { unknown, lost } = self.take_metrics(device, payload, desk);
+        if unknown + lost > 0 {
+            desk.ignored.aliases += unknown;
+            desk.ignored.malformed += lost;
+            // What cannot be assigned may be a newer value of any of its metrics.
+            desk.drop_held();
+            if unknown > 0 {
+                self.devices[device].state = DeviceState::Gapped;
+            }
+            let text = match (unknown, lost) {
+                (0, _) => format!(
+                    "{lost} metrics of a message cannot be read or have neither name nor alias"
+                ),
+                (_, 0) => format!(
+                    "{unknown} metrics of a message have aliases that its birth did not tell"
+                ),
+                _ => format!(
+                    "{lost} metrics of a message cannot be read, {unknown} have aliases that its \
+                     birth did not tell"
+                ),
+            };
+            self.lose(device, &text, desk);
+        }
+        desk.release();
+        unknown + lost > 0
+    }
+
+    fn take_metrics(&mut self, device: usize, payload: Payload<'_>, desk: &mut Desk) -> Taken {
+        let mut taken = Taken::default();
+        payload.each_metric(|entry| {
+            let (metric, is_too_long) = match entry {
+                Entry::Metric(metric) => (metric, false),
+                Entry::TooLong(metric) => (metric, true),
+                Entry::Malformed => {
+                    taken.lost += 1;
+                    return;
+                }
+            };
+            match self.find(device, metric) {
+                Found::Named(index) => {
+                    self.devices[device].has_samples = true;
+                    self.take(index, metric, is_too_long, payload.head.timestamp, desk);
+                }
+                Found::Unnamed => {}
+                Found::Unknown => taken.unknown += 1,
+                Found::Nameless => taken.lost += 1,
+            }
+        });
+        taken
+    }
+
+    fn find(&self, device: usize, metric: &Metric) -> Found {
+        let Device { metric_by_name, aliases, state, .. } = &self.devices[device];
+        let is_trusted = self.is_followed() && *state == DeviceState::Sound;
+        let by_alias = metric.alias.filter(|_| is_trusted).and_then(|alias| aliases.get(alias));
+        let Some(name) = metric.name.as_deref().filter(|name| !name.is_empty()) else {
+            return match (metric.alias, by_alias) {
+                (None, _) => Found::Nameless,
+                (Some(_), None) => Found::Unknown,
+                (Some(_), Some(Alias::Named(index))) => Found::Named(index),
+                // Both metrics are bad already, where tags name them.
+                (Some(_), Some(Alias::Unnamed | Alias::Ambiguous)) => Found::Unnamed,
+            };
+        };
+        let by_name = metric_by_name.get(name).copied();
+        match (by_name, by_alias) {
+            (Some(index), Some(Alias::Named(other))) if index != other => Found::Unknown,
+            (None, Some(Alias::Named(_))) | (Some(_), Some(Alias::Unnamed)) => Found::Unknown,
+            (Some(index), _) => Found::Named(index),
+            (None, _) => Found::Unnamed,
+        }
+    }
+
+    fn take(
+        &self,
+        named: usize,
+        metric: &Metric,
+        is_too_long: bool,
+        sent: Option<u64>,
+        desk: &mut Desk,
+    ) {
+        let Some(NamedMetric { points, data_type: of_birth, is_ambiguous, .. }) =
+            self.metrics.get(named)
+        else {
             return;
         };
-        if metric.is_historical == Some(true) {
-            desk.ignored.historical += 1;
+        if *is_ambiguous {
             return;
         }
-        let source_time = metric.timestamp.or(sent).and_then(instant);
-        let quality = quality_code(metric).map_or(Quality::Good, quality_of_code);
-        let is_null = metric.is_null == Some(true);
-        let raw = raw_value(metric, data_type(metric).or(*of_birth));
+        let is_historical = metric.is_historical == Some(true);
+        // When it was sent says nothing of when a value of the past was so.
+        let millis = metric.timestamp.or(sent.filter(|_| !is_historical));
+        let source_time = millis.and_then(instant);
+        let mut flags = SampleFlags::LIVE;
+        if is_historical {
+            flags |= SampleFlags::BUFFERED | SampleFlags::HISTORICAL;
+        }
+        if source_time.is_none() {
+            flags |= SampleFlags::TIME_UNUSABLE;
+        }
+        let stamp = Stamp { quality: quality(metric), source_time, flags };
+        // A birth that was lost may have told another type.
+        let of_birth = of_birth.filter(|_| self.is_followed());
+        let raw = raw_value(metric, of_birth);
         for point in points.clone() {
+            if source_time.is_none() {
+                desk.tell_time(point, || match millis {
+                    None => "missing (metric and message have no timestamp)".into(),
+                    Some(millis) => format!("impossible (timestamp {millis}, not milliseconds?)"),
+                });
+            }
             match raw {
-                _ if is_null => desk.take_null(point, source_time),
-                Ok(raw) => desk.take(point, raw, quality, source_time),
+                _ if is_too_long => {
+                    desk.ignored.too_long += 1;
+                    let text = format!("a metric of more than {MAX_METRIC_BYTES} bytes");
+                    desk.take_misfit(point, &text);
+                }
+                _ if metric.is_null == Some(true) => desk.take_null(point, stamp),
+                Ok(raw) => match desk.value_of(point, raw) {
+                    Some(value) => desk.take_value(point, value, stamp),
+                    None => desk.take_misfit(point, crate::convert::name_of(raw)),
+                },
                 Err(what) => desk.take_misfit(point, what),
             }
         }
     }
 
-    fn mark_device(&self, device: usize, reason: Reason, desk: &mut Desk) {
-        for points in &self.devices[device].points {
+    /// Takes a sign of a device whose values cannot be read: what is shown is not the newest.
+    /// Aliases go on to count. Tells that a birth is needed.
+    fn lose(&mut self, device: usize, what: &str, desk: &mut Desk) -> bool {
+        let known = &mut self.devices[device];
+        let is_told = std::mem::replace(&mut known.is_loss_told, true);
+        let is_shown = known.has_samples;
+        if is_shown {
+            self.mark_device(device, Reason::Communication, desk);
+        }
+        if is_shown || !is_told {
+            self.tell(desk, device, &format!("{what}: {UNTIL_BIRTH}"));
+        }
+        true
+    }
+
+    /// Takes a birth of a device that cannot be read: aliases do not count any more. Tells
+    /// that another birth is needed.
+    fn lose_births(&mut self, device: usize, what: &str, desk: &mut Desk) -> bool {
+        self.devices[device].state = DeviceState::Gapped;
+        self.mark_device(device, Reason::Communication, desk);
+        self.tell(desk, device, &format!("{what}: {UNTIL_BIRTH}"));
+        true
+    }
+
+    fn mark_device(&mut self, device: usize, reason: Reason, desk: &mut Desk) {
+        let device = &mut self.devices[device];
+        device.has_samples = false;
+        for points in &device.points {
             desk.mark(points.clone(), reason);
         }
     }
 
-    fn forget_births(&mut self) {
-        self.aliases.clear();
-        for device in &mut self.devices {
-            device.aliases.clear();
+    /// Marks the devices that had samples since they were marked last; false if none had.
+    fn mark_sampled(&mut self, desk: &mut Desk) -> bool {
+        let mut is_any = false;
+        for index in 0..self.devices.len() {
+            if self.devices[index].has_samples {
+                is_any = true;
+                self.mark_device(index, Reason::Communication, desk);
+            }
         }
-        for metric in &mut self.metrics {
-            metric.is_born = false;
-            metric.data_type = None;
+        is_any
+    }
+
+    fn forget_births(&mut self) {
+        for index in 0..self.devices.len() {
+            self.forget_device(index);
         }
     }
 
     fn forget_device(&mut self, device: usize) {
         let known = &mut self.devices[device];
-        for alias in known.aliases.drain(..) {
-            if self.aliases.get(&alias).is_some_and(|(of, _)| *of == device) {
-                self.aliases.remove(&alias);
-            }
-        }
+        (known.state, known.is_loss_told) = (DeviceState::Sound, false);
+        known.aliases.clear();
         for index in known.metric_by_name.values() {
             if let Some(metric) = self.metrics.get_mut(*index) {
-                metric.is_born = false;
-                metric.data_type = None;
+                let points = metric.points.clone();
+                *metric = NamedMetric { points, ..NamedMetric::default() };
             }
         }
     }
 
-    fn tell(&self, desk: &mut Desk, what: &str) {
-        let text = format!("edge node '{}/{}': {what}", self.group, self.id);
+    fn tell(&self, desk: &mut Desk, device: usize, what: &str) {
+        let Self { group, id, .. } = self;
+        let text = match self.devices.get(device).and_then(|device| device.name.as_ref()) {
+            Some(name) => format!("device '{group}/{id}/{name}': {what}"),
+            None => format!("edge node '{group}/{id}': {what}"),
+        };
         desk.tell(LogLevel::Warning, &text);
     }
 }
 
-enum Found {
-    /// A metric that tags name.
-    Named(usize),
-    /// A metric that none names.
-    Unnamed,
-    /// An alias that no birth told, or none that can be trusted.
-    Unknown,
-}
-
-/// Sequence numbers are 0 to 255 (Sparkplug 3.0, 6.4.4).
+/// Reads the sequence number, 0 to 255 (Sparkplug 3.0, 6.4.4).
 fn sequence(payload: Payload<'_>) -> Option<u8> {
     payload.head.sequence.and_then(|sequence| u8::try_from(sequence).ok())
 }

@@ -1,25 +1,28 @@
 //! Payloads of Sparkplug B (3.0, 6.4), read metric by metric: a payload of any shape takes
 //! no more memory than its longest metric.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-use srad_types::payload::{DataType, Message, Metric, metric, property_value};
+use srad_types::payload::{Message, Metric, metric};
 use thiserror::Error;
 
-use crate::convert::Raw;
+use crate::names::MAX_TEXT;
 
 /// Metrics of one payload.
 pub(crate) const MAX_METRICS: usize = 100_000;
-/// Bytes of one metric; longer ones are left out.
+/// Bytes of one metric; of a longer one no more is read than what it is.
 pub(crate) const MAX_METRIC_BYTES: usize = 64 * 1024;
 
 /// Numbers of the payload's fields (Sparkplug 3.0, 6.4.1).
 const TIMESTAMP: u32 = 1;
 const METRICS: u32 = 2;
 const SEQUENCE: u32 = 3;
+const UUID: u32 = 4;
+/// Numbers of a metric's fields (Sparkplug 3.0, 6.4.5).
+const NAME: u32 = 1;
+const ALIAS: u32 = 2;
+const DATA_TYPE: u32 = 4;
 
-/// Quality codes (Sparkplug 3.0, 6.4.15).
-const QUALITY_KEY: &str = "Quality";
+/// Mark of a payload that holds another one, compressed.
+const COMPRESSED: &[u8] = b"SPBV1.0_COMPRESSED";
 /// The metric that numbers a node's lives (Sparkplug 3.0, 6.4.16).
 pub(crate) const BD_SEQ: &str = "bdSeq";
 
@@ -28,13 +31,25 @@ pub(crate) const BD_SEQ: &str = "bdSeq";
 pub(crate) enum PayloadFault {
     #[error("it is no Sparkplug B payload: {0}")]
     Malformed(&'static str),
-    #[error("a metric in it is malformed")]
-    Metric,
-    #[error("more than {MAX_METRICS} metrics")]
+    #[error("it has more than {MAX_METRICS} metrics")]
     TooManyMetrics,
+    #[error("it is compressed")]
+    Compressed,
+    #[error("it has {0} bytes, more than max_payload_bytes or its properties may have")]
+    TooLong(usize),
 }
 
-/// What a payload says of itself.
+/// A metric of a payload.
+#[derive(Debug)]
+pub(crate) enum Entry<'a> {
+    Metric(&'a Metric),
+    /// One that is longer than is read, by name, alias and type.
+    TooLong(&'a Metric),
+    /// One that cannot be read: cut short, or its name is not UTF-8.
+    Malformed,
+}
+
+/// Fields of a payload beside its metrics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Head {
     /// Milliseconds since 1970.
@@ -59,6 +74,11 @@ impl<'a> Payload<'a> {
                 (TIMESTAMP, Field::Number(millis)) => head.timestamp = Some(millis),
                 (SEQUENCE, Field::Number(sequence)) => head.sequence = Some(sequence),
                 (METRICS, Field::Bytes(_)) => head.metrics += 1,
+                (UUID, Field::Bytes(COMPRESSED)) => return Err(PayloadFault::Compressed),
+                // A field of another form than its number's is no payload of Sparkplug B.
+                (TIMESTAMP | METRICS | SEQUENCE, _) => {
+                    return Err(PayloadFault::Malformed("a field is of another type"));
+                }
                 _ => {}
             }
         }
@@ -68,35 +88,66 @@ impl<'a> Payload<'a> {
         Ok(Self { bytes, head })
     }
 
-    /// Hands on each metric in its order; those that are too long are counted.
-    pub(crate) fn each_metric(self, mut take: impl FnMut(&Metric)) -> Result<usize, PayloadFault> {
-        let mut too_long = 0;
+    /// Hands on each metric in its order.
+    pub(crate) fn each_metric(self, mut take: impl FnMut(Entry<'_>)) {
         let mut fields = Fields(self.bytes);
-        while let Some((number, field)) = fields.next()? {
+        while let Ok(Some((number, field))) = fields.next() {
             let (METRICS, Field::Bytes(bytes)) = (number, field) else { continue };
             if bytes.len() > MAX_METRIC_BYTES {
-                too_long += 1;
+                match identity_of(bytes) {
+                    Some(metric) => take(Entry::TooLong(&metric)),
+                    None => take(Entry::Malformed),
+                }
                 continue;
             }
-            take(&Metric::decode(bytes).map_err(|_| PayloadFault::Metric)?);
+            match Metric::decode(bytes) {
+                Ok(metric) => take(Entry::Metric(&metric)),
+                Err(_) => take(Entry::Malformed),
+            }
         }
-        Ok(too_long)
     }
 
     /// The number of the node's life, in a birth or death certificate.
-    pub(crate) fn bd_seq(self) -> Result<Option<u64>, PayloadFault> {
+    pub(crate) fn bd_seq(self) -> Option<u64> {
         let mut number = None;
-        self.each_metric(|metric| {
-            if metric.name.as_deref() == Some(BD_SEQ) {
+        self.each_metric(|entry| {
+            if let Entry::Metric(metric) = entry
+                && metric.name.as_deref() == Some(BD_SEQ)
+            {
                 number = match metric.value {
                     Some(metric::Value::LongValue(value)) => Some(value),
                     Some(metric::Value::IntValue(value)) => Some(value.into()),
                     _ => None,
                 };
             }
-        })?;
-        Ok(number)
+        });
+        number
     }
+}
+
+/// Reads name, alias and type of a metric, and no more; `None` where it is malformed, or has
+/// neither name nor alias.
+fn identity_of(bytes: &[u8]) -> Option<Metric> {
+    let mut metric = Metric::default();
+    let mut fields = Fields(bytes);
+    while let Some((number, field)) = fields.next().ok()? {
+        match (number, field) {
+            (NAME, Field::Bytes(name)) => {
+                metric.name =
+                    Some(str::from_utf8(name).ok().filter(|name| !is_too_long(name))?.into());
+            }
+            (ALIAS, Field::Number(alias)) => metric.alias = Some(alias),
+            (DATA_TYPE, Field::Number(number)) => metric.datatype = u32::try_from(number).ok(),
+            (NAME | ALIAS | DATA_TYPE, _) => return None,
+            _ => {}
+        }
+    }
+    (metric.name.is_some() || metric.alias.is_some()).then_some(metric)
+}
+
+/// Tells names that no tag can have.
+fn is_too_long(name: &str) -> bool {
+    name.len() > MAX_TEXT
 }
 
 /// A field on the wire (Protocol Buffers, encoding).
@@ -151,69 +202,6 @@ impl<'a> Fields<'a> {
 
 fn malformed() -> PayloadFault {
     PayloadFault::Malformed("it ends within a field")
-}
-
-/// An instant by its milliseconds since 1970; nothing beyond what a clock can show.
-pub(crate) fn instant(millis: u64) -> Option<SystemTime> {
-    UNIX_EPOCH.checked_add(Duration::from_millis(millis))
-}
-
-/// The type that a metric says it has; nothing where it says none.
-pub(crate) fn data_type(metric: &Metric) -> Option<DataType> {
-    metric.datatype.and_then(|number| DataType::try_from(number).ok())
-}
-
-/// The value of a metric by its type, which its birth told; an error names what it is
-/// instead (Sparkplug 3.0, 6.4.16).
-pub(crate) fn raw_value(
-    metric: &Metric,
-    data_type: Option<DataType>,
-) -> Result<Raw<'_>, &'static str> {
-    use metric::Value;
-    let value = metric.value.as_ref().ok_or("a metric without a value")?;
-    Ok(match (data_type, value) {
-        (Some(DataType::DataSet), _) | (_, Value::DatasetValue(_)) => return Err("a data set"),
-        (Some(DataType::Template), _) | (_, Value::TemplateValue(_)) => return Err("a template"),
-        (_, Value::BytesValue(_)) => return Err("bytes, a file or an array"),
-        (_, Value::ExtensionValue(_)) => return Err("an extension"),
-        (_, Value::FloatValue(value)) => Raw::Float(f64::from(*value)),
-        (_, Value::DoubleValue(value)) => Raw::Float(*value),
-        (_, Value::BooleanValue(value)) => Raw::Bool(*value),
-        (_, Value::StringValue(value)) => Raw::Text(value),
-        (Some(data_type), Value::IntValue(value)) => integer(data_type, u64::from(*value))?,
-        (Some(data_type), Value::LongValue(value)) => integer(data_type, *value)?,
-        (None, Value::IntValue(_) | Value::LongValue(_)) => {
-            return Err("an integer whose type no birth told");
-        }
-    })
-}
-
-/// Integers are sent as the bits of their type: signed ones in two's complement, by some in
-/// more bits than the type has.
-fn integer(data_type: DataType, bits: u64) -> Result<Raw<'static>, &'static str> {
-    Ok(match data_type {
-        DataType::Int8 => Raw::Int((bits as u8 as i8).into()),
-        DataType::Int16 => Raw::Int((bits as u16 as i16).into()),
-        DataType::Int32 => Raw::Int((bits as u32 as i32).into()),
-        DataType::Int64 => Raw::Int((bits as i64).into()),
-        DataType::UInt8 => Raw::Int((bits as u8).into()),
-        DataType::UInt16 => Raw::Int((bits as u16).into()),
-        DataType::UInt32 => Raw::Int((bits as u32).into()),
-        DataType::UInt64 | DataType::DateTime => Raw::Int(bits.into()),
-        DataType::Boolean => Raw::Bool(bits != 0),
-        _ => return Err("a number that its type does not have"),
-    })
-}
-
-/// The quality code of a metric, where it tells one.
-pub(crate) fn quality_code(metric: &Metric) -> Option<i64> {
-    let properties = metric.properties.as_ref()?;
-    let index = properties.keys.iter().position(|key| key == QUALITY_KEY)?;
-    match properties.values.get(index)?.value {
-        Some(property_value::Value::IntValue(code)) => Some((code as i32).into()),
-        Some(property_value::Value::LongValue(code)) => Some(code as i64),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

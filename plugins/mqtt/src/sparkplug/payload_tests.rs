@@ -1,4 +1,4 @@
-use srad_types::payload::{DataSet, Payload as Outgoing, PropertySet, PropertyValue};
+use srad_types::payload::Payload as Outgoing;
 
 use super::*;
 
@@ -31,61 +31,53 @@ fn what_is_cut_short_or_endless_is_refused() {
     assert_eq!(Payload::parse(&many).unwrap_err(), PayloadFault::TooManyMetrics);
 }
 
-#[test]
-fn a_metric_that_is_too_long_is_counted_and_not_read() {
-    let long = Metric { name: Some("x".repeat(MAX_METRIC_BYTES + 1)), ..Metric::default() };
-    let short = Metric { name: Some("short".into()), ..Metric::default() };
-    let bytes = encode(vec![long, short]);
-    let mut names = Vec::new();
-    let payload = Payload::parse(&bytes).unwrap();
-    let too_long = payload.each_metric(|metric| names.extend(metric.name.clone())).unwrap();
-    assert_eq!((too_long, names), (1, vec!["short".to_owned()]));
+/// Names and aliases of a payload's metrics, and what became of each.
+fn entries(bytes: &[u8]) -> Vec<(&'static str, Option<String>, Option<u64>)> {
+    let mut found = Vec::new();
+    Payload::parse(bytes).unwrap().each_metric(|entry| {
+        found.push(match entry {
+            Entry::Metric(metric) => ("whole", metric.name.clone(), metric.alias),
+            Entry::TooLong(metric) => ("too long", metric.name.clone(), metric.alias),
+            Entry::Malformed => ("malformed", None, None),
+        });
+    });
+    found
 }
 
 #[test]
-fn types_that_are_no_values_are_named() {
-    let cases = [
-        (None, Some(metric::Value::IntValue(1)), "no birth told"),
-        (Some(DataType::Int32), None, "without a value"),
-        (None, Some(metric::Value::DatasetValue(DataSet::default())), "a data set"),
-        (Some(DataType::Template), Some(metric::Value::IntValue(1)), "a template"),
-        (Some(DataType::Bytes), Some(metric::Value::BytesValue(vec![1])), "bytes"),
-        (Some(DataType::String), Some(metric::Value::IntValue(1)), "its type does not have"),
+fn of_a_metric_that_is_too_long_its_name_is_read() {
+    let text = || Some(metric::Value::StringValue("x".repeat(MAX_METRIC_BYTES)));
+    let name = |name: &str| Some(name.to_owned());
+    let metric =
+        |name: Option<String>, alias, value| Metric { name, alias, value, ..Metric::default() };
+    let bytes = encode(vec![
+        metric(name("long"), Some(5), text()),
+        metric(None, Some(6), text()),
+        metric(None, None, text()),
+        metric(Some("x".repeat(MAX_METRIC_BYTES + 1)), Some(7), None),
+        metric(name("short"), None, None),
+    ]);
+    let expected = [
+        ("too long", name("long"), Some(5)),
+        ("too long", None, Some(6)),
+        ("malformed", None, None),
+        ("malformed", None, None),
+        ("whole", name("short"), None),
     ];
-    for (data_type, value, part) in cases {
-        let metric = Metric { value, ..Metric::default() };
-        let what = raw_value(&metric, data_type).unwrap_err();
-        assert!(what.contains(part), "{part}: {what}");
-    }
+    assert_eq!(entries(&bytes), expected);
 }
 
 #[test]
-fn negative_numbers_are_read_in_whatever_width_they_come() {
-    for (bits, data_type) in [
-        (0xFB, DataType::Int8),
-        (0xFFFF_FFFB, DataType::Int8),
-        (0xFFFB, DataType::Int16),
-        (0xFFFF_FFFB, DataType::Int32),
-        (u64::MAX - 4, DataType::Int32),
-        (u64::MAX - 4, DataType::Int64),
-    ] {
-        let metric = Metric { value: Some(metric::Value::LongValue(bits)), ..Metric::default() };
-        assert_eq!(raw_value(&metric, Some(data_type)), Ok(Raw::Int(-5)), "{data_type:?}");
-    }
+fn a_name_that_is_not_utf_8_and_a_metric_cut_short_spoil_no_other() {
+    let bytes = [&[0x12, 3, 0x0A, 1, 0xFF][..], &[0x12, 2, 0x0A, 9], &[0x12, 3, 0x0A, 1, b'a']];
+    let expected =
+        [("malformed", None, None), ("malformed", None, None), ("whole", Some("a".into()), None)];
+    assert_eq!(entries(&bytes.concat()), expected);
 }
 
 #[test]
-fn quality_is_a_property() {
-    let property = |value| PropertyValue { value: Some(value), ..PropertyValue::default() };
-    let properties = PropertySet {
-        keys: vec!["engUnit".into(), "Quality".into()],
-        values: vec![
-            property(property_value::Value::StringValue("kV".into())),
-            property(property_value::Value::IntValue(500)),
-        ],
-    };
-    let mut metric = Metric { properties: Some(properties), ..Metric::default() };
-    assert_eq!(quality_code(&metric), Some(500));
-    metric.properties.as_mut().unwrap().values.pop();
-    assert_eq!(quality_code(&metric), None);
+fn a_compressed_payload_is_none_that_can_be_read() {
+    let uuid = Some("SPBV1.0_COMPRESSED".to_owned());
+    let bytes = Outgoing { uuid, body: Some(vec![1, 2]), ..Outgoing::default() }.encode_to_vec();
+    assert_eq!(Payload::parse(&bytes).unwrap_err(), PayloadFault::Compressed);
 }

@@ -12,7 +12,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use busbar_link::Reconnect;
 use busbar_plugin_sdk::testing::{Watched, host, tag_spec};
 use busbar_plugin_sdk::{
-    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
+    Value, ValueKind,
 };
 use serde_json::{Value as Json, json};
 

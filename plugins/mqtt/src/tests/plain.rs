@@ -105,11 +105,13 @@ fn a_retained_value_without_a_time_is_not_taken_for_live() {
         ]
     };
     let uncertain = start(broker.port, &json!({}), tags());
-    uncertain.wait_for_quality(1, Quality::Uncertain(Reason::Unknown));
+    // The host makes it uncertain (source time).
+    uncertain.wait("flag", 1, |sample| sample.flags == SampleFlags::TIME_UNUSABLE);
     assert_eq!(uncertain.recorder.latest(1).unwrap().value, Some(Value::F64(1.5)));
     // Its source says how old it is, so the host decides.
     uncertain.wait_for(2, Value::F64(2.5));
-    assert_eq!(uncertain.recorder.latest(2).unwrap().source_time, time(TEXT_OR_JSON));
+    let stored = uncertain.recorder.latest(2).unwrap();
+    assert_eq!((stored.source_time, stored.flags), (time(TEXT_OR_JSON), SampleFlags::BUFFERED));
     start(broker.port, &json!({"retained": "good"}), tags()).wait_for(1, Value::F64(1.5));
     let ignoring = start(broker.port, &json!({"retained": "ignore"}), tags());
     ignoring.wait_for(2, Value::F64(2.5));
@@ -118,6 +120,102 @@ fn a_retained_value_without_a_time_is_not_taken_for_live() {
     peer.retain("r/text", "2.5");
     for running in [&uncertain, &ignoring] {
         running.wait_for(1, Value::F64(2.5));
+        assert_eq!(running.recorder.latest(1).unwrap().flags, SampleFlags::LIVE);
+    }
+}
+
+#[test]
+fn a_time_that_cannot_be_used_makes_its_value_doubtful() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
+    let address = json!({"topic": "t", "pointer": "/v", "time": "/ts"});
+    let running = start(broker.port, &json!({}), vec![tag(1, ValueKind::I64, address)]);
+    let zoneless = json!("2023-11-14T22:13:20");
+    let unusable = [
+        json!("yesterday"),
+        zoneless,
+        json!(""),
+        json!("1700000000123"),
+        json!(null),
+        json!(1e300),
+        json!(-1),
+        json!(1_700_000_000_123_456_u64),
+        json!(true),
+        json!([1]),
+    ];
+    let cases = unusable.iter().map(|ts| json!({ "ts": ts })).chain([json!({})]);
+    for (number, case) in (0..).zip(cases) {
+        let mut payload = case.clone();
+        payload["v"] = json!(number);
+        peer.publish("t", &payload.to_string());
+        running.wait("value", 1, |sample| sample.value == Some(Value::I64(number)));
+        let sample = running.recorder.latest(1).unwrap();
+        let found = (sample.source_time, sample.flags);
+        assert_eq!(found, (None, SampleFlags::TIME_UNUSABLE), "{case}");
+    }
+    // One of another clock is handed on as it is, for the host to judge, older ones, too.
+    for (number, ts) in [(100, TEXT_OR_JSON), (101, TEXT_OR_JSON - 5000), (102, 4_000_000_000_000)]
+    {
+        peer.publish("t", &json!({"v": number, "ts": ts}).to_string());
+        running.wait("value", 1, |sample| sample.value == Some(Value::I64(number)));
+        let sample = running.recorder.latest(1).unwrap();
+        assert_eq!((sample.source_time, sample.flags), (time(ts), SampleFlags::LIVE));
+    }
+}
+
+#[test]
+fn what_cannot_be_read_makes_the_value_before_uncertain() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
+    let json_address = json!({"topic": "j", "pointer": "/v"});
+    let tags = vec![plain(1, ValueKind::I64, "t"), tag(2, ValueKind::I64, json_address)];
+    let running = start(broker.port, &json!({"max_payload_bytes": 1024}), tags);
+    // Nothing was shown that could be doubtful.
+    peer.publish("t", "one");
+    running.wait_for_bad(1, Reason::Configuration);
+    let long = format!("5{}", " ".repeat(1024));
+    let unusable = [
+        ("t", "NaN"),
+        ("t", "inf"),
+        ("t", "1.5"),
+        ("t", ""),
+        ("t", "one"),
+        ("t", &*long),
+        ("j", ""),
+        ("j", "{}"),
+        ("j", "{\"v\":1"),
+        ("j", "{\"w\":1}"),
+        ("j", "{\"v\":{}}"),
+        ("j", "{\"v\":\"NaN\"}"),
+        ("j", &long),
+    ];
+    for (number, (topic, text)) in (0..).zip(unusable) {
+        let tag = if topic == "t" { 1 } else { 2 };
+        let usable = if tag == 1 { number.to_string() } else { json!({"v": number}).to_string() };
+        peer.publish(topic, &usable);
+        running.wait_for(tag, Value::I64(number));
+        peer.publish(topic, text);
+        running.wait_for_quality(tag, Quality::Uncertain(Reason::Configuration));
+        assert_eq!(running.recorder.latest(tag).unwrap().value, None, "the one before stays");
+    }
+    // As long as is taken.
+    peer.publish("t", &long[..1024]);
+    running.wait_for(1, Value::I64(5));
+}
+
+#[test]
+fn an_availability_that_cannot_be_read_is_none() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
+    let availability = json!([{"topic": "s/status", "covers": "s/#"}]);
+    let settings = json!({"availability": availability, "max_payload_bytes": 1024});
+    let running = start(broker.port, &settings, vec![plain(1, ValueKind::I64, "s/a")]);
+    for (number, state) in (0..).zip(["offline", "", &*"x".repeat(1025)]) {
+        peer.publish("s/status", "online");
+        peer.publish("s/a", &number.to_string());
+        running.wait_for(1, Value::I64(number));
+        peer.publish("s/status", state);
+        running.wait_for_bad(1, Reason::Communication);
     }
 }
 

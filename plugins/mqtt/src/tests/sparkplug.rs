@@ -116,13 +116,21 @@ fn quality_null_and_history_are_heeded() {
     }
     load(20.0, json!({}));
     running.wait_for(1, Value::F64(20.0));
-    load(21.0, json!({"is_historical": true}));
+    load(21.0, json!({"is_historical": true, "time": MEASURED}));
+    running.wait_for(1, Value::F64(21.0));
+    let of_past = running.recorder.latest(1).unwrap();
+    let flags = SampleFlags::BUFFERED | SampleFlags::HISTORICAL;
+    assert_eq!((of_past.source_time, of_past.flags), (time(MEASURED), flags));
+    // The message's time is not that of a value of the past.
+    load(21.5, json!({"is_historical": true}));
+    running.wait_for(1, Value::F64(21.5));
+    let ageless = running.recorder.latest(1).unwrap();
+    assert_eq!((ageless.source_time, ageless.flags), (None, flags | SampleFlags::TIME_UNUSABLE));
     load(0.0, json!({"is_null": true}));
     running.wait_for_bad(1, Reason::Sensor);
     load(22.0, json!({}));
     running.wait_for(1, Value::F64(22.0));
-    let samples = running.recorder.recording().samples;
-    assert!(samples.iter().all(|sample| sample.value != Some(Value::F64(21.0))), "historical");
+    assert_eq!(running.recorder.latest(1).unwrap().flags, SampleFlags::LIVE);
 }
 
 #[test]
@@ -175,6 +183,91 @@ fn after_a_gap_nothing_is_good_until_the_next_birth() {
     running.wait_for_bad(2, Reason::Communication);
     be_born(&mut node, 8.0, 9.0);
     running.wait_for(2, Value::F64(9.0));
+}
+
+#[test]
+fn what_cannot_be_assigned_is_a_gap_of_its_device() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
+    let running = start(broker.port, &json!({"max_payload_bytes": 1024}), two_tags());
+    let topic = format!("spBv1.0/{GROUP}/DDATA/{NODE}/{DEVICE}");
+    let alias = |alias: u32| json!([{"alias": alias, "type": "FLOAT", "value": 5.0}]);
+    let faults = [
+        // An alias that no birth told, one of the node for a device, and neither name nor alias.
+        Some(json!({"data": alias(99), "device": DEVICE})),
+        Some(json!({"data": alias(1), "device": DEVICE})),
+        Some(json!({"data": [{"type": "FLOAT", "value": 5.0}], "device": DEVICE})),
+        // Bytes that are no payload, and more of them than are taken.
+        None,
+    ];
+    let long = "x".repeat(1025);
+    for (number, fault) in (0_u8..).zip(faults.iter().chain([&None])) {
+        let value = f64::from(number);
+        be_born(&mut node, value, value + 100.0);
+        running.wait_for(1, Value::F64(value));
+        running.wait_for(2, Value::F64(value + 100.0));
+        match fault {
+            Some(data) => node.command(data),
+            None => peer.publish(&topic, if number == 3 { "garbage" } else { &long }),
+        }
+        running.wait_for_bad(2, Reason::Communication);
+        assert!(running.recorder.latest(1).unwrap().quality.is_good(), "its own message");
+    }
+}
+
+#[test]
+fn devices_that_number_their_aliases_on_their_own_are_told_apart() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
+    let tags = vec![
+        metric(1, ValueKind::F64, Some("a"), "current"),
+        metric(2, ValueKind::F64, Some("b"), "current"),
+    ];
+    let running = start(broker.port, &json!({}), tags);
+    node.command(&json!({"birth": []}));
+    for (device, value) in [("a", 1.0), ("b", 2.0)] {
+        let birth = json!([{"name": "current", "alias": 0, "type": "FLOAT", "value": value}]);
+        node.command(&json!({"birth": birth, "device": device}));
+    }
+    running.wait_for(2, Value::F64(2.0));
+    for (device, value) in [("a", 3.0), ("b", 4.0)] {
+        let data = json!([{"alias": 0, "type": "FLOAT", "value": value}]);
+        node.command(&json!({"data": data, "device": device}));
+    }
+    running.wait_for(1, Value::F64(3.0));
+    running.wait_for(2, Value::F64(4.0));
+}
+
+#[test]
+fn an_alias_of_two_metrics_makes_both_bad_until_the_next_birth() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
+    let mut tags = two_tags();
+    tags.push(metric(3, ValueKind::F64, Some(DEVICE), "voltage"));
+    let running = start(broker.port, &json!({}), tags);
+    be_born(&mut node, 1.0, 2.0);
+    running.wait_for(2, Value::F64(2.0));
+    let birth = |alias: u32| {
+        json!({"device": DEVICE, "birth": [
+            {"name": "current", "alias": 2, "type": "FLOAT", "value": 5.0},
+            {"name": "voltage", "alias": alias, "type": "FLOAT", "value": 6.0},
+        ]})
+    };
+    node.command(&birth(2));
+    running.wait_for_bad(2, Reason::Configuration);
+    running.wait_for_bad(3, Reason::Configuration);
+    let data = json!([{"alias": 2, "type": "FLOAT", "value": 7.0}]);
+    node.command(&json!({"data": data, "device": DEVICE}));
+    node.command(&json!({"data": [{"alias": 1, "type": "DOUBLE", "value": 8.0}]}));
+    running.wait_for(1, Value::F64(8.0));
+    for tag in [2, 3] {
+        let quality = running.recorder.latest(tag).unwrap().quality;
+        assert_eq!(quality, Quality::Bad(Reason::Configuration));
+    }
+    node.command(&birth(3));
+    running.wait_for(2, Value::F64(5.0));
+    running.wait_for(3, Value::F64(6.0));
 }
 
 #[test]
