@@ -30,7 +30,7 @@ pub(crate) struct OriginWatch {
     /// Origins of tags with a history that were not live, each from an instant on.
     past: HashMap<TagHandle, VecDeque<(Moment, Origin)>>,
     /// Instant of the last frame.
-    last: Moment,
+    last: Option<Moment>,
 }
 
 impl OriginWatch {
@@ -42,8 +42,8 @@ impl OriginWatch {
         history: &History,
         now: Moment,
     ) {
-        // Changes of a frame came since the one before.
-        let since = std::mem::replace(&mut self.last, now);
+        // Changes of a frame came since the one before; nothing is known of before the first.
+        let since = self.last.replace(now).unwrap_or(now);
         let goes_on = self.config.as_ref().is_some_and(|own| Arc::ptr_eq(own, &scene.config));
         if goes_on {
             for &tag in snapshot.changed() {
