@@ -164,6 +164,50 @@ impl Running {
     }
 }
 
+/// Whether the window of an example is hatched and without colour along a row.
+fn is_hatched(picture: &RgbImage, y: u32) -> bool {
+    let row: Vec<_> = (0..760).map(|x| picture.get_pixel(x, y).0).collect();
+    let jumps = row.windows(2).filter(|pair| pair[0][0].abs_diff(pair[1][0]) > 60).count();
+    row.iter().all(|[red, green, blue]| red == green && green == blue) && jumps >= 760 / 24
+}
+
+/// Stops the viewer of an example: the library covers the window, the example says so, and both
+/// end with the stop. `y` is a row of its window that has no text of the cover's.
+fn check_stopped(running: Running, name: &str, y: u32) {
+    let Running { process, display, installed, _scene } = running;
+    let shot = |what: &str, wanted: &dyn Fn(&RgbImage) -> bool| {
+        e2e::wait_for(what, PATIENCE, || {
+            let picture = display.screenshot(installed.0.path(), &format!("{name}_stopped"));
+            wanted(&picture).then_some(picture)
+        })
+    };
+    shot("a picture", &|picture| shows_a_scene(picture));
+    let viewer = viewer_of(process.id()).expect("there is a viewer");
+    let pid = rustix::process::Pid::from_raw(viewer as i32).expect("a process");
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).expect("it is there");
+    process.wait_for_line(|line| line.starts_with("lost").then_some(()));
+    shot("hatching", &|picture| is_hatched(picture, y));
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).expect("it is there");
+    process.wait_for_line(|line| line.starts_with("recovered").then_some(()));
+    shot("the scene again", &|picture| shows_a_scene(picture) && !is_hatched(picture, y));
+    assert_eq!(viewer_of(process.id()), Some(viewer), "it was not started again");
+}
+
+#[test]
+fn plain_x11_is_covered_while_its_viewer_is_stopped() {
+    let Some(running) = Running::plain_x11() else { return };
+    check_stopped(running, "x11", 40);
+}
+
+#[test]
+fn qt_is_covered_while_its_viewer_is_stopped() {
+    let compiler = ["g++", "-std=c++17", "-fPIC"];
+    let Some(running) = Running::start("qt.cpp", &compiler, &["busbar", "Qt6Widgets"]) else {
+        return;
+    };
+    check_stopped(running, "qt", 100);
+}
+
 fn wait_for_end(viewer: u32) {
     e2e::wait_for("the viewer's end", PATIENCE, || {
         std::fs::read_link(format!("/proc/{viewer}/exe")).is_err().then_some(())
