@@ -4,7 +4,7 @@
 use std::time::UNIX_EPOCH;
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
-use busbar_plugin_sdk::{Sample, TagSpec, Value, ValueKind};
+use busbar_plugin_sdk::{Sample, SampleFlags, TagSpec, Value, ValueKind};
 use serde_json::json;
 use sql_adapter::Settings;
 use sql_adapter::probe::{Given, answer, notify, watch};
@@ -103,6 +103,10 @@ fn check(samples: &[Sample], tags: &[TagSpec]) {
             assert!(value.is_finite());
         }
         assert!(sample.source_time.is_none_or(|time| time >= UNIX_EPOCH));
+        // A time that is promised and cannot be read makes nothing good.
+        if sample.flags.contains(SampleFlags::TIME_UNUSABLE) {
+            assert!(!sample.quality.is_good() && sample.source_time.is_none());
+        }
     }
 }
 
