@@ -41,7 +41,7 @@ pub(crate) struct Board {
     origin: SampleFlags,
     /// The server says that it does not serve as it should.
     is_server_doubtful: bool,
-    /// What is taken now is not the newest: more is missing after it.
+    /// Values that are taken now are not the newest: more is missing after them.
     pub(crate) is_more_missing: bool,
     sink: SampleSink,
     host: Host,
@@ -336,7 +336,7 @@ impl Board {
         }
     }
 
-    /// Those of these items whose values are to be read: suspect ones, and those that no
+    /// Lists the items whose values are to be read: suspect ones, and those that no
     /// report confirms, as often as others are confirmed.
     pub(crate) fn items_to_read(&self, items: Range<usize>, now: Instant) -> Vec<usize> {
         let is_due = |index: &usize| {
@@ -350,7 +350,7 @@ impl Board {
         items.filter(is_wanted).collect()
     }
 
-    /// Whether reports of one of these items are lost, and none came since.
+    /// Tells whether reports of one of these items are lost, and none came since.
     pub(crate) fn has_lost(&self, items: Range<usize>) -> bool {
         let states = self.items.get(items).unwrap_or_default();
         states.iter().any(|state| state.reports == Reports::Lost)

@@ -18,7 +18,7 @@ pub(crate) struct MovedNamespace {
 }
 
 impl MovedNamespace {
-    /// What changed, and the remedy.
+    /// Describes what changed, and the remedy.
     pub(crate) fn in_words(&self) -> String {
         let Self { index, was, is } = self;
         let now = is.as_ref().map_or("is gone".to_owned(), |is| format!("is now '{is}'"));

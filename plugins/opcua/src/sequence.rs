@@ -50,12 +50,12 @@ fn fingerprint(message: &NotificationMessage) -> u64 {
 /// Number of a keep-alive, as a server counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum KeepAliveNumber {
-    /// That of the next notification, as the standard has it.
+    /// Number of the next notification, as the standard has it.
     #[default]
     Next,
     /// A number of its own, which no notification has.
     Own,
-    /// That of the last notification.
+    /// Number of the last notification, repeated.
     Last,
 }
 
@@ -116,7 +116,7 @@ impl Default for Sequence {
 }
 
 impl Sequence {
-    /// Whether notifications are known to be missing.
+    /// Tells whether notifications are known to be missing.
     pub(crate) fn has_gap(&self) -> bool {
         distance(self.next, self.end) > 0
     }
@@ -180,7 +180,7 @@ impl Sequence {
         arrival
     }
 
-    /// Whether the very message came before; remembers it.
+    /// Tells whether the very message came before, and remembers it.
     fn is_duplicate(&mut self, message: &NotificationMessage, is_keep_alive: bool) -> bool {
         let time = message.publish_time.checked_ticks();
         let content = (!is_keep_alive).then(|| fingerprint(message));

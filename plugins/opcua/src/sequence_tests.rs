@@ -10,7 +10,7 @@ struct Server {
     time: i64,
 }
 
-/// What a message led to, in short.
+/// Consequence of a message, in short.
 #[derive(Debug, Default, PartialEq)]
 struct Outcome {
     ready: Vec<u32>,

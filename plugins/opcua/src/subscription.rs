@@ -208,7 +208,7 @@ impl Subscription {
         }
     }
 
-    /// Whether it has been silent for longer than is borne.
+    /// Tells whether it has been silent for longer than is borne.
     pub(crate) fn is_overdue(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.heard) > self.limit
     }

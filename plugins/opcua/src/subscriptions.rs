@@ -61,7 +61,7 @@ pub(crate) struct Events {
 struct Refresh {
     is_due: bool,
     last: Option<Instant>,
-    /// Those that have not ended.
+    /// Number of requests that have not ended.
     open: u32,
     /// An end counts only after a start: events were lost, and with them perhaps the end of
     /// a request before.
@@ -125,7 +125,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// What was received and is not acknowledged yet, at most so many.
+    /// Takes what was received and is not acknowledged yet, at most so many.
     pub(crate) fn take_acknowledgements(&mut self, max: usize) -> Vec<SubscriptionAcknowledgement> {
         let count = self.acknowledgements.len().min(max);
         self.acknowledgements.drain(..count).collect()
@@ -134,7 +134,7 @@ impl SubscriptionSet {
     /// Finds a subscription that gave no sign of life for longer than is borne.
     ///
     /// # Errors
-    /// Where there is one.
+    /// An error where there is one.
     pub(crate) fn check_silence(&self, now: Instant) -> Result<(), Fault> {
         match self.all.iter().find(|one| one.is_overdue(now)) {
             Some(one) => Err(Fault::SilentSubscription {
@@ -148,7 +148,7 @@ impl SubscriptionSet {
     /// Takes what the server published.
     ///
     /// # Errors
-    /// Where a subscription ended.
+    /// An error where a subscription ended.
     pub(crate) fn take(&mut self, answer: PublishResponse, at: Moment) -> Result<(), Fault> {
         let message = answer.notification_message;
         check_end(&message)?;
@@ -176,7 +176,7 @@ impl SubscriptionSet {
     /// Takes a notification that was asked for; none where the server does not have it.
     ///
     /// # Errors
-    /// Where a subscription ended.
+    /// An error where a subscription ended.
     pub(crate) fn take_republished(
         &mut self,
         subscription: u32,
@@ -223,7 +223,7 @@ impl SubscriptionSet {
         }
     }
 
-    /// What the server is to be asked for now.
+    /// Lists what the server is to be asked for now.
     pub(crate) fn inquire(&mut self, now: Instant) -> Vec<Inquiry> {
         let mut inquiries = std::mem::take(&mut self.inquiries);
         for one in &mut self.all {
@@ -254,7 +254,7 @@ impl SubscriptionSet {
         inquiries
     }
 
-    /// When to ask at the latest, where something waits for its time.
+    /// Finds the time to ask at the latest, where something waits for its time.
     pub(crate) fn next_inquiry(&self) -> Option<Instant> {
         let board = self.board.borrow();
         let reads = self.all.iter().filter(|one| {

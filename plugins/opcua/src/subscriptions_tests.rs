@@ -40,7 +40,7 @@ enum Counting {
 /// A server of which the truth is known.
 struct Model {
     counting: Counting,
-    /// Whether it keeps notifications for Republish.
+    /// It keeps notifications for Republish.
     keeps: bool,
     values: [i64; TAGS as usize],
     published: [i64; TAGS as usize],

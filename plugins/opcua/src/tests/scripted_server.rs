@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const NAMESPACE_ARRAY: u32 = 2255;
 const SERVER_STATE: u32 = 2259;
 
-/// What the server is told, and what it was asked.
+/// Orders of a test to the server, and the requests that came.
 #[derive(Default)]
 pub(crate) struct Script {
     /// By node as text.
