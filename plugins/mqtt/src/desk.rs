@@ -35,7 +35,7 @@ pub(crate) struct Desk {
 /// State of a point in this connection: what its host shows, what its operators were told.
 #[derive(Clone, Copy, Debug, Default)]
 struct PointState {
-    /// Whether the last sample was good or uncertain.
+    /// True where the last sample was good or uncertain.
     is_usable: bool,
     is_misfit_told: bool,
     is_time_told: bool,

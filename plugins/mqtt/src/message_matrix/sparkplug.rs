@@ -26,13 +26,13 @@ const MAX_SENT: usize = 60;
 /// Kinds of messages.
 const KINDS: u8 = 40;
 
-/// How the encoder of the edge node numbers aliases, chosen anew at each birth.
+/// Numbering of aliases by the encoder of the edge node, chosen anew at each birth.
 #[derive(Clone, Copy, Debug, Default)]
 struct Numbering {
-    /// Whether each device begins anew.
+    /// True where each device begins anew.
     is_per_device: bool,
     turn: u64,
-    /// Whether 0 is left out, as encoders of proto3 do.
+    /// True where 0 is left out, as encoders of proto3 do.
     leaves_out_zero: bool,
 }
 
@@ -57,7 +57,7 @@ struct Matrix {
     is_alive: bool,
     /// By metric: the newest value that was sent, lost or not.
     truth: [Option<i64>; METRICS],
-    /// Whether messages were lost since one came that has a readable number.
+    /// True where messages were lost since one came that has a readable number.
     is_excused: bool,
     lost: u32,
     /// The number that whoever listens expects.

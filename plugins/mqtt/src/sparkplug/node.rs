@@ -58,9 +58,9 @@ struct Device {
     points: Vec<Range<usize>>,
     aliases: AliasTable,
     state: DeviceState,
-    /// Whether points had a sample since all of them were marked bad.
+    /// True where points had a sample since all of them were marked bad.
     has_samples: bool,
-    /// Whether it was told since its birth that values are lost.
+    /// True where it was told since its birth that values are lost.
     is_loss_told: bool,
 }
 
@@ -83,7 +83,7 @@ struct NamedMetric {
     /// As its birth told.
     data_type: Option<DataType>,
     is_born: bool,
-    /// Whether another metric has its alias.
+    /// True where another metric has its alias.
     is_ambiguous: bool,
 }
 
