@@ -151,6 +151,7 @@ impl AlarmTable {
         let cell = &mut self.cells[alarm.0 as usize];
         let is_certain = state.quality.is_good() || condition == Condition::BadQuality;
         let was_certain = std::mem::replace(&mut cell.is_certain, is_certain);
+        let known_origin = cell.cause.origin;
         match condition.judge(state.value, state.quality, cell.holds) {
             None => cell.pending = None,
             Some(holds) => {
@@ -158,6 +159,10 @@ impl AlarmTable {
                 let delay = if holds { on_delay } else { off_delay };
                 if holds == cell.standing.is_active {
                     cell.pending = None;
+                    if holds {
+                        // Also of an alarm that was taken over from the log.
+                        cell.cause.origin |= origin;
+                    }
                 } else if delay == Duration::ZERO {
                     self.turn(alarm, holds, cause, each);
                 } else if cell.pending.is_none() {
@@ -165,7 +170,8 @@ impl AlarmTable {
                 }
             }
         }
-        if is_certain != was_certain {
+        let has_origin = self.cells[alarm.0 as usize].cause.origin != known_origin;
+        if is_certain != was_certain || has_origin {
             self.touch();
         }
         self.queue(alarm);

@@ -96,6 +96,18 @@ fn an_alarm_has_the_origin_of_the_value_that_raised_it() {
 }
 
 #[test]
+fn an_alarm_that_holds_on_by_a_value_that_is_not_live_says_so_from_then_on() {
+    let mut bay = Bay::new(Duration::ZERO);
+    assert_eq!(bay.take(95.0, Origin::LIVE, 0)[0].origin, Origin::LIVE);
+    let revision = bay.alarms.revision();
+    assert_eq!(bay.take(96.0, Origin::TEST, 0), []);
+    assert_eq!(bay.origin(), Origin::TEST);
+    assert_ne!(bay.alarms.revision(), revision, "it is listed anew");
+    bay.take(97.0, Origin::LIVE, 0);
+    assert_eq!(bay.origin(), Origin::TEST, "until it is over");
+}
+
+#[test]
 fn records_name_origins_and_those_of_older_logs_have_none() {
     let mut bay = Bay::new(Duration::ZERO);
     let record = bay.take(95.0, Origin::RECORDED | Origin::SUBSTITUTED, 0).remove(0);
