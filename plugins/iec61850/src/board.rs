@@ -2,10 +2,10 @@
 
 use std::time::SystemTime;
 
-use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleSink, Value};
+use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 use iec61850_rs::proto::data::{self, Typed};
 
-use crate::convert::{name_of, quality_of, time_of, value_of};
+use crate::convert::{Stamp, name_of, origin_of, quality_of, stamp_of, value_of};
 use crate::locate::{Share, follow};
 use crate::points::{Point, Points};
 
@@ -25,25 +25,23 @@ pub(crate) struct Origin {
     pub(crate) entry_time: Option<SystemTime>,
 }
 
-/// The time `t` beside a value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Stamp {
-    #[default]
-    Absent,
-    /// Of a clock that cannot be relied on, or never set.
-    Untrusted,
-    At(SystemTime),
-}
-
 /// A point.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
     value: Option<Value>,
     /// Nothing while it is not known.
     quality: Option<Quality>,
+    /// Whether a quality of its own belongs to the value.
+    has_quality: bool,
+    /// Substituted, or under test, by the quality.
+    origin: SampleFlags,
     /// The latest `t`, also of former connections.
     latest: Option<SystemTime>,
+    /// The last `t`.
+    last: Option<SystemTime>,
     stamp: Stamp,
+    /// Number of the last report of it: what was asked for before says less.
+    reported: u64,
     is_touched: bool,
     is_told: bool,
 }
@@ -58,17 +56,24 @@ pub(crate) struct Board {
     told: usize,
     touched: Vec<usize>,
     batch: Vec<Sample>,
+    /// Number of the last report, or sign of one.
+    reports: u64,
 }
 
 impl Board {
     pub(crate) fn new(points: Points, sink: SampleSink, host: Host, server: String) -> Self {
         let states = vec![State::default(); points.all().len()];
         let (touched, batch) = (Vec::new(), Vec::new());
-        Self { points, states, sink, host, server, told: 0, touched, batch }
+        Self { points, states, sink, host, server, told: 0, touched, batch, reports: 0 }
     }
 
     pub(crate) fn points(&self) -> &Points {
         &self.points
+    }
+
+    /// Name of the server in messages.
+    pub(crate) fn server(&self) -> &str {
+        &self.server
     }
 
     /// Says of every tag that it has no value, and forgets all but times.
@@ -76,13 +81,45 @@ impl Board {
         self.flush();
         self.sink.publish_bad(self.points.all().iter().map(|point| point.tag), reason);
         for state in &mut self.states {
-            (state.value, state.quality) = (None, None);
+            (state.value, state.quality, state.origin) = (None, None, SampleFlags::LIVE);
         }
     }
 
     /// Whether a point has a quality of its own is told by its type.
     pub(crate) fn note_type(&mut self, index: usize, has_quality: bool) {
-        self.states[index].quality = (!has_quality).then_some(Quality::Good);
+        let state = &mut self.states[index];
+        state.has_quality = has_quality;
+        state.quality = (!has_quality).then_some(Quality::Good);
+    }
+
+    /// Number of what was reported so far; requests that are sent now see all of it.
+    pub(crate) fn reports(&self) -> u64 {
+        self.reports
+    }
+
+    /// Counts a report, before its values are taken.
+    pub(crate) fn begin_report(&mut self) {
+        self.reports += 1;
+    }
+
+    /// Notes that a point is in the report, so that answers to what was asked before it
+    /// are of no use.
+    pub(crate) fn note_reported(&mut self, index: usize) {
+        self.states[index].reported = self.reports;
+    }
+
+    /// Whether an answer to a request that saw so many reports may be the older one.
+    pub(crate) fn is_overtaken(&self, index: usize, reports: u64) -> bool {
+        self.states[index].reported > reports
+    }
+
+    /// Something was reported of a point that could not be understood: it is bad until its
+    /// value and quality come anew.
+    pub(crate) fn distrust(&mut self, index: usize) {
+        self.fail(index, Reason::Communication);
+        let state = &mut self.states[index];
+        state.quality = (!state.has_quality).then_some(Quality::Good);
+        state.reported = self.reports;
     }
 
     /// Takes what a variable has of a point; [`Board::commit`] publishes it.
@@ -100,11 +137,14 @@ impl Board {
         }
         let state = &mut self.states[index];
         if let Some(quality) = quality {
-            let read = quality.and_then(data::Value::as_quality).map(quality_of);
-            state.quality = Some(read.unwrap_or(Quality::Bad(Reason::Configuration)));
+            let read = quality.and_then(data::Value::as_quality);
+            let is_unreadable = Quality::Bad(Reason::Configuration);
+            state.quality = Some(read.map_or(is_unreadable, quality_of));
+            state.origin = read.map_or(SampleFlags::LIVE, origin_of);
         }
-        if let Some(time) = time.flatten().and_then(data::Value::as_utc_time) {
-            state.stamp = time_of(time).map_or(Stamp::Untrusted, Stamp::At);
+        if let Some(time) = time {
+            let read = time.and_then(data::Value::as_utc_time);
+            state.stamp = read.map_or(Stamp::Unusable, stamp_of);
         }
         if !std::mem::replace(&mut state.is_touched, true) {
             self.touched.push(index);
@@ -117,22 +157,38 @@ impl Board {
             let tag = self.points.all()[index].tag;
             let state = &mut self.states[index];
             state.is_touched = false;
+            let mut flags = state.origin;
+            if origin.is_replayed {
+                flags |= SampleFlags::BUFFERED;
+            }
+            let is_unusable = state.stamp == Stamp::Unusable;
             let source_time = state.source_time(origin);
             let mut quality = state.quality.unwrap_or(Quality::Uncertain(Reason::Unknown));
             // Of the past, and nobody can say how old.
-            if origin.is_replayed && source_time.is_none() && quality.is_good() {
-                quality = Quality::Uncertain(Reason::Unknown);
+            let is_of_any_age = origin.is_replayed && source_time.is_none();
+            if is_unusable || is_of_any_age {
+                flags |= SampleFlags::TIME_UNUSABLE;
+            }
+            if is_of_any_age && quality.is_good() {
+                quality = Quality::Uncertain(Reason::SourceTime);
             }
             let value = state.value;
+            if let Some(Value::F64(number)) = value
+                && !number.is_finite()
+                && !matches!(quality, Quality::Bad(_))
+            {
+                quality = Quality::Bad(Reason::NotFinite);
+            }
             if value.is_some() || !quality.is_good() {
-                self.push(Sample { tag, value, quality, source_time });
+                self.push(Sample { tag, value, quality, source_time, flags });
             }
         }
     }
 
     /// A point has no value, for this reason.
     pub(crate) fn fail(&mut self, index: usize, reason: Reason) {
-        self.states[index].value = None;
+        let state = &mut self.states[index];
+        (state.value, state.origin) = (None, SampleFlags::LIVE);
         self.push(Sample::bad(self.points.all()[index].tag, reason));
     }
 
@@ -177,7 +233,8 @@ impl Board {
 impl State {
     /// The source time of a sample. `t` is when the value changed last, and not how old it
     /// is: what a server tells when asked, or periodically, is as it is now, however long
-    /// ago it became so. So a `t` is handed on where it is news.
+    /// ago it became so. So a `t` is handed on where it is news: in a report of a change,
+    /// also of a clock that was set back, or where it has advanced since the last reading.
     fn source_time(&mut self, origin: Origin) -> Option<SystemTime> {
         let stamp = std::mem::take(&mut self.stamp);
         let Stamp::At(time) = stamp else {
@@ -187,8 +244,9 @@ impl State {
         };
         let before = self.latest;
         self.latest = before.max(Some(time));
-        let is_later = before.is_none_or(|before| time > before);
-        let is_news = is_later && (before.is_some() || origin.is_change);
+        let is_other = self.last.replace(time) != Some(time);
+        let has_advanced = before.is_some_and(|before| time > before);
+        let is_news = has_advanced || (origin.is_change && is_other);
         (origin.is_replayed || is_news).then_some(time)
     }
 }

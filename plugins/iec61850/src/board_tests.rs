@@ -65,6 +65,9 @@ fn a_time_is_handed_on_where_it_is_news() {
     assert_eq!(publish(&mut board, &recorder, 105, reading), (good, None));
     // A clock that was set back holds nothing up.
     assert_eq!(publish(&mut board, &recorder, 50, reading), (good, None));
+    // In a report it is told as it is: the host looks for steps of clocks.
+    assert_eq!(publish(&mut board, &recorder, 51, CHANGE), (good, Some(51)));
+    assert_eq!(publish(&mut board, &recorder, 51, CHANGE), (good, None));
     assert_eq!(publish(&mut board, &recorder, 106, CHANGE), (good, Some(106)));
 }
 
@@ -77,10 +80,19 @@ fn what_is_of_the_past_says_so() {
     assert_eq!(publish(&mut board, &recorder, 60, past), (Quality::Good, Some(60)));
     assert_eq!(publish(&mut board, &recorder, 60, past), (Quality::Good, Some(60)));
     let lost = TimeQuality { clock_failure: true, ..TimeQuality::SYNCHRONIZED };
-    let doubtful = (Quality::Uncertain(Reason::Unknown), None);
+    let doubtful = (Quality::Uncertain(Reason::SourceTime), None);
     assert_eq!(publish_with(&mut board, &recorder, 61, past, lost), doubtful);
     let present = Origin { is_replayed: false, ..past };
     assert_eq!(publish_with(&mut board, &recorder, 61, present, lost), (Quality::Good, None));
+    let flags = |recorder: &Recorder| recorder.latest(1).unwrap().flags;
+    assert_eq!(flags(&recorder), SampleFlags::TIME_UNUSABLE);
+    let free = TimeQuality { clock_not_synchronized: true, ..TimeQuality::SYNCHRONIZED };
+    assert_eq!(publish_with(&mut board, &recorder, 61, present, free), (Quality::Good, None));
+    assert_eq!(flags(&recorder), SampleFlags::LIVE);
+    assert_eq!(publish_with(&mut board, &recorder, 61, past, free), doubtful);
+    assert_eq!(flags(&recorder), SampleFlags::BUFFERED | SampleFlags::TIME_UNUSABLE);
+    publish(&mut board, &recorder, 61, past);
+    assert_eq!(flags(&recorder), SampleFlags::BUFFERED);
 }
 
 #[test]
@@ -114,4 +126,68 @@ fn what_was_known_is_forgotten_with_the_connection() {
     board.commit(CHANGE);
     board.flush();
     assert_eq!(recorder.latest(1), None);
+}
+
+#[test]
+fn what_is_not_of_the_process_says_so() {
+    let (recorder, data) = (Recorder::new(), |bits| {
+        data::Value::Structure(vec![
+            data::Value::Float32(1.0),
+            data::Value::quality(bits),
+            data::Value::UtcTime(UtcTime::from_unix(7, 0, TimeQuality::SYNCHRONIZED)),
+        ])
+    });
+    let mut board = board(&recorder);
+    let substituted = Bits { source: iec61850_rs::common::Source::Substituted, ..Bits::GOOD };
+    let test = Bits { test: true, ..Bits::GOOD };
+    for (bits, quality, flags) in [
+        (substituted, Quality::Uncertain(Reason::Unknown), SampleFlags::SUBSTITUTED),
+        (test, Quality::Bad(Reason::Unknown), SampleFlags::TEST),
+        (Bits::GOOD, Quality::Good, SampleFlags::LIVE),
+    ] {
+        board.take(0, &SHARE(), &data(bits));
+        board.commit(CHANGE);
+        board.flush();
+        let sample = recorder.latest(1).unwrap();
+        assert_eq!((sample.quality, sample.flags), (quality, flags));
+        assert_eq!(sample.value, Some(Value::F64(1.0)));
+    }
+}
+
+#[test]
+fn a_time_that_is_none_and_a_number_that_is_none_are_told() {
+    let recorder = Recorder::new();
+    let mut board = board(&recorder);
+    let none = data::Value::Structure(vec![
+        data::Value::Float32(1.0),
+        data::Value::quality(Bits::GOOD),
+        data::Value::Boolean(true),
+    ]);
+    board.take(0, &SHARE(), &none);
+    board.commit(CHANGE);
+    board.flush();
+    assert_eq!(recorder.latest(1).unwrap().flags, SampleFlags::TIME_UNUSABLE);
+    board.take(0, &SHARE(), &self::data(f32::NAN, 5, TimeQuality::SYNCHRONIZED));
+    board.commit(CHANGE);
+    board.flush();
+    assert_eq!(recorder.latest(1).unwrap().quality, Quality::Bad(Reason::NotFinite));
+}
+
+#[test]
+fn what_is_distrusted_needs_value_and_quality_anew() {
+    let recorder = Recorder::new();
+    let mut board = board(&recorder);
+    publish(&mut board, &recorder, 100, CHANGE);
+    let before = board.reports();
+    board.begin_report();
+    board.distrust(0);
+    board.flush();
+    assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
+    assert!(board.is_overtaken(0, before) && !board.is_overtaken(0, board.reports()));
+    let quality = Share { value: None, quality: Some(vec![1]), time: None };
+    board.take(0, &quality, &data(1.0, 100, TimeQuality::SYNCHRONIZED));
+    board.commit(CHANGE);
+    board.flush();
+    assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
+    assert_eq!(publish(&mut board, &recorder, 101, CHANGE).0, Quality::Good);
 }

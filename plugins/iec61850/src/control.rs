@@ -68,6 +68,12 @@ pub(crate) struct Control {
     revision: Option<u32>,
     /// By member.
     pub(crate) uses: Vec<Vec<Use>>,
+    /// Names of the members of the data set.
+    members: Vec<Option<Name>>,
+    /// `SqNum` of the last report since it was enabled.
+    sequence: Option<u32>,
+    /// Reports in a row that could not be used.
+    faults: u32,
     /// The last entry that came, also of former connections.
     entry_id: Option<Vec<u8>>,
     /// Whether entries of the past come, until the answer to the general interrogation.
@@ -95,6 +101,9 @@ impl Control {
             writes: Vec::new(),
             revision: None,
             uses: Vec::new(),
+            members: Vec::new(),
+            sequence: None,
+            faults: 0,
             entry_id: None,
             is_replaying: false,
             answer_by: None,
@@ -108,7 +117,7 @@ impl Control {
     pub(crate) fn begin(&mut self) {
         (self.step, self.is_asked) = (Step::Inspect, false);
         self.uses.clear();
-        (self.revision, self.answer_by) = (None, None);
+        (self.revision, self.answer_by, self.sequence, self.faults) = (None, None, None, 0);
     }
 
     /// Whether it reports, or does not for the time being.
@@ -164,7 +173,7 @@ impl Control {
         if self.step == Step::Enable {
             // Entries of the past may come before the answer does.
             self.is_replaying = self.block.is_buffered && self.triggers.general_interrogation();
-            self.is_answered = false;
+            (self.is_answered, self.sequence) = (false, None);
         }
         self.is_asked = true;
         Some(request)
@@ -179,6 +188,7 @@ impl Control {
             (Step::Inspect, Answer::Values(values)) => self.inspect(&values),
             (Step::Members, Answer::Members(members)) => {
                 self.step = Step::Configure;
+                self.members.clone_from(&members);
                 Outcome::Members(members)
             }
             (Step::Configure, Answer::Written(results)) => self.configured(&results),

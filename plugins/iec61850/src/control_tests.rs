@@ -159,8 +159,45 @@ fn a_report_that_does_not_fit_gives_no_values() {
         assert!(!control.has_sent(&other));
     }
     control.give_up(None);
-    assert!(!control.has_sent(&ours) && control.is_settled());
+    assert!(control.has_sent(&ours) && !control.is_reporting() && control.is_settled());
     assert_eq!((control.deadline(), control.next_request(now + RETRY)), (None, None));
+}
+
+#[test]
+fn a_gap_of_numbers_is_found_and_numbers_begin_anew() {
+    let now = Instant::now();
+    let mut control = control_of_changes(now);
+    let numbered = |number| Report { seq_num: Some(number), ..report(2, CHANGED) };
+    for number in [7, 8, 255, 0, 1, 65_535, 0] {
+        let outcome = control.check(&numbered(number));
+        let is_gap = [255, 65_535].contains(&number);
+        assert_eq!(outcome.is_err(), is_gap, "{number}: {outcome:?}");
+    }
+    assert_eq!(
+        control.check(&numbered(0)),
+        Err(Mismatch::Sequence { last: 0, found: 0 }),
+        "the same again"
+    );
+    assert_eq!(control.check(&numbered(1)), Ok(()));
+    let left_alone = std::iter::repeat_with(|| control.note_fault()).take(5).collect::<Vec<_>>();
+    assert_eq!(left_alone, [false, false, false, false, true]);
+}
+
+#[test]
+fn members_that_are_named_have_to_be_those_of_the_data_set() {
+    let now = Instant::now();
+    let mut control = control_of_changes(now);
+    let member = Name { domain: "L".into(), item: "GGIO1$ST$Ind1".into() };
+    control.members = vec![Some(member), None];
+    let mut named = report(2, CHANGED);
+    for (reference, expected) in [
+        ("L/GGIO1$ST$Ind1", Ok(())),
+        ("L/GGIO1.Ind1[ST]", Ok(())),
+        ("L/GGIO1$ST$Ind2", Err(Mismatch::Member(0))),
+    ] {
+        named.entries[0].reference = Some(reference.into());
+        assert_eq!(control.check(&named), expected, "{reference}");
+    }
 }
 
 #[test]

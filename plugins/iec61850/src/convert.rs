@@ -75,6 +75,18 @@ pub(crate) fn quality_of(quality: Quality) -> sdk::Quality {
     }
 }
 
+/// Origin by `source` and `test` (IEC 61850-7-3, 6.2).
+pub(crate) fn origin_of(quality: Quality) -> sdk::SampleFlags {
+    let mut origin = sdk::SampleFlags::LIVE;
+    if quality.source == Source::Substituted {
+        origin |= sdk::SampleFlags::SUBSTITUTED;
+    }
+    if quality.test {
+        origin |= sdk::SampleFlags::TEST;
+    }
+    origin
+}
+
 /// What is wrong with a tag whose variable the server does not hand out.
 pub(crate) fn reason_of(error: AccessError) -> Reason {
     match error {
@@ -84,11 +96,29 @@ pub(crate) fn reason_of(error: AccessError) -> Reason {
     }
 }
 
-/// A time that can be relied on (IEC 61850-7-2, 6.1.2.9): neither one that was never set,
-/// nor one of a clock that failed or is not synchronised.
-pub(crate) fn time_of(time: UtcTime) -> Option<SystemTime> {
-    let is_sound = !time.quality.clock_failure && !time.quality.clock_not_synchronized;
-    (is_sound && time.seconds != 0).then(|| UNIX_EPOCH + Duration::from_nanos(time.to_unix_nanos()))
+/// A time `t` (IEC 61850-7-2, 6.1.2.9).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Stamp {
+    /// None was sent.
+    #[default]
+    Absent,
+    /// Never set, or of a clock that is not synchronised: it may be far off, and says
+    /// nothing of a value that is told as it is now.
+    Untrusted,
+    /// To be ignored, for the clock has failed, or no time at all.
+    Unusable,
+    At(SystemTime),
+}
+
+/// Reads a time by its quality.
+pub(crate) fn stamp_of(time: UtcTime) -> Stamp {
+    if time.quality.clock_failure {
+        Stamp::Unusable
+    } else if time.quality.clock_not_synchronized || time.seconds == 0 {
+        Stamp::Untrusted
+    } else {
+        Stamp::At(UNIX_EPOCH + Duration::from_nanos(time.to_unix_nanos()))
+    }
 }
 
 /// The time of a report's entry, if it was set.

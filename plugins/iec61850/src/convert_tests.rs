@@ -49,21 +49,33 @@ fn positions_are_those_of_the_standard() {
     }
 }
 
-fn time(seconds: u32, quality: TimeQuality) -> Option<SystemTime> {
-    time_of(UtcTime::from_unix(seconds, 500_000_000, quality))
+fn stamp(seconds: u32, quality: TimeQuality) -> Stamp {
+    stamp_of(UtcTime::from_unix(seconds, 500_000_000, quality))
 }
 
 #[test]
-fn times_that_cannot_be_relied_on_are_left_out() {
+fn times_that_cannot_be_relied_on_are_told_apart() {
     let sound = TimeQuality { leap_seconds_known: false, ..TimeQuality::SYNCHRONIZED };
-    assert_eq!(time(1, sound), Some(UNIX_EPOCH + Duration::from_millis(1500)));
-    assert_eq!(time(0, sound), None);
-    assert_eq!(time(1, TimeQuality { clock_failure: true, ..sound }), None);
-    assert_eq!(time(1, TimeQuality { clock_not_synchronized: true, ..sound }), None);
+    assert_eq!(stamp(1, sound), Stamp::At(UNIX_EPOCH + Duration::from_millis(1500)));
+    assert_eq!(stamp(0, sound), Stamp::Untrusted);
+    assert_eq!(stamp(1, TimeQuality { clock_failure: true, ..sound }), Stamp::Unusable);
+    let free = TimeQuality { clock_not_synchronized: true, ..sound };
+    assert_eq!(stamp(1, free), Stamp::Untrusted);
+    assert_eq!(stamp(1, TimeQuality { clock_failure: true, ..free }), Stamp::Unusable);
     assert_eq!(entry_time_of(EntryTime::default()), None);
     let entry = EntryTime::from_unix_millis(1_767_323_045_678);
     let expected = UNIX_EPOCH + Duration::from_millis(1_767_323_045_678);
     assert_eq!(entry_time_of(entry), Some(expected));
+}
+
+#[test]
+fn origins_are_those_of_the_quality() {
+    use sdk::SampleFlags;
+    let substituted = Quality { source: Source::Substituted, ..Quality::GOOD };
+    assert_eq!(origin_of(Quality::GOOD), SampleFlags::LIVE);
+    assert_eq!(origin_of(substituted), SampleFlags::SUBSTITUTED);
+    let both = Quality { test: true, ..substituted };
+    assert_eq!(origin_of(both), SampleFlags::SUBSTITUTED | SampleFlags::TEST);
 }
 
 fn rank(quality: sdk::Quality) -> u8 {

@@ -144,8 +144,11 @@ impl Link {
                 sink.report_link(LinkState::Up, &format!("{endpoint}: connected"));
             }
             Event::Answer(job, answer) => server.heed(job, answer, now),
-            Event::Report(report) => change = server.take_report(&report).err(),
-            Event::Unreadable(why) => server.note_unreadable(&why),
+            Event::Report(report) => {
+                let found = server.take_report(&report, now).err();
+                change = change.take().or(found);
+            }
+            Event::Unusable(unusable) => server.note_unusable(&unusable, now),
         });
         server.flush();
         outcome?;

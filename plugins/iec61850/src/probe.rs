@@ -56,8 +56,13 @@ impl ClientProbe {
         let outcome = session.receive(bytes, *now, |event| match event {
             Event::Up => server.begin(),
             Event::Answer(job, answer) => server.heed(job, answer, *now),
-            Event::Report(report) => change = server.take_report(&report),
-            Event::Unreadable(why) => server.note_unreadable(&why),
+            Event::Report(report) => {
+                let found = server.take_report(&report, *now);
+                if change.is_ok() {
+                    change = found;
+                }
+            }
+            Event::Unusable(unusable) => server.note_unusable(&unusable, *now),
         });
         server.flush();
         outcome.map_err(|fault| fault.to_string())?;

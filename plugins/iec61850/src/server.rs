@@ -3,11 +3,11 @@
 mod browse;
 mod reporting;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use busbar_plugin_sdk::{Host, LogLevel, Reason, SampleSink};
+use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, SampleSink};
 use iec61850_rs::proto::data::Value;
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 
@@ -17,6 +17,7 @@ use crate::board::{Board, Origin};
 use crate::control::Control;
 use crate::convert::reason_of;
 use crate::locate::{Place, Share, locate};
+use crate::notices::{Notice, Notices};
 use crate::points::Points;
 use crate::service::{AccessError, Answer, Name, Request};
 use crate::settings::Config;
@@ -25,6 +26,8 @@ use crate::settings::Config;
 const MAX_READ: usize = 60;
 /// Bytes of an answer that one variable may take.
 const VARIABLE_BYTES: usize = 400;
+/// Shortest time between readings of what reports left doubtful.
+const REREAD_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What a request is for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,7 +35,11 @@ pub(crate) enum Job {
     /// The type of a data object.
     Type(usize),
     /// The values of variables.
-    Read(Vec<usize>),
+    Read {
+        variables: Vec<usize>,
+        /// Reports that the server had sent for certain when it was asked.
+        reports: u64,
+    },
     /// The next step of a control block.
     Control(usize),
     /// What there is where something is not.
@@ -63,7 +70,12 @@ pub(crate) struct Server {
     poll: Duration,
     next_poll: Option<Instant>,
     max_read: usize,
-    is_unreadable_told: bool,
+    /// Variables whose values are doubtful, and when they may be read.
+    rereads: BTreeSet<usize>,
+    reread_not_before: Option<Instant>,
+    /// Reports that could not be used.
+    notices: Notices,
+    sink: SampleSink,
     /// One, of the first name that the server did not have.
     search: Option<Search>,
 }
@@ -74,7 +86,8 @@ impl Server {
         let places = vec![None; points.all().len()];
         let server = config.endpoints[0].to_string();
         Self {
-            board: Board::new(points, sink, host, server),
+            board: Board::new(points, sink.clone(), host, server),
+            sink,
             objects,
             places,
             variables: Vec::new(),
@@ -85,7 +98,9 @@ impl Server {
             poll: config.poll,
             next_poll: None,
             max_read: MAX_READ,
-            is_unreadable_told: false,
+            rereads: BTreeSet::new(),
+            reread_not_before: None,
+            notices: Notices::default(),
             search: None,
         }
     }
@@ -99,14 +114,19 @@ impl Server {
         self.queue = (0..self.objects.len()).map(Job::Type).collect();
         self.types_left = self.objects.len();
         (self.reads_open, self.next_poll, self.max_read) = (0, None, MAX_READ);
-        self.is_unreadable_told = false;
+        self.rereads.clear();
+        self.reread_not_before = None;
     }
 
     /// There is none any more, or none yet.
     pub(crate) fn end(&mut self, reason: Reason) {
         self.board.reset(reason);
         self.queue.clear();
+        self.rereads.clear();
         self.next_poll = None;
+        if let Some(notice) = self.notices.take_rest() {
+            self.log_notice(&notice);
+        }
     }
 
     /// Publishes what came.
@@ -120,6 +140,7 @@ impl Server {
         now: Instant,
         max_message: usize,
     ) -> Option<(Job, Request)> {
+        self.tell_due(now);
         if self.types_left == 0 {
             self.make_up_for_late(now);
             for (index, control) in self.controls.iter_mut().enumerate() {
@@ -128,12 +149,14 @@ impl Server {
                 }
             }
             self.max_read = self.max_read.min(max_message / VARIABLE_BYTES).max(1);
+            self.queue_rereads(now);
             self.queue_poll(now);
         }
-        let job = self.queue.pop_front()?;
-        let request = match &job {
+        let mut job = self.queue.pop_front()?;
+        let request = match &mut job {
             Job::Type(object) => Request::Type(self.objects[*object].0.clone()),
-            Job::Read(variables) => {
+            Job::Read { variables, reports } => {
+                *reports = self.board.reports();
                 let name = |index: &usize| self.variables[*index].name.clone();
                 Request::Read(variables.iter().map(name).collect())
             }
@@ -148,7 +171,9 @@ impl Server {
     pub(crate) fn deadline(&self) -> Option<Instant> {
         let retries = self.controls.iter().filter_map(Control::deadline);
         let poll = self.next_poll.filter(|_| self.reads_open == 0);
-        if self.types_left > 0 { None } else { retries.chain(poll).min() }
+        let reread = self.reread_not_before.filter(|_| !self.rereads.is_empty());
+        let asked = retries.chain(poll).chain(reread).filter(|_| self.types_left == 0);
+        asked.chain(self.notices.deadline()).min()
     }
 
     /// Takes an answer.
@@ -161,18 +186,35 @@ impl Server {
                     self.gather_variables();
                 }
             }
-            Job::Read(variables) => self.take_values(&variables, answer),
+            Job::Read { variables, reports } => self.take_values(&variables, reports, answer),
             Job::Control(index) => self.take_step(index, answer, now),
             Job::Browse => self.take_names(answer),
             Job::Test => {}
         }
     }
 
-    /// Tells of a report that cannot be read, once a connection.
-    pub(crate) fn note_unreadable(&mut self, why: &str) {
-        if !std::mem::replace(&mut self.is_unreadable_told, true) {
-            self.board.log(LogLevel::Warning, &format!("a report cannot be read: {why}"));
-        }
+    /// Tells of reports that could not be used, in log and link panel.
+    fn tell_due(&mut self, now: Instant) {
+        let Some(notice) = self.notices.take_due(now) else { return };
+        self.log_notice(&notice);
+        let Notice { last, total, .. } = notice;
+        let text = format!(
+            "{}: connected; {total} reports could not be used, the last: {last}",
+            self.board.server()
+        );
+        self.sink.report_link(LinkState::Up, &text);
+    }
+
+    fn log_notice(&self, Notice { last, count, total }: &Notice) {
+        let more = match count {
+            1 => String::new(),
+            _ => format!("; {count} such reports since the line before"),
+        };
+        let text = format!(
+            "{last}; the values that it may have brought are bad until they are read{more} \
+             ({total} in this connection)"
+        );
+        self.board.log(LogLevel::Warning, &text);
     }
 
     fn take_type(&mut self, object: usize, answer: Answer) {
@@ -234,14 +276,25 @@ impl Server {
 
     fn queue_reads(&mut self, variables: &[usize]) {
         self.reads_open += variables.len();
-        self.queue.extend(variables.chunks(self.max_read).map(|part| Job::Read(part.into())));
+        self.queue.extend(variables.chunks(self.max_read).map(read_of));
     }
 
-    fn take_values(&mut self, variables: &[usize], answer: Answer) {
+    /// Asks for what reports left doubtful, as soon as that may be.
+    fn queue_rereads(&mut self, now: Instant) {
+        let is_due = self.reread_not_before.is_none_or(|at| at <= now);
+        if self.rereads.is_empty() || !is_due {
+            return;
+        }
+        self.reread_not_before = Some(now + REREAD_INTERVAL);
+        let variables: Vec<_> = std::mem::take(&mut self.rereads).into_iter().collect();
+        self.queue_reads(&variables);
+    }
+
+    fn take_values(&mut self, variables: &[usize], reports: u64, answer: Answer) {
         match answer {
             Answer::Values(values) => {
                 for (index, value) in variables.iter().zip(&values) {
-                    self.take_value(*index, value);
+                    self.take_value(*index, reports, value);
                 }
             }
             Answer::Refused(why) if variables.len() == 1 => {
@@ -253,8 +306,7 @@ impl Server {
             // Perhaps the answer would be too long.
             Answer::Refused(_) => {
                 self.max_read = variables.len().div_ceil(2);
-                self.queue
-                    .extend(variables.chunks(self.max_read).map(|part| Job::Read(part.into())));
+                self.queue.extend(variables.chunks(self.max_read).map(read_of));
                 return;
             }
             _ => {}
@@ -263,17 +315,30 @@ impl Server {
         self.board.commit(Origin::default());
     }
 
-    fn take_value(&mut self, index: usize, value: &Result<Value, AccessError>) {
+    fn take_value(&mut self, index: usize, reports: u64, value: &Result<Value, AccessError>) {
         for (point, share) in &self.variables[index].points {
+            if self.board.is_overtaken(*point, reports) {
+                self.rereads.insert(index);
+                continue;
+            }
             match value {
                 Ok(value) => self.board.take(*point, share, value),
                 Err(error) => {
                     self.board.fail(*point, reason_of(*error));
+                    // What reports bring is not polled, so nobody else would read it again.
+                    if self.board.is_overtaken(*point, 0) {
+                        self.rereads.insert(index);
+                    }
                     self.board.tell(*point, &format!("the server does not tell it: {error}"));
                 }
             }
         }
     }
+}
+
+/// A job that reads these variables.
+fn read_of(variables: &[usize]) -> Job {
+    Job::Read { variables: variables.into(), reports: 0 }
 }
 
 fn controls_of(config: &Config) -> Vec<Control> {

@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use iec61850_rs::Error;
+use iec61850_rs::proto::mms::Mms;
 use iec61850_rs::proto::mms::association::{
     Association, AssociationConfig, AssociationEvent, CloseReason, Selectors,
 };
-use iec61850_rs::proto::mms::report::{Report, ReportAssembler};
-use iec61850_rs::proto::mms::{Mms, Unconfirmed};
+use iec61850_rs::proto::mms::report::Report;
 use thiserror::Error;
 
 use crate::addressing;
+use crate::report_reader::{ReportReader, Unusable};
 use crate::service::{Answer, LIMITS, Request};
 
 /// Requests that wait for their answers at once.
@@ -20,8 +21,6 @@ const MAX_IN_FLIGHT: usize = 4;
 /// Bytes that are handed to the association at once: fewer messages than [`MAX_EVENTS`].
 const MAX_PIECE: usize = 16 * 1024;
 const MAX_EVENTS: usize = 4096;
-/// Reports whose segments are being gathered at once.
-const MAX_OPEN_REPORTS: usize = 8;
 /// Largest message that is asked for, and that is put together, bytes.
 const MAX_PDU: u32 = 65_000;
 const MAX_MESSAGE: usize = 256 * 1024;
@@ -48,6 +47,8 @@ pub(crate) enum SessionFault {
     NoAssociation(Duration),
     #[error("no answer to {what} within {} ms", .limit.as_millis())]
     Timeout { what: &'static str, limit: Duration },
+    #[error("the rest of a report did not come within {} ms", .0.as_millis())]
+    Segments(Duration),
     #[error("the server ended the association")]
     Ended,
     #[error("what the server sends is not MMS ({0})")]
@@ -66,15 +67,15 @@ pub(crate) enum Event<J> {
     Answer(J, Answer),
     /// A whole report.
     Report(Box<Report>),
-    /// A report that cannot be read, and why.
-    Unreadable(String),
+    /// A report that cannot be used.
+    Unusable(Unusable),
 }
 
 /// A connection as the client sees it; `J` is what each request is for.
 #[derive(Debug)]
 pub(crate) struct Session<J> {
     association: Association,
-    reports: ReportAssembler,
+    reports: ReportReader,
     /// By invoke id: what was asked, what for, until when.
     in_flight: BTreeMap<i64, (Request, J, Instant)>,
     /// What the ids of this connection have in their upper half, so that the answer to a
@@ -105,10 +106,9 @@ impl<J> Session<J> {
             event_capacity: MAX_EVENTS,
             ..AssociationConfig::default()
         };
-        let max_members = LIMITS.max_dataset_members;
         Self {
             association: Association::client(config),
-            reports: ReportAssembler::with_max_entries(MAX_OPEN_REPORTS, max_members),
+            reports: ReportReader::new(*timeout),
             in_flight: BTreeMap::new(),
             key: i64::from(key & 0x7FFF) << 16,
             next: 0,
@@ -195,6 +195,9 @@ impl<J> Session<J> {
         while let Some(event) = self.association.poll_event() {
             self.take(event, now)?;
         }
+        if self.reports.is_late(now) {
+            return Err(SessionFault::Segments(self.timeout));
+        }
         match self.in_flight.values().find(|(.., by)| *by <= now) {
             Some((request, ..)) => {
                 Err(SessionFault::Timeout { what: request.what(), limit: self.timeout })
@@ -209,7 +212,7 @@ impl<J> Session<J> {
             self.association.next_timeout().map(|at| self.began + Duration::from_nanos(at.0));
         let of_requests = self.in_flight.values().map(|(.., by)| *by).min();
         let of_test = self.in_flight.is_empty().then_some(self.heard_at + self.test);
-        let all = [of_association, of_requests, of_test];
+        let all = [of_association, of_requests, of_test, self.reports.deadline()];
         all.into_iter().flatten().min().unwrap_or(self.heard_at + self.test)
     }
 
@@ -251,9 +254,9 @@ impl<J> Session<J> {
             }
             AssociationEvent::Unconfirmed { pdu } => {
                 self.heard_at = now;
-                Ok(match report_of(&pdu) {
-                    Ok(report) => self.reports.push(report).map(Box::new).map(Event::Report),
-                    Err(error) => Some(Event::Unreadable(error.to_string())),
+                Ok(match self.reports.take(&pdu, now) {
+                    Ok(report) => report.map(Box::new).map(Event::Report),
+                    Err(unusable) => Some(Event::Unusable(unusable)),
                 })
             }
             AssociationEvent::Refused { layer, code } => Err(SessionFault::Refused { layer, code }),
@@ -284,15 +287,6 @@ impl<J> Session<J> {
     fn at(&self, now: Instant) -> iec61850_rs::Instant {
         let since = now.saturating_duration_since(self.began).as_nanos();
         iec61850_rs::Instant(u64::try_from(since).unwrap_or(u64::MAX))
-    }
-}
-
-fn report_of(pdu: &[u8]) -> Result<Report, Error> {
-    match Mms::parse(pdu, &LIMITS)? {
-        Mms::Unconfirmed(Unconfirmed::InformationReport { results, .. }) => {
-            Report::parse(&results, &LIMITS)
-        }
-        _ => Err(Error::InvalidValue("it is no report")),
     }
 }
 

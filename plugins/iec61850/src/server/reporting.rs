@@ -8,37 +8,65 @@ use iec61850_rs::proto::mms::report::Report;
 
 use super::Server;
 use crate::board::Origin;
-use crate::control::{Mismatch, Outcome, Use};
+use crate::control::{Control, Mismatch, Outcome, Use};
 use crate::convert::entry_time_of;
 use crate::locate::Place;
+use crate::report_reader::Unusable;
 use crate::service::{Answer, Name};
+
+/// Why a block is left alone after several reports in a row.
+const REPEATED_FAULTS: &str = "its reports cannot be used again and again";
 
 impl Server {
     /// Takes a report.
     ///
     /// # Errors
     /// In words: the server is another than it was, so all of it has to be asked anew.
-    pub(crate) fn take_report(&mut self, report: &Report) -> Result<(), String> {
-        let found = self.controls.iter().position(|control| control.has_sent(report));
-        let Some(index) = found else { return Ok(()) };
+    pub(crate) fn take_report(&mut self, report: &Report, now: Instant) -> Result<(), String> {
+        let owners = || (0..self.controls.len()).filter(|i| self.controls[*i].has_sent(report));
+        let reporting = owners().find(|index| self.controls[*index].is_reporting());
+        let Some(index) = reporting else {
+            // One that was given up goes on reporting, and its values are polled.
+            if owners().next().is_none() {
+                let data_set = report.data_set.as_deref().unwrap_or("no data set");
+                let why = format!("{data_set} is not the data set of a block that was enabled");
+                let report_id = Some(report.rpt_id.clone());
+                self.note_unusable(&Unusable { report_id, why }, now);
+            }
+            return Ok(());
+        };
+        self.board.begin_report();
         let control = &mut self.controls[index];
         match control.check(report) {
             Ok(()) => {}
             Err(Mismatch::Revision) => {
                 let name = control.block.reference();
-                return Err(format!("the data set of {name} has changed (ConfRev)"));
+                return Err(format!("{name}: {}", Mismatch::Revision));
             }
-            Err(Mismatch::Members { told, sent }) => {
-                control.give_up(None);
-                let what = format!("it reports {sent} members, and its data set has {told}");
-                self.warn_of(index, &format!("{what}; its values are polled"));
+            Err(mismatch @ Mismatch::Sequence { .. }) => {
+                let is_left = control.note_fault();
+                self.distrust(&[index], &mismatch.to_string(), now);
+                if is_left {
+                    self.leave(index, REPEATED_FAULTS);
+                }
+                return Ok(());
+            }
+            Err(mismatch @ (Mismatch::Members { .. } | Mismatch::Member(_))) => {
+                self.distrust(&[index], &mismatch.to_string(), now);
+                self.leave(index, &mismatch.to_string());
                 return Ok(());
             }
         }
         let noted = control.note(report);
+        if noted.is_lossy && !noted.is_replayed {
+            // The last change of anything may be among what was lost.
+            self.distrust(&[index], "its buffer ran over, so changes are missing", now);
+        }
+        let control = &self.controls[index];
         for entry in &report.entries {
             for Use { point, share } in control.uses.get(entry.index).into_iter().flatten() {
                 self.board.take(*point, share, &entry.value);
+                self.board.note_reported(*point);
             }
         }
         let is_change = report.entries.iter().any(|entry| {
@@ -48,10 +76,59 @@ impl Server {
         });
         let entry_time = report.time_of_entry.and_then(entry_time_of);
         self.board.commit(Origin { is_change, is_replayed: noted.is_replayed, entry_time });
-        if noted.is_lossy {
+        if noted.is_lossy && noted.is_replayed {
             self.warn_of(index, "its buffer ran over, so changes are missing");
         }
         Ok(())
+    }
+
+    /// Something was reported that brings no values: whatever it may have brought is bad
+    /// until it is read.
+    pub(crate) fn note_unusable(&mut self, unusable: &Unusable, now: Instant) {
+        let Unusable { report_id, why } = unusable;
+        let has_id = |control: &Control| report_id.as_ref().is_some_and(|id| control.has_id(id));
+        let of_id: Vec<_> = self.indices_of(has_id);
+        // Without an id that a block has it may be of any of them.
+        let reporting = self
+            .indices_of(|control| control.is_reporting() && (of_id.is_empty() || has_id(control)));
+        let why = match report_id {
+            Some(id) => format!("a report '{id}' cannot be used: {why}"),
+            None => format!("a report cannot be used: {why}"),
+        };
+        self.board.begin_report();
+        self.distrust(&reporting, &why, now);
+        for index in reporting {
+            if self.controls[index].note_fault() {
+                self.leave(index, REPEATED_FAULTS);
+            }
+        }
+    }
+
+    fn indices_of(&self, is_wanted: impl Fn(&Control) -> bool) -> Vec<usize> {
+        (0..self.controls.len()).filter(|index| is_wanted(&self.controls[*index])).collect()
+    }
+
+    /// Holds all values of blocks for bad, and has them read.
+    fn distrust(&mut self, blocks: &[usize], why: &str, now: Instant) {
+        for &index in blocks {
+            let points = self.points_of(index);
+            for point in &points {
+                self.board.distrust(*point);
+            }
+            self.rereads.extend(self.variables_of(&points));
+        }
+        let named = match *blocks {
+            [index] => format!("{}: {why}", self.controls[index].block.reference()),
+            _ => why.to_owned(),
+        };
+        self.notices.note(named);
+        self.tell_due(now);
+    }
+
+    /// Leaves a block alone for the rest of the connection; its values are polled.
+    fn leave(&mut self, index: usize, why: &str) {
+        self.controls[index].give_up(None);
+        self.warn_of(index, &format!("{why}; its values are polled"));
     }
 
     pub(super) fn take_step(&mut self, index: usize, answer: Answer, now: Instant) {
@@ -107,13 +184,21 @@ impl Server {
     }
 
     fn read_all_of(&mut self, index: usize) {
-        let uses = self.controls[index].uses.iter().flatten();
-        let points: BTreeSet<_> = uses.map(|used| used.point).collect();
-        let is_of_it = |&index: &usize| {
+        let variables = self.variables_of(&self.points_of(index));
+        self.queue_reads(&variables);
+    }
+
+    /// Points that a block brings.
+    fn points_of(&self, index: usize) -> BTreeSet<usize> {
+        self.controls[index].uses.iter().flatten().map(|used| used.point).collect()
+    }
+
+    /// Variables that have one of these points.
+    fn variables_of(&self, points: &BTreeSet<usize>) -> Vec<usize> {
+        let is_of_them = |&index: &usize| {
             self.variables[index].points.iter().any(|(point, _)| points.contains(point))
         };
-        let variables: Vec<_> = (0..self.variables.len()).filter(is_of_it).collect();
-        self.queue_reads(&variables);
+        (0..self.variables.len()).filter(is_of_them).collect()
     }
 
     /// What a member of a data set is to the points.

@@ -15,7 +15,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use busbar_link::Reconnect;
 use busbar_plugin_sdk::testing::{Recorder, Recording, Watched, host, tag_spec};
 use busbar_plugin_sdk::{
-    DoublePoint, LinkState, Plugin, Quality, Reason, TagSpec, Telemetry, Value, ValueKind,
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
+    Value, ValueKind,
 };
 use peer_process::Peer;
 use serde_json::json;

@@ -91,7 +91,13 @@ fn quality_is_carried_over() {
         let values = json!({ "mag.f": value });
         peer.command(&json!({"object": "LD0/MMXU1.TotW", "values": values, "quality": bits}));
         running.wait(&format!("quality {bits}"), 1, |sample| {
-            sample.value == Some(Value::F64(value)) && sample.quality == quality
+            let flags = match bits {
+                1024 => SampleFlags::SUBSTITUTED,
+                2048 => SampleFlags::TEST,
+                _ => SampleFlags::LIVE,
+            };
+            (sample.value, sample.quality, sample.flags)
+                == (Some(Value::F64(value)), quality, flags)
         });
     }
 }
@@ -126,6 +132,11 @@ fn times_are_carried_over_where_they_can_be_relied_on() {
         let of_value = running.samples(1);
         let of_value = of_value.iter().filter(|sample| sample.value == Some(Value::F64(value)));
         assert!(of_value.clone().all(|sample| sample.source_time.is_none()), "{clock}");
+        // A clock that has failed says nothing; one that runs freely does no harm to what
+        // is told as it is now.
+        let has_failed = clock == "failed";
+        let is_flagged = |sample: &Sample| sample.flags == SampleFlags::TIME_UNUSABLE;
+        assert!(of_value.clone().all(|sample| is_flagged(sample) == has_failed), "{clock}");
     }
 }
 

@@ -1,0 +1,101 @@
+//! Reports on the wire -> whole reports: decoding, and joining of segments
+//! (IEC 61850-8-1, 17.3).
+
+use std::time::{Duration, Instant};
+
+use iec61850_rs::Error;
+use iec61850_rs::proto::data::Value;
+use iec61850_rs::proto::mms::report::{Report, ReportAssembler};
+use iec61850_rs::proto::mms::{AccessResult, Mms, Unconfirmed};
+
+use crate::service::{LIMITS, value_of};
+
+/// Reports whose segments are being gathered at once.
+const MAX_OPEN_REPORTS: usize = 8;
+
+/// A report, or a part of one, that brings no values.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Unusable {
+    /// `RptID`, as far as it can be read.
+    pub(crate) report_id: Option<String>,
+    pub(crate) why: String,
+}
+
+/// Reader of the reports of one connection.
+#[derive(Debug)]
+pub(crate) struct ReportReader {
+    assembler: ReportAssembler,
+    /// Longest time that the segments of a report may take.
+    limit: Duration,
+    /// When segments that are being gathered have to be complete.
+    complete_by: Option<Instant>,
+}
+
+impl ReportReader {
+    pub(crate) fn new(limit: Duration) -> Self {
+        let max_members = LIMITS.max_dataset_members;
+        let assembler = ReportAssembler::with_max_entries(MAX_OPEN_REPORTS, max_members);
+        Self { assembler, limit, complete_by: None }
+    }
+
+    /// Takes an unconfirmed message; nothing while segments are missing.
+    ///
+    /// # Errors
+    /// [`Unusable`]: something was sent that brings no values.
+    pub(crate) fn take(&mut self, pdu: &[u8], now: Instant) -> Result<Option<Report>, Unusable> {
+        let report = read(pdu)?;
+        let report_id = report.rpt_id.clone();
+        // The assembler hands on a last segment without those before it.
+        let is_later_segment =
+            report.opt_flds.segmentation() && report.sub_seq_num.unwrap_or_default() != 0;
+        let before = self.assembler.stats();
+        let whole = self.assembler.push(report);
+        let after = self.assembler.stats();
+        let is_joined = after.reassembled > before.reassembled;
+        let is_pending = self.assembler.pending() > 0;
+        self.complete_by = match self.complete_by {
+            Some(by) if is_pending && !is_joined => Some(by),
+            _ => is_pending.then(|| now + self.limit),
+        };
+        let unusable = |why: &str| Err(Unusable { report_id: Some(report_id), why: why.into() });
+        if after.evicted > before.evicted {
+            let why = format!("more than {MAX_OPEN_REPORTS} reports are in segments at once");
+            return Err(Unusable { report_id: None, why });
+        }
+        if after.oversized > before.oversized {
+            return unusable("it has more members than any data set");
+        }
+        let has_hole = whole.is_some() && is_later_segment && !is_joined;
+        if has_hole || after.out_of_order > before.out_of_order {
+            return unusable("a segment of it is missing");
+        }
+        Ok(whole)
+    }
+
+    /// Whether segments of a report did not come in time.
+    pub(crate) fn is_late(&self, now: Instant) -> bool {
+        self.complete_by.is_some_and(|by| by <= now)
+    }
+
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.complete_by
+    }
+}
+
+fn read(pdu: &[u8]) -> Result<Report, Unusable> {
+    let unknown = |error: Error| Unusable { report_id: None, why: error.to_string() };
+    let message = Mms::parse(pdu, &LIMITS).map_err(unknown)?;
+    let Mms::Unconfirmed(Unconfirmed::InformationReport { results, .. }) = message else {
+        return Err(unknown(Error::InvalidValue("it is no report")));
+    };
+    Report::parse(&results, &LIMITS)
+        .map_err(|error| Unusable { report_id: report_id_of(&results), why: error.to_string() })
+}
+
+/// `RptID`, which comes first in every report.
+fn report_id_of(results: &[AccessResult<'_>]) -> Option<String> {
+    match value_of(results.first()?) {
+        Ok(Ok(Value::VisibleString(id))) => Some(id),
+        _ => None,
+    }
+}
