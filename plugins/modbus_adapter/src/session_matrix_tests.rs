@@ -148,7 +148,7 @@ impl Device {
             // Late: it comes with the answer to the next request, before that.
             Some(MessageFault::Reordered) => {
                 self.former = right;
-                return Vec::new();
+                Vec::new()
             }
         }
     }
