@@ -112,10 +112,8 @@ fn a_recording_that_ends_leaves_nothing_good() {
 fn a_row_that_cannot_be_read_leaves_no_value_good() {
     let text = "time,Oil,Fan\n0,55.5,on\nsoon,98,on\n600,60,on\n";
     let settings = json!({ "csv": { "time_format": "seconds" } });
-    let tags = [
-        ("Oil", "f64", json!({ "column": "Oil" })),
-        ("Fan", "bool", json!({ "column": "Fan" })),
-    ];
+    let tags =
+        [("Oil", "f64", json!({ "column": "Oil" })), ("Fan", "bool", json!({ "column": "Fan" }))];
     let (said, stats) = render(&scene("log.csv", text, settings, &tags), 2.0);
     assert!(said.contains("line 3: 'soon' is not a number of seconds"), "{said}");
     for (id, value) in [("Oil", json!(55.5)), ("Fan", json!(true))] {
