@@ -85,12 +85,6 @@ pub(crate) enum Command {
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum PluginCommand {
-    /// List the plugins that can be used
-    List {
-        /// Configuration file whose directories are searched [default: as for optimize]
-        config: Option<PathBuf>,
-#[derive(Debug, Subcommand)]
 pub(crate) enum LogCommand {
     /// Find records and files that were removed, reordered, changed or damaged
     ///
@@ -108,6 +102,12 @@ pub(crate) enum LogCommand {
     },
 }
 
+#[derive(Debug, Subcommand)]
+pub(crate) enum PluginCommand {
+    /// List the plugins that can be used
+    List {
+        /// Configuration file whose directories are searched [default: as for optimize]
+        config: Option<PathBuf>,
         /// Print the JSON Schema of each plugin's settings too
         #[arg(long)]
         schema: bool,
@@ -219,6 +219,9 @@ pub(crate) struct ViewOptions {
 pub(crate) struct DoctorOptions {
     /// Configuration file to look at too, with its plugins
     pub(crate) config: Option<PathBuf>,
+    /// Seconds to listen to the configuration's sources, for links and clocks; 0 connects to none
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(..=3600))]
+    pub(crate) listen_seconds: u64,
     /// Print the findings as JSON
     #[arg(long)]
     pub(crate) json: bool,

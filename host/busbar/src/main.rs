@@ -76,12 +76,12 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Simulate(options) => simulate::run(&options),
         Command::Import(options) => import::run(&options),
         Command::Serve(options) => serve::run(&options),
-        Command::Schema => output::json(&busbar_viewer::schema()),
-        Command::Plugin { command } => match command {
-            PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
         Command::Log { command: LogCommand::Verify { folder, key, anchor } } => {
             log_command::verify(&folder, key.as_deref(), anchor.as_deref())
         }
+        Command::Schema => output::json(&busbar_viewer::schema()),
+        Command::Plugin { command } => match command {
+            PluginCommand::List { config, schema } => plugin::list(config.as_deref(), schema),
             PluginCommand::Check(options) => plugin::check::run(&options),
             PluginCommand::New(options) => plugin::new::run(&options),
             PluginCommand::Sign { library, key } => plugin::sign(&library, &key),

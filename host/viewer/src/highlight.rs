@@ -183,14 +183,8 @@ mod tests {
         };
         let tags = TagSet::new(vec![spec]).unwrap();
         let mut table = TagTable::new(Arc::new(tags), start);
-        let sample = Sample {
-            tag: TAG,
-            value: Some(Value::F64(1.0)),
-            quality: Quality::Good,
-            source_time: None,
-            received: start,
-            valid_from: start,
-        };
+        let value = Some(Value::F64(1.0));
+        let sample = Sample::live(TAG, value, Quality::Good, start);
         table.apply(&sample, |_| {});
         table.advance(start.after(age), |_| {});
         table

@@ -5,6 +5,7 @@ mod bindings;
 mod cache;
 mod font;
 mod hlod;
+mod link_check;
 mod models;
 mod moving;
 mod plugins;
@@ -20,8 +21,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_config::{
 use busbar_alarm_log::LogRules;
+use busbar_config::{
     Config, Diagnostic, LogConfig, MetricsConfig, QualityConfig, Section, Severity,
 };
 use busbar_geometry::CollapseStacks;
@@ -33,6 +34,7 @@ use busbar_tags::{TagHandle, TagSet};
 
 pub(crate) use alarms::LoadedAlarms;
 pub(crate) use hlod::{HlodGroup, MeshProxy, Proxies};
+pub use link_check::{CheckedLink, check_links};
 pub use points::{DevicePoints, POINTS_COMMAND, PointSource};
 use reuse::Reuse;
 pub use reuse::{Reload, ReloadError};
@@ -333,8 +335,6 @@ impl LoadedScene {
         Err(LoadError { file: path.to_owned(), diagnostics })
     }
 
-    /// Warnings, what plugins did wrong by themselves, and what the import skipped.
-    pub fn remarks(&self, file: &Path) -> Vec<String> {
     /// Tries to open the alarm log, and writes nothing: a failure is a trouble, and what is
     /// wrong with the log itself a note.
     fn try_alarm_log(&mut self, path: &Path) -> Result<(), LoadError> {
@@ -357,6 +357,8 @@ impl LoadedScene {
         Ok(())
     }
 
+    /// Warnings, what plugins did wrong by themselves, and what the import skipped.
+    pub fn remarks(&self, file: &Path) -> Vec<String> {
         let file = file.display().to_string();
         let trouble = |trouble: &Diagnostic| {
             Diagnostic { severity: Severity::Warning, ..trouble.clone() }.render(&file)
@@ -433,8 +435,6 @@ impl LoadedScene {
     }
 }
 
-fn count_placed(config: &Config) -> Vec<usize> {
-    let mut placed: HashMap<String, usize> = HashMap::new();
 /// The alarm log that a configuration asks for.
 fn alarm_log_of(config: &Config, folder: &Path) -> Option<LogRules> {
     let handling = &config.alarm_handling;
@@ -448,6 +448,8 @@ fn alarm_log_of(config: &Config, folder: &Path) -> Option<LogRules> {
     })
 }
 
+fn count_placed(config: &Config) -> Vec<usize> {
+    let mut placed: HashMap<String, usize> = HashMap::new();
     for name in config.scene.iter().filter_map(|node| node.model) {
         *placed.entry(name).or_default() += 1;
     }

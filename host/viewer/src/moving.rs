@@ -314,14 +314,8 @@ mod tests {
             expression: None,
         };
         let mut table = TagTable::new(Arc::new(TagSet::new(vec![spec]).unwrap()), start);
-        let sample = Sample {
-            tag: TAG,
-            value: Some(Value::DoublePoint(DoublePoint::On)),
-            quality: Quality::Good,
-            source_time: None,
-            received: start,
-            valid_from: start,
-        };
+        let value = Some(Value::DoublePoint(DoublePoint::On));
+        let sample = Sample::live(TAG, value, Quality::Good, start);
         table.apply(&sample, |_| {});
         table.advance(start.after(age), |_| {});
         table

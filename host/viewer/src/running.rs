@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
+use busbar_config::Config;
 use busbar_plugin_host::{
-    OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint, Pattern,
-    Quantity,
+    FreshnessBasis, OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint,
+    Pattern, Quantity, SourcePolicy,
 };
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{Snapshot, TagHandle};
+use busbar_tags::{Origin, Snapshot, TagHandle};
 use busbar_ui::LegendRow;
 
 use crate::alarms::SourcedTint;
@@ -40,9 +41,9 @@ pub(crate) struct ShownOverlay {
     mechanisms: Vec<Arc<str>>,
     /// What it drew last, in the numbers of now.
     last: Arc<OverlayPicture>,
-    /// From the numbers that it was told to those of now.
     /// The same with nothing to rest on, while it is late.
     late: Option<Arc<OverlayPicture>>,
+    /// From the numbers that it was told to those of now.
     numbers: Numbers,
     /// The picture that it gave last, and the same in the numbers of now.
     renumbered: [Arc<OverlayPicture>; 2],
@@ -120,12 +121,12 @@ impl ShownState {
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         (self.node, self.legend) == (other.node, other.legend)
     }
-}
 
     /// Whether the overlay that shows it is late.
     pub(crate) fn is_late(&self) -> bool {
         self.basis == Basis::Tag(LATE_DISPLAY)
     }
+}
 
 impl Overlaid {
     /// The lines of all overlays.
@@ -160,8 +161,8 @@ impl ShownOverlay {
             nodes: Vec::new(),
             mechanisms: Vec::new(),
             last: Arc::default(),
-            numbers: Numbers::default(),
             late: None,
+            numbers: Numbers::default(),
             renumbered: Default::default(),
         }
     }
@@ -170,8 +171,8 @@ impl ShownOverlay {
     pub(crate) fn follow(&mut self, numbers: &Numbers, graph: &SceneGraph) {
         self.numbers = self.numbers.then(numbers);
         self.last = numbers.picture(&self.last);
-        self.renumbered = Default::default();
         self.late = None;
+        self.renumbered = Default::default();
         let equipment = self.description.equipment.iter();
         self.nodes = equipment.map(|id| graph.find(id)).collect();
     }
@@ -256,7 +257,6 @@ impl ShownOverlay {
     }
 }
 
-/// Configures the overlays of a scene.
 /// A copy of a picture, none of which rests on a value.
 pub(crate) fn late_copy(picture: &OverlayPicture) -> OverlayPicture {
     let mut late = picture.clone();
@@ -268,6 +268,7 @@ pub(crate) fn late_copy(picture: &OverlayPicture) -> OverlayPicture {
     late
 }
 
+/// Configures the overlays of a scene.
 pub(crate) fn start_overlays(scene: &LoadedScene) -> Result<Vec<ShownOverlay>, ViewError> {
     let mut overlays = Vec::new();
     for overlay in &scene.config.overlays {
@@ -285,10 +286,22 @@ pub(crate) fn start_telemetry(scene: &LoadedScene) -> Result<Vec<ServedTags>, Vi
     let mut running = Vec::new();
     for (name, plugin) in &scene.instances {
         if let Some(tags) = scene.served_tags(name, plugin) {
-            running.push(ServedTags::by(RunningTelemetry::start(plugin, &tags)?));
+            let policy = source_policy(&scene.config, name);
+            running.push(ServedTags::by(RunningTelemetry::start(plugin, &tags, policy)?));
         }
     }
     Ok(running)
+}
+
+/// Rules of the configuration for all samples of an instance.
+pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
+    let Some(plugin) = config.plugins.get(name) else { return SourcePolicy::default() };
+    let origin = if plugin.simulated { Origin::SIMULATED } else { Origin::LIVE };
+    let basis = match plugin.freshness_by {
+        busbar_config::FreshnessBasis::SourceTime => FreshnessBasis::SourceTime,
+        busbar_config::FreshnessBasis::Reception => FreshnessBasis::Reception,
+    };
+    SourcePolicy { origin, basis }
 }
 
 /// Lets every overlay that is shown draw; all of them share the patience. Of one that fails
@@ -312,6 +325,7 @@ pub(crate) fn run_overlays(
             Ok(picture) => {
                 let picture = shown.in_our_numbers(picture);
                 shown.last = Arc::clone(&picture);
+                shown.late = None;
                 shown.add(index, picture, &mut all);
                 shown.fault = None;
             }
@@ -325,7 +339,6 @@ pub(crate) fn run_overlays(
                 shown.add(index, late, &mut all);
             }
         }
-                shown.late = None;
     }
     all
 }

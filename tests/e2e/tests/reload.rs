@@ -225,6 +225,22 @@ fn a_good_edit_shows_and_what_it_does_not_touch_goes_on() {
 }
 
 #[test]
+fn no_value_of_another_device_goes_on() {
+    let Some(peer) = Peer::start(&calm_values()) else { return };
+    let mut view = View::open(scene(peer.port));
+    let good = view.stats().quality.good;
+    // Nobody answers there: all that would be shown is what the device before said.
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let port = silent.local_addr().expect("it is bound").port();
+    view.edit(|config| config["plugins"]["bay"]["settings"]["port"] = json!(port));
+    let stats = view.stats();
+    assert_eq!((stats.quality.good, stats.quality.bad), (0, good));
+    assert!(stats.tags.iter().all(|tag| tag.value.is_null()), "none is carried over");
+    view.edit(|config| *config = scene(peer.port).config);
+    view.wait_for("all values", |stats| stats.quality.bad == 0);
+}
+
+#[test]
 fn a_live_view_that_leaves_its_quality_open_goes_by_the_device_and_a_picture_does_not() {
     let mut scene = Scene::without_tags();
     scene.config["view"] =

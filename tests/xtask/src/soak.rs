@@ -19,6 +19,14 @@ const ALL_FAULTS: &str = "BUSBAR_VULKAN_FAULTS";
 const KILL_TEST: &str = "kills";
 const KILLS_VARIABLE: &str = "BUSBAR_ALARM_KILLS";
 const KILLS: &str = "200";
+/// The seeded damages and power cuts of the audit log, and how many.
+const LOG_PACKAGE: &str = "busbar_alarm_log";
+const LOG_VARIABLES: [(&str, &str); 2] =
+    [("BUSBAR_LOG_DAMAGES", "1000"), ("BUSBAR_LOG_POWER_CUTS", "100")];
+/// The matrix of source and host clocks, and how many steps it takes.
+const CLOCK_TEST: &str = "clock_matrix";
+const CLOCK_VARIABLE: &str = "BUSBAR_CLOCK_STEPS";
+const CLOCK_STEPS: &str = "100000000";
 /// The test that reads pictures for what is stale and looks live, and how many sequences
 /// of values it reads.
 const STALE_TEST: &str = "stale_picture";
@@ -57,8 +65,9 @@ pub(crate) struct Arguments {
     /// comes after the fuzz targets, unless some are named.
     #[arg(long, conflicts_with = "targets")]
     vulkan_faults: bool,
-    /// Kill a process that writes the alarm log 200 times, and nothing else; without it
-    /// that comes last, unless fuzz targets are named.
+    /// Kill a process that writes the audit log 200 times, damage 1,000 logs and cut the
+    /// power of 100, and nothing else; without it that comes last, unless fuzz targets are
+    /// named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults"])]
     alarm_kills: bool,
     /// Read pictures of 100,000 sequences of values for what is stale and looks live, and
@@ -76,6 +85,10 @@ pub(crate) struct Arguments {
     /// named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults"])]
     reload: bool,
+    /// Take 100,000,000 steps of the matrix of source and host clocks, and nothing else (some
+    /// 3 minutes); without it that comes last, unless fuzz targets are named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload"])]
+    clock_matrix: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -91,6 +104,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     if arguments.reload {
         return reload_all(workspace);
     }
+    if arguments.clock_matrix {
+        return step_clocks(workspace);
+    }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
     }
@@ -104,7 +120,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     kill_all(workspace)?;
     read_pictures(workspace)?;
     end_viewers(workspace)?;
-    reload_all(workspace)
+    reload_all(workspace)?;
+    step_clocks(workspace)
 }
 
 /// Lets a view load very many configurations.
@@ -148,7 +165,18 @@ fn kill_all(workspace: &Workspace) -> Result<()> {
     let mut command = process::cargo();
     command.current_dir(&workspace.root).env(KILLS_VARIABLE, KILLS);
     command.args(["test", "--workspace", "--test", KILL_TEST]);
+    process::run(command.args(["--", "--nocapture"]))?;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).envs(LOG_VARIABLES);
+    command.args(["test", "--package", LOG_PACKAGE, "--lib"]);
     process::run(command.args(["--", "--nocapture"]))
+}
+
+/// Sets the clocks of sources and host in very many ways.
+fn step_clocks(workspace: &Workspace) -> Result<()> {
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(CLOCK_VARIABLE, CLOCK_STEPS);
+    process::run(command.args(["test", "--workspace", "--test", CLOCK_TEST]))
 }
 
 /// Lets each call to Vulkan fail with each code that it may give.
