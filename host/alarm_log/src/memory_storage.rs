@@ -156,10 +156,10 @@ impl Disk {
                     }
                     self.names.insert(to.clone(), *inode);
                 }
-                Operation::Remove { inode, name } if is_kept => {
-                    if self.names.get(name) == Some(inode) {
-                        self.names.remove(name);
-                    }
+                Operation::Remove { inode, name }
+                    if is_kept && self.names.get(name) == Some(inode) =>
+                {
+                    self.names.remove(name);
                 }
                 Operation::Append { inode, bytes } => {
                     let content = self.contents.entry(*inode).or_default();

@@ -245,11 +245,10 @@ fn check_keys(keys: &KeyRing, files: &[LogFileReading], outcome: &mut Verificati
             Some(_) if begun.is_some() && keys.is_keyed() => {
                 outcome.fault(format!("{name} is under another key, or none, than those before"));
             }
-            Some(header) if header.key.is_empty() => {
-                if !keys.is_keyed() {
-                    begun.get_or_insert((file, header));
-                }
+            Some(header) if header.key.is_empty() && !keys.is_keyed() => {
+                begun.get_or_insert((file, header));
             }
+            Some(header) if header.key.is_empty() => {}
             Some(_) => is_keyed_elsewhere = true,
         }
     }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_history::{BUCKET, History, MAX_AGE, MAX_FINE_POINTS, MAX_TAGS, Point, State};
-use busbar_tags::{Change, Moment, Quality, Reason, TagHandle, Value};
+use busbar_tags::{Change, Moment, Origin, Quality, Reason, TagHandle, Value};
 use proptest::prelude::*;
 
 const TAG: TagHandle = TagHandle(3);
@@ -15,7 +15,8 @@ fn after(seconds: f64) -> Moment {
 
 fn note(history: &mut History, seconds: f64, value: f64, quality: Quality) {
     let value = Some(Value::F64(value));
-    history.note(&Change { tag: TAG, value, quality, source_time: None, received: after(seconds) });
+    let (received, origin) = (after(seconds), Origin::LIVE);
+    history.note(&Change { tag: TAG, value, quality, source_time: None, received, origin });
 }
 
 fn noted(values: &[(f64, f64, Quality)]) -> History {

@@ -26,6 +26,7 @@ const MIN_STEP: i64 = SECOND;
 const MIN_UNIT_SKEW: i64 = 20 * 365 * 86_400 * SECOND;
 /// Zones are whole quarters of an hour, up to 14 hours.
 const ZONE_STEP: i64 = 15 * MINUTE;
+const MIN_ZONE: i64 = ZONE_STEP - MAX_ZONE_ERROR;
 const MAX_ZONE: i64 = 14 * 60 * MINUTE + MAX_ZONE_ERROR;
 /// Farthest from a zone that a skew still looks like one, nanoseconds.
 const MAX_ZONE_ERROR: i64 = 90 * SECOND;
@@ -177,10 +178,7 @@ fn remedy(skew: i64) -> &'static str {
     let from_zone = (size + ZONE_STEP / 2) % ZONE_STEP - ZONE_STEP / 2;
     if size >= MIN_UNIT_SKEW {
         "set the unit of the time's field (seconds, milliseconds), or the source's clock"
-    } else if size <= MAX_ZONE
-        && size >= ZONE_STEP - MAX_ZONE_ERROR
-        && from_zone.abs() <= MAX_ZONE_ERROR
-    {
+    } else if (MIN_ZONE..=MAX_ZONE).contains(&size) && from_zone.abs() <= MAX_ZONE_ERROR {
         "set the zone of the source's times, or the clock of one of them"
     } else {
         "set the source's clock or this machine's (NTP), or count ages from reception"

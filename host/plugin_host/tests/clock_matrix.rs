@@ -117,7 +117,8 @@ impl World {
             address_json: String::new(),
         };
         let served: Vec<TelemetryTag> = (0..TAGS).map(telemetry).collect();
-        let set = Arc::new(TagSet::new((0..TAGS).map(spec).collect()).unwrap());
+        let set =
+            Arc::new(TagSet::new((0..TAGS).map(spec).collect()).expect("no tag rests on another"));
         let mut dice = Dice(seed);
         let is_skewed = dice.below(2) == 0;
         let source_offset = if is_skewed { dice.clock_step() } else { 0 };
@@ -135,7 +136,7 @@ impl World {
     }
 
     fn state(&self, tag: usize) -> busbar_tags::TagState {
-        self.table.snapshot().state(TagHandle(tag as u32)).unwrap()
+        self.table.snapshot().state(TagHandle(tag as u32)).expect("it is there")
     }
 
     fn send(&mut self, tag: usize, made: Made, flags: u8, quality: u8) {

@@ -81,8 +81,9 @@ pub use commands::{OfferedCommand, offered_commands, plugin_with_command};
 pub use error::{LoadError, ViewError};
 pub use graphics::graphics_device;
 pub use load::{
-    CheckedLink, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND, PointSource,
-    Reload, ReloadError, SimulatedDevice, SimulatedDevices, check_links, plugin_catalog,
+    CheckedLink, DevicePoints, LoadProgress, LoadedScene, MAX_CONFIG_FILE_BYTES, POINTS_COMMAND,
+    PointSource, Reload, ReloadError, SimulatedDevice, SimulatedDevices, check_links,
+    plugin_catalog,
 };
 pub use point_import::{ImportedScene, SceneImportError, SceneRequest, import_scene};
 pub use stats::{

@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleFlags, SampleSink, TagSpec,
-    Telemetry, Value, ValueKind, Worker, export_plugin,
+    DoublePoint, Error, Host, LinkState, Plugin, Quality, Running, Sample, SampleFlags, SampleSink,
+    TagSpec, Telemetry, Value, ValueKind, Worker, export_plugin,
 };
 
 use crate::script::Script;
@@ -116,7 +116,13 @@ fn publish(settings: &Settings, tags: &[TagSpec], sink: &SampleSink, running: &R
         batch.extend((sent..due).map(|number| {
             let tag = &tags[(number % tags.len() as u64) as usize];
             let value = value(tag.kind, number / tags.len() as u64);
-            Sample { tag: tag.tag, value: Some(value), quality: Quality::Good, source_time: now, flags: SampleFlags::LIVE }
+            Sample {
+                tag: tag.tag,
+                value: Some(value),
+                quality: Quality::Good,
+                source_time: now,
+                flags: SampleFlags::LIVE,
+            }
         }));
         sink.publish(&batch);
         sent = due;

@@ -7,7 +7,8 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Error, Quality, Reason, Running, Sample, SampleFlags, SampleSink, TagSpec, Value, ValueKind,
+    DoublePoint, Error, Quality, Reason, Running, Sample, SampleFlags, SampleSink, TagSpec, Value,
+    ValueKind,
 };
 use serde::Deserialize;
 

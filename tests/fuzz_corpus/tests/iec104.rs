@@ -93,8 +93,9 @@ impl Controlling {
         assert_eq!(objects.count(), usize::from(header.count));
         let is_ours = header.common_address == COMMON_ADDRESS && is_understood(&header);
         let of_tags = objects.filter(|object| is_ours && TAGS.contains(&object.address));
-        let (values, rest) = samples.split_at(of_tags.count().min(samples.len()));
-        assert!(values.iter().map(|sample| sample.tag).eq(of_tags.map(|object| object.address)));
+        let of_tags: Vec<u32> = of_tags.map(|object| object.address).collect();
+        let (values, rest) = samples.split_at(of_tags.len().min(samples.len()));
+        assert!(values.iter().map(|sample| sample.tag).eq(of_tags));
         // What cannot be understood makes what was known before bad.
         let doubtful = Quality::Bad(Reason::Communication);
         assert!(rest.iter().all(|sample| sample.value.is_none() && sample.quality == doubtful));

@@ -105,7 +105,11 @@ impl LoadedScene {
                 overlays.insert(name.clone(), RunningOverlay::configure(plugin, bindings)?);
             }
             if let Some(tags) = scene.served_tags(name, plugin) {
-                telemetry.push(RunningTelemetry::start(plugin, &tags, source_policy(&scene.config, name))?);
+                telemetry.push(RunningTelemetry::start(
+                    plugin,
+                    &tags,
+                    source_policy(&scene.config, name),
+                )?);
             }
         }
         Ok(Some(Reload { scene, changes, kept, telemetry, overlays, has_same_graph }))

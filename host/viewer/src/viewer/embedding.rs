@@ -2,8 +2,8 @@
 
 use busbar_alarms::Standing;
 use busbar_chart::Action;
-use busbar_protocol::message::{CameraPose, TagQuality, TagUpdate, TagValue};
 use busbar_plugin_host::MAX_CLOCK_AHEAD;
+use busbar_protocol::message::{CameraPose, TagQuality, TagUpdate, TagValue};
 use busbar_tags::{DoublePoint, Origin, Quality, Reason, SourceTime, TagHandle, Value};
 use busbar_ui::{AlarmAction, ChartCommand};
 
@@ -162,9 +162,8 @@ fn sample(tag: TagHandle, update: &TagUpdate) -> Sample {
     let waited =
         Duration::from_nanos(busbar_protocol::pictures::now().saturating_sub(update.said_at));
     let source_time = update.source_time.map(SourceTime);
-    let is_possible = |time: &SourceTime| {
-        (0..=clock.0.saturating_add(MAX_CLOCK_AHEAD)).contains(&time.0)
-    };
+    let is_possible =
+        |time: &SourceTime| (0..=clock.0.saturating_add(MAX_CLOCK_AHEAD)).contains(&time.0);
     let is_believed = source_time.as_ref().is_none_or(is_possible);
     let source_time = source_time.filter(is_possible);
     let doubt = match is_believed {
