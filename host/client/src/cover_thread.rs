@@ -60,7 +60,8 @@ impl CoverThread {
         }
         let picture =
             PictureAge { true_at: self.shared.picture_true_at(), verdict: self.shared.verdict() };
-        let text = self.decision.text(picture, self.silent, Instant::now());
+        let limit = self.shared.picture_limit(self.silent);
+        let text = self.decision.text(picture, limit, Instant::now());
         match (&mut self.cover, text) {
             (Some(cover), Some(text)) => cover.show(&text),
             (Some(cover), None) => cover.hide(),

@@ -21,6 +21,14 @@ pub const MAX_STOPPED: Duration = Duration::from_secs(10);
 pub const FRAME_PATIENCE: u32 = 8;
 /// The longest that measured frame times extend a limit to.
 pub const MAX_FRAME_PATIENCE: Duration = Duration::from_secs(120);
+/// The oldest that a live picture may be where frames take long: nobody takes a picture for
+/// live that is older than a second, which leaves time to mark it.
+pub const MAX_LIVE_AGE: Duration = Duration::from_millis(900);
+/// Frame times that a picture is old at most, when the next one comes in time: its own, and
+/// that of the next.
+const FRAMES_OF_A_PICTURE: u32 = 2;
+/// Time between two frames beside their own, and for handing a picture over.
+const BETWEEN_FRAMES: Duration = Duration::from_millis(50);
 /// Time that one look counts at most: whoever watches may be held up as well.
 const MAX_LOOK: Duration = Duration::from_millis(100);
 /// Silence from which the process itself is looked at.
@@ -75,6 +83,13 @@ impl Liveness {
     }
 }
 
+/// Greatest age of a live picture: `silent`, or more where frames take so long that no picture
+/// could be younger, up to [`MAX_LIVE_AGE`].
+pub fn picture_limit(silent: Duration, frame_time: Duration) -> Duration {
+    let by_frames = frame_time.saturating_mul(FRAMES_OF_A_PICTURE).saturating_add(BETWEEN_FRAMES);
+    silent.max(by_frames.min(MAX_LIVE_AGE))
+}
+
 /// Decides on a viewer by its signs of life.
 pub fn assess(signs: &SignsOfLife, limits: &LivenessLimits) -> Liveness {
     let LivenessLimits { silent, hung } = *limits;
@@ -91,7 +106,8 @@ pub fn assess(signs: &SignsOfLife, limits: &LivenessLimits) -> Liveness {
                 || signs.without_frame >= patience(MAX_WITHOUT_FRAME)
         }
     };
-    let is_old = signs.picture_age.is_none_or(|age| age > silent);
+    let limit = picture_limit(silent, signs.frame_time);
+    let is_old = signs.picture_age.is_none_or(|age| age > limit);
     match signs.activity {
         _ if is_hung => Liveness::Hung,
         Activity::Stopped => Liveness::Lost,

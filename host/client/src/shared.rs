@@ -4,6 +4,7 @@
 use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use busbar_protocol::message::Command;
 use busbar_protocol::pictures::PictureMemory;
@@ -37,6 +38,8 @@ pub(crate) struct Shared {
     memory: Mutex<Option<PictureMemory>>,
     /// Last verdict on the viewer, as a number of [`VERDICTS`].
     verdict: AtomicU8,
+    /// Greatest age of a live picture, as the frame times have it, milliseconds.
+    picture_limit: AtomicU32,
 }
 
 /// Verdicts in the order of their numbers.
@@ -68,7 +71,20 @@ impl Shared {
             viewer_id: AtomicU32::new(0),
             memory: Mutex::default(),
             verdict: AtomicU8::new(0),
+            picture_limit: AtomicU32::new(0),
         })
+    }
+
+    /// Greatest age of a live picture: at least `silent`.
+    pub(crate) fn picture_limit(&self, silent: Duration) -> Duration {
+        let millis = self.picture_limit.load(Ordering::Acquire);
+        silent.max(Duration::from_millis(u64::from(millis)))
+    }
+
+    /// Sets the greatest age of a live picture.
+    pub(crate) fn set_picture_limit(&self, limit: Duration) {
+        let millis = u32::try_from(limit.as_millis()).unwrap_or(u32::MAX);
+        self.picture_limit.store(millis, Ordering::Release);
     }
 
     /// Puts a command on its way.

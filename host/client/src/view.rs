@@ -103,12 +103,17 @@ impl View {
 
     /// The newest picture, marked where it is not live. None before the first.
     pub fn frame(&self) -> Option<Given> {
-        lock(&self.shared.frames).give(self.silent, self.shared.verdict())
+        lock(&self.shared.frames)
+            .give(self.shared.picture_limit(self.silent), self.shared.verdict())
     }
 
     /// Copies the newest picture, unmarked, where it is new and not dead. None before the first.
     pub fn copy_frame(&self, pixels: &mut Vec<u8>) -> Option<Copied> {
-        lock(&self.shared.frames).copy(self.silent, self.shared.verdict(), pixels)
+        lock(&self.shared.frames).copy(
+            self.shared.picture_limit(self.silent),
+            self.shared.verdict(),
+            pixels,
+        )
     }
 
     /// The configuration that is shown.

@@ -12,7 +12,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::cover_thread::MIN_LIVE;
 use crate::events::Event;
-use crate::liveness::{Beats, Liveness, LivenessLimits, LivenessWatch, SignsOfLife, assess};
+use crate::liveness::{
+    Beats, Liveness, LivenessLimits, LivenessWatch, SignsOfLife, assess, picture_limit,
+};
 use crate::process::{Viewer, ending};
 use crate::restarts::Restarts;
 use crate::shared::{Shared, lock, lower};
@@ -200,6 +202,8 @@ impl Watch {
             return self.look_at_start(signs);
         }
         let verdict = assess(&signs, &self.limits);
+        let limit = picture_limit(self.limits.silent, signs.frame_time);
+        self.shared.set_picture_limit(limit);
         let before = self.shared.verdict();
         self.shared.set_verdict(verdict);
         if verdict == Liveness::Hung {

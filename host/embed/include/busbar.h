@@ -24,7 +24,8 @@
  * - No callback runs on a thread that is not yours unless you ask for that.
  * - Numbers below 0 are a status: INVALID, FULL, SYSTEM or FAULT. Nothing was done then.
  * - Nothing old passes for live. A picture is as old as the values in it, not as its arrival.
- *   Past silent_millis (500) the library itself marks it, whatever the viewer does: it hatches
+ *   Past silent_millis (500, or two frame times where frames take long, at most 900) the library
+ *   itself marks it, whatever the viewer does: it hatches
  *   pictures in memory, and covers an X11 window with a hatched child of its own, which says
  *   since when, until the picture has been live for 400 ms. One that a signal stopped is marked
  *   within 300 ms. What is left: a process that is itself stopped marks nothing, and where all
@@ -58,7 +59,8 @@
 // Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 #define BUSBAR_VIEW_PANELS 1
 
-// The picture shows values that were read at most `silent_millis` ago.
+// The picture shows values that were read at most `silent_millis` ago; where frames take long,
+// two frame times, at most 900 ms.
 #define BUSBAR_VIEW_LIVE 0
 
 // The viewer is silent or gone: no value in the picture may be relied on. The library has taken
@@ -184,7 +186,8 @@ typedef struct BusbarViewOptions {
   // X11 window to draw into; 0 draws offscreen.
   uint32_t window;
   // Milliseconds since the values in the picture were read after which it is not live: it is
-  // hatched; 0 for 500. A window is covered at most 50 ms later, on a machine with a CPU to
+  // hatched; 0 for 500. Where frames take so long that no picture could be younger it is two
+  // frame times, at most 900 ms. A window is covered at most 50 ms later, on a machine with a CPU to
   // spare.
   uint32_t silent_millis;
   // Milliseconds without a heartbeat and without progress of its process after which the

@@ -19,7 +19,8 @@ pub const BUSBAR_VIEW_FAULT: i32 = -4;
 /// Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 pub const BUSBAR_VIEW_PANELS: u32 = 1;
 
-/// The picture shows values that were read at most `silent_millis` ago.
+/// The picture shows values that were read at most `silent_millis` ago; where frames take long,
+/// two frame times, at most 900 ms.
 pub const BUSBAR_VIEW_LIVE: u32 = 0;
 /// The viewer is silent or gone: no value in the picture may be relied on. The library has taken
 /// its colour and hatched it.
@@ -117,7 +118,8 @@ pub struct BusbarViewOptions {
     /// X11 window to draw into; 0 draws offscreen.
     pub window: u32,
     /// Milliseconds since the values in the picture were read after which it is not live: it is
-    /// hatched; 0 for 500. A window is covered at most 50 ms later, on a machine with a CPU to
+    /// hatched; 0 for 500. Where frames take so long that no picture could be younger it is two
+    /// frame times, at most 900 ms. A window is covered at most 50 ms later, on a machine with a CPU to
     /// spare.
     pub silent_millis: u32,
     /// Milliseconds without a heartbeat and without progress of its process after which the

@@ -49,6 +49,8 @@ pub(crate) struct Standing {
     pub(crate) is_derived: bool,
     /// Whether derived tags rest on it.
     pub(crate) is_input: bool,
+    /// Whether its source tells every change, also after a stop of this process.
+    pub(crate) outlives_stops: bool,
 }
 
 /// All tags, by handle.
@@ -210,6 +212,7 @@ impl Standing {
             has_rules: spec.range.is_some() || spec.scale.is_some() || spec.dead_band > 0.0,
             is_derived: spec.expression.is_some(),
             is_input,
+            outlives_stops: false,
         }
     }
 

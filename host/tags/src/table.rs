@@ -7,8 +7,8 @@ use crate::changes::Changes;
 use crate::value::Packed;
 use crate::wheel::{NO_SLOT, Slot, Wheel};
 use crate::{
-    Change, Moment, Origin, Quality, QualityCounts, Reason, Renumbering, Sample, Snapshot,
-    SourceTime, TagHandle, TagSet, TagState, Value,
+    Change, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason, Renumbering,
+    Sample, Snapshot, SourceTime, TagHandle, TagSet, TagState, Value,
 };
 
 /// The tags of a scene and their last values.
@@ -25,8 +25,9 @@ pub struct TagTable {
     /// Inputs of derived tags that came or went stale since.
     touched: Vec<TagHandle>,
     counts: QualityCounts,
-    /// Values from before it are stale whatever their limit: the end of the last pause.
-    trusted_from: Moment,
+    /// Values from before it are stale whatever their limit: the last pause. The first holds
+    /// for all tags, the second for those that do not outlive stops.
+    trusted_from: [Moment; 2],
 }
 
 impl TagTable {
@@ -36,7 +37,7 @@ impl TagTable {
         let counts = QualityCounts { bad: cells.len(), ..QualityCounts::default() };
         let wheel = Wheel::new(now);
         let changes = Changes::of(cells.len());
-        let (touched, trusted_from) = (Vec::new(), Moment(0));
+        let (touched, trusted_from) = (Vec::new(), [Moment(0); 2]);
         Self { tags, cells, wheel, now, changes, touched, counts, trusted_from }
     }
 
@@ -66,7 +67,7 @@ impl TagTable {
         standing.source_quality = said.source_quality;
         if let Some(value) = live.value().unpack() {
             let spec = &self.tags.specs()[tag.0 as usize];
-            let fresh = trust(live.valid_from, self.trusted_from);
+            let fresh = trust(live.valid_from, trusted_from(self.trusted_from, standing));
             standing.verdict = judge_in_range(value, live.kind, spec).worst(fresh);
             standing.slot = self.wheel.slot_of(live.deadline());
             self.wheel.put(tag.0, standing.slot);
@@ -111,14 +112,26 @@ impl TagTable {
         self.changes.turn();
     }
 
-    /// Holds every value from before `moment` for stale, whatever its limit, until one
-    /// comes that is true from then on: nobody saw what happened before. `each` is told
-    /// what changes.
-    pub fn distrust_before(&mut self, moment: Moment, mut each: impl FnMut(&Change)) {
-        self.trusted_from = self.trusted_from.max(moment);
+    /// Lets values of these tags outlive stops of this process: their source tells every
+    /// change in a queue that is read afterwards.
+    pub fn let_outlive_stops(&mut self, tags: impl IntoIterator<Item = TagHandle>) {
+        tags.into_iter().for_each(|tag| self.cells.get_mut(tag).1.outlives_stops = true);
+    }
+
+    /// Holds every value from before a pause for stale, whatever its limit, until one comes
+    /// that is true from then on: nobody saw what happened meanwhile. `each` is told what
+    /// changes.
+    pub fn distrust_before(&mut self, pause: &Pause, mut each: impl FnMut(&Change)) {
+        let moment = pause.trusted_from();
+        let [all, stopped] = &mut self.trusted_from;
+        *stopped = moment.max(*stopped);
+        if pause.evidence != PauseEvidence::Stopped {
+            *all = moment.max(*all);
+        }
         for tag in (0..self.cells.len() as u32).map(TagHandle) {
             let (live, standing) = self.cells.get_mut(tag);
-            let is_old = live.valid_from < self.trusted_from && !live.value().is_none();
+            let trusted_from = trusted_from(self.trusted_from, standing);
+            let is_old = live.valid_from < trusted_from && !live.value().is_none();
             if standing.is_derived || !is_old || standing.verdict == STALE {
                 continue;
             }
@@ -229,7 +242,7 @@ impl TagTable {
                 standing.verdict = judge(value, live.kind);
             }
             if !standing.is_derived {
-                let fresh = trust(sample.valid_from, self.trusted_from);
+                let fresh = trust(sample.valid_from, trusted_from(self.trusted_from, standing));
                 standing.verdict = standing.verdict.worst(fresh);
             }
             live.set_times(sample);
@@ -297,6 +310,12 @@ impl TagTable {
 
 /// Quality of a value that nobody vouches for any more.
 const STALE: Quality = Quality::Bad(Reason::Stale);
+
+/// Moment from which values of a tag are trusted.
+#[inline(always)]
+fn trusted_from([all, stopped]: [Moment; 2], standing: &Standing) -> Moment {
+    if standing.outlives_stops { all } else { stopped }
+}
 
 /// Quality of a value by when it was true, where values from before are not trusted.
 #[inline(always)]

@@ -185,7 +185,13 @@ fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
     table.advance(at(1.0), |_| {});
     assert_eq!(table.snapshot().counts().good, 2);
     let mut changed = 0;
-    table.distrust_before(at(9.0), |change| {
+    let suspended = Pause {
+        from: at(1.0),
+        until: at(9.0),
+        duration: seconds(8.0),
+        evidence: PauseEvidence::Suspended,
+    };
+    table.distrust_before(&suspended, |change| {
         assert_eq!(change.quality, Quality::Bad(Reason::Stale));
         changed += 1;
     });
@@ -196,6 +202,28 @@ fn what_was_before_a_pause_is_stale_until_it_comes_anew() {
     put(&mut table, sample(61.0, at(9.2)));
     assert_eq!(quality_at(&mut table, at(9.2)), Quality::Good);
     assert_eq!(table.snapshot().counts().good, 2);
+}
+
+#[test]
+fn what_a_queue_holds_outlives_a_stop_and_no_sleep() {
+    let hour = |id: &str| TagSpec { id: id.into(), freshness: seconds(3600.0), ..spec() };
+    let mut table = table_of(vec![hour("device"), hour("program")]);
+    table.let_outlive_stops([TagHandle(1)]);
+    for tag in [0, 1] {
+        put(&mut table, Sample { tag: TagHandle(tag), ..sample(60.0, START) });
+    }
+    let pause =
+        |evidence| Pause { from: at(1.0), until: at(9.0), duration: seconds(8.0), evidence };
+    table.distrust_before(&pause(PauseEvidence::Stopped), |_| {});
+    table.advance(at(9.0), |_| {});
+    let quality = |table: &TagTable, tag| table.snapshot().state(TagHandle(tag)).unwrap().quality;
+    assert_eq!(quality(&table, 0), Quality::Bad(Reason::Stale));
+    assert_eq!(quality(&table, 1), Quality::Good);
+    let late = Sample { tag: TagHandle(1), valid_from: at(0.5), ..sample(61.0, at(9.0)) };
+    put(&mut table, late);
+    assert_eq!(quality(&table, 1), Quality::Good, "it waited in the queue");
+    table.distrust_before(&pause(PauseEvidence::Suspended), |_| {});
+    assert_eq!(quality(&table, 1), Quality::Bad(Reason::Stale));
 }
 
 #[test]

@@ -289,10 +289,13 @@ impl Host {
         let start = Instant::now();
         loop {
             self.turn();
-            let Some(frame) = self.frame() else { continue };
+            assert!(start.elapsed() < PATIENCE, "no live picture");
+            // One that is late is hatched, and says nothing of the scene.
+            let frame = self.frame().filter(|frame| frame.state == BUSBAR_VIEW_LIVE);
+            let Some(frame) = frame else { continue };
             match &last {
                 Some((before, since)) if before.pixels == frame.pixels => {
-                    if since.elapsed() > CALM && frame.state == BUSBAR_VIEW_LIVE {
+                    if since.elapsed() > CALM {
                         return frame;
                     }
                 }
@@ -305,7 +308,6 @@ impl Host {
                     }
                 }
             }
-            assert!(start.elapsed() < PATIENCE, "no live picture");
         }
     }
 

@@ -1,6 +1,7 @@
 //! From a loaded scene to a view of it.
 
-use busbar_config::ThemeConfig;
+use busbar_config::{OriginConfig, ThemeConfig};
+use busbar_tags::{TagHandle, TagSpec};
 
 use super::*;
 
@@ -73,7 +74,7 @@ impl Viewer {
         let models = shown_model::shown(&scene);
         scene.millis.insert("upload".into(), millis_since(start));
         let theta_scale = scene.config.view.theta_scale;
-        let tags = TagTable::new(scene.tags.clone(), Moment::now());
+        let tags = table_of(&scene);
         let overlays = running::start_overlays(&scene)?;
         let telemetry = running::start_telemetry(&scene)?;
         let chart = start_chart(&scene, !is_live)?;
@@ -200,4 +201,18 @@ pub(super) fn full_triangles(scene: &LoadedScene) -> u64 {
         stacks[instance.mesh as usize].mesh().triangles.len() as u64
     };
     scene.graph.instances().map(triangles).sum()
+}
+
+/// A table of the scene's tags without values. A host program tells every change of its own
+/// in a queue, which a stop of this process does not empty.
+pub(super) fn table_of(scene: &LoadedScene) -> TagTable {
+    let mut table = TagTable::new(scene.tags.clone(), Moment::now());
+    let is_by_host = |spec: &TagSpec| {
+        let tag = scene.config.tags.get(&spec.id);
+        tag.is_some_and(|tag| matches!(tag.origin, OriginConfig::Host))
+    };
+    let specs = scene.tags.specs().iter().zip(0..);
+    let by_host = specs.filter(|(spec, _)| is_by_host(spec)).map(|(_, tag)| TagHandle(tag));
+    table.let_outlive_stops(by_host);
+    table
 }

@@ -121,7 +121,7 @@ impl Viewer {
             .map(|(spec, old)| numbers.number(old).filter(|_| same_origin(&spec.id)))
             .collect();
         let own = Renumbering::of(own.into_iter());
-        let mut tags = TagTable::new(self.scene.tags.clone(), Moment::now());
+        let mut tags = opening::table_of(&self.scene);
         tags.inherit(&self.tags, &own);
         self.tags = tags;
         self.events.renumber(&own);

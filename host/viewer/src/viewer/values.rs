@@ -47,7 +47,7 @@ impl Viewer {
         let Some(pause) = self.pauses.take() else { return };
         tracing::warn!("{pause}");
         let Self { tags, events, history, alarms, .. } = self;
-        tags.distrust_before(pause.trusted_from(), |change| {
+        tags.distrust_before(&pause, |change| {
             events.note(change);
             history.note(change);
             if let Some(alarms) = alarms {
