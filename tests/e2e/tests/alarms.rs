@@ -170,6 +170,8 @@ fn logged(log: &Path) -> Vec<[String; 4]> {
     let text = std::fs::read_to_string(log.join("alarms.jsonl")).unwrap_or_default();
     let of_line = |line: &str| {
         let record: Value = serde_json::from_str(line.get(17..)?).ok()?;
+        // A file begins with a header, which is of no alarm.
+        record["alarm"].as_str()?;
         let text = |key: &str| record[key].as_str().unwrap_or_default().to_owned();
         Some(["alarm", "happened", "operator", "to"].map(text))
     };
