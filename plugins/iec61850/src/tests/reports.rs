@@ -125,6 +125,8 @@ fn a_buffer_is_read_from_where_it_was_left() {
     };
     change(&mut peer, true, 1);
     running.wait_for(4, Value::Bool(true));
+    // A buffer that begins says that it ran over: its block is read within a second.
+    std::thread::sleep(Duration::from_millis(1500));
     running.recorder.clear();
     proxy.hang_up();
     running.wait_for_bad(4, Reason::Communication);
