@@ -48,6 +48,17 @@ pub(crate) enum Fault {
 }
 
 impl Fault {
+    /// Reports whether a request asked for more than the server can do at once.
+    pub(crate) fn is_too_much(&self) -> bool {
+        let Self::Refused { status, .. } = self else { return false };
+        [
+            StatusCode::BadTooManyOperations,
+            StatusCode::BadResponseTooLarge,
+            StatusCode::BadEncodingLimitsExceeded,
+        ]
+        .contains(status)
+    }
+
     /// What the library says of a service.
     pub(crate) fn of(what: &'static str, error: &LibraryError, limit: Duration) -> Self {
         match error.status() {

@@ -243,7 +243,18 @@ impl Server {
 /// Asks for namespaces, limits, and the state.
 pub(crate) async fn describe(client: &Client) -> Result<Server, Fault> {
     let nodes = [NAMESPACE_ARRAY, MAX_ITEMS_PER_CALL, MAX_NODES_PER_READ, SERVER_STATE];
-    let mut values = read(client, &nodes, client.limit()).await?.into_iter();
+    let values = match read(client, &nodes, client.limit()).await {
+        Err(fault) if fault.is_too_much() => {
+            // The limit is among what is asked for.
+            let mut values = Vec::with_capacity(nodes.len());
+            for node in nodes {
+                values.extend(read(client, &[node], client.limit()).await?);
+            }
+            values
+        }
+        read => read?,
+    };
+    let mut values = values.into_iter();
     let namespaces = match values.next().and_then(|value| value.value) {
         Some(Variant::Array(array)) => {
             let texts = array.values.iter().take(MAX_NAMESPACES);

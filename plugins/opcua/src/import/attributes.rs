@@ -5,7 +5,6 @@ use async_opcua::types::{
     Variant,
 };
 
-use super::references::is_too_much;
 use crate::client::{Client, answer};
 use crate::fault::Fault;
 
@@ -51,7 +50,7 @@ impl<'a> Reader<'a> {
             let batch = &rest[..rest.len().min(self.batch)];
             match self.batch_of(batch).await {
                 Ok(values) => all.extend(values),
-                Err(fault) if self.batch > 1 && is_too_much(&fault) => self.batch /= 2,
+                Err(fault) if self.batch > 1 && fault.is_too_much() => self.batch /= 2,
                 Err(fault) => return Err(fault),
             }
         }

@@ -121,7 +121,7 @@ impl<'a> Browser<'a> {
 
     /// Whether a request was too large and the next one will be smaller.
     fn may_ask_for_less(&mut self, fault: &Fault) -> bool {
-        let may = self.batch > 1 && is_too_much(fault);
+        let may = self.batch > 1 && fault.is_too_much();
         if may {
             self.batch /= 2;
         }
@@ -218,17 +218,4 @@ impl Direction {
             result_mask: BrowseResultMask::All as u32,
         }
     }
-}
-
-/// Whether a request asked for more than the server can do at once.
-pub(super) fn is_too_much(fault: &Fault) -> bool {
-    matches!(
-        fault,
-        Fault::Refused {
-            status: StatusCode::BadTooManyOperations
-                | StatusCode::BadResponseTooLarge
-                | StatusCode::BadEncodingLimitsExceeded,
-            ..
-        }
-    )
 }
