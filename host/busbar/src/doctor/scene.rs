@@ -66,7 +66,8 @@ fn link(checked: &CheckedLink) -> Vec<Finding> {
     let state = match link.state {
         "up" if quality.uncertain + quality.bad == 0 => Finding::ok(LINK, cause),
         "up" => Finding::warning(LINK, cause, "see `busbar render --stats` for each tag's reason"),
-        _ => Finding::fault(LINK, cause, "start the device, or correct the instance's settings"),
+        // A device that is off is no fault of this machine.
+        _ => Finding::warning(LINK, cause, "start the device, or correct the instance's settings"),
     };
     // A remark is cause and remedy, parted by a colon.
     let clock = link.clock_remarks.iter().map(|remark| {
