@@ -101,9 +101,10 @@ impl Eye {
             middle.saturating_sub(before)..(middle + after).min(end)
         };
         let grey = |x: usize, y: usize| rgb(picture, y * width + x)[1];
-        let is_stripe = |x: usize, y: usize| {
+        // Upwards where a value is not good, downwards where the display is late.
+        let is_stripe_by = |x: usize, y: usize, is_up: bool| {
             (0..STRIPE).all(|i| {
-                let (x, y) = (x + i, y.wrapping_sub(i));
+                let (x, y) = (x + i, if is_up { y.wrapping_sub(i) } else { y + i });
                 let inside = x + 2 < width && x >= 2 && y < height;
                 inside && {
                     let dark = grey(x, y);
@@ -113,6 +114,7 @@ impl Eye {
                 }
             })
         };
+        let is_stripe = |x, y| is_stripe_by(x, y, true) || is_stripe_by(x, y, false);
         let [left, right, up, down] = CELL;
         let rows = range(y, up, down, height);
         rows.flat_map(|y| range(x, left, right, width).map(move |x| (x, y)))
