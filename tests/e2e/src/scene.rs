@@ -104,9 +104,14 @@ impl Scene {
     /// When the plugin is not built.
     pub fn lend(&self, plugin: &str) {
         let library = built(built_folder().join(library_name(plugin)));
+        let lent = self.library(plugin);
+        if lent.exists() {
+            // A copy onto a link of itself would leave nothing.
+            return;
+        }
         // No link: libraries outside of their directory are refused.
-        let linked = fs::hard_link(&library, self.library(plugin));
-        linked.or_else(|_| fs::copy(&library, self.library(plugin)).map(drop)).expect("a copy");
+        let linked = fs::hard_link(&library, &lent);
+        linked.or_else(|_| fs::copy(&library, &lent).map(drop)).expect("a copy");
     }
 
     /// Renders a small picture of it after so many seconds, and statistics for [`Scene::stats`].
