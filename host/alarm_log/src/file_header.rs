@@ -20,7 +20,7 @@ pub(crate) struct FileHeader {
     pub(crate) after: u64,
     /// Carried records that follow.
     pub(crate) carried: u64,
-    /// Whether an anchor was there when it began.
+    /// Tells whether an anchor was there when it began.
     #[serde(default)]
     pub(crate) has_anchor: bool,
     /// The files before it that are kept, the oldest first, as they ended.
@@ -42,7 +42,7 @@ pub(crate) struct ListedFile {
     pub(crate) bytes: u64,
     /// SHA-256 of so many bytes, hexadecimal.
     pub(crate) sha256: String,
-    /// Whether more may follow which the disk did not confirm; the next file repeats it.
+    /// Tells whether more may follow which the disk did not confirm; the next file repeats it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_unsynced: bool,
 }

@@ -41,7 +41,7 @@ impl LinePlaces {
 #[derive(Debug, Default)]
 pub(crate) struct FileReading {
     pub(crate) header: Option<FileHeader>,
-    /// Whether the reader has the key of its chain.
+    /// Tells whether the reader has the key of its chain.
     pub(crate) is_checked: bool,
     pub(crate) bytes: u64,
     /// Bytes up to the end of the last line that is whole.
@@ -67,7 +67,7 @@ pub(crate) struct FileReading {
     pub(crate) unchained: LinePlaces,
     /// First line with a chain value.
     pub(crate) first_chained: Option<u64>,
-    /// Whether a line has the chain value that was looked for.
+    /// Tells whether a line has the chain value that was looked for.
     pub(crate) has_wanted: bool,
 }
 
@@ -185,7 +185,7 @@ impl FileReading {
         self.bytes - self.whole_bytes
     }
 
-    /// Whether its beginning alone tells how all alarms stood.
+    /// Reports whether its beginning alone tells how all alarms stood.
     pub(crate) fn is_complete(&self) -> bool {
         match &self.header {
             Some(header) => self.carried >= header.carried,
@@ -194,13 +194,13 @@ impl FileReading {
         }
     }
 
-    /// Whether lines of it are damaged or not the log's own, so that it is quarantined.
+    /// Reports whether lines of it are damaged or not the log's own, so that it is quarantined.
     pub(crate) fn is_faulty(&self) -> bool {
         let kinds = [&self.damaged, &self.unlinked, &self.unchained];
         kinds.into_iter().any(|places| places.count > 0)
     }
 
-    /// Whether the next line may follow in the same file.
+    /// Reports whether the next line may follow in the same file.
     pub(crate) fn may_go_on(&self) -> bool {
         let is_whole = self.torn_bytes() == 0 && !self.is_faulty() && self.newer.count == 0;
         is_whole && self.is_checked && self.is_complete() && self.chain.is_some()

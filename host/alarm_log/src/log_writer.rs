@@ -50,9 +50,9 @@ pub(crate) struct LogWriter {
     remarks: Vec<String>,
     staged: Vec<Record>,
     unwritten: Option<UnwrittenText>,
-    /// Whether an anchor was found or written.
+    /// Tells whether an anchor was found or written.
     has_anchor: bool,
-    /// Whether its anchor may be written: not so without the key, which the last one has.
+    /// Tells whether its anchor may be written: not so without the key, which the last one has.
     keeps_anchor: bool,
     /// Held as long as the log is open.
     _lock: Option<File>,

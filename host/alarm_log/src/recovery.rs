@@ -44,7 +44,7 @@ pub(crate) struct EndingFile {
     pub(crate) file: u64,
     /// Size and digest, where they are known already.
     pub(crate) digest: Option<(u64, Digest256)>,
-    /// Whether it goes into quarantine.
+    /// Tells whether it goes into quarantine.
     pub(crate) is_damaged: bool,
     pub(crate) is_unsynced: bool,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Examination {
     pub(crate) files: Vec<ListedFile>,
     /// Number of the next file.
     pub(crate) next_file: u64,
-    /// Whether the newest file has yet to get its name: a crash came between two renames.
+    /// Tells whether the newest file has yet to get its name: a crash came between two renames.
     pub(crate) takes_scratch: bool,
     /// The newest record that is understood.
     pub(crate) last: Option<Record>,
@@ -190,7 +190,7 @@ fn newest_of(
     Ok(None)
 }
 
-/// Whether these bytes are a file that was begun, and lacks only its name.
+/// Reports whether these bytes are a file that was begun, and lacks only its name.
 pub(crate) fn is_whole_beginning(bytes: &[u8], keys: &KeyRing) -> bool {
     let reading = FileReading::read(bytes, keys, None, &mut Recovered::default());
     let is_understood = reading.header.is_some() || reading.carried + reading.news > 0;

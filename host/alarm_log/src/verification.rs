@@ -87,7 +87,7 @@ pub fn verify(
 struct LogFileReading {
     name: String,
     reading: FileReading,
-    /// Whether it was larger than what is read.
+    /// Tells whether it was larger than what is read.
     is_cut: bool,
 }
 

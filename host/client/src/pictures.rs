@@ -25,13 +25,13 @@ pub(crate) struct Frames {
     shown: Option<PictureReader>,
     /// Of one that came after it and has no picture yet.
     next: Option<PictureReader>,
-    /// Whether the viewer that drew it has ended.
+    /// Tells whether the viewer that drew it has ended.
     is_gone: bool,
     /// A copy of what was shown last, marked; empty where it is live.
     marked: Vec<u8>,
     /// State of the one given last.
     last: Option<PictureState>,
-    /// Whether the one copied last was live.
+    /// Tells whether the one copied last was live.
     was_live: bool,
 }
 
@@ -46,7 +46,7 @@ pub struct Given {
     pub state: PictureState,
     /// Age of what it shows: time since the tag values in it were read.
     pub age: Duration,
-    /// Whether it differs from what was given before.
+    /// Tells whether it differs from what was given before.
     pub is_new: bool,
 }
 
@@ -57,11 +57,11 @@ pub struct Copied {
     pub numbers: Numbers,
     /// State of what was copied last.
     pub state: PictureState,
-    /// Whether what was copied last is not live.
+    /// Tells whether what was copied last is not live.
     pub is_dead: bool,
     /// Age of what it shows: time since the tag values in it were read.
     pub age: Duration,
-    /// Whether it was copied: its viewer stands by it, and it differs from what was copied
+    /// Tells whether it was copied: its viewer stands by it, and it differs from what was copied
     /// before.
     pub is_new: bool,
 }
@@ -188,7 +188,7 @@ mod tests {
         writer.publish([64, 64], area, true_at, red).unwrap();
     }
 
-    /// Whether what was given is the marked copy and not the viewer's own pixels.
+    /// Reports whether what was given is the marked copy and not the viewer's own pixels.
     fn is_marked(frames: &Frames, given: &Given) -> bool {
         let is_grey = frames.marked.chunks(4).all(|pixel| pixel[0] == pixel[2]);
         !frames.marked.is_empty() && given.pixels == frames.marked.as_ptr() && is_grey

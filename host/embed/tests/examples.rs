@@ -164,7 +164,7 @@ impl Running {
     }
 }
 
-/// Whether the window of an example is hatched and without colour along a row.
+/// Reports whether the window of an example is hatched and without colour along a row.
 fn is_hatched(picture: &RgbImage, y: u32) -> bool {
     let row: Vec<_> = (0..760).map(|x| picture.get_pixel(x, y).0).collect();
     let jumps = row.windows(2).filter(|pair| pair[0][0].abs_diff(pair[1][0]) > 60).count();

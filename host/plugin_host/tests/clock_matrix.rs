@@ -70,9 +70,9 @@ struct Tag {
     ended: Vec<i64>,
     /// Samples that the source made, the newest last.
     made: Vec<Made>,
-    /// Whether the source said last that it is not good.
+    /// Tells whether the source said last that it is not good.
     is_bad: bool,
-    /// Whether the value shown has a stamp that no clock can tell from a right one.
+    /// Tells whether the value shown has a stamp that no clock can tell from a right one.
     is_untellable: bool,
     /// Stamp of the last live sample, and whether no clock could tell it then: the same
     /// again tells nothing new.
@@ -84,7 +84,7 @@ struct World {
     now: i64,
     host_offset: i64,
     source_offset: i64,
-    /// Whether any clock of this episode was ever wrong.
+    /// Tells whether any clock of this episode was ever wrong.
     is_skewed: bool,
     tags: Vec<Tag>,
     intake: SampleIntake,

@@ -57,12 +57,12 @@ impl SimulatorWatch {
         if self.is_simulated { Origin::SIMULATED } else { Origin::LIVE }
     }
 
-    /// Whether the next samples are the first of their link, so that a check comes first.
+    /// Reports whether the next samples are the first of their link, so that a check comes first.
     pub(crate) fn awaits_samples(&self) -> bool {
         self.is_new_link && !self.is_simulated
     }
 
-    /// Whether a check is due; `has_samples`: some of a new link are there, unseen.
+    /// Reports whether a check is due; `has_samples`: some of a new link are there, unseen.
     pub(crate) fn is_due(&self, has_samples: bool) -> bool {
         let is_over = || self.last_check.is_none_or(|last| last.elapsed() >= CHECK_PERIOD);
         !self.is_simulated && (self.is_new_link && has_samples || is_over())
@@ -89,7 +89,7 @@ struct TimedScan {
     sockets: SocketScan,
 }
 
-/// Whether a process is connected to a simulator of this machine. Costs next to nothing
+/// Reports whether a process is connected to a simulator of this machine. Costs next to nothing
 /// where none is registered.
 pub(crate) fn is_connected_to_simulator(process: SocketOwner, check: SimulatorCheck) -> bool {
     let simulators = registered_simulators();

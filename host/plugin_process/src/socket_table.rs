@@ -54,7 +54,7 @@ impl SocketScan {
         Self { children, table: read_table(std::process::id()), others }
     }
 
-    /// Whether a socket of a process is connected to one of the others.
+    /// Reports whether a socket of a process is connected to one of the others.
     pub(crate) fn is_connected(&self, process: SocketOwner) -> bool {
         let own = match process {
             SocketOwner::Process(pid) => vec![pid],
@@ -75,7 +75,7 @@ pub(crate) enum SocketOwner {
 }
 
 impl TcpSocket {
-    /// Whether this is the client's end of a connection to another socket of this machine.
+    /// Reports whether this is the client's end of a connection to another socket of this machine.
     fn leads_to(&self, other: &Self) -> bool {
         if self.is_listening {
             return false;
@@ -91,7 +91,7 @@ impl TcpSocket {
     }
 }
 
-/// Whether an address is one of this machine's own: a socket can be bound to it.
+/// Reports whether an address is one of this machine's own: a socket can be bound to it.
 fn is_of_this_machine(ip: IpAddr) -> bool {
     ip.is_loopback() || UdpSocket::bind((ip, 0)).is_ok()
 }

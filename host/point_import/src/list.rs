@@ -34,7 +34,7 @@ pub struct PointList {
 #[derive(Clone, Copy, Debug)]
 struct FirstRow {
     line: u64,
-    /// Whether it has a fault.
+    /// Tells whether it has a fault.
     is_bad: bool,
 }
 

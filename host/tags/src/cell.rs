@@ -49,7 +49,7 @@ pub(crate) struct Standing {
     pub(crate) is_derived: bool,
     /// Whether derived tags rest on it.
     pub(crate) is_input: bool,
-    /// Whether its source tells every change, also after a stop of this process.
+    /// Tells whether its source tells every change, also after a stop of this process.
     pub(crate) outlives_stops: bool,
 }
 
@@ -127,7 +127,7 @@ impl Live {
         self.origin
     }
 
-    /// Whether the value is newer than a sample, by source time where both have one.
+    /// Reports whether the value is newer than a sample, by source time where both have one.
     #[inline(always)]
     pub(crate) fn is_newer_than(&self, sample: &Sample) -> bool {
         match sample.source_time {

@@ -41,13 +41,13 @@ impl Origin {
         (Self::HISTORICAL, "historical"),
     ];
 
-    /// Whether the value is live: no origin is set.
+    /// Reports whether the value is live: no origin is set.
     #[inline]
     pub const fn is_live(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether all of these origins are set.
+    /// Reports whether all of these origins are set.
     pub const fn contains(self, origins: Self) -> bool {
         self.0 & origins.0 == origins.0
     }

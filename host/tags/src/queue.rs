@@ -16,7 +16,7 @@ pub trait Update {
     /// Whether it carries a value; else it says something about quality alone.
     fn has_value(&self) -> bool;
 
-    /// Whether its quality is good.
+    /// Reports whether its quality is good.
     fn is_good(&self) -> bool;
 
     /// Time at the source, nanoseconds since 1970-01-01 UTC, if it has a usable one.

@@ -32,7 +32,7 @@ pub struct LayerRow {
     pub name: String,
     /// Whether it is drawn.
     pub shown: bool,
-    /// Whether what it shows is late: all of it is hatched, whatever the values are.
+    /// Tells whether what it shows is late: all of it is hatched, whatever the values are.
     pub is_late: bool,
     /// The states that it shows equipment in.
     pub legend: Arc<[LegendRow]>,

@@ -226,7 +226,7 @@ pub struct StatusLine {
     /// Time of day with seconds, so that a picture that stands still is noticed; none in
     /// pictures that nobody watches.
     pub clock: Option<String>,
-    /// Whether the clock is shown where the panels are hidden.
+    /// Tells whether the clock is shown where the panels are hidden.
     pub keeps_clock: bool,
     /// Triangles drawn.
     pub triangles: u64,

@@ -270,7 +270,7 @@ impl ShownChart {
         self.density.advance(renderer, counted, self.world_from_chart, self.settles)
     }
 
-    /// Whether it shows an instant of the past, and not the present.
+    /// Reports whether it shows an instant of the past, and not the present.
     pub(crate) fn shows_past(&self) -> bool {
         self.board.playhead().is_some()
     }

@@ -49,7 +49,7 @@ struct Turn {
     began: Instant,
     /// Its beginning on the clock since boot: no tag value in its frame is read before.
     began_at: u64,
-    /// Whether the window shows its frame, so that the picture is of `began_at`.
+    /// Tells whether the window shows its frame, so that the picture is of `began_at`.
     is_true: bool,
 }
 

@@ -122,7 +122,7 @@ impl ShownState {
         (self.node, self.legend) == (other.node, other.legend)
     }
 
-    /// Whether the overlay that shows it is late.
+    /// Reports whether the overlay that shows it is late.
     pub(crate) fn is_late(&self) -> bool {
         self.basis == Basis::Tag(LATE_DISPLAY)
     }

@@ -98,7 +98,7 @@ struct Shown {
     quality: Quality,
     source_time: Option<SystemTime>,
     valid_from: SystemTime,
-    /// Whether its source alone can make it good: its time is ahead or none, or it is sent
+    /// Tells whether its source alone can make it good: its time is ahead or none, or it is sent
     /// as a test.
     is_of_source: bool,
 }
@@ -572,7 +572,7 @@ impl Matrix {
     }
 }
 
-/// Whether something that is not sent yet tells of an object's value.
+/// Reports whether something that is not sent yet tells of an object's value.
 fn is_about(item: &Item, place: Place) -> bool {
     match item {
         Item::Present(other, _) => *other == place,

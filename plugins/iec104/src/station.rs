@@ -463,12 +463,12 @@ fn is_process_data(cause: u8) -> bool {
     )
 }
 
-/// Whether a cause of transmission tells of an event, which a station may keep in a buffer.
+/// Reports whether a cause of transmission tells of an event, which a station may keep in a buffer.
 fn is_event(cause: u8) -> bool {
     matches!(cause, cause::SPONTANEOUS | cause::RETURN_REMOTE | cause::RETURN_LOCAL)
 }
 
-/// Whether an answer to a request may have a cause of transmission.
+/// Reports whether an answer to a request may have a cause of transmission.
 fn is_answer(cause: u8) -> bool {
     matches!(
         cause,

@@ -44,7 +44,7 @@ pub(crate) enum EventOrder {
     Arrival,
     /// Out of a buffer, or of a clock that was set back.
     Doubtful {
-        /// Whether its time is before the start of data transfer.
+        /// Tells whether its time is before the start of data transfer.
         is_before_start: bool,
     },
 }
@@ -74,7 +74,7 @@ struct AddressState {
 struct CatchUp {
     started: SystemTime,
     rounds_left: u8,
-    /// Whether a doubtful event came in this round.
+    /// Tells whether a doubtful event came in this round.
     is_doubted: bool,
 }
 

@@ -31,7 +31,7 @@ struct State {
     value: Option<Value>,
     /// Nothing while it is not known.
     quality: Option<Quality>,
-    /// Whether a quality of its own belongs to the value.
+    /// Tells whether a quality of its own belongs to the value.
     has_quality: bool,
     /// Substituted, or under test, by the quality.
     origin: SampleFlags,
@@ -108,7 +108,7 @@ impl Board {
         self.states[index].reported = self.reports;
     }
 
-    /// Whether an answer to a request that saw so many reports may be the older one.
+    /// Reports whether an answer to a request that saw so many reports may be the older one.
     pub(crate) fn is_overtaken(&self, index: usize, reports: u64) -> bool {
         self.states[index].reported > reports
     }

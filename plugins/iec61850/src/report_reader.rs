@@ -72,7 +72,7 @@ impl ReportReader {
         Ok(whole)
     }
 
-    /// Whether segments of a report did not come in time.
+    /// Reports whether segments of a report did not come in time.
     pub(crate) fn is_late(&self, now: Instant) -> bool {
         self.complete_by.is_some_and(|by| by <= now)
     }

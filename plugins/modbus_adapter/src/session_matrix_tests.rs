@@ -27,7 +27,7 @@ const ALL_REGISTERS: usize = 128;
 struct Device {
     registers: [u16; ALL_REGISTERS],
     faults: FaultGenerator,
-    /// Whether faults happen now.
+    /// Tells whether faults happen now.
     is_faulty: bool,
     /// The answer before, or one that is late.
     former: Vec<u8>,

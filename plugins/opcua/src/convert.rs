@@ -144,7 +144,7 @@ pub(crate) fn quality_of(status: StatusCode) -> Quality {
     })
 }
 
-/// Whether a person or the server put the value in place of the measured one
+/// Reports whether a person or the server put the value in place of the measured one
 /// (OPC 10000-8, 6.3; OPC 10000-4, 7.38.2).
 fn is_substituted(code: StatusCode) -> bool {
     matches!(

@@ -49,7 +49,7 @@ impl SampleFlags {
         self.0
     }
 
-    /// Whether all of these flags are set.
+    /// Reports whether all of these flags are set.
     pub const fn contains(self, flags: Self) -> bool {
         self.0 & flags.0 == flags.0
     }

@@ -88,7 +88,7 @@ fn with_value(scene: &mut Scene, plugin: &str, address: Value) {
     config["view"] = json!({ "samples": 1, "size": SIZE, "camera": "bay", "quality": "low" });
 }
 
-/// Whether the band lies across the top of a picture.
+/// Reports whether the band lies across the top of a picture.
 fn has_band(picture: &RgbImage) -> bool {
     let pixels: Vec<u8> = picture
         .enumerate_pixels()

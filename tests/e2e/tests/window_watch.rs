@@ -106,7 +106,7 @@ impl Screen {
         })
     }
 
-    /// Whether there is colour: the cover has none.
+    /// Reports whether there is colour: the cover has none.
     fn passes_for_live(&self) -> bool {
         let picture = self.picture();
         let colored = picture.pixels().filter(|pixel| {

@@ -112,7 +112,7 @@ impl Controlling {
     }
 }
 
-/// Whether a data unit with objects is one of the process.
+/// Reports whether a data unit with objects is one of the process.
 fn is_understood(header: &Header) -> bool {
     !header.is_negative && matches!(header.cause, 1..=5 | 11 | 12 | 20..=41)
 }

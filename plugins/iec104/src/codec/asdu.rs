@@ -237,7 +237,7 @@ pub fn common_address_of(bytes: &[u8]) -> Option<u16> {
     Some(u16::from_le_bytes([low, high]))
 }
 
-/// Whether the standard has a type that carries no values of the process: commands and
+/// Reports whether the standard has a type that carries no values of the process: commands and
 /// parameters that are mirrored, system information, file transfer (IEC 60870-5-101,
 /// 7.2.1.1; IEC 60870-5-104, 6).
 pub fn is_without_values(type_id: u8) -> bool {

@@ -57,12 +57,12 @@ impl fmt::Display for Mismatch {
 }
 
 impl Control {
-    /// Whether it may report, so that its reports bring values.
+    /// Reports whether it may report, so that its reports bring values.
     pub(crate) fn is_reporting(&self) -> bool {
         self.is_running() || self.step == Step::Enable
     }
 
-    /// Whether reports of this `RptID` are its own.
+    /// Reports whether reports of this `RptID` are its own.
     pub(crate) fn has_id(&self, report_id: &str) -> bool {
         !self.report_id.is_empty() && is_alike(&self.report_id, report_id)
     }
@@ -136,7 +136,7 @@ impl Control {
     }
 }
 
-/// Whether two references are the same, with dots or as MMS has them.
+/// Reports whether two references are the same, with dots or as MMS has them.
 fn is_alike(a: &str, b: &str) -> bool {
     a.replace('.', "$") == b.replace('.', "$")
 }

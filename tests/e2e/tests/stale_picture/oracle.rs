@@ -151,7 +151,7 @@ impl Oracle {
         since.is_some_and(|since| since + FRESHNESS_MILLIS as i64 * MILLI < now)
     }
 
-    /// Whether a sample that came was surely not passed over for being older than another:
+    /// Reports whether a sample that came was surely not passed over for being older than another:
     /// one out of a buffer may be. All others count in order of arrival.
     fn is_taken(&self, sent: &Sent, before: &[Sent]) -> bool {
         let Some(age) = sent.age.filter(|_| sent.is_buffered) else { return true };

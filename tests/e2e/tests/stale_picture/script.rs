@@ -40,7 +40,7 @@ pub(crate) struct Sent {
     pub(crate) worth: Worth,
     /// By how much its source time is before the batch, milliseconds.
     pub(crate) age: Option<i64>,
-    /// Whether it comes out of a buffer: only then its source time orders it.
+    /// Tells whether it comes out of a buffer: only then its source time orders it.
     pub(crate) is_buffered: bool,
 }
 

@@ -158,7 +158,7 @@ impl Browser {
         spans
     }
 
-    /// Whether a screenshot passes for live: it has colour.
+    /// Reports whether a screenshot passes for live: it has colour.
     pub(crate) fn looks_live(&mut self, path: &std::path::Path) -> bool {
         self.ask("shot", json!(path));
         let picture = e2e::picture::load(path);
