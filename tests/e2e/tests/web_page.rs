@@ -162,7 +162,8 @@ fn nothing_old_passes_for_live() {
         server.signal(Signal::STOP)
     });
     let age = silent["age"].as_str().and_then(|age| age.split(' ').nth(1)?.parse::<f64>().ok());
-    assert!(age.is_some_and(|age| (1.0..5.0).contains(&age)), "{silent}");
+    // Silence is seen within `MAX_UNMARKED`, so the age begins below a second.
+    assert!(age.is_some_and(|age| (0.3..5.0).contains(&age)), "{silent}");
     browser.shot("web_silent");
     server.signal(Signal::CONT);
     browser.until_live();
