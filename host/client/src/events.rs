@@ -2,7 +2,9 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use busbar_protocol::message::{AlarmAction, AlarmStanding, CameraPose, TagQuality};
+use busbar_protocol::message::{
+    AlarmAction, AlarmStanding, CameraPose, EquipmentVerdict, TagQuality,
+};
 
 /// Events that wait and are not merged. Beyond that, states of an alarm are merged into its
 /// last one, and of the rest the oldest goes and is counted.
@@ -43,6 +45,19 @@ pub enum Event {
         /// By which it can be relied on.
         quality: TagQuality,
         /// Why it is not good; else empty.
+        reason: String,
+    },
+    /// Verdict of an overlay on a piece of equipment. Merged by both.
+    Verdict {
+        /// Equipment id.
+        equipment: String,
+        /// Name of the overlay's plugin instance.
+        overlay: String,
+        /// The verdict.
+        verdict: EquipmentVerdict,
+        /// Reports whether it rests on a default, which the reason names.
+        is_assumed: bool,
+        /// Reason; empty for none.
         reason: String,
     },
     /// How a plugin instance goes. Merged by plugin.
@@ -96,6 +111,7 @@ enum Key {
     Hovered,
     Camera,
     Quality(String),
+    Verdict(String, String),
     Plugin(String),
     Alarm(String),
 }
@@ -108,6 +124,9 @@ impl Event {
             Self::Hovered(_) => Some(Key::Hovered),
             Self::Camera(_) => Some(Key::Camera),
             Self::Quality { tag, .. } => Some(Key::Quality(tag.clone())),
+            Self::Verdict { equipment, overlay, .. } => {
+                Some(Key::Verdict(equipment.clone(), overlay.clone()))
+            }
             Self::Plugin { plugin, .. } => Some(Key::Plugin(plugin.clone())),
             _ => None,
         }

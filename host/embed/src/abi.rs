@@ -83,6 +83,21 @@ pub const BUSBAR_VIEW_RECOVERED: u32 = 12;
 /// The configuration `id` is shown from here on.
 pub const BUSBAR_VIEW_RELOADED: u32 = 13;
 
+/// The verdict of an overlay on the equipment `id` is `state`: BUSBAR_VIEW_NORMAL,
+/// BUSBAR_VIEW_ABNORMAL, BUSBAR_VIEW_UNKNOWN or BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL. `text` is the
+/// overlay's name, a line feed, and the reason; `number` is 1 where it rests on a default, which
+/// the reason names. Merged by overlay and equipment.
+pub const BUSBAR_VIEW_VERDICT: u32 = 14;
+
+/// Within its limits.
+pub const BUSBAR_VIEW_NORMAL: u32 = 0;
+/// Outside its limits, or in a state that needs attention.
+pub const BUSBAR_VIEW_ABNORMAL: u32 = 1;
+/// Nobody can judge it.
+pub const BUSBAR_VIEW_UNKNOWN: u32 = 2;
+/// Nobody can judge it, and it was abnormal when it was last known.
+pub const BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL: u32 = 3;
+
 /// Acknowledge an alarm.
 pub const BUSBAR_VIEW_ACKNOWLEDGE: u32 = 1;
 /// Put an alarm on the shelf.

@@ -4,7 +4,7 @@ use std::ffi::{CString, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_client::{Event, Options, View};
-use busbar_protocol::message::{AlarmAction, TagQuality};
+use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagQuality};
 
 use crate::abi::*;
 use crate::strings::to_c;
@@ -133,6 +133,11 @@ fn to_event(event: Event, dropped: u32, held: &mut Held) -> BusbarViewEvent {
             told.state = quality_number(quality);
             (BUSBAR_VIEW_QUALITY, tag, reason)
         }
+        Event::Verdict { equipment, overlay, verdict, is_assumed, reason } => {
+            told.state = verdict_number(verdict);
+            told.number = f64::from(u8::from(is_assumed));
+            (BUSBAR_VIEW_VERDICT, equipment, format!("{overlay}\n{reason}"))
+        }
         Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
         Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
         Event::Lost(how) => {
@@ -156,6 +161,15 @@ fn quality_number(quality: TagQuality) -> u32 {
         TagQuality::Good => BUSBAR_VIEW_GOOD,
         TagQuality::Uncertain => BUSBAR_VIEW_UNCERTAIN,
         TagQuality::Bad => BUSBAR_VIEW_BAD,
+    }
+}
+
+fn verdict_number(verdict: EquipmentVerdict) -> u32 {
+    match verdict {
+        EquipmentVerdict::Normal => BUSBAR_VIEW_NORMAL,
+        EquipmentVerdict::Abnormal => BUSBAR_VIEW_ABNORMAL,
+        EquipmentVerdict::Unknown => BUSBAR_VIEW_UNKNOWN,
+        EquipmentVerdict::UnknownAfterAbnormal => BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL,
     }
 }
 

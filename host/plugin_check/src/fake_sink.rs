@@ -56,6 +56,7 @@ impl FakeSink {
             context: std::ptr::from_ref(shared).cast_mut().cast(),
             publish: Some(publish),
             report_link: Some(report_link),
+            report_scene_time: None,
         };
         Box::leak(Box::new(Self { raw, shared }))
     }

@@ -19,8 +19,10 @@ mod mesh_optimizer;
 mod overlay;
 mod overlay_picture;
 mod overlay_quantity;
+mod overlay_verdict;
 mod records;
 mod sample_intake;
+mod scene_clock;
 mod signature;
 mod simulator;
 mod source_clock;
@@ -48,8 +50,10 @@ pub use overlay_picture::{
     OverlayTint, Pattern, PictureRules, Severity,
 };
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
+pub use overlay_verdict::{OverlayVerdict, Verdict, Verdicts};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
 pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};
+pub use scene_clock::SceneClock;
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
     Behaviour, DeviceScenario, FaultKind, Shape, SimulatedEvent, SimulatedLinkFault, SimulatedTag,

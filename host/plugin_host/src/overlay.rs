@@ -9,9 +9,10 @@ use busbar_tags::{Quality, Reason, TagHandle, TagState, Value, ValueKind};
 use serde::{Deserialize, Serialize};
 
 use crate::overlay_picture::{
-    MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, max_primitives,
+    MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, max_primitives,
 };
 use crate::overlay_quantity::{self, MAX_MECHANISMS, max_quantities};
+use crate::overlay_verdict::{MAX_BASIS, Verdicts, max_verdicts};
 use crate::telemetry::{kind_to_abi, reason_to_abi};
 use crate::{
     Contour, Instance, LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayState,
@@ -56,6 +57,8 @@ pub struct Overlay {
     primitives: Vec<abi::BusbarOverlayPrimitive>,
     text: Vec<u8>,
     quantities: Vec<abi::BusbarOverlayQuantity>,
+    verdicts: Vec<abi::BusbarOverlayVerdict>,
+    basis: Vec<u32>,
 }
 
 impl Overlay {
@@ -71,7 +74,6 @@ impl Overlay {
         let (Some(configure), Some(_)) = (table.configure, table.draw) else {
             return Err(instance.violation("`configure` or `draw` is null"));
         };
-        let description = describe(&instance, table)?;
         let raw: Vec<_> = bindings.iter().map(binding_to_abi).collect();
         let mut error = abi::BusbarError::empty();
         let serial = instance.serialise();
@@ -79,13 +81,27 @@ impl Overlay {
         let status = unsafe { configure(instance.as_ptr(), raw.as_ptr(), raw.len(), &mut error) };
         drop(serial);
         instance.outcome(status, &error)?;
+        let description = describe(&instance, table)?;
         let room = bindings.len() * 2 + description.equipment.len() + 1;
         let primitives = vec![NO_PRIMITIVE; room];
         let text = vec![0; primitives.len() * 32];
         let quantities = vec![NO_QUANTITY; max_quantities(bindings.len(), &description)];
+        let verdicts = vec![NO_VERDICT; max_verdicts(description.equipment.len())];
+        let basis = vec![0; bindings.len() + description.equipment.len() * 4];
         let rules = PictureRules::new(&bindings, &description);
         let description = Arc::new(description);
-        Ok(Self { instance, table, bindings, description, rules, primitives, text, quantities })
+        Ok(Self {
+            instance,
+            table,
+            bindings,
+            description,
+            rules,
+            primitives,
+            text,
+            quantities,
+            verdicts,
+            basis,
+        })
     }
 
     /// The instance.
@@ -172,16 +188,28 @@ impl Overlay {
             quantity_capacity: self.quantities.len() as u32,
             quantity_count: 0,
             quantities: self.quantities.as_mut_ptr(),
+            verdict_capacity: self.verdicts.len() as u32,
+            verdict_count: 0,
+            verdicts: self.verdicts.as_mut_ptr(),
+            basis_capacity: self.basis.len() as u32,
+            basis_count: 0,
+            basis: self.basis.as_mut_ptr(),
         }
     }
 
-    /// Doubles the buffers up to their limits; false if both are there.
+    /// Doubles the buffers up to their limits; false if all are there.
     fn grow(&mut self) -> bool {
-        let before = (self.primitives.len(), self.text.len());
+        let sizes = |of: &Self| [of.primitives.len(), of.text.len(), of.basis.len()];
+        let before = sizes(self);
         let most = max_primitives(self.bindings.len(), &self.description);
-        self.primitives.resize((before.0 * 2).min(most), NO_PRIMITIVE);
-        self.text.resize((before.1 * 2).min(most * MAX_TEXT_A_PRIMITIVE), 0);
-        before != (self.primitives.len(), self.text.len())
+        let most_text = most
+            .saturating_add(self.description.equipment.len())
+            .saturating_mul(MAX_TEXT_A_PRIMITIVE)
+            .min(u32::MAX as usize);
+        self.primitives.resize((before[0] * 2).min(most), NO_PRIMITIVE);
+        self.text.resize((before[1] * 2).min(most_text), 0);
+        self.basis.resize((before[2] * 2).min(MAX_BASIS), 0);
+        before != sizes(self)
     }
 
     fn read(&self, output: &abi::BusbarOverlayOutput) -> Result<OverlayPicture, String> {
@@ -236,6 +264,11 @@ impl Overlay {
             let binding = binding.ok_or("a quantity names a binding that does not exist")?;
             picture.quantities.push(overlay_quantity::read(quantity, binding.tag)?);
         }
+        let [verdicts, basis] =
+            [output.verdict_count, output.basis_count].map(|count| count as usize);
+        let verdicts = self.verdicts.get(..verdicts).ok_or("it claims too many verdicts")?;
+        let basis = self.basis.get(..basis).ok_or("it claims too many bindings of verdicts")?;
+        picture.verdicts = Verdicts::read(verdicts, basis, text, &self.bindings)?;
         self.rules.check(&picture)?;
         Ok(picture)
     }
@@ -260,6 +293,9 @@ fn describe(
         starts_hidden: 0,
         mechanisms: std::ptr::null(),
         contour: std::ptr::null(),
+        finding_count: 0,
+        reserved_2: 0,
+        findings: std::ptr::null(),
     };
     let mut error = abi::BusbarError::empty();
     let serial = instance.serialise();
@@ -275,13 +311,16 @@ fn describe(
 fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescription, String> {
     let (entries, ids) = (raw.legend_count as usize, raw.equipment_count as usize);
     let mechanism_count = raw.mechanism_count as usize;
-    let is_too_much = entries > MAX_LEGEND_ENTRIES || mechanism_count > MAX_MECHANISMS;
+    let is_too_much = entries > MAX_LEGEND_ENTRIES
+        || mechanism_count > MAX_MECHANISMS
+        || raw.finding_count as usize > MAX_FINDINGS;
     if is_too_much || ids > MAX_OVERLAY_EQUIPMENT {
         return Err("it describes more than an overlay may show".into());
     }
     if (entries > 0 && raw.legend.is_null())
         || (ids > 0 && raw.equipment.is_null())
         || (mechanism_count > 0 && raw.mechanisms.is_null())
+        || (raw.finding_count > 0 && raw.findings.is_null())
     {
         return Err("it describes what is null".into());
     }
@@ -315,6 +354,11 @@ fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescri
         // SAFETY: not null; the plugin vouches for it and its texts.
         unsafe { Contour::read(&raw.contour.read_unaligned()) }
     });
+    let mut findings = Vec::with_capacity(raw.finding_count as usize);
+    for at in 0..raw.finding_count as usize {
+        // SAFETY: not null; the plugin vouches for so many elements, and their texts.
+        findings.push(unsafe { text::read(raw.findings.add(at).read_unaligned())? });
+    }
     let starts_hidden = raw.starts_hidden != 0;
     Ok(OverlayDescription {
         legend,
@@ -322,11 +366,22 @@ fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescri
         mechanisms,
         contour: contour.transpose()?,
         starts_hidden,
+        findings,
     })
 }
 
 const NO_QUANTITY: abi::BusbarOverlayQuantity =
     abi::BusbarOverlayQuantity { kind: 0, binding: 0, equipment: 0, other: 0, value: 0.0 };
+
+const NO_VERDICT: abi::BusbarOverlayVerdict = abi::BusbarOverlayVerdict {
+    equipment: 0,
+    verdict: 0,
+    flags: 0,
+    reason_offset: 0,
+    reason_len: 0,
+    basis_offset: 0,
+    basis_count: 0,
+};
 
 const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
     kind: 0,

@@ -6,9 +6,13 @@ use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
 use crate::overlay_quantity::{MAX_MECHANISMS, max_quantities};
-use crate::{Contour, OverlayBinding, OverlayQuantity, Quantity};
+use crate::{Contour, OverlayBinding, OverlayQuantity, Quantity, Verdicts};
 
-const MAX_BINDINGS_A_STATE: usize = busbar_plugin_abi::BUSBAR_MAX_BINDINGS_A_STATE as usize;
+/// Bindings under the states of one frame, for each piece of equipment described, where
+/// that is more than [`MIN_STATE_PRIMITIVES`].
+const MAX_BINDINGS_A_STATE: usize = 64;
+/// Bindings under the states of one frame that every overlay may name.
+const MIN_STATE_PRIMITIVES: usize = 1 << 20;
 /// Primitives that one overlay may draw in a frame, a binding.
 const MAX_PRIMITIVES_A_BINDING: usize = 8;
 /// Bytes of one caption or value.
@@ -18,6 +22,10 @@ pub const MAX_PART_BYTES: usize = 256;
 pub(crate) const MAX_LEGEND_ENTRIES: usize = 64;
 /// Pieces of equipment that one overlay may show states at.
 pub(crate) const MAX_OVERLAY_EQUIPMENT: usize = 100_000;
+/// Findings about the bindings that one overlay may have.
+pub(crate) const MAX_FINDINGS: usize = 256;
+/// Bytes of a finding.
+const MAX_FINDING_BYTES: usize = 1024;
 /// Bytes of an entry's name.
 pub(crate) const MAX_LEGEND_NAME: usize = 64;
 
@@ -50,7 +58,7 @@ pub struct LegendEntry {
 pub struct OverlayDescription {
     /// Its states.
     pub legend: Vec<LegendEntry>,
-    /// Ids of the equipment that it shows states and quantities at.
+    /// Ids of the equipment that it judges, and shows states and quantities at.
     pub equipment: Vec<String>,
     /// Mechanisms, as models name them, that it gives positions of.
     pub mechanisms: Vec<String>,
@@ -58,6 +66,8 @@ pub struct OverlayDescription {
     pub contour: Option<Contour>,
     /// Whether it is drawn only once an operator switches it on.
     pub starts_hidden: bool,
+    /// Faults of the bindings, as cause and remedy with `; ` between.
+    pub findings: Vec<String>,
 }
 
 impl OverlayDescription {
@@ -83,6 +93,12 @@ impl OverlayDescription {
         }
         if self.mechanisms.iter().any(|name| name.len() > MAX_LEGEND_NAME) {
             return Err("the name of a mechanism is longer than 64 bytes");
+        }
+        if self.findings.len() > MAX_FINDINGS {
+            return Err("it has more than 256 findings");
+        }
+        if self.findings.iter().any(|finding| finding.len() > MAX_FINDING_BYTES) {
+            return Err("a finding is longer than 1024 bytes");
         }
         self.contour.as_ref().map_or(Ok(()), Contour::check)
     }
@@ -148,6 +164,8 @@ pub struct OverlayPicture {
     pub states: Vec<OverlayState>,
     /// Positions, flows and levels.
     pub quantities: Vec<OverlayQuantity>,
+    /// Judgments on the equipment described.
+    pub verdicts: Verdicts,
 }
 
 /// What a picture of an overlay with certain bindings and description may name.
@@ -165,7 +183,9 @@ pub struct PictureRules {
 
 /// Primitives that an overlay may draw in a frame.
 pub(crate) fn max_primitives(bindings: usize, description: &OverlayDescription) -> usize {
-    let states = description.equipment.len() * bindings.clamp(1, MAX_BINDINGS_A_STATE);
+    let equipment = description.equipment.len();
+    let most = (equipment * MAX_BINDINGS_A_STATE).max(MIN_STATE_PRIMITIVES);
+    let states = equipment.saturating_mul(bindings.max(1)).min(most);
     (bindings + 1) * MAX_PRIMITIVES_A_BINDING + states
 }
 
@@ -189,7 +209,8 @@ impl PictureRules {
     /// # Errors
     /// The rule that it breaks, in words.
     pub fn check(&self, picture: &OverlayPicture) -> Result<(), &'static str> {
-        let OverlayPicture { lines, tints, states, quantities } = picture;
+        let OverlayPicture { lines, tints, states, quantities, verdicts } = picture;
+        verdicts.check(self.equipment, |tag| self.tags.contains(&tag))?;
         if quantities.len() > self.max_quantities {
             return Err("it claims too many quantities");
         }

@@ -67,6 +67,8 @@ pub struct LinkReport {
     pub clock: ClockReport,
     /// Origin that all its samples have.
     pub origin: Origin,
+    /// Time that its values are of, where that is not now: a recording's.
+    pub scene_time: Option<SourceTime>,
 }
 
 /// Where the raw samples of one plugin go. Called from the plugin's threads.
@@ -82,6 +84,9 @@ pub trait SampleReceiver: Send + Sync {
 
     /// What the plugin says of its link.
     fn report_link(&self, state: LinkState, message: String);
+
+    /// Takes the time that the values are of, where that is not now.
+    fn report_scene_time(&self, time: Option<SourceTime>);
 }
 
 /// A running telemetry plugin that feeds a queue; dropping it stops it.
@@ -119,6 +124,7 @@ struct QueueReceiver {
     longest_freshness: Duration,
     link: Mutex<(LinkState, String)>,
     last_sample: Mutex<Option<Moment>>,
+    scene_time: Mutex<Option<SourceTime>>,
     rejected: AtomicU64,
 }
 
@@ -139,10 +145,16 @@ impl Telemetry {
             longest_freshness: tags.iter().map(|t| t.freshness).max().unwrap_or_default(),
             link: Mutex::default(),
             last_sample: Mutex::default(),
+            scene_time: Mutex::default(),
             rejected: AtomicU64::new(0),
         });
         let stream = TelemetryStream::start(instance, tags, receiver.clone())?;
         Ok(Self { stream, receiver })
+    }
+
+    /// Time that its values are of, where that is not now.
+    pub fn scene_time(&self) -> Option<SourceTime> {
+        *self.receiver.scene_time.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether an instance could serve these tags, without connecting.
@@ -174,6 +186,7 @@ impl Telemetry {
     pub fn link(&self) -> LinkReport {
         let receiver = &self.receiver;
         let (state, message) = receiver.link.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let scene_time = *receiver.scene_time.lock().unwrap_or_else(PoisonError::into_inner);
         let last = *receiver.last_sample.lock().unwrap_or_else(PoisonError::into_inner);
         let intake = receiver.intake.lock().unwrap_or_else(PoisonError::into_inner);
         LinkReport {
@@ -185,6 +198,7 @@ impl Telemetry {
             dropped: receiver.queue.dropped(),
             clock: intake.clock_report(),
             origin: intake.origin(),
+            scene_time,
         }
     }
 }
@@ -259,6 +273,10 @@ impl SampleReceiver for QueueReceiver {
     fn report_link(&self, state: LinkState, message: String) {
         *self.link.lock().unwrap_or_else(PoisonError::into_inner) = (state, message);
     }
+
+    fn report_scene_time(&self, time: Option<SourceTime>) {
+        *self.scene_time.lock().unwrap_or_else(PoisonError::into_inner) = time;
+    }
 }
 
 impl Sink {
@@ -270,6 +288,7 @@ impl Sink {
             context: context.cast_mut().cast(),
             publish: Some(publish),
             report_link: Some(report_link),
+            report_scene_time: Some(report_scene_time),
         });
         Self { raw: NonNull::from(Box::leak(raw)), context }
     }
@@ -317,6 +336,15 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     // SAFETY: the plugin gives a readable text.
     let message = unsafe { text::read_short(message, MAX_LINK_MESSAGE_BYTES) };
     context.0.report_link(state, message);
+}
+
+unsafe extern "C" fn report_scene_time(context: *mut c_void, unix_nanos: i64) {
+    // SAFETY: as in `publish`.
+    let Some(context) = (unsafe { context.cast::<SinkContext>().as_ref() }) else {
+        return;
+    };
+    let time = (unix_nanos != abi::BUSBAR_NO_TIME).then_some(SourceTime(unix_nanos));
+    context.0.report_scene_time(time);
 }
 
 /// The wall clock; one that is beyond counting is for ever.

@@ -6,7 +6,7 @@ use busbar_plugin_host::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleIntake, SampleSink, SourcePolicy,
     TelemetryTag, origin_of_flags, shown, wall_clock,
 };
-use busbar_tags::{Backlog, Moment, Origin, Quality, Reason, Sample};
+use busbar_tags::{Backlog, Moment, Origin, Quality, Reason, Sample, SourceTime};
 
 use crate::ring::RingReader;
 use crate::simulator_watch::{SimulatorCheck, SimulatorWatch};
@@ -130,6 +130,11 @@ impl Feed {
         self.link = (state, shown(message, MAX_LINK_MESSAGE_BYTES));
     }
 
+    /// Time that the values are of, where that is not now.
+    pub(crate) fn scene_time(&self) -> Option<SourceTime> {
+        self.ring.as_ref().and_then(RingReader::scene_time)
+    }
+
     /// What came through, and how the link is.
     pub(crate) fn link(&self) -> LinkReport {
         let ring = self.ring.as_ref();
@@ -145,6 +150,7 @@ impl Feed {
                 .saturating_add(ring.map_or(0, RingReader::dropped)),
             clock: self.intake.clock_report(),
             origin: self.intake.origin(),
+            scene_time: ring.and_then(RingReader::scene_time),
         }
     }
 

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 7;
+pub(crate) const PROTOCOL_VERSION: u32 = 8;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -53,7 +53,7 @@ pub(crate) enum Request {
     /// Take bindings.
     Configure { bindings: Vec<OverlayBinding> },
     /// Work out a picture from the states of the bound tags.
-    Draw { states: Vec<Option<TagState>>, now: SystemTime },
+    Draw { states: Vec<Option<TagState>>, scene_time: SystemTime },
     /// Order collapses; the descriptors of mesh and room for results come along.
     Optimize { sizes: MeshSizes },
     /// What its chart shows.

@@ -1,15 +1,16 @@
 //! Plugins, wherever they run: what the viewer works with.
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use busbar_geometry::Mesh;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     Instance, LinkReport, MeshOptimizer, Optimised, Overlay, OverlayBinding, OverlayDescription,
-    OverlayPicture, PluginError, PluginInfo, SampleSink, SourcePolicy, Telemetry, TelemetryTag,
+    OverlayPicture, PluginError, PluginInfo, SampleSink, SceneClock, SourcePolicy, Telemetry,
+    TelemetryTag,
 };
-use busbar_tags::{Origin, Sample, SampleQueue, TagHandle, TagState};
+use busbar_tags::{Origin, Sample, SampleQueue, SourceTime, TagHandle, TagState};
 
 use crate::process::PluginProcess;
 use crate::simulator_watch::{SimulatorCheck, SimulatorWatch, is_connected_to_simulator};
@@ -170,6 +171,14 @@ impl RunningTelemetry {
         }
     }
 
+    /// Time that its values are of, where that is not now: a recording's.
+    pub fn scene_time(&self) -> Option<SourceTime> {
+        match self {
+            Self::InProcess(own) => own.telemetry.scene_time(),
+            Self::Isolated(process) => process.scene_time(),
+        }
+    }
+
     /// What it last said of its link, and what came through it.
     pub fn link(&self) -> LinkReport {
         match self {
@@ -236,15 +245,19 @@ impl RunningOverlay {
     pub fn draw(
         &mut self,
         state: impl Fn(TagHandle) -> Option<TagState>,
-        now: SystemTime,
+        clock: SceneClock,
         patience: Duration,
     ) -> Result<Arc<OverlayPicture>, PluginError> {
-        match self {
-            Self::InProcess(overlay) => overlay.draw(state, now).map(Arc::new),
-            Self::Isolated { process, tags } => {
-                let states = tags.iter().map(|&tag| state(tag)).collect();
-                process.draw(states, now, patience)
+        let states: Vec<Option<TagState>> = match self {
+            Self::InProcess(overlay) => {
+                overlay.bindings().iter().map(|binding| state(binding.tag)).collect()
             }
+            Self::Isolated { tags, .. } => tags.iter().map(|&tag| state(tag)).collect(),
+        };
+        let scene_time = clock.of_values(states.iter().flatten());
+        match self {
+            Self::InProcess(overlay) => overlay.draw_states(&states, scene_time).map(Arc::new),
+            Self::Isolated { process, .. } => process.draw(states, scene_time, patience),
         }
     }
 }

@@ -12,7 +12,7 @@ use busbar_plugin_host::{
     LinkReport, Optimised, OverlayBinding, OverlayDescription, OverlayPicture, PluginError,
     PluginInfo, SampleSink, SourcePolicy, TelemetryTag, check_stages,
 };
-use busbar_tags::TagState;
+use busbar_tags::{SourceTime, TagState};
 
 use crate::feed::Feed;
 use crate::memory;
@@ -139,6 +139,10 @@ impl PluginProcess {
         self.shared.feed().as_ref().map(Feed::link)
     }
 
+    pub(crate) fn scene_time(&self) -> Option<SourceTime> {
+        self.shared.feed().as_ref().and_then(Feed::scene_time)
+    }
+
     pub(crate) fn configure(&self, bindings: &[OverlayBinding]) -> Result<(), PluginError> {
         // First: one that dies of it is started again with these.
         {
@@ -159,11 +163,11 @@ impl PluginProcess {
     pub(crate) fn draw(
         &self,
         states: Vec<Option<TagState>>,
-        now: SystemTime,
+        scene_time: SystemTime,
         patience: Duration,
     ) -> Result<Arc<OverlayPicture>, PluginError> {
         let number = match &mut *self.shared.slot() {
-            Some(slot) => slot.want(states, now),
+            Some(slot) => slot.want(states, scene_time),
             None => return Err(self.failed("it is not configured".into())),
         };
         self.shared.wake();

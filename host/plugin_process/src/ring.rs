@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use busbar_plugin_abi::{
     BUSBAR_NO_TIME, BUSBAR_QUALITY_GOOD, BUSBAR_SAMPLE_BUFFERED, BUSBAR_VALUE_NONE, BusbarSample,
 };
-use busbar_tags::{Backlog, Moment, Update};
+use busbar_tags::{Backlog, Moment, SourceTime, Update};
 use memmap2::MmapRaw;
 
 /// Samples that a ring holds; a power of two.
@@ -37,6 +37,9 @@ const DROPPED: usize = 24;
 const PAUSE_END: usize = 25;
 /// `BUSBAR_ORIGIN_*` of all samples, as the plugin declares it; the writer's.
 const ORIGIN: usize = 26;
+/// Time that the values are of, nanoseconds since 1970-01-01 UTC, where that is not now;
+/// 0 for none. The writer's.
+const SCENE_TIME: usize = 27;
 /// Bytes of shared memory.
 pub(crate) const RING_BYTES: u64 = ((HEADER_WORDS + RING_SAMPLES * WORDS) * 8) as u64;
 
@@ -163,6 +166,12 @@ impl RingWriter {
         self.words.word(ORIGIN).store(u64::from(flags), Ordering::Relaxed);
     }
 
+    /// Notes the time that the values are of, where that is not now.
+    pub(crate) fn note_scene_time(&self, time: Option<SourceTime>) {
+        let nanos = time.map_or(0, |time| time.0);
+        self.words.word(SCENE_TIME).store(nanos as u64, Ordering::Relaxed);
+    }
+
     fn room(&self) -> usize {
         let read = self.words.word(READ).load(Ordering::Acquire);
         RING_SAMPLES.saturating_sub(self.written.wrapping_sub(read) as usize)
@@ -213,6 +222,12 @@ impl RingReader {
     /// `BUSBAR_ORIGIN_*` of all samples, as the plugin declares it.
     pub(crate) fn origin(&self) -> u8 {
         self.words.word(ORIGIN).load(Ordering::Acquire) as u8
+    }
+
+    /// Time that the values are of, where that is not now.
+    pub(crate) fn scene_time(&self) -> Option<SourceTime> {
+        let nanos = self.words.word(SCENE_TIME).load(Ordering::Relaxed) as i64;
+        (nanos != 0).then_some(SourceTime(nanos))
     }
 
     /// Samples that the writer says later ones overtook.

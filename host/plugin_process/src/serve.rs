@@ -20,7 +20,7 @@ use busbar_plugin_host::{
     Alarms, Catalog, Chart, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay,
     PluginError, Records, SampleReceiver, Simulator, TelemetryStream,
 };
-use busbar_tags::{ClockReadings, Moment, PauseDetector};
+use busbar_tags::{ClockReadings, Moment, PauseDetector, SourceTime};
 use rustix::process::{Signal, getpid, kill_process};
 
 use crate::command::There;
@@ -218,9 +218,9 @@ impl Session {
                 self.overlay = Some(overlay);
                 Ok(Answer::Configured(description))
             }
-            Request::Draw { states, now } => {
+            Request::Draw { states, scene_time } => {
                 let overlay = self.overlay.as_mut().ok_or_else(|| lie("it is not configured"))?;
-                Ok(Answer::Drawn(overlay.draw_states(&states, now)?))
+                Ok(Answer::Drawn(overlay.draw_states(&states, scene_time)?))
             }
             Request::DescribeOptimizer => {
                 let optimizer = MeshOptimizer::of(self.instance()?.clone())?;
@@ -399,6 +399,10 @@ impl SampleReceiver for Forwarder {
 
     fn report_link(&self, state: LinkState, message: String) {
         self.link.send(&FromPlugin::Link { state, message });
+    }
+
+    fn report_scene_time(&self, time: Option<SourceTime>) {
+        self.writing().ring.note_scene_time(time);
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct Wanted {
     /// Counts frames.
     pub(crate) number: u64,
     pub(crate) states: Vec<Option<TagState>>,
-    pub(crate) now: SystemTime,
+    pub(crate) scene_time: SystemTime,
     /// When the values were read.
     pub(crate) since: Moment,
 }
@@ -74,10 +74,10 @@ impl Slot {
     }
 
     /// Leaves a wish, in place of one that nobody has taken; its number.
-    pub(crate) fn want(&mut self, states: Vec<Option<TagState>>, now: SystemTime) -> u64 {
+    pub(crate) fn want(&mut self, states: Vec<Option<TagState>>, scene_time: SystemTime) -> u64 {
         let number = self.next;
         self.next += 1;
-        self.wanted = Some(Wanted { number, states, now, since: Moment::now() });
+        self.wanted = Some(Wanted { number, states, scene_time, since: Moment::now() });
         number
     }
 

@@ -244,7 +244,7 @@ impl<'a> Watch<'a> {
             return;
         }
         let Some(wanted) = self.shared.slot().as_mut().and_then(|slot| slot.take()) else { return };
-        let request = Request::Draw { states: wanted.states, now: wanted.now };
+        let request = Request::Draw { states: wanted.states, scene_time: wanted.scene_time };
         let call = self.shared.expect(&mut state, &request, Reply::Draw);
         drop(state);
         connection.send(&ToPlugin::Call { call, request }, &[]);

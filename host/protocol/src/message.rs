@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 3;
+pub const PROTOCOL_VERSION: u32 = 4;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
@@ -223,6 +223,19 @@ pub enum TagQuality {
     Bad,
 }
 
+/// Judgment of an overlay on a piece of equipment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EquipmentVerdict {
+    /// Within its limits.
+    Normal,
+    /// Outside its limits, or in a state that needs attention.
+    Abnormal,
+    /// Not to be judged.
+    Unknown,
+    /// Not to be judged, and abnormal when it was last known.
+    UnknownAfterAbnormal,
+}
+
 /// How an alarm stands.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AlarmStanding {
@@ -273,6 +286,19 @@ pub enum FromViewer {
         /// By which it can be relied on.
         quality: TagQuality,
         /// Why it is not good, in words; else empty.
+        reason: String,
+    },
+    /// Verdict of an overlay on a piece of equipment by now.
+    Verdict {
+        /// Equipment id, as the overlay describes it.
+        equipment: String,
+        /// Name of the overlay's plugin instance.
+        overlay: String,
+        /// The verdict.
+        verdict: EquipmentVerdict,
+        /// Reports whether it rests on a default, which the reason names.
+        is_assumed: bool,
+        /// Reason, in words; empty for none.
         reason: String,
     },
     /// How a plugin instance goes.

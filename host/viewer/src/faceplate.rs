@@ -5,12 +5,14 @@ use std::time::Duration;
 
 use busbar_alarms::AlarmHandle;
 use busbar_history::{History, Point, State};
-use busbar_plugin_host::Severity;
+use busbar_plugin_host::{Severity, Verdict};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{
     Moment, Origin, Quality, Reason, Renumbering, Snapshot, SourceTime, TagHandle, TagState,
 };
-use busbar_ui::{Faceplate, FaceplateState, FaceplateValue, Mark, Trend, TrendPoint, TrendState};
+use busbar_ui::{
+    Faceplate, FaceplateState, FaceplateValue, LegendRow, Mark, Trend, TrendPoint, TrendState,
+};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
@@ -23,6 +25,7 @@ use crate::origins::OriginWatch;
 use crate::records::OwnRecords;
 use crate::rows::Rows;
 use crate::running::{Basis, ShownOverlay, ShownState};
+use crate::verdicts::ShownVerdict;
 
 /// Nodes at or below a device that are looked at; a bay has some hundred.
 const MAX_NODES: usize = 20_000;
@@ -42,6 +45,11 @@ const TREND_COLUMNS: usize = 240;
 pub(crate) const FIRST_SPAN: Duration = Duration::from_secs(600);
 
 const NANOS_PER_SECOND: f64 = 1e9;
+
+/// Color of an abnormal verdict, sRGB: that of a warning in legends.
+const ABNORMAL: [u8; 3] = [0xd9, 0x8a, 0x1c];
+/// Color of a verdict that needs nobody, sRGB.
+const NEUTRAL: [u8; 3] = [0x8a, 0x8f, 0x96];
 
 /// What is at which node, to be found without looking at all of it.
 #[derive(Debug, Default)]
@@ -244,7 +252,24 @@ impl OpenFaceplate {
         };
         let runs = sources.states.chunk_by(ShownState::is_same);
         let own = runs.filter(|run| run.first().is_some_and(|of| self.nodes.contains(&of.node)));
-        own.filter_map(of_run).take(MAX_STATES).collect()
+        self.verdicts(sources).chain(own.filter_map(of_run)).take(MAX_STATES).collect()
+    }
+
+    /// Verdicts of the overlays on the device and its parts, the unknown ones first.
+    fn verdicts(&self, sources: &Sources<'_>) -> impl Iterator<Item = FaceplateState> + use<> {
+        let mut states = Vec::new();
+        for shown in sources.overlays {
+            for equipment in 0..shown.verdicts.len() {
+                let node = shown.node_of(equipment).filter(|node| self.nodes.contains(node));
+                let Some(node) = node else { continue };
+                let verdict = shown.verdicts.verdict(equipment, sources.scene, sources.snapshot);
+                let place = place(&sources.scene.graph, self.device, node);
+                let state = verdict_state(shown.overlay.name(), place, &verdict);
+                states.push((verdict.verdict != Verdict::Unknown, state));
+            }
+        }
+        states.sort_by_key(|(is_known, _)| *is_known);
+        states.into_iter().map(|(_, state)| state)
     }
 
     fn trends(&self, sources: &Sources<'_>) -> Vec<Trend> {
@@ -268,6 +293,30 @@ impl OpenFaceplate {
         };
         let shown = self.values.iter().filter(|(tag, _)| self.trended.contains(tag));
         shown.filter_map(of_tag).collect()
+    }
+}
+
+/// A verdict as a row of a faceplate.
+fn verdict_state(layer: &str, place: Option<String>, verdict: &ShownVerdict<'_>) -> FaceplateState {
+    let name = match (verdict.verdict, verdict.reason.as_ref()) {
+        (Verdict::Unknown, _) => "unknown".to_owned(),
+        (known, "") => known.name().to_owned(),
+        (known, reason) => format!("{}: {reason}", known.name()),
+    };
+    let color = match verdict.verdict {
+        Verdict::Abnormal => ABNORMAL,
+        Verdict::Normal | Verdict::Unknown => NEUTRAL,
+    };
+    FaceplateState {
+        layer: layer.to_owned(),
+        state: LegendRow { name, color, pattern: busbar_ui::Pattern::Solid },
+        place,
+        mark: match verdict.verdict {
+            Verdict::Unknown => Mark::Bad { reason: verdict.reason.clone().into_owned() },
+            Verdict::Normal | Verdict::Abnormal => Mark::Normal,
+        },
+        age: None,
+        origin: Origin::LIVE,
     }
 }
 

@@ -90,6 +90,10 @@ fn conditions_of(overlaid: &Overlaid, snapshot: Snapshot<'_>) -> HashMap<u32, Co
     // Most say that all is well, which is so without them.
     let tints = overlaid.tints.iter().filter(|tint| tint.severity != Severity::Normal);
     let tints = tints.map(|tint| (tint.node, tint.severity, is_good(tint.tag)));
+    // What nobody can judge looks as bad data does.
+    for node in &overlaid.unknown {
+        own.insert(node.0, Condition::Unknown);
+    }
     let sourced = overlaid.sourced_tints.iter();
     let sourced = sourced.map(|tint| (tint.node.0, tint.severity, tint.is_certain));
     for (node, severity, good) in tints.chain(sourced) {

@@ -9,7 +9,7 @@ use busbar_ui::{Label, LabelLine, Mark};
 use glam::{Vec3, vec3};
 
 use crate::camera::Projection;
-use crate::running::LATE_DISPLAY;
+use crate::verdicts::UnknownAtNode;
 
 /// From where labels are seen.
 #[derive(Clone, Copy, Debug)]
@@ -29,17 +29,33 @@ pub(crate) struct Marked<'a> {
     pub(crate) alarmed: &'a BTreeSet<NodeIndex>,
 }
 
+/// A line of a label.
+#[derive(Clone, Copy)]
+enum NodeLine<'a> {
+    /// A value, and whether the overlay that wrote it is late.
+    Value(&'a OverlayLine, bool),
+    /// An overlay cannot judge the equipment.
+    Unknown(&'a UnknownAtNode),
+}
+
 /// Lines by the nodes that they name.
 pub(crate) struct LinesOfNodes<'a> {
-    /// Of each line its node and its number, in order.
-    order: Vec<(NodeIndex, u32, &'a OverlayLine)>,
+    /// Node of each line, and its number, in order.
+    order: Vec<(NodeIndex, u32, NodeLine<'a>)>,
 }
 
 impl<'a> LinesOfNodes<'a> {
-    pub(crate) fn of(lines: impl Iterator<Item = &'a OverlayLine>) -> Self {
-        let numbered = lines.zip(0..);
-        let mut order: Vec<(NodeIndex, u32, &OverlayLine)> =
-            numbered.map(|(line, number)| (NodeIndex(line.node), number, line)).collect();
+    /// Sorts values, each with whether its overlay is late, and unknown verdicts by node.
+    pub(crate) fn new(
+        values: impl Iterator<Item = (&'a OverlayLine, bool)>,
+        unknown: &'a [UnknownAtNode],
+    ) -> Self {
+        let values =
+            values.map(|(line, is_late)| (NodeIndex(line.node), NodeLine::Value(line, is_late)));
+        let unknown = unknown.iter().map(|verdict| (verdict.node, NodeLine::Unknown(verdict)));
+        let numbered = values.chain(unknown).zip(0..);
+        let mut order: Vec<(NodeIndex, u32, NodeLine<'_>)> =
+            numbered.map(|((node, line), number)| (node, number, line)).collect();
         order.sort_unstable_by_key(|(node, number, _)| (*node, *number));
         Self { order }
     }
@@ -49,7 +65,7 @@ impl<'a> LinesOfNodes<'a> {
         self.groups().map(|group| group[0].0).collect()
     }
 
-    fn groups(&self) -> impl Iterator<Item = &[(NodeIndex, u32, &'a OverlayLine)]> {
+    fn groups(&self) -> impl Iterator<Item = &[(NodeIndex, u32, NodeLine<'a>)]> {
         self.order.chunk_by(|(a, ..), (b, ..)| a == b)
     }
 
@@ -61,7 +77,7 @@ impl<'a> LinesOfNodes<'a> {
         sight: Sight,
         marked: Marked<'_>,
     ) -> Vec<Label<'a>> {
-        let label = |group: &[(NodeIndex, u32, &'a OverlayLine)]| {
+        let label = |group: &[(NodeIndex, u32, NodeLine<'a>)]| {
             let index = group[0].0;
             let node = graph.node(index);
             let top = top_of(node);
@@ -70,7 +86,7 @@ impl<'a> LinesOfNodes<'a> {
                 title: node.id(),
                 anchor,
                 distance: sight.eye.distance(top),
-                lines: group.iter().map(|(.., line)| label_line(line, snapshot)).collect(),
+                lines: group.iter().map(|(.., line)| label_line(*line, snapshot)).collect(),
                 hidden: marked.hidden.contains(&index),
                 selected: marked.selection.contains(&index),
                 alarmed: marked.alarmed.contains(&index),
@@ -80,17 +96,40 @@ impl<'a> LinesOfNodes<'a> {
     }
 }
 
-fn label_line<'a>(line: &'a OverlayLine, snapshot: Snapshot<'_>) -> LabelLine<'a> {
+fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
+    let (line, is_late) = match line {
+        NodeLine::Value(line, is_late) => (line, is_late),
+        NodeLine::Unknown(verdict) => {
+            return LabelLine {
+                caption: &verdict.layer,
+                text: "unknown",
+                mark: Mark::Bad { reason: verdict.reason.clone() },
+                age: None,
+                origin: Origin::LIVE,
+            };
+        }
+    };
     let state = snapshot.state(line.tag);
     let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
-    let is_late = line.tag == LATE_DISPLAY;
+    // The worse of both: a late display hides no bad value.
+    let mark = match (is_late, quality) {
+        (true, Quality::Good) => Mark::LateDisplay,
+        (true, quality) => late_mark(quality),
+        (false, quality) => mark(quality, line.severity),
+    };
     LabelLine {
         caption: &line.caption,
         text: &line.text,
-        mark: if is_late { Mark::LateDisplay } else { mark(quality, line.severity) },
+        mark,
         age: state.and_then(|s| s.age),
         origin: state.map_or(Origin::LIVE, |s| s.origin),
     }
+}
+
+/// The mark of a value that is not good, drawn by an overlay that is late.
+fn late_mark(quality: Quality) -> Mark {
+    let reason = quality.reason().map_or_else(String::new, |reason| reason.to_string());
+    Mark::Bad { reason: format!("{reason}, display late") }
 }
 
 /// How a value is marked: by its quality first, whatever an overlay says.
@@ -115,16 +154,27 @@ pub(crate) fn top_of(node: SceneNode<'_>) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+    use std::time::Duration;
 
     use busbar_plugin_host::OverlayPicture;
-    use busbar_tags::{Moment, TagHandle, TagSet, TagTable};
+    use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind};
 
     use super::*;
-    use crate::running::late_copy;
 
     #[test]
-    fn a_late_overlay_is_late_and_blames_no_value() {
-        let tags = TagSet::new(Vec::new()).unwrap();
+    fn a_late_overlay_is_late_and_hides_no_bad_value() {
+        let spec = TagSpec {
+            id: "U".into(),
+            name: "U".into(),
+            kind: ValueKind::F64,
+            unit: "kV".into(),
+            range: None,
+            freshness: Duration::from_secs(1),
+            scale: None,
+            dead_band: 0.0,
+            expression: None,
+        };
+        let tags = TagSet::new(vec![spec]).unwrap();
         let table = TagTable::new(Arc::new(tags), Moment::now());
         let drawn = OverlayPicture {
             lines: vec![OverlayLine {
@@ -136,12 +186,22 @@ mod tests {
             }],
             ..OverlayPicture::default()
         };
-        let late = late_copy(&drawn);
-        let line = label_line(&late.lines[0], table.snapshot());
-        assert_eq!((line.mark, line.age), (Mark::LateDisplay, None));
-        // A tag that is not there is the plant's, or the configuration's.
-        let absent = label_line(&drawn.lines[0], table.snapshot());
-        assert!(matches!(absent.mark, Mark::Bad { .. }));
+        let mut table = table;
+        let good =
+            Sample::live(TagHandle(0), Some(Value::F64(231.0)), Quality::Good, Moment::now());
+        table.apply(&good, |_| {});
+        let line = |is_late| NodeLine::Value(&drawn.lines[0], is_late);
+        let late = label_line(line(true), table.snapshot());
+        assert_eq!(late.mark, Mark::LateDisplay);
+        // A value that is bad stays bad while the display is late.
+        let lost = Sample { value: None, quality: Quality::Bad(Reason::Communication), ..good };
+        table.apply(&lost, |_| {});
+        for (is_late, words) in [(false, "communication"), (true, "display late")] {
+            let Mark::Bad { reason } = label_line(line(is_late), table.snapshot()).mark else {
+                panic!("a bad value is shown as bad")
+            };
+            assert!(reason.contains("communication") && reason.contains(words), "{reason}");
+        }
     }
 
     #[test]

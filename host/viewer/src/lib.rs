@@ -55,6 +55,7 @@ mod stacks;
 mod stats;
 mod surroundings;
 mod tag_list;
+mod verdicts;
 mod viewer;
 
 pub use busbar_alarm_log::{LogError as AlarmLogError, Verification, verify as verify_alarm_log};

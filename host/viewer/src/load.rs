@@ -8,6 +8,7 @@ mod hlod;
 mod link_check;
 mod models;
 mod moving;
+mod overlay_check;
 mod plugins;
 mod points;
 mod reuse;
@@ -326,6 +327,7 @@ impl LoadedScene {
     pub fn check(path: &Path, progress: &LoadProgress<'_>) -> Result<Self, LoadError> {
         let mut scene = Self::load(path, progress)?;
         scene.try_alarm_log(path)?;
+        scene.check_overlays(path)?;
         if scene.troubles.is_empty() {
             return Ok(scene);
         }

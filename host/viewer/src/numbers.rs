@@ -8,6 +8,9 @@ use busbar_tags::{Renumbering, TagHandle};
 
 use crate::load::LoadedScene;
 
+/// No tag has this number.
+const NO_TAG: TagHandle = TagHandle(u32::MAX);
+
 /// From the numbers of one scene to those of another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Numbers {
@@ -64,6 +67,8 @@ impl Numbers {
         };
         now.states.retain_mut(|state| renumber(&mut state.tag));
         now.quantities.retain_mut(|quantity| renumber(&mut quantity.tag));
+        // A verdict that rests on a tag that is gone is taken back.
+        now.verdicts.map_tags(|tag| self.tags.tag(tag).unwrap_or(NO_TAG));
         Arc::new(now)
     }
 }

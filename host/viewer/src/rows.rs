@@ -27,10 +27,11 @@ impl<'a> Rows<'a> {
         scene: &'a LoadedScene,
         snapshot: Snapshot<'a>,
         list: &'a TagList,
-        lines: impl Iterator<Item = &'a OverlayLine>,
+        lines: impl Iterator<Item = (&'a OverlayLine, bool)>,
     ) -> Self {
         let mut severities = vec![Severity::Normal; scene.tags.specs().len()];
-        for line in lines {
+        // What a late overlay said of a value counts no longer.
+        for (line, _) in lines.filter(|(_, is_late)| !is_late) {
             if let Some(severity) = severities.get_mut(line.tag.0 as usize) {
                 *severity = (*severity).max(line.severity);
             }

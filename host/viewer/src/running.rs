@@ -1,12 +1,12 @@
 //! Plugins that run while a view is open.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use busbar_config::Config;
 use busbar_plugin_host::{
     FreshnessBasis, OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint,
-    Pattern, Quantity, SourcePolicy,
+    Pattern, Quantity, SceneClock, SourcePolicy, Verdicts,
 };
 use busbar_plugin_process::{RunningOverlay, RunningTelemetry};
 use busbar_scene::{NodeIndex, SceneGraph};
@@ -17,6 +17,7 @@ use crate::alarms::SourcedTint;
 use crate::load::LoadedScene;
 use crate::numbers::Numbers;
 use crate::served::ServedTags;
+use crate::verdicts::{UnknownAtNode, VerdictBoard};
 use crate::{ViewError, rows};
 
 /// The longest that a frame in a window waits for an isolated overlay: mostly
@@ -39,6 +40,10 @@ pub(crate) struct ShownOverlay {
     nodes: Vec<Option<NodeIndex>>,
     /// The mechanisms described.
     mechanisms: Vec<Arc<str>>,
+    /// Verdicts on the equipment described.
+    pub(crate) verdicts: VerdictBoard,
+    /// Ids of the equipment that the verdicts are on.
+    judged: Vec<String>,
     /// What it drew last, in the numbers of now.
     last: Arc<OverlayPicture>,
     /// The same with nothing to rest on, while it is late.
@@ -49,15 +54,22 @@ pub(crate) struct ShownOverlay {
     renumbered: [Arc<OverlayPicture>; 2],
 }
 
-/// Tag of all that an overlay drew that is late or gone. No tag has this number, so that nothing
-/// of it counts as known; what values are worth is not said by it.
+/// Unknown verdicts that labels name in a frame; the equipment of all others is hatched too.
+const MAX_UNKNOWN_LABELS: usize = 1000;
+
+/// Tag of what an overlay that is late or gone drew, lines of labels aside. No tag has this
+/// number, so that nothing of it counts as known; what values are worth is not said by it.
 pub(crate) const LATE_DISPLAY: TagHandle = TagHandle(u32::MAX - 1);
 
 /// What all overlays draw in one frame.
 #[derive(Default)]
 pub(crate) struct Overlaid {
-    /// Of each overlay its last.
-    pub(crate) pictures: Vec<Arc<OverlayPicture>>,
+    /// Last picture of each overlay, and whether the overlay is late.
+    pub(crate) pictures: Vec<(Arc<OverlayPicture>, bool)>,
+    /// Nodes that an overlay which is drawn cannot judge.
+    pub(crate) unknown: Vec<NodeIndex>,
+    /// The same with layer and reason, for labels.
+    pub(crate) unknown_labels: Vec<UnknownAtNode>,
     pub(crate) tints: Vec<OverlayTint>,
     /// Of alarms that other systems decide on.
     pub(crate) sourced_tints: Vec<SourcedTint>,
@@ -129,9 +141,11 @@ impl ShownState {
 }
 
 impl Overlaid {
-    /// The lines of all overlays.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = &OverlayLine> {
-        self.pictures.iter().flat_map(|picture| &picture.lines)
+    /// The lines of all overlays, and whether the overlay of each is late.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = (&OverlayLine, bool)> {
+        self.pictures
+            .iter()
+            .flat_map(|(picture, is_late)| picture.lines.iter().map(|line| (line, *is_late)))
     }
 }
 
@@ -160,11 +174,25 @@ impl ShownOverlay {
             legend: Arc::default(),
             nodes: Vec::new(),
             mechanisms: Vec::new(),
+            verdicts: VerdictBoard::default(),
+            judged: Vec::new(),
             last: Arc::default(),
             late: None,
             numbers: Numbers::default(),
             renumbered: Default::default(),
         }
+    }
+
+    /// Takes the place of an overlay with other settings: an operator's choice outlives
+    /// them, and so does what was abnormal.
+    pub(crate) fn succeed(&mut self, before: Self) {
+        self.is_shown = before.is_shown;
+        (self.verdicts, self.judged) = (before.verdicts, before.judged);
+    }
+
+    /// The node of a piece of the equipment described.
+    pub(crate) fn node_of(&self, equipment: usize) -> Option<NodeIndex> {
+        self.nodes.get(equipment).copied().flatten()
     }
 
     /// Goes on in a scene where things have other numbers.
@@ -202,6 +230,11 @@ impl ShownOverlay {
                 description.mechanisms.iter().map(|name| name.as_str().into()).collect();
             self.legend = rows::legend(&description.legend);
             self.nodes = description.equipment.iter().map(|id| graph.find(id)).collect();
+            self.verdicts.describe(&self.judged, &description.equipment);
+            self.judged.clone_from(&description.equipment);
+            for finding in &description.findings {
+                tracing::warn!(overlay = self.overlay.name(), "{finding}");
+            }
             let mut absent = description.equipment.iter().zip(&self.nodes);
             if let Some((first, _)) = absent.find(|(_, node)| node.is_none()) {
                 let count = self.nodes.iter().filter(|node| node.is_none()).count();
@@ -222,7 +255,7 @@ impl ShownOverlay {
         Arc::clone(self.late.get_or_insert_with(|| Arc::new(late_copy(last))))
     }
 
-    fn add(&self, overlay: u32, picture: Arc<OverlayPicture>, all: &mut Overlaid) {
+    fn add(&self, overlay: u32, picture: Arc<OverlayPicture>, is_late: bool, all: &mut Overlaid) {
         all.tints.extend_from_slice(&picture.tints);
         all.states.extend(picture.states.iter().filter_map(|state| {
             let node = (*self.nodes.get(state.equipment as usize)?)?;
@@ -234,7 +267,20 @@ impl ShownOverlay {
         for quantity in &picture.quantities {
             self.add_quantity(overlay, quantity, all);
         }
-        all.pictures.push(picture);
+        all.pictures.push((picture, is_late));
+    }
+
+    /// Adds the equipment that cannot be judged, to be drawn as bad data is.
+    fn add_unknown(&self, scene: &LoadedScene, snapshot: Snapshot<'_>, all: &mut Overlaid) {
+        for equipment in self.verdicts.unknown() {
+            let Some(node) = self.node_of(equipment) else { continue };
+            all.unknown.push(node);
+            if all.unknown_labels.len() < MAX_UNKNOWN_LABELS {
+                let verdict = self.verdicts.verdict(equipment, scene, snapshot);
+                let (layer, reason) = (self.overlay.name().to_owned(), verdict.reason.into_owned());
+                all.unknown_labels.push(UnknownAtNode { node, layer, reason });
+            }
+        }
     }
 
     fn add_quantity(&self, overlay: u32, quantity: &OverlayQuantity, all: &mut Overlaid) {
@@ -260,8 +306,9 @@ impl ShownOverlay {
 /// A copy of a picture, none of which rests on a value.
 pub(crate) fn late_copy(picture: &OverlayPicture) -> OverlayPicture {
     let mut late = picture.clone();
-    let OverlayPicture { lines, tints, states, quantities } = &mut late;
-    lines.iter_mut().for_each(|line| line.tag = LATE_DISPLAY);
+    // Lines keep their tags: what is late may rest on a value that is bad besides.
+    let OverlayPicture { lines: _, tints, states, quantities, verdicts } = &mut late;
+    *verdicts = Verdicts::default();
     tints.iter_mut().for_each(|tint| tint.tag = LATE_DISPLAY);
     states.iter_mut().for_each(|state| state.tag = LATE_DISPLAY);
     quantities.iter_mut().for_each(|quantity| quantity.tag = LATE_DISPLAY);
@@ -304,30 +351,33 @@ pub(crate) fn source_policy(config: &Config, name: &str) -> SourcePolicy {
     SourcePolicy { origin, basis }
 }
 
-/// Lets every overlay that is shown draw; all of them share the patience. Of one that fails
-/// what it drew last is shown as late; it keeps its fault, which is logged once.
+/// Lets every overlay work, hidden ones too: what they calculate from has a history, and
+/// their verdicts count while nobody looks. All of them share the patience. Of one that
+/// fails what it drew last is shown as late; it keeps its fault, which is logged once.
 pub(crate) fn run_overlays(
     overlays: &mut [ShownOverlay],
-    graph: &SceneGraph,
+    scene: &LoadedScene,
     snapshot: Snapshot<'_>,
-    patience: Duration,
+    (clock, patience): (SceneClock, Duration),
 ) -> Overlaid {
     let mut all = Overlaid::default();
-    let (now, start) = (SystemTime::now(), Instant::now());
+    let start = Instant::now();
     for (shown, index) in overlays.iter_mut().zip(0..) {
-        shown.take_description(graph);
-        if !shown.is_shown {
-            continue;
-        }
+        shown.take_description(&scene.graph);
         let left = patience.saturating_sub(start.elapsed());
         let ShownOverlay { overlay, numbers, .. } = shown;
-        match overlay.draw(|tag| snapshot.state(numbers.tags.tag(tag)?), now, left) {
+        match overlay.draw(|tag| snapshot.state(numbers.tags.tag(tag)?), clock, left) {
             Ok(picture) => {
                 let picture = shown.in_our_numbers(picture);
+                shown.verdicts.update(&picture, snapshot);
+                shown.verdicts.tell_missing(shown.overlay.name(), &shown.judged);
                 shown.last = Arc::clone(&picture);
                 shown.late = None;
-                shown.add(index, picture, &mut all);
                 shown.fault = None;
+                if shown.is_shown {
+                    shown.add(index, picture, false, &mut all);
+                    shown.add_unknown(scene, snapshot, &mut all);
+                }
             }
             Err(error) => {
                 let fault = error.to_string();
@@ -335,8 +385,12 @@ pub(crate) fn run_overlays(
                     tracing::error!(plugin = shown.overlay.name(), "{fault}");
                 }
                 shown.fault = Some(fault);
+                shown.verdicts.lose();
                 let late = shown.late();
-                shown.add(index, late, &mut all);
+                if shown.is_shown {
+                    shown.add(index, late, true, &mut all);
+                    shown.add_unknown(scene, snapshot, &mut all);
+                }
             }
         }
     }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_host::{ClockReport, LinkReport, SampleSink};
 use busbar_plugin_process::RunningTelemetry;
-use busbar_tags::{Renumbering, Sample};
+use busbar_tags::{Renumbering, Sample, SourceTime};
 
 /// A telemetry plugin that runs, and what it calls its tags.
 pub(crate) struct ServedTags {
@@ -87,6 +87,11 @@ impl ServedTags {
         for news in self.clock_log.news(self.running.link().clock) {
             tracing::warn!(plugin = self.running.name(), "{news}");
         }
+    }
+
+    /// Time that its values are of, where that is not now: a recording's.
+    pub(crate) fn scene_time(&self) -> Option<SourceTime> {
+        self.running.scene_time()
     }
 
     /// What it last said of its link, and what came through it.

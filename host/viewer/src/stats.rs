@@ -71,6 +71,12 @@ pub struct Stats {
     pub cached_meshes: usize,
     /// Every plugin.
     pub plugins: Vec<PluginStats>,
+    /// Verdicts of the overlays on the equipment that they describe, hidden overlays
+    /// included.
+    pub verdicts: Vec<VerdictStats>,
+    /// Time that the overlays calculate by, seconds since 1970-01-01 UTC, where that is not
+    /// the wall clock's: a recording's.
+    pub scene_time: Option<f64>,
     /// Changes of single points and double-points since the start.
     pub events: u64,
     /// The alarms that are not normal.
@@ -136,6 +142,23 @@ pub struct ReloadStats {
     pub last_ms: Option<f64>,
     /// The faults of the file as it is, if it has any.
     pub fault: Option<String>,
+}
+
+/// Verdict of an overlay on a piece of equipment.
+#[derive(Clone, Debug, Serialize)]
+pub struct VerdictStats {
+    /// Name of the overlay's plugin instance.
+    pub overlay: String,
+    /// Equipment id, as the overlay describes it.
+    pub equipment: String,
+    /// The verdict: `normal`, `abnormal` or `unknown`.
+    pub verdict: &'static str,
+    /// Reports whether the verdict rests on a default, which the reason names.
+    pub assumed: bool,
+    /// Reason; empty for none.
+    pub reason: String,
+    /// Reports whether the piece is unknown now and was abnormal when it was last known.
+    pub was_abnormal: bool,
 }
 
 /// A faceplate.

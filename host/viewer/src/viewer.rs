@@ -15,12 +15,12 @@ pub(crate) use drawing::{node_of, object_of};
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use busbar_config::MAX_THETA_SCALE;
 use busbar_geometry::Bounds;
 use busbar_history::History;
-use busbar_plugin_host::{LinkReport, SampleSink, wall_clock};
+use busbar_plugin_host::{LinkReport, SampleSink, SceneClock, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_renderer::{
     CameraView, DeviceChoice, DrawList, EguiFrame, Frame, FrameStats, Instances, PickState,
@@ -296,8 +296,10 @@ impl Viewer {
         self.origins.follow(&self.scene, snapshot, &self.history, Moment::now());
         let patience =
             if self.settles { running::HEADLESS_PATIENCE } else { running::WINDOW_PATIENCE };
+        let recorded = self.telemetry.iter().filter_map(ServedTags::scene_time).max();
+        let clock = SceneClock { wall: SystemTime::now(), recorded };
         let mut overlaid =
-            running::run_overlays(&mut self.overlays, &self.scene.graph, snapshot, patience);
+            running::run_overlays(&mut self.overlays, &self.scene, snapshot, (clock, patience));
         if let Some(alarms) = &self.alarms {
             overlaid.tints.extend_from_slice(alarms.tints());
             overlaid.sourced_tints.extend_from_slice(alarms.sourced_tints());
@@ -315,7 +317,7 @@ impl Viewer {
             chart.follow_selection(&self.scene.graph, &self.selection);
             chart.shape_up();
         }
-        let labelled = LinesOfNodes::of(overlaid.lines());
+        let labelled = LinesOfNodes::new(overlaid.lines(), &overlaid.unknown_labels);
         parts.overlays += began.millis();
         let began = CpuClock::start();
         let rows = rows::Rows::new(&self.scene, snapshot, &self.tag_list, overlaid.lines());

@@ -126,9 +126,6 @@
 // on several bindings is named once for each, one after the other.
 #define BUSBAR_OVERLAY_STATE 3
 
-// Bindings that one state may rest on.
-#define BUSBAR_MAX_BINDINGS_A_STATE 64
-
 // Pattern: plain colour.
 #define BUSBAR_PATTERN_SOLID 0
 
@@ -161,6 +158,18 @@
 
 // Severity: needs action now.
 #define BUSBAR_SEVERITY_ALARM 2
+
+// Verdict: within its limits.
+#define BUSBAR_VERDICT_NORMAL 1
+
+// Verdict: outside its limits, or in a state that needs attention.
+#define BUSBAR_VERDICT_ABNORMAL 2
+
+// Verdict: not to be judged, for the reason given.
+#define BUSBAR_VERDICT_UNKNOWN 3
+
+// Flag of a verdict: it rests on a default of the plugin, which the reason names.
+#define BUSBAR_VERDICT_ASSUMED 1
 
 // Lists of a plugin.
 #define BUSBAR_MAX_RECORD_LISTS 16
@@ -615,6 +624,11 @@ typedef struct BusbarSampleSink {
   // `[any-thread & active]` Tells operators how the link is:
   // `BUSBAR_LINK_*` and a sentence.
   void (*report_link)(void *context, uint32_t state, struct BusbarStr message);
+  // `[any-thread & active]` Tells the time that the values published from
+  // here on are of, nanoseconds since 1970-01-01 UTC, where that is not now:
+  // a recording's. Overlays then calculate by that time.
+  // [`BUSBAR_NO_TIME`] goes back to the wall clock. Null in older hosts.
+  void (*report_scene_time)(void *context, int64_t scene_time_unix_nanos);
 } BusbarSampleSink;
 
 // Table of `busbar.telemetry/1-draft`.
@@ -691,7 +705,9 @@ typedef struct BusbarOverlayFrame {
   uint32_t struct_size;
   // Number of values: that of the bindings.
   uint32_t value_count;
-  // Time of the frame, nanoseconds since 1970-01-01 UTC.
+  // Scene clock, nanoseconds since 1970-01-01 UTC: the time that the values
+  // are of. It is the wall clock's for live values and the recording's for
+  // replayed ones. It may stand still, run fast, or be set back.
   int64_t time_unix_nanos;
   // `values[i]` belongs to the `i`-th binding of `configure`.
   const struct BusbarTagValue *values;
@@ -732,6 +748,27 @@ typedef struct BusbarOverlayQuantity {
   double value;
 } BusbarOverlayQuantity;
 
+// The judgment of an overlay on one piece of equipment. Array element. Every piece that
+// was described has one in every frame; the host takes a piece without one as unknown, and
+// says that the plugin is at fault.
+typedef struct BusbarOverlayVerdict {
+  // Index of the equipment described.
+  uint32_t equipment;
+  // `BUSBAR_VERDICT_*`.
+  uint32_t verdict;
+  // `BUSBAR_VERDICT_ASSUMED`, or 0.
+  uint32_t flags;
+  // Reason, for people: offset into the text buffer, bytes.
+  uint32_t reason_offset;
+  // Reason: length, at most 256 bytes; more than 0 for what is unknown or assumed.
+  uint32_t reason_len;
+  // Bindings that it rests on: offset into `basis`. The host takes the verdict back in the
+  // very frame in which the value of any of them is not good.
+  uint32_t basis_offset;
+  // Bindings that it rests on: number. Verdicts may share a range.
+  uint32_t basis_count;
+} BusbarOverlayVerdict;
+
 // Buffers for what to draw. The caller owns them; the plugin fills in the
 // counts.
 typedef struct BusbarOverlayOutput {
@@ -757,6 +794,18 @@ typedef struct BusbarOverlayOutput {
   uint32_t quantity_count;
   // What has a shape of the host's.
   struct BusbarOverlayQuantity *quantities;
+  // Room in `verdicts`. This and what follows is there where the size says so.
+  uint32_t verdict_capacity;
+  // Verdicts written.
+  uint32_t verdict_count;
+  // Judgments on the equipment described.
+  struct BusbarOverlayVerdict *verdicts;
+  // Room in `basis`.
+  uint32_t basis_capacity;
+  // Elements of `basis` written.
+  uint32_t basis_count;
+  // Indices of bindings that verdicts rest on.
+  uint32_t *basis;
 } BusbarOverlayOutput;
 
 // A state that an overlay shows equipment in, as the legend has it. Array element.
@@ -787,8 +836,9 @@ typedef struct BusbarContour {
   double step;
 } BusbarContour;
 
-// What an overlay shows besides values. The caller sets the size; the plugin fills in
-// the rest, all of which stays as it is until the plugin is destroyed.
+// Contents of an overlay besides values. The caller sets the size; the plugin fills in
+// the rest, all of which stays as it is until the next `configure`, or until the plugin is
+// destroyed.
 typedef struct BusbarOverlayDescription {
   // Size of this struct, bytes.
   uint32_t struct_size;
@@ -800,7 +850,8 @@ typedef struct BusbarOverlayDescription {
   uint32_t reserved;
   // The legend.
   const struct BusbarLegendEntry *legend;
-  // Ids of the equipment that states are shown at, by any alias.
+  // Ids, by any alias, of the equipment that is judged: every piece that the settings or
+  // the bindings name. `draw` gives each of them a verdict.
   const struct BusbarStr *equipment;
   // Number of mechanisms; at most 16. This and what follows is there where the size
   // says so.
@@ -811,6 +862,15 @@ typedef struct BusbarOverlayDescription {
   const struct BusbarStr *mechanisms;
   // The contour that levels are of; null for none.
   const struct BusbarContour *contour;
+  // Number of findings; at most 256. This and what follows is there where the size
+  // says so.
+  uint32_t finding_count;
+  // Zero.
+  uint32_t reserved_2;
+  // Faults of the bindings given, each as cause and remedy with `; ` between: a role
+  // that no tag has, a unit that cannot be converted. `busbar check` refuses them; a
+  // view shows the equipment as unknown.
+  const struct BusbarStr *findings;
 } BusbarOverlayDescription;
 
 // Table of `busbar.overlay/1-draft`.
@@ -826,14 +886,15 @@ typedef struct BusbarOverlay {
                             const struct BusbarBinding *bindings,
                             size_t binding_count,
                             struct BusbarError *error);
-  // `[main-thread]` Works out what to draw. Called at most once a frame and
-  // must return within a few milliseconds. Fails with
+  // `[main-thread]` Works out what to draw, and judges the equipment. Called at
+  // most once a frame, also while nobody has the overlay drawn, and must return
+  // within a few milliseconds. Fails with
   // `BUSBAR_BUFFER_TOO_SMALL` when the buffers do not suffice.
   BusbarStatus (*draw)(const struct BusbarPlugin *plugin,
                        const struct BusbarOverlayFrame *frame,
                        struct BusbarOverlayOutput *output,
                        struct BusbarError *error);
-  // `[main-thread]` Says what is shown besides values; called once, before
+  // `[main-thread]` Says what is shown besides values; called after each
   // `configure`. Null where it is nothing.
   BusbarStatus (*describe)(const struct BusbarPlugin *plugin,
                            struct BusbarOverlayDescription *description,

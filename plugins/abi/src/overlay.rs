@@ -58,7 +58,9 @@ pub struct BusbarOverlayFrame {
     pub struct_size: u32,
     /// Number of values: that of the bindings.
     pub value_count: u32,
-    /// Time of the frame, nanoseconds since 1970-01-01 UTC.
+    /// Scene clock, nanoseconds since 1970-01-01 UTC: the time that the values
+    /// are of. It is the wall clock's for live values and the recording's for
+    /// replayed ones. It may stand still, run fast, or be set back.
     pub time_unix_nanos: i64,
     /// `values[i]` belongs to the `i`-th binding of `configure`.
     pub values: *const BusbarTagValue,
@@ -72,9 +74,6 @@ pub const BUSBAR_OVERLAY_TINT: u32 = 2;
 /// Primitive: a piece of equipment, and all under it, in a state of the legend. What rests
 /// on several bindings is named once for each, one after the other.
 pub const BUSBAR_OVERLAY_STATE: u32 = 3;
-
-/// Bindings that one state may rest on.
-pub const BUSBAR_MAX_BINDINGS_A_STATE: u32 = 64;
 
 /// Pattern: plain colour.
 pub const BUSBAR_PATTERN_SOLID: u32 = 0;
@@ -117,8 +116,9 @@ pub struct BusbarContour {
     pub step: f64,
 }
 
-/// What an overlay shows besides values. The caller sets the size; the plugin fills in
-/// the rest, all of which stays as it is until the plugin is destroyed.
+/// Contents of an overlay besides values. The caller sets the size; the plugin fills in
+/// the rest, all of which stays as it is until the next `configure`, or until the plugin is
+/// destroyed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayDescription {
@@ -132,7 +132,8 @@ pub struct BusbarOverlayDescription {
     pub reserved: u32,
     /// The legend.
     pub legend: *const BusbarLegendEntry,
-    /// Ids of the equipment that states are shown at, by any alias.
+    /// Ids, by any alias, of the equipment that is judged: every piece that the settings or
+    /// the bindings name. `draw` gives each of them a verdict.
     pub equipment: *const BusbarStr,
     /// Number of mechanisms; at most 16. This and what follows is there where the size
     /// says so.
@@ -143,6 +144,15 @@ pub struct BusbarOverlayDescription {
     pub mechanisms: *const BusbarStr,
     /// The contour that levels are of; null for none.
     pub contour: *const BusbarContour,
+    /// Number of findings; at most 256. This and what follows is there where the size
+    /// says so.
+    pub finding_count: u32,
+    /// Zero.
+    pub reserved_2: u32,
+    /// Faults of the bindings given, each as cause and remedy with `; ` between: a role
+    /// that no tag has, a unit that cannot be converted. `busbar check` refuses them; a
+    /// view shows the equipment as unknown.
+    pub findings: *const BusbarStr,
 }
 
 /// Quantity: the position of a switch. `value` is the share of its way that it has travelled
@@ -201,6 +211,39 @@ pub struct BusbarOverlayPrimitive {
     pub text_len: u32,
 }
 
+/// Verdict: within its limits.
+pub const BUSBAR_VERDICT_NORMAL: u32 = 1;
+/// Verdict: outside its limits, or in a state that needs attention.
+pub const BUSBAR_VERDICT_ABNORMAL: u32 = 2;
+/// Verdict: not to be judged, for the reason given.
+pub const BUSBAR_VERDICT_UNKNOWN: u32 = 3;
+
+/// Flag of a verdict: it rests on a default of the plugin, which the reason names.
+pub const BUSBAR_VERDICT_ASSUMED: u32 = 1;
+
+/// The judgment of an overlay on one piece of equipment. Array element. Every piece that
+/// was described has one in every frame; the host takes a piece without one as unknown, and
+/// says that the plugin is at fault.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BusbarOverlayVerdict {
+    /// Index of the equipment described.
+    pub equipment: u32,
+    /// `BUSBAR_VERDICT_*`.
+    pub verdict: u32,
+    /// `BUSBAR_VERDICT_ASSUMED`, or 0.
+    pub flags: u32,
+    /// Reason, for people: offset into the text buffer, bytes.
+    pub reason_offset: u32,
+    /// Reason: length, at most 256 bytes; more than 0 for what is unknown or assumed.
+    pub reason_len: u32,
+    /// Bindings that it rests on: offset into `basis`. The host takes the verdict back in the
+    /// very frame in which the value of any of them is not good.
+    pub basis_offset: u32,
+    /// Bindings that it rests on: number. Verdicts may share a range.
+    pub basis_count: u32,
+}
+
 /// Buffers for what to draw. The caller owns them; the plugin fills in the
 /// counts.
 #[repr(C)]
@@ -228,6 +271,18 @@ pub struct BusbarOverlayOutput {
     pub quantity_count: u32,
     /// What has a shape of the host's.
     pub quantities: *mut BusbarOverlayQuantity,
+    /// Room in `verdicts`. This and what follows is there where the size says so.
+    pub verdict_capacity: u32,
+    /// Verdicts written.
+    pub verdict_count: u32,
+    /// Judgments on the equipment described.
+    pub verdicts: *mut BusbarOverlayVerdict,
+    /// Room in `basis`.
+    pub basis_capacity: u32,
+    /// Elements of `basis` written.
+    pub basis_count: u32,
+    /// Indices of bindings that verdicts rest on.
+    pub basis: *mut u32,
 }
 
 /// Table of `busbar.overlay/1-draft`.
@@ -249,8 +304,9 @@ pub struct BusbarOverlay {
             error: *mut BusbarError,
         ) -> BusbarStatus,
     >,
-    /// `[main-thread]` Works out what to draw. Called at most once a frame and
-    /// must return within a few milliseconds. Fails with
+    /// `[main-thread]` Works out what to draw, and judges the equipment. Called at
+    /// most once a frame, also while nobody has the overlay drawn, and must return
+    /// within a few milliseconds. Fails with
     /// `BUSBAR_BUFFER_TOO_SMALL` when the buffers do not suffice.
     pub draw: Option<
         unsafe extern "C" fn(
@@ -260,7 +316,7 @@ pub struct BusbarOverlay {
             error: *mut BusbarError,
         ) -> BusbarStatus,
     >,
-    /// `[main-thread]` Says what is shown besides values; called once, before
+    /// `[main-thread]` Says what is shown besides values; called after each
     /// `configure`. Null where it is nothing.
     pub describe: Option<
         unsafe extern "C" fn(

@@ -140,6 +140,12 @@ pub struct BusbarSampleSink {
     /// `BUSBAR_LINK_*` and a sentence.
     pub report_link:
         Option<unsafe extern "C" fn(context: *mut c_void, state: u32, message: BusbarStr)>,
+    /// `[any-thread & active]` Tells the time that the values published from
+    /// here on are of, nanoseconds since 1970-01-01 UTC, where that is not now:
+    /// a recording's. Overlays then calculate by that time.
+    /// [`BUSBAR_NO_TIME`] goes back to the wall clock. Null in older hosts.
+    pub report_scene_time:
+        Option<unsafe extern "C" fn(context: *mut c_void, scene_time_unix_nanos: i64)>,
 }
 
 /// Table of `busbar.telemetry/1-draft`.

@@ -111,7 +111,7 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarMeshOptimizer { struct_size, flags, optimize }
         BusbarSample { tag, kind, quality, reason, value, source_time_unix_nanos }
         BusbarTagSpec { tag, kind, freshness_millis, id, address_json }
-        BusbarSampleSink { struct_size, context, publish, report_link }
+        BusbarSampleSink { struct_size, context, publish, report_link, report_scene_time }
         BusbarTelemetry { struct_size, check, start, stop }
         BusbarBinding { node, kind, limit_low, limit_high, tag_id, tag_name, unit, node_id, role }
         BusbarTagValue { kind, quality, reason, value, age_millis }
@@ -119,11 +119,14 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarOverlayPrimitive { kind, binding, node, severity, caption_offset, caption_len,
             text_offset, text_len }
         BusbarOverlayOutput { struct_size, primitive_capacity, primitive_count, text_capacity,
-            text_len, primitives, text, quantity_capacity, quantity_count, quantities }
+            text_len, primitives, text, quantity_capacity, quantity_count, quantities,
+            verdict_capacity, verdict_count, verdicts, basis_capacity, basis_count, basis }
+        BusbarOverlayVerdict { equipment, verdict, flags, reason_offset, reason_len,
+            basis_offset, basis_count }
         BusbarOverlayQuantity { kind, binding, equipment, other, value }
         BusbarLegendEntry { name, pattern, color }
         BusbarOverlayDescription { struct_size, legend_count, equipment_count, legend, equipment,
-            mechanism_count, starts_hidden, mechanisms, contour }
+            mechanism_count, starts_hidden, mechanisms, contour, finding_count, findings }
         BusbarContour { name, unit, reach_metres, low, high, step }
         BusbarOverlay { struct_size, configure, draw, describe }
         BusbarSimulatedTag { spec, shape, base, amplitude, period_seconds }

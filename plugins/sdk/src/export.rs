@@ -10,7 +10,7 @@ use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 use busbar_plugin_abi as abi;
 
 use crate::border::{given, guard, text};
-use crate::overlay::RawDescription;
+use crate::overlay_description::RawDescription;
 use crate::{Error, Host, Plugin, SampleSink};
 
 mod tables;
@@ -144,8 +144,8 @@ struct Instance<P> {
     sink: Mutex<Option<SampleSink>>,
     /// Whether a simulation runs.
     is_simulating: Mutex<bool>,
-    /// What an overlay shows, once it was asked for.
-    description: OnceLock<RawDescription>,
+    /// Contents of an overlay, as it described them last.
+    description: Mutex<Option<RawDescription>>,
     /// What `describe` gave, made at its first call.
     commands: OnceLock<Vec<crate::command::Info>>,
 }
@@ -204,7 +204,7 @@ unsafe extern "C" fn create<P: Exported>(
             host: host.clone(),
             sink: Mutex::new(None),
             is_simulating: Mutex::new(false),
-            description: OnceLock::new(),
+            description: Mutex::new(None),
             commands: OnceLock::new(),
         };
         made = Box::into_raw(Box::new(abi::BusbarPlugin {

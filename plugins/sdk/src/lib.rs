@@ -58,8 +58,10 @@ mod error;
 pub mod export;
 mod host;
 mod huge_pages;
+mod judgment;
 mod mesh_optimizer;
 mod overlay;
+mod overlay_description;
 mod records;
 mod sample_flags;
 mod secret;
@@ -68,6 +70,7 @@ mod simulator;
 mod states;
 mod telemetry;
 pub mod testing;
+pub mod units;
 mod value;
 mod worker;
 
@@ -82,11 +85,10 @@ pub use command::{Command, CommandExit, CommandInfo, MAX_CHUNK, Streams};
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use huge_pages::on_huge_pages;
+pub use judgment::{Basis, Judgment, Verdict};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
-pub use overlay::{
-    Binding, Canvas, Contour, Description, LegendEntry, MAX_BINDINGS_A_STATE, MAX_LINE_TEXT,
-    Overlay, OverlayFrame, Pattern, Severity, TagValue,
-};
+pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
+pub use overlay_description::{Contour, Description, LegendEntry, MAX_FINDINGS, Pattern};
 pub use records::{
     MAX_RECORD_BYTES, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, MAX_RECORD_ROWS, MAX_RECORD_TEXT,
     Record, RecordColumn, RecordColumnType, RecordKind, RecordList, RecordRowFault, RecordSet,

@@ -5,142 +5,35 @@ use std::time::Duration;
 use busbar_plugin_abi as abi;
 
 use crate::border::{copy_out, given, given_mut};
+use crate::judgment::{Basis, Judgment};
+use crate::overlay_description::Description;
 use crate::{Error, Plugin, Quality, Value, ValueKind};
 
 /// Bytes of a caption, and of a value; the canvas cuts what is longer.
 pub const MAX_LINE_TEXT: usize = 256;
 
-/// Bindings that one state may rest on.
-pub const MAX_BINDINGS_A_STATE: usize = abi::BUSBAR_MAX_BINDINGS_A_STATE as usize;
-
-/// Shows values and states at equipment.
+/// Shows values and states at equipment, and judges it.
 pub trait Overlay: Plugin {
-    /// Says what it shows besides values: asked for once, before `configure`.
+    /// Describes the equipment judged, the legend, and what the bindings lack: asked for
+    /// after each `configure`.
     fn describe(&self) -> Description {
         Description::default()
     }
 
-    /// Says which tags are bound to which nodes, before the first `draw`. To try the
-    /// settings it may come without any before.
+    /// Takes the tags that are bound to nodes, before the first `draw`. To try the
+    /// settings it may come without any before. What is missing there is a finding of
+    /// [`Description`] and an unknown verdict, not an error.
     ///
     /// # Errors
-    /// What makes the bindings unusable.
+    /// Faults of the settings that no binding could mend.
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error>;
 
-    /// Works out what to draw in a frame, within a few milliseconds.
+    /// Draws a frame and judges every piece of equipment described, within a few
+    /// milliseconds. It is called also while nobody has the overlay drawn.
     ///
     /// # Errors
     /// That of [`Canvas`]: hand it on.
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error>;
-}
-
-/// What an overlay shows besides values.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Description {
-    /// The states that it shows equipment in; at most 64.
-    pub legend: Vec<LegendEntry>,
-    /// Ids of the equipment that it shows states and quantities at; at most 100,000.
-    pub equipment: Vec<String>,
-    /// Mechanisms, as models name them, that it gives positions of; at most 16.
-    pub mechanisms: Vec<String>,
-    /// What its levels are of.
-    pub contour: Option<Contour>,
-    /// Whether it is drawn only once an operator switches it on.
-    pub starts_hidden: bool,
-}
-
-/// A quantity whose course over the ground is worked out of levels at equipment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Contour {
-    /// What it is called; at most 64 bytes.
-    pub name: String,
-    /// Its unit; empty for none; at most 16 bytes.
-    pub unit: String,
-    /// How far around a piece of equipment its level counts, metres; 0.1 to 1000.
-    pub reach_metres: f64,
-    /// Lower end of the normal band: only what lies outside of it is coloured.
-    pub low: Option<f64>,
-    /// Upper end of the normal band.
-    pub high: Option<f64>,
-    /// From one line of equal level to the next, in the unit; above 0.
-    pub step: f64,
-}
-
-/// A state of the legend.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LegendEntry {
-    /// What it says, for people; at most 64 bytes.
-    pub name: String,
-    /// sRGB.
-    pub color: [u8; 3],
-    /// Tells states apart where colours do not.
-    pub pattern: Pattern,
-}
-
-/// What a state looks like besides its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pattern {
-    /// Plain.
-    Solid = abi::BUSBAR_PATTERN_SOLID as isize,
-    /// Stripes.
-    Striped = abi::BUSBAR_PATTERN_STRIPED as isize,
-    /// Stripes that cross.
-    Crossed = abi::BUSBAR_PATTERN_CROSSED as isize,
-    /// Dots.
-    Dotted = abi::BUSBAR_PATTERN_DOTTED as isize,
-}
-
-/// A description as the host reads it, with what its pointers lead to.
-pub(crate) struct RawDescription {
-    legend: Vec<abi::BusbarLegendEntry>,
-    equipment: Vec<abi::BusbarStr>,
-    mechanisms: Vec<abi::BusbarStr>,
-    contour: Option<abi::BusbarContour>,
-    kept: Description,
-}
-
-impl RawDescription {
-    pub(crate) fn of(description: Description) -> Self {
-        let entry = |entry: &LegendEntry| {
-            let [red, green, blue] = entry.color;
-            abi::BusbarLegendEntry {
-                name: abi::BusbarStr::from_borrowed(&entry.name),
-                pattern: entry.pattern as u32,
-                color: u32::from_be_bytes([0, red, green, blue]),
-            }
-        };
-        let texts = |texts: &[String]| {
-            texts.iter().map(|text| abi::BusbarStr::from_borrowed(text)).collect()
-        };
-        let contour = |contour: &Contour| abi::BusbarContour {
-            name: abi::BusbarStr::from_borrowed(&contour.name),
-            unit: abi::BusbarStr::from_borrowed(&contour.unit),
-            reach_metres: contour.reach_metres,
-            low: contour.low.unwrap_or(f64::NAN),
-            high: contour.high.unwrap_or(f64::NAN),
-            step: contour.step,
-        };
-        // Strings stay where they are when the vectors that hold them move.
-        Self {
-            legend: description.legend.iter().map(entry).collect(),
-            equipment: texts(&description.equipment),
-            mechanisms: texts(&description.mechanisms),
-            contour: description.contour.as_ref().map(contour),
-            kept: description,
-        }
-    }
-
-    pub(crate) fn write(&self, into: &mut abi::BusbarOverlayDescription) {
-        into.legend_count = self.legend.len() as u32;
-        into.equipment_count = self.equipment.len() as u32;
-        into.reserved = 0;
-        into.legend = self.legend.as_ptr();
-        into.equipment = self.equipment.as_ptr();
-        into.mechanism_count = self.mechanisms.len() as u32;
-        into.starts_hidden = self.kept.starts_hidden.into();
-        into.mechanisms = self.mechanisms.as_ptr();
-        into.contour = self.contour.as_ref().map_or(std::ptr::null(), std::ptr::from_ref);
-    }
 }
 
 /// A tag bound to a node.
@@ -201,7 +94,8 @@ pub struct OverlayFrame<'a> {
 }
 
 impl OverlayFrame<'_> {
-    /// The frame's instant, nanoseconds since 1970-01-01 UTC. The clock may be set back.
+    /// Scene clock, nanoseconds since 1970-01-01 UTC: the time that the values are of, a
+    /// recording's where they are replayed. It may stand still, run fast, or be set back.
     pub fn unix_nanos(&self) -> i64 {
         self.unix_nanos
     }
@@ -280,9 +174,9 @@ impl Canvas<'_> {
 
     /// A piece of the equipment described in a state of the legend, by their indices. The
     /// host shows it as unknown when the value of `binding`, which it rests on, is not
-    /// good. What rests on several is named once for each, one after the other, at most
-    /// [`MAX_BINDINGS_A_STATE`] times: the host marks it in the very frame in which any of
-    /// them is not good, and does not wait for the overlay to hear of it.
+    /// good. What rests on several is named once for each, one after the other: the host
+    /// marks it in the very frame in which any of them is not good, and does not wait for
+    /// the overlay to hear of it.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -299,7 +193,7 @@ impl Canvas<'_> {
         })
     }
 
-    /// A state that rests on several bindings, at most [`MAX_BINDINGS_A_STATE`].
+    /// A state that rests on several bindings.
     ///
     /// # Errors
     /// When the host's buffers are full.
@@ -310,6 +204,65 @@ impl Canvas<'_> {
         entry: usize,
     ) -> Result<(), Error> {
         bindings.into_iter().try_for_each(|binding| self.state(binding, equipment, entry))
+    }
+
+    /// Lists the bindings that verdicts rest on; several verdicts may share the list.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn basis(&mut self, bindings: impl IntoIterator<Item = usize>) -> Result<Basis, Error> {
+        let offset = self.output.basis_count;
+        for binding in bindings {
+            if self.output.basis_count >= self.output.basis_capacity {
+                let room = self.output.basis_capacity;
+                return Err(Error::buffer(format!("more than {room} bindings under verdicts")));
+            }
+            let end = self.output.basis.wrapping_add(self.output.basis_count as usize);
+            // SAFETY: the host gives room for `basis_capacity` elements.
+            unsafe { copy_out(&[binding as u32], end)? };
+            self.output.basis_count += 1;
+        }
+        Ok(Basis { offset, count: self.output.basis_count - offset })
+    }
+
+    /// The judgment on a piece of the equipment described, by its index. Every piece needs
+    /// one in every frame: silence would mean "judged healthy". The host draws an unknown
+    /// one as it draws bad data, with the reason, and takes a verdict back in the very
+    /// frame in which a value that it rests on is not good. The reason is cut at
+    /// [`MAX_LINE_TEXT`] bytes.
+    ///
+    /// # Errors
+    /// When the host's buffers are full.
+    pub fn judge(
+        &mut self,
+        equipment: usize,
+        basis: Basis,
+        judgment: &Judgment<'_>,
+    ) -> Result<(), Error> {
+        let Judgment { verdict, reason, assumption } = *judgment;
+        let (reason_offset, reason_len) = match (reason, assumption) {
+            (reason, "") => self.text(reason)?,
+            ("", assumption) => self.text(&format!("assumed: {assumption}"))?,
+            (reason, assumption) => self.text(&format!("{reason}; assumed: {assumption}"))?,
+        };
+        if self.output.verdict_count >= self.output.verdict_capacity {
+            let room = self.output.verdict_capacity;
+            return Err(Error::buffer(format!("more than {room} verdicts")));
+        }
+        let verdict = abi::BusbarOverlayVerdict {
+            equipment: equipment as u32,
+            verdict: verdict as u32,
+            flags: if assumption.is_empty() { 0 } else { abi::BUSBAR_VERDICT_ASSUMED },
+            reason_offset,
+            reason_len,
+            basis_offset: basis.offset,
+            basis_count: basis.count,
+        };
+        let end = self.output.verdicts.wrapping_add(self.output.verdict_count as usize);
+        // SAFETY: the host gives room for `verdict_capacity` elements.
+        unsafe { copy_out(&[verdict], end)? };
+        self.output.verdict_count += 1;
+        Ok(())
     }
 
     /// Where a switch of the equipment described stands: the share of its way that a
@@ -420,6 +373,8 @@ pub(crate) unsafe fn run<P: Overlay>(
     output.primitive_count = 0;
     output.text_len = 0;
     output.quantity_count = 0;
+    output.verdict_count = 0;
+    output.basis_count = 0;
     // SAFETY: the host gives `value_count` elements.
     let values = unsafe { crate::border::slice(frame.values, frame.value_count as usize)? };
     let unix_nanos = frame.time_unix_nanos;

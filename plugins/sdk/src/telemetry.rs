@@ -226,6 +226,19 @@ impl SampleSink {
         });
     }
 
+    /// Tells the time that the values published from here on are of, nanoseconds since
+    /// 1970-01-01 UTC, where that is not now: a recording's. Overlays calculate by it.
+    /// `None` goes back to the wall clock.
+    pub fn report_scene_time(&self, unix_nanos: Option<i64>) {
+        let unix_nanos = unix_nanos.unwrap_or(abi::BUSBAR_NO_TIME);
+        self.with(|sink| {
+            if let Some(report) = sink.report_scene_time {
+                // SAFETY: context and function belong together.
+                unsafe { report(sink.context, unix_nanos) }
+            }
+        });
+    }
+
     fn with<T>(&self, call: impl FnOnce(&abi::BusbarSampleSink) -> T) -> Option<T> {
         let guard = self.raw.read().unwrap_or_else(PoisonError::into_inner);
         let raw = guard.as_ref()?;

@@ -51,6 +51,20 @@ const NO_QUANTITY: abi::BusbarOverlayQuantity = abi::BusbarOverlayQuantity {
     other: 0,
     value: 0.0,
 };
+const NO_VERDICT: abi::BusbarOverlayVerdict = abi::BusbarOverlayVerdict {
+    equipment: 0,
+    verdict: 0xa5a5_a5a5,
+    flags: 0,
+    reason_offset: 0,
+    reason_len: 0,
+    basis_offset: 0,
+    basis_count: 0,
+};
+const NO_BASIS: u32 = 0xa5a5_a5a5;
+/// Room for bindings under verdicts, for each primitive.
+const BASIS_A_PRIMITIVE: usize = 16;
+const VERDICTS: [u32; 3] =
+    [abi::BUSBAR_VERDICT_NORMAL, abi::BUSBAR_VERDICT_ABNORMAL, abi::BUSBAR_VERDICT_UNKNOWN];
 const QUANTITIES: [u32; 3] =
     [abi::BUSBAR_QUANTITY_POSITION, abi::BUSBAR_QUANTITY_FLOW, abi::BUSBAR_QUANTITY_LEVEL];
 const TEXTS: [&str; 4] = ["Top oil", "Öl °C µV – ×", "", LONG_NAME];
@@ -141,6 +155,8 @@ pub(crate) struct Buffers {
     primitives: Vec<abi::BusbarOverlayPrimitive>,
     text: Vec<u8>,
     quantities: Vec<abi::BusbarOverlayQuantity>,
+    verdicts: Vec<abi::BusbarOverlayVerdict>,
+    basis: Vec<u32>,
 }
 
 impl Buffers {
@@ -148,6 +164,8 @@ impl Buffers {
         let mut list = vec![NO_PRIMITIVE; primitives + CANARIES];
         let mut text = vec![CANARY; bytes + CANARIES];
         let mut quantities = vec![NO_QUANTITY; primitives + CANARIES];
+        let mut verdicts = vec![NO_VERDICT; primitives + CANARIES];
+        let mut basis = vec![NO_BASIS; primitives * BASIS_A_PRIMITIVE + CANARIES];
         let raw = abi::BusbarOverlayOutput {
             struct_size: size_of::<abi::BusbarOverlayOutput>() as u32,
             primitive_capacity: primitives as u32,
@@ -160,13 +178,20 @@ impl Buffers {
             quantity_capacity: primitives as u32,
             quantity_count: 0,
             quantities: quantities.as_mut_ptr(),
+            verdict_capacity: primitives as u32,
+            verdict_count: 0,
+            verdicts: verdicts.as_mut_ptr(),
+            basis_capacity: (primitives * BASIS_A_PRIMITIVE) as u32,
+            basis_count: 0,
+            basis: basis.as_mut_ptr(),
         };
-        Self { raw, primitives: list, text, quantities }
+        Self { raw, primitives: list, text, quantities, verdicts, basis }
     }
 
-    /// The largest that the host would offer.
-    fn for_bindings(count: usize) -> Self {
-        let primitives = (count + 1) * MAX_PRIMITIVES_A_BINDING;
+    /// The largest buffers that the host would offer for so many bindings and pieces of
+    /// equipment.
+    fn for_bindings(count: usize, equipment: usize) -> Self {
+        let primitives = (count + 1) * MAX_PRIMITIVES_A_BINDING + equipment;
         Self::new(primitives, primitives * MAX_TEXT_A_PRIMITIVE)
     }
 
@@ -175,7 +200,9 @@ impl Buffers {
         let bytes = self.text.len() - CANARIES;
         let whole = self.primitives[room..].iter().all(|p| p.kind == NO_PRIMITIVE.kind)
             && self.text[bytes..].iter().all(|&byte| byte == CANARY)
-            && self.quantities[room..].iter().all(|q| q.kind == NO_QUANTITY.kind);
+            && self.quantities[room..].iter().all(|q| q.kind == NO_QUANTITY.kind)
+            && self.verdicts[room..].iter().all(|v| v.verdict == NO_VERDICT.verdict)
+            && self.basis[room * BASIS_A_PRIMITIVE..].iter().all(|&index| index == NO_BASIS);
         let fault = format!("`draw` writes beyond the end of its buffers, given {what}");
         probe.expect(whole, fault, "write at most `primitive_capacity` and `text_capacity`");
     }
@@ -211,10 +238,14 @@ impl Buffers {
         }
         let text = std::str::from_utf8(&self.text[..len as usize])
             .map_err(|_| "the text it drew is not UTF-8".to_owned())?;
+        self.verdict_fault(scene, text)?;
         for (index, primitive) in self.primitives[..count as usize].iter().enumerate() {
             let at = |what: &str| Err(format!("primitive {index} {what}"));
             if primitive.binding as usize >= scene.bindings.len() {
                 return at(&format!("names binding {}, which is not there", primitive.binding));
+            }
+            if primitive.kind == abi::BUSBAR_OVERLAY_STATE {
+                continue;
             }
             if !scene.bindings.iter().any(|b| b.node == primitive.node) {
                 return at(&format!("names node {}, to which nothing is bound", primitive.node));
@@ -244,6 +275,101 @@ impl Buffers {
     }
 }
 
+impl Buffers {
+    /// What is wrong with the verdicts, as the host would say.
+    fn verdict_fault(&self, scene: &Scene, text: &str) -> Result<(), String> {
+        let (count, basis_count) = (self.raw.verdict_count, self.raw.basis_count);
+        if count > self.raw.verdict_capacity || basis_count > self.raw.basis_capacity {
+            return Err(format!(
+                "it claims {count} verdicts on {basis_count} bindings, more than fit"
+            ));
+        }
+        let basis = &self.basis[..basis_count as usize];
+        if let Some(binding) = basis.iter().find(|&&index| index as usize >= scene.bindings.len()) {
+            return Err(format!("a verdict rests on binding {binding}, which is not there"));
+        }
+        for (index, verdict) in self.verdicts[..count as usize].iter().enumerate() {
+            let at = |what: &str| Err(format!("verdict {index} {what}"));
+            if !VERDICTS.contains(&verdict.verdict) {
+                return at(&format!("is the unknown one {}", verdict.verdict));
+            }
+            let from = verdict.reason_offset as usize;
+            if verdict.reason_len > MAX_PART_BYTES {
+                return at("has a reason that is too long");
+            }
+            let Some(reason) = text.get(from..from + verdict.reason_len as usize) else {
+                return at("names text that is not there");
+            };
+            let is_assumed = verdict.flags & abi::BUSBAR_VERDICT_ASSUMED != 0;
+            let needs_reason = is_assumed || verdict.verdict == abi::BUSBAR_VERDICT_UNKNOWN;
+            if needs_reason && reason.trim().is_empty() {
+                return at("is unknown or assumed and has no reason");
+            }
+            let end = u64::from(verdict.basis_offset) + u64::from(verdict.basis_count);
+            if end > u64::from(basis_count) {
+                return at("names a basis that is not there");
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Expects a verdict on every piece of equipment described, and none on others.
+fn expect_verdicts(
+    probe: &Probe,
+    instance: &Instance<'_>,
+    buffers: &Buffers,
+    what: &str,
+) -> Outcome {
+    let count = described_equipment(probe, instance)?;
+    let mut is_judged = vec![false; count];
+    for verdict in &buffers.verdicts[..buffers.raw.verdict_count as usize] {
+        match is_judged.get_mut(verdict.equipment as usize) {
+            Some(judged) => *judged = true,
+            None => probe.find(Finding::new(
+                format!("a verdict is on equipment {}, which was not described", verdict.equipment),
+                "see BusbarOverlayVerdict in the header",
+            )),
+        }
+    }
+    let silent = is_judged.iter().filter(|judged| !**judged).count();
+    let fault = format!("{silent} of {count} pieces of equipment have no verdict, given {what}");
+    let remedy = "give every piece that is described a verdict in every frame; silence would \
+                  mean \"judged healthy\"";
+    probe.expect(silent == 0, fault, remedy);
+    Ok(())
+}
+
+/// Number of pieces of equipment that an overlay describes by now.
+fn described_equipment(probe: &Probe, instance: &Instance<'_>) -> Result<usize, Stop> {
+    let table: &abi::BusbarOverlay = instance.capability(abi::OVERLAY_ID)?;
+    let Some(describe) = table.describe else { return Ok(0) };
+    let mut description = empty_description();
+    let mut error = abi::BusbarError::empty();
+    // SAFETY: description and error live for the call.
+    let status = unsafe { describe(instance.as_ptr(), &raw mut description, &raw mut error) };
+    probe.expect_ok("describe", status, &error)?;
+    Ok(description.equipment_count as usize)
+}
+
+fn empty_description() -> abi::BusbarOverlayDescription {
+    abi::BusbarOverlayDescription {
+        struct_size: size_of::<abi::BusbarOverlayDescription>() as u32,
+        legend_count: 0,
+        equipment_count: 0,
+        reserved: 0,
+        legend: std::ptr::null(),
+        equipment: std::ptr::null(),
+        mechanism_count: 0,
+        starts_hidden: 0,
+        mechanisms: std::ptr::null(),
+        contour: std::ptr::null(),
+        finding_count: 0,
+        reserved_2: 0,
+        findings: std::ptr::null(),
+    }
+}
+
 /// Configures with the scene's bindings.
 fn configured(probe: &Probe, instance: &Instance<'_>, scene: &Scene) -> Result<Draw, Stop> {
     let (configure, draw) = functions(instance)?;
@@ -262,11 +388,13 @@ fn drawn(
     scene: &Scene,
     what: &str,
 ) -> Result<Buffers, Stop> {
-    let mut buffers = Buffers::for_bindings(scene.bindings.len());
+    let equipment = described_equipment(probe, instance)?;
+    let mut buffers = Buffers::for_bindings(scene.bindings.len(), equipment);
     let (mut error, frame) = (abi::BusbarError::empty(), scene.frame());
     let status = probe.draw(draw, instance.as_ptr(), &frame, &mut buffers.raw, &mut error);
     probe.expect_ok(&format!("draw, given {what}"), status, &error)?;
     buffers.judge(probe, scene, what);
+    expect_verdicts(probe, instance, &buffers, what)?;
     Ok(buffers)
 }
 
@@ -314,7 +442,7 @@ pub(crate) fn limits(probe: &Probe) -> Outcome {
     let many = Scene::new(MANY);
     let draw = configured(probe, &instance, &many)?;
     drawn(probe, &instance, draw, &many, "many bindings")?;
-    let mut buffers = Buffers::for_bindings(MANY);
+    let mut buffers = Buffers::for_bindings(MANY, described_equipment(probe, &instance)?);
     let (mut error, frame) = (abi::BusbarError::empty(), many.frame());
     let begun = Instant::now();
     let status = probe.draw(draw, instance.as_ptr(), &frame, &mut buffers.raw, &mut error);
@@ -329,7 +457,7 @@ pub(crate) fn order(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::OVERLAY_ID)?;
     let instance = subject.make(probe)?;
     let (_, draw) = functions(&instance)?;
-    let (mut scene, mut buffers) = (Scene::new(8), Buffers::for_bindings(8));
+    let (mut scene, mut buffers) = (Scene::new(8), Buffers::for_bindings(8, 0));
     let (mut error, frame) = (abi::BusbarError::empty(), scene.frame());
     let status = probe.draw(draw, instance.as_ptr(), &frame, &mut buffers.raw, &mut error);
     let allowed = [abi::BUSBAR_OK, abi::BUSBAR_INVALID_ARGUMENT];

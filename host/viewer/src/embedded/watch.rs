@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 
 use busbar_alarms::{AlarmHandle, Standing, State};
-use busbar_protocol::message::{AlarmStanding, CameraPose, FromViewer, TagQuality};
+use busbar_plugin_host::Verdict;
+use busbar_protocol::message::{
+    AlarmStanding, CameraPose, EquipmentVerdict, FromViewer, TagQuality,
+};
 use busbar_tags::{Quality, SourceTime};
 
 use crate::Viewer;
@@ -11,6 +14,8 @@ use crate::alarms::action_to;
 
 /// Changes of quality told a frame; those beyond come with the frames after.
 const MAX_QUALITIES_A_FRAME: usize = 4096;
+/// Changes of verdicts told a frame; those beyond come with the frames after.
+const MAX_VERDICTS_A_FRAME: usize = 1024;
 
 /// What was told last.
 #[derive(Default)]
@@ -23,8 +28,13 @@ pub(super) struct Watch {
     qualities: Vec<Option<Quality>>,
     /// Where the search for changed qualities goes on.
     next_tag: usize,
+    /// Verdicts by overlay and equipment, with their reasons.
+    verdicts: HashMap<String, Vec<Option<ToldVerdict>>>,
     plugins: HashMap<String, String>,
 }
+
+/// Verdict as it was told, and its reason.
+type ToldVerdict = (EquipmentVerdict, bool, String);
 
 impl Watch {
     /// What is otherwise than when it was told.
@@ -45,6 +55,7 @@ impl Watch {
         }
         self.look_at_alarms(viewer, &mut told);
         self.look_at_tags(viewer, &mut told);
+        self.look_at_verdicts(viewer, &mut told);
         for (plugin, state) in viewer.plugin_states() {
             if self.plugins.get(&plugin) != Some(&state) {
                 self.plugins.insert(plugin.clone(), state.clone());
@@ -67,6 +78,45 @@ impl Watch {
         }));
         for (alarm, action) in alarms.take_asked() {
             told.extend(action_to(action).map(|action| FromViewer::Asked { alarm, action }));
+        }
+    }
+
+    /// Tells verdicts that changed, or whose reasons did.
+    fn look_at_verdicts(&mut self, viewer: &Viewer, told: &mut Vec<FromViewer>) {
+        let mut room = MAX_VERDICTS_A_FRAME;
+        for overlay in viewer.judging_overlays() {
+            let known = self.verdicts.entry(overlay.name.to_owned()).or_default();
+            if known.len() != overlay.equipment.len() {
+                *known = vec![None; overlay.equipment.len()];
+            }
+            for (index, (id, known)) in overlay.equipment.iter().zip(known).enumerate() {
+                if room == 0 {
+                    return;
+                }
+                let shown = overlay.verdict(index);
+                let verdict = match (shown.verdict, shown.was_abnormal) {
+                    (Verdict::Normal, _) => EquipmentVerdict::Normal,
+                    (Verdict::Abnormal, _) => EquipmentVerdict::Abnormal,
+                    (Verdict::Unknown, false) => EquipmentVerdict::Unknown,
+                    (Verdict::Unknown, true) => EquipmentVerdict::UnknownAfterAbnormal,
+                };
+                let (is_assumed, reason) = (shown.is_assumed, shown.reason);
+                let is_told = known.as_ref().is_some_and(|told| {
+                    (told.0, told.1, told.2.as_str()) == (verdict, is_assumed, reason.as_ref())
+                });
+                if is_told {
+                    continue;
+                }
+                room -= 1;
+                *known = Some((verdict, is_assumed, reason.clone().into_owned()));
+                told.push(FromViewer::Verdict {
+                    equipment: id.clone(),
+                    overlay: overlay.name.to_owned(),
+                    verdict,
+                    is_assumed,
+                    reason: reason.into_owned(),
+                });
+            }
         }
     }
 

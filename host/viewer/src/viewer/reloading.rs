@@ -161,8 +161,7 @@ impl Viewer {
             let next = match (overlays.remove(name), was) {
                 (Some(running), was) => {
                     let mut next = ShownOverlay::new(running);
-                    // An operator's choice outlives settings.
-                    next.is_shown = was.is_none_or(|was| was.is_shown);
+                    was.into_iter().for_each(|was| next.succeed(was));
                     next
                 }
                 (None, Some(mut was)) => {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::clock;
 use crate::stats::Health;
+use crate::verdicts::JudgingOverlay;
 
 /// Selected pieces of equipment that are named; of more their number.
 const MAX_NAMES: usize = 3;
@@ -50,6 +51,13 @@ impl Viewer {
             quality: self.tags.snapshot().counts().into(),
             origin: self.shown_origin().names().collect(),
             pauses: self.pauses.count(),
+            verdicts: self.verdicts(),
+            scene_time: self
+                .telemetry
+                .iter()
+                .filter_map(ServedTags::scene_time)
+                .max()
+                .map(|time| time.0 as f64 / 1e9),
             events: self.events.count(),
             alarms: self.alarms.as_ref().map_or_else(Vec::new, stats::alarms),
             chart: self.chart.as_ref().map(ShownChart::stats),
@@ -199,6 +207,37 @@ impl Viewer {
             let fault = overlay.and_then(|overlay| overlay.fault.as_deref());
             (plugin, link.map(ServedTags::link), fault)
         })
+    }
+
+    /// The overlays that judge equipment, hidden ones too.
+    pub(crate) fn judging_overlays(&self) -> impl Iterator<Item = JudgingOverlay<'_>> {
+        let (scene, snapshot) = (&self.scene, self.tags.snapshot());
+        self.overlays.iter().map(move |shown| JudgingOverlay {
+            name: shown.overlay.name(),
+            equipment: &shown.description.equipment,
+            verdicts: &shown.verdicts,
+            scene,
+            snapshot,
+        })
+    }
+
+    /// The verdicts of all overlays, hidden ones too.
+    pub(crate) fn verdicts(&self) -> Vec<stats::VerdictStats> {
+        let mut all = Vec::new();
+        for overlay in self.judging_overlays() {
+            for (equipment, id) in overlay.equipment.iter().enumerate() {
+                let of = overlay.verdict(equipment);
+                all.push(stats::VerdictStats {
+                    overlay: overlay.name.to_owned(),
+                    equipment: id.clone(),
+                    verdict: of.verdict.name(),
+                    assumed: of.is_assumed,
+                    reason: of.reason.into_owned(),
+                    was_abnormal: of.was_abnormal,
+                });
+            }
+        }
+        all
     }
 
     fn ids_of(&self, nodes: &BTreeSet<NodeIndex>) -> impl Iterator<Item = String> {

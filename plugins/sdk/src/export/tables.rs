@@ -7,7 +7,7 @@ use busbar_plugin_abi as abi;
 
 use super::{Capability, Instance, Table, instance};
 use crate::border::{given, given_mut, guard};
-use crate::overlay::RawDescription;
+use crate::overlay_description::RawDescription;
 use crate::{
     Alarms, Chart, Command, Error, MeshOptimizer, Overlay, Records, SampleSink, Simulator,
     Telemetry,
@@ -162,9 +162,9 @@ pub const fn overlay<P: Overlay>() -> Capability {
                 let instance = instance::<P>(plugin)?;
                 let into = given_mut(description, "describe: the description")?;
                 let plugin = instance.plugin.read().unwrap_or_else(PoisonError::into_inner);
-                let raw =
-                    instance.description.get_or_init(|| RawDescription::of(plugin.describe()));
-                raw.write(into);
+                let raw = RawDescription::of(plugin.describe());
+                let mut kept = instance.description.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.insert(raw).write(into);
                 Ok(())
             })
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use busbar_plugin_abi as abi;
 
 use crate::overlay::run;
-use crate::{Binding, Error, Overlay, Severity, TagValue, Value};
+use crate::{Binding, Error, Overlay, Severity, TagValue, Value, Verdict};
 
 /// Room for primitives, and for bytes of text.
 const CAPACITY: usize = 1 << 16;
@@ -21,6 +21,30 @@ pub struct Drawing {
     pub states: Vec<DrawnState>,
     /// Positions, flows and levels.
     pub quantities: Vec<DrawnQuantity>,
+    /// Judgments in order.
+    pub verdicts: Vec<DrawnVerdict>,
+}
+
+impl Drawing {
+    /// Finds the judgment on a piece of equipment by its index.
+    pub fn verdict(&self, equipment: usize) -> Option<&DrawnVerdict> {
+        self.verdicts.iter().find(|verdict| verdict.equipment == equipment)
+    }
+}
+
+/// A judgment, by the indices of what was described and of the bindings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DrawnVerdict {
+    /// Index of the equipment.
+    pub equipment: usize,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Reason, with what is assumed.
+    pub reason: String,
+    /// Reports whether it rests on a default of the plugin.
+    pub is_assumed: bool,
+    /// Bindings that it rests on.
+    pub basis: Vec<usize>,
 }
 
 /// A quantity, by the indices of what was described and of the binding.
@@ -94,6 +118,8 @@ pub fn draw_at<P: Overlay>(
     let mut primitives = Vec::with_capacity(CAPACITY);
     let mut text = vec![0; CAPACITY];
     let mut quantities = Vec::with_capacity(CAPACITY);
+    let mut verdicts = Vec::with_capacity(CAPACITY);
+    let mut basis = vec![0; CAPACITY];
     let mut output = abi::BusbarOverlayOutput {
         struct_size: size_of::<abi::BusbarOverlayOutput>() as u32,
         primitive_capacity: CAPACITY as u32,
@@ -106,6 +132,12 @@ pub fn draw_at<P: Overlay>(
         quantity_capacity: CAPACITY as u32,
         quantity_count: 0,
         quantities: quantities.as_mut_ptr(),
+        verdict_capacity: CAPACITY as u32,
+        verdict_count: 0,
+        verdicts: verdicts.as_mut_ptr(),
+        basis_capacity: CAPACITY as u32,
+        basis_count: 0,
+        basis: basis.as_mut_ptr(),
     };
     // SAFETY: frame and buffers live for the call and are as long as they say.
     unsafe { run(overlay, &raw const frame, &raw mut output)? };
@@ -113,12 +145,35 @@ pub fn draw_at<P: Overlay>(
     unsafe { primitives.set_len(output.primitive_count as usize) };
     // SAFETY: likewise each quantity.
     unsafe { quantities.set_len(output.quantity_count as usize) };
+    // SAFETY: likewise each verdict.
+    unsafe { verdicts.set_len(output.verdict_count as usize) };
     let mut drawing = Drawing::default();
     for primitive in &primitives {
         read(primitive, &text, &mut drawing);
     }
     drawing.quantities = quantities.iter().map(read_quantity).collect();
+    drawing.verdicts =
+        verdicts.iter().map(|verdict| read_verdict(verdict, &text, &basis)).collect();
     Ok(drawing)
+}
+
+fn read_verdict(raw: &abi::BusbarOverlayVerdict, text: &[u8], basis: &[u32]) -> DrawnVerdict {
+    let range = |offset: u32, len: u32| offset as usize..offset as usize + len as usize;
+    DrawnVerdict {
+        equipment: raw.equipment as usize,
+        verdict: match raw.verdict {
+            abi::BUSBAR_VERDICT_NORMAL => Verdict::Normal,
+            abi::BUSBAR_VERDICT_ABNORMAL => Verdict::Abnormal,
+            _ => Verdict::Unknown,
+        },
+        reason: String::from_utf8_lossy(&text[range(raw.reason_offset, raw.reason_len)])
+            .into_owned(),
+        is_assumed: raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0,
+        basis: basis[range(raw.basis_offset, raw.basis_count)]
+            .iter()
+            .map(|binding| *binding as usize)
+            .collect(),
+    }
 }
 
 fn read_quantity(quantity: &abi::BusbarOverlayQuantity) -> DrawnQuantity {

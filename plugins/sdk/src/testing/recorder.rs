@@ -84,6 +84,7 @@ impl Recorder {
             context: shared.cast(),
             publish: Some(publish),
             report_link: Some(report_link),
+            report_scene_time: None,
         }));
         Self {
             // SAFETY: `drop` closes the sink before it frees `raw`.

@@ -1,0 +1,236 @@
+//! Verdicts of an overlay on its equipment, as they hold in this frame.
+//!
+//! The host takes a verdict back in the frame in which a value under it is not good, and
+//! remembers an abnormal one until the piece is judged normal: an alarm does not clear
+//! because nobody can judge any more.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use busbar_plugin_host::{OverlayPicture, Verdict};
+use busbar_scene::NodeIndex;
+use busbar_tags::{Quality, Reason, Snapshot, TagHandle};
+
+use crate::load::LoadedScene;
+
+/// Reason of a verdict, or its lack.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Cause {
+    /// The plugin gave none: a fault of it.
+    #[default]
+    Missing,
+    /// The plugin said so: index into the verdicts of its picture.
+    Plugin(u32),
+    /// A value that the plugin's verdict rests on is not good.
+    Tag(TagHandle),
+    /// The overlay is late or gone.
+    LateDisplay,
+}
+
+/// Verdict on one piece of equipment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct PieceVerdict {
+    verdict: Verdict,
+    is_assumed: bool,
+    /// Unknown now, and abnormal when it was last known.
+    was_abnormal: bool,
+    cause: Cause,
+}
+
+impl Default for PieceVerdict {
+    fn default() -> Self {
+        Self {
+            verdict: Verdict::Unknown,
+            is_assumed: false,
+            was_abnormal: false,
+            cause: Cause::Missing,
+        }
+    }
+}
+
+/// The verdicts of one overlay, by the indices of its equipment.
+#[derive(Default)]
+pub(crate) struct VerdictBoard {
+    pieces: Vec<PieceVerdict>,
+    /// The picture that they come of.
+    picture: Arc<OverlayPicture>,
+    has_told_missing: bool,
+}
+
+/// A verdict with its words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ShownVerdict<'a> {
+    pub(crate) verdict: Verdict,
+    pub(crate) is_assumed: bool,
+    /// Unknown now, and abnormal when it was last known.
+    pub(crate) was_abnormal: bool,
+    pub(crate) reason: Cow<'a, str>,
+}
+
+impl VerdictBoard {
+    /// Takes the verdicts of a picture at the qualities of this frame.
+    pub(crate) fn update(&mut self, picture: &Arc<OverlayPicture>, snapshot: Snapshot<'_>) {
+        let is_good = |tag| snapshot.state(tag).is_some_and(|state| state.quality.is_good());
+        let before = std::mem::take(&mut self.pieces);
+        self.pieces = vec![PieceVerdict::default(); before.len()];
+        for (verdict, index) in picture.verdicts.iter().zip(0..) {
+            let Some(piece) = self.pieces.get_mut(verdict.equipment as usize) else { continue };
+            let doubted = picture.verdicts.basis(verdict).iter().find(|tag| !is_good(**tag));
+            let next = match doubted.filter(|_| verdict.verdict != Verdict::Unknown) {
+                Some(tag) => PieceVerdict {
+                    cause: Cause::Tag(*tag),
+                    // The plugin has not heard of it yet, or thinks that it knows better.
+                    was_abnormal: verdict.verdict == Verdict::Abnormal,
+                    ..PieceVerdict::default()
+                },
+                None => PieceVerdict {
+                    verdict: verdict.verdict,
+                    is_assumed: verdict.is_assumed,
+                    was_abnormal: false,
+                    cause: Cause::Plugin(index),
+                },
+            };
+            if piece.cause == Cause::Missing || urgency(next.verdict) > urgency(piece.verdict) {
+                *piece = next;
+            }
+        }
+        self.keep_abnormal(&before);
+        self.picture = Arc::clone(picture);
+    }
+
+    /// Marks all verdicts as not known: the overlay is late or gone.
+    pub(crate) fn lose(&mut self) {
+        for piece in &mut self.pieces {
+            *piece = PieceVerdict {
+                was_abnormal: is_or_was_abnormal(piece),
+                cause: Cause::LateDisplay,
+                ..PieceVerdict::default()
+            };
+        }
+    }
+
+    fn keep_abnormal(&mut self, before: &[PieceVerdict]) {
+        for (piece, before) in self.pieces.iter_mut().zip(before) {
+            piece.was_abnormal |= piece.verdict == Verdict::Unknown && is_or_was_abnormal(before);
+        }
+    }
+
+    /// Takes other equipment; pieces that stay keep what is known of them.
+    pub(crate) fn describe(&mut self, before: &[String], now: &[String]) {
+        let known: HashMap<&str, PieceVerdict> =
+            before.iter().map(String::as_str).zip(self.pieces.iter().copied()).collect();
+        let piece = |id: &String| known.get(id.as_str()).copied().unwrap_or_default();
+        self.pieces = now.iter().map(piece).collect();
+    }
+
+    /// Logs once that the plugin is at fault: pieces that it described have no verdict.
+    pub(crate) fn tell_missing(&mut self, plugin: &str, equipment: &[String]) {
+        let is_missing = |piece: &&PieceVerdict| piece.cause == Cause::Missing;
+        let missing = self.pieces.iter().filter(is_missing).count();
+        if missing == 0 || std::mem::replace(&mut self.has_told_missing, true) {
+            return;
+        }
+        let first = self.pieces.iter().position(|piece| piece.cause == Cause::Missing);
+        let first = first.and_then(|index| equipment.get(index)).map_or("", String::as_str);
+        tracing::error!(
+            plugin,
+            "it gives no verdict on {missing} pieces of equipment that it describes, '{first}' \
+             first: they are shown as unknown; mend the plugin"
+        );
+    }
+
+    /// Indices of the pieces that are unknown.
+    pub(crate) fn unknown(&self) -> impl Iterator<Item = usize> {
+        let pieces = self.pieces.iter().enumerate();
+        pieces.filter(|(_, piece)| piece.verdict == Verdict::Unknown).map(|(index, _)| index)
+    }
+
+    /// Number of pieces.
+    pub(crate) fn len(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// The verdict on a piece with its reason in words.
+    pub(crate) fn verdict<'a>(
+        &'a self,
+        equipment: usize,
+        scene: &LoadedScene,
+        snapshot: Snapshot<'_>,
+    ) -> ShownVerdict<'a> {
+        let piece = self.pieces.get(equipment).copied().unwrap_or_default();
+        let mut reason = match piece.cause {
+            Cause::Missing => Cow::Borrowed("the overlay gave no verdict"),
+            Cause::LateDisplay => Cow::Borrowed("display late"),
+            Cause::Plugin(index) => {
+                let verdicts = &self.picture.verdicts;
+                let verdict = verdicts.iter().nth(index as usize);
+                Cow::Borrowed(verdict.map_or("", |verdict| verdicts.reason(verdict)))
+            }
+            Cause::Tag(tag) => Cow::Owned(doubt_of(tag, scene, snapshot)),
+        };
+        if piece.was_abnormal {
+            reason += "; abnormal when last known";
+        }
+        ShownVerdict {
+            verdict: piece.verdict,
+            is_assumed: piece.is_assumed,
+            was_abnormal: piece.was_abnormal,
+            reason,
+        }
+    }
+}
+
+/// An unknown verdict at a node, for its label.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct UnknownAtNode {
+    pub(crate) node: NodeIndex,
+    /// Name of the overlay.
+    pub(crate) layer: String,
+    pub(crate) reason: String,
+}
+
+/// An overlay with the equipment that it judges.
+pub(crate) struct JudgingOverlay<'a> {
+    /// Name of its plugin instance.
+    pub(crate) name: &'a str,
+    /// Ids of the equipment, as it describes them.
+    pub(crate) equipment: &'a [String],
+    pub(crate) verdicts: &'a VerdictBoard,
+    pub(crate) scene: &'a LoadedScene,
+    pub(crate) snapshot: Snapshot<'a>,
+}
+
+impl JudgingOverlay<'_> {
+    /// The verdict on a piece of its equipment.
+    pub(crate) fn verdict(&self, equipment: usize) -> ShownVerdict<'_> {
+        self.verdicts.verdict(equipment, self.scene, self.snapshot)
+    }
+}
+
+fn is_or_was_abnormal(piece: &PieceVerdict) -> bool {
+    piece.verdict == Verdict::Abnormal || piece.was_abnormal
+}
+
+/// Of two verdicts on one piece the more urgent one counts.
+fn urgency(verdict: Verdict) -> u8 {
+    match verdict {
+        Verdict::Normal => 0,
+        Verdict::Unknown => 1,
+        Verdict::Abnormal => 2,
+    }
+}
+
+/// Words for a value that is not good.
+fn doubt_of(tag: TagHandle, scene: &LoadedScene, snapshot: Snapshot<'_>) -> String {
+    let quality = snapshot.state(tag).map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+    let name = scene.tags.spec(tag).map_or("a tag that is gone", |spec| spec.id.as_str());
+    match quality.reason() {
+        Some(reason) => format!("{name}: {reason}"),
+        None => format!("{name}: it was not good when this was drawn"),
+    }
+}
+
+#[cfg(test)]
+#[path = "verdicts_tests.rs"]
+mod tests;

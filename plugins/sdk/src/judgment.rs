@@ -1,0 +1,58 @@
+//! Judgments of overlays on equipment: normal, abnormal, or unknown with a reason.
+
+use busbar_plugin_abi as abi;
+
+/// Judgment on a piece of equipment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// Within its limits.
+    Normal = abi::BUSBAR_VERDICT_NORMAL as isize,
+    /// Outside its limits, or in a state that needs attention.
+    Abnormal = abi::BUSBAR_VERDICT_ABNORMAL as isize,
+    /// Not to be judged: nothing is known that would decide.
+    Unknown = abi::BUSBAR_VERDICT_UNKNOWN as isize,
+}
+
+/// Verdict with its reason, and the defaults that it rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Judgment<'a> {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Reason, for people; not empty for an unknown verdict.
+    pub reason: &'a str,
+    /// Default of the plugin that the verdict rests on; empty for none.
+    pub assumption: &'a str,
+}
+
+impl<'a> Judgment<'a> {
+    /// Equipment within its limits.
+    pub const NORMAL: Judgment<'static> =
+        Judgment { verdict: Verdict::Normal, reason: "", assumption: "" };
+
+    /// Equipment outside its limits, for a reason.
+    pub fn abnormal(reason: &'a str) -> Self {
+        Self { verdict: Verdict::Abnormal, reason, assumption: "" }
+    }
+
+    /// Equipment that cannot be judged, for a reason.
+    pub fn unknown(reason: &'a str) -> Self {
+        Self { verdict: Verdict::Unknown, reason, assumption: "" }
+    }
+
+    /// The same, resting on a default that is named here; empty for none.
+    pub fn assuming(self, assumption: &'a str) -> Self {
+        Self { assumption, ..self }
+    }
+}
+
+/// Bindings that verdicts rest on, as they lie in the host's buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Basis {
+    pub(crate) offset: u32,
+    pub(crate) count: u32,
+}
+
+impl Basis {
+    /// No binding: a verdict that rests on settings alone.
+    pub const NONE: Self = Self { offset: 0, count: 0 };
+}

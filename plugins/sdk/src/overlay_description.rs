@@ -1,0 +1,134 @@
+//! Description of an overlay: legend, equipment, mechanisms, contour, findings.
+
+use busbar_plugin_abi as abi;
+
+/// Findings of one configuration that are told; what is more is counted in the last one.
+pub const MAX_FINDINGS: usize = 256;
+
+/// Contents of an overlay besides values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    /// The states that it shows equipment in; at most 64.
+    pub legend: Vec<LegendEntry>,
+    /// Ids of the equipment that it judges, all that settings or bindings name; at most
+    /// 100,000.
+    pub equipment: Vec<String>,
+    /// Mechanisms, as models name them, that it gives positions of; at most 16.
+    pub mechanisms: Vec<String>,
+    /// What its levels are of.
+    pub contour: Option<Contour>,
+    /// Whether it is drawn only once an operator switches it on.
+    pub starts_hidden: bool,
+    /// Faults of the bindings, each as cause and remedy with `; ` between, which
+    /// `busbar check` refuses: a role that no tag has, a unit that cannot be converted.
+    pub findings: Vec<String>,
+}
+
+/// A quantity whose course over the ground is worked out of levels at equipment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contour {
+    /// What it is called; at most 64 bytes.
+    pub name: String,
+    /// Its unit; empty for none; at most 16 bytes.
+    pub unit: String,
+    /// How far around a piece of equipment its level counts, metres; 0.1 to 1000.
+    pub reach_metres: f64,
+    /// Lower end of the normal band: only what lies outside of it is coloured.
+    pub low: Option<f64>,
+    /// Upper end of the normal band.
+    pub high: Option<f64>,
+    /// From one line of equal level to the next, in the unit; above 0.
+    pub step: f64,
+}
+
+/// A state of the legend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LegendEntry {
+    /// What it says, for people; at most 64 bytes.
+    pub name: String,
+    /// sRGB.
+    pub color: [u8; 3],
+    /// Tells states apart where colours do not.
+    pub pattern: Pattern,
+}
+
+/// What a state looks like besides its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pattern {
+    /// Plain.
+    Solid = abi::BUSBAR_PATTERN_SOLID as isize,
+    /// Stripes.
+    Striped = abi::BUSBAR_PATTERN_STRIPED as isize,
+    /// Stripes that cross.
+    Crossed = abi::BUSBAR_PATTERN_CROSSED as isize,
+    /// Dots.
+    Dotted = abi::BUSBAR_PATTERN_DOTTED as isize,
+}
+
+/// A description as the host reads it, with what its pointers lead to.
+pub(crate) struct RawDescription {
+    legend: Vec<abi::BusbarLegendEntry>,
+    equipment: Vec<abi::BusbarStr>,
+    mechanisms: Vec<abi::BusbarStr>,
+    contour: Option<abi::BusbarContour>,
+    findings: Vec<abi::BusbarStr>,
+    kept: Description,
+}
+
+impl RawDescription {
+    pub(crate) fn of(mut description: Description) -> Self {
+        limit_findings(&mut description.findings);
+        let entry = |entry: &LegendEntry| {
+            let [red, green, blue] = entry.color;
+            abi::BusbarLegendEntry {
+                name: abi::BusbarStr::from_borrowed(&entry.name),
+                pattern: entry.pattern as u32,
+                color: u32::from_be_bytes([0, red, green, blue]),
+            }
+        };
+        let texts = |texts: &[String]| {
+            texts.iter().map(|text| abi::BusbarStr::from_borrowed(text)).collect()
+        };
+        let contour = |contour: &Contour| abi::BusbarContour {
+            name: abi::BusbarStr::from_borrowed(&contour.name),
+            unit: abi::BusbarStr::from_borrowed(&contour.unit),
+            reach_metres: contour.reach_metres,
+            low: contour.low.unwrap_or(f64::NAN),
+            high: contour.high.unwrap_or(f64::NAN),
+            step: contour.step,
+        };
+        // Strings stay where they are when the vectors that hold them move.
+        Self {
+            legend: description.legend.iter().map(entry).collect(),
+            equipment: texts(&description.equipment),
+            mechanisms: texts(&description.mechanisms),
+            contour: description.contour.as_ref().map(contour),
+            findings: texts(&description.findings),
+            kept: description,
+        }
+    }
+
+    pub(crate) fn write(&self, into: &mut abi::BusbarOverlayDescription) {
+        into.legend_count = self.legend.len() as u32;
+        into.equipment_count = self.equipment.len() as u32;
+        into.reserved = 0;
+        into.legend = self.legend.as_ptr();
+        into.equipment = self.equipment.as_ptr();
+        into.mechanism_count = self.mechanisms.len() as u32;
+        into.starts_hidden = self.kept.starts_hidden.into();
+        into.mechanisms = self.mechanisms.as_ptr();
+        into.contour = self.contour.as_ref().map_or(std::ptr::null(), std::ptr::from_ref);
+        into.finding_count = self.findings.len() as u32;
+        into.reserved_2 = 0;
+        into.findings = self.findings.as_ptr();
+    }
+}
+
+/// Cuts a list of findings to [`MAX_FINDINGS`], the last of which counts the rest.
+fn limit_findings(findings: &mut Vec<String>) {
+    let more = findings.len().saturating_sub(MAX_FINDINGS - 1);
+    if more > 1 {
+        findings.truncate(MAX_FINDINGS - 1);
+        findings.push(format!("{more} more findings of this kind; mend those above first"));
+    }
+}
