@@ -51,7 +51,7 @@ const fn unit(quantity: Quantity, factor: f64, symbols: &'static [&'static str])
     Unit { quantity, symbols, factor, offset: 0.0 }
 }
 
-const UNITS: &[Unit] = &[
+static UNITS: &[Unit] = &[
     unit(Quantity::Temperature, 1.0, &["°C", "℃", "degC", "deg C", "C", "Cel", "ºC"]),
     Unit {
         quantity: Quantity::Temperature,
