@@ -230,7 +230,7 @@ mod tests {
         hostile.list[0].basis = 0..9;
         assert!(hostile.check(1, |_| true).is_err());
         assert_eq!(hostile.basis(&hostile.list[0]), &[]);
-        hostile.list[0].basis = 1..0;
+        hostile.list[0].basis = Range { start: 1, end: 0 };
         assert!(hostile.check(1, |_| true).is_err());
         hostile.list[0].basis = 0..1;
         hostile.list[0].reason = 5..7;
