@@ -25,6 +25,11 @@ mod point;
 mod reading;
 pub mod report;
 mod scene;
+mod type_decision;
+mod type_evidence;
+mod type_name_table;
+mod type_names;
+mod unit_words;
 mod verdict;
 mod words;
 

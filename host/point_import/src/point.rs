@@ -5,6 +5,8 @@ use serde_json::{Map, Value};
 use crate::address::{MAX_ADDRESS_DEPTH, depth, value_of};
 use crate::column::Column;
 use crate::fault::ListFault;
+use crate::type_decision::decide;
+use crate::type_evidence::Evidence;
 
 /// The longest tag id, name, node or role, in bytes.
 const MAX_NAME_BYTES: usize = 200;
@@ -26,50 +28,6 @@ pub enum PointType {
     /// A switch position in two bits.
     DoublePoint,
 }
-
-const TYPES: &[(PointType, &[&str])] = &[
-    (
-        PointType::F64,
-        &[
-            "f64",
-            "f32",
-            "float",
-            "float32",
-            "float64",
-            "real",
-            "analog",
-            "analogue",
-            "ai",
-            "number",
-            "measurement",
-            "monitoring",
-        ],
-    ),
-    (
-        PointType::I64,
-        &[
-            "i64", "i32", "i16", "int", "int16", "int32", "int64", "integer", "u16", "u32",
-            "counter", "step",
-        ],
-    ),
-    (
-        PointType::Bool,
-        &[
-            "bool",
-            "boolean",
-            "bit",
-            "di",
-            "binary",
-            "digital",
-            "single",
-            "single_point",
-            "sp",
-            "spi",
-            "status",
-        ],
-    ),
-    (PointType::DoublePoint, &["double_point", "double", "dp", "dpi", "dps", "position"]),
-];
 
 /// A point of a list.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -125,13 +83,15 @@ pub(crate) type Cells<'a> = [(&'a Column, &'a str, &'a str)];
 /// Reads a row; every fault of it goes into `faults`.
 pub(crate) fn read(line: u64, cells: &Cells<'_>, faults: &mut Vec<ListFault>) -> Option<Point> {
     let before = faults.len();
+    let mut address_faults = Vec::new();
+    let address = Row { line, cells, faults: &mut address_faults }.address();
     let mut row = Row { line, cells, faults };
-    let value_type = row.value_type();
+    let value_type = row.value_type(&address);
     let point = Point {
         line,
         tag: row.text(&Column::Tag, MAX_NAME_BYTES),
         description: row.text(&Column::Description, MAX_NAME_BYTES),
-        value_type,
+        value_type: value_type.unwrap_or_default(),
         unit: row.text(&Column::Unit, MAX_UNIT_CHARS),
         range: row.band([&Column::Low, &Column::High], value_type),
         limits: row.band([&Column::LimitLow, &Column::LimitHigh], value_type),
@@ -140,8 +100,9 @@ pub(crate) fn read(line: u64, cells: &Cells<'_>, faults: &mut Vec<ListFault>) ->
         node: row.text(&Column::Node, usize::MAX),
         role: row.text(&Column::Role, MAX_NAME_BYTES),
         plugin: row.text(&Column::Plugin, MAX_NAME_BYTES),
-        address: row.address(),
+        address,
     };
+    row.faults.append(&mut address_faults);
     if point.tag.is_empty() {
         row.fault("", "the row has no tag", "fill in its id, or remove the row");
     }
@@ -178,7 +139,7 @@ impl<'r> Row<'r> {
 
     fn number(&mut self, column: &Column) -> Option<f64> {
         let (name, text) = self.cell(column)?;
-        let parsed = text.parse().ok().filter(|number: &f64| number.is_finite());
+        let parsed = self.quiet_number(column);
         if parsed.is_none() {
             let remedy = if text.contains(',') {
                 "write a number with a point, such as 12.5"
@@ -190,25 +151,48 @@ impl<'r> Row<'r> {
         parsed
     }
 
-    fn value_type(&mut self) -> PointType {
-        let Some((name, text)) = self.cell(&Column::Type) else { return PointType::default() };
-        let plain = text.to_lowercase().replace([' ', '-'], "_");
-        let known = TYPES.iter().find(|(_, words)| words.contains(&plain.as_str()));
-        if let Some((value_type, _)) = known {
-            return *value_type;
-        }
-        let remedy = "write f64 (or float, analog, AI), i64 (int), bool (single, DI) or \
-                      double_point (double, DP); commands are not for a viewer";
-        self.fault(name, format!("'{text}' is no type that is known"), remedy);
-        PointType::default()
+    fn quiet_number(&self, column: &Column) -> Option<f64> {
+        let (_, text) = self.cell(column)?;
+        text.parse().ok().filter(|number: &f64| number.is_finite())
     }
 
-    fn band(&mut self, [low, high]: [&Column; 2], value_type: PointType) -> [Option<f64>; 2] {
+    /// Evidence of the row's kind, beside its type.
+    fn evidence(&self, address: &Value) -> Evidence {
+        let mut evidence = Evidence::default();
+        let number = |column| self.quiet_number(column);
+        evidence.add_address(address);
+        evidence.add_unit(self.cell(&Column::Unit).map_or("", |(_, text)| text));
+        if scale_of([number(&Column::Factor), number(&Column::Offset)]).is_some() {
+            evidence.add_scale();
+        }
+        evidence.add_band("range", [number(&Column::Low), number(&Column::High)]);
+        evidence.add_band("limits", [number(&Column::LimitLow), number(&Column::LimitHigh)]);
+        evidence
+    }
+
+    /// The type of the row's values; nothing, with a fault, where it cannot be told.
+    fn value_type(&mut self, address: &Value) -> Option<PointType> {
+        let cell = self.cell(&Column::Type);
+        match decide(cell.map(|(_, text)| text), &self.evidence(address)) {
+            Ok(value_type) => Some(value_type),
+            Err(fault) => {
+                let name = cell.map_or("", |(name, _)| name);
+                self.fault(name, fault.cause, fault.remedy);
+                None
+            }
+        }
+    }
+
+    fn band(
+        &mut self,
+        [low, high]: [&Column; 2],
+        value_type: Option<PointType>,
+    ) -> [Option<f64>; 2] {
         let band = [self.number(low), self.number(high)];
         let name = self.cell(low).or_else(|| self.cell(high)).map_or("", |(name, _)| name);
         match band {
             // What lists fill in for states: 0 to 1, 0 to 3.
-            _ if value_type.is_state() => [None, None],
+            _ if value_type.is_some_and(PointType::is_state) => [None, None],
             [Some(a), Some(b)] if a >= b => {
                 let cause = format!("low, {a}, is not less than high, {b}");
                 self.fault(name, cause, "make low less than high, or leave one empty");
@@ -229,19 +213,20 @@ impl<'r> Row<'r> {
         parsed
     }
 
-    fn scale(&mut self, value_type: PointType) -> Option<[f64; 2]> {
+    fn scale(&mut self, value_type: Option<PointType>) -> Option<[f64; 2]> {
         let (factor, offset) = (self.number(&Column::Factor), self.number(&Column::Offset));
-        let scale = [factor.unwrap_or(1.0), offset.unwrap_or(0.0)];
-        if scale == [1.0, 0.0] {
-            return None;
-        }
+        let scale = scale_of([factor, offset])?;
         let column = if factor.is_some() { Column::Factor } else { Column::Offset };
         let name = self.cell(&column).map_or("", |(name, _)| name);
-        if value_type != PointType::F64 {
-            let cause = format!("a tag of type '{}' has no scale", value_type.word());
-            self.fault(name, cause, "make its type f64, or leave it empty");
-        } else if factor == Some(0.0) {
-            self.fault(name, "the factor is 0", "write another, or leave it empty for 1");
+        match value_type {
+            Some(other) if other != PointType::F64 => {
+                let cause = format!("a tag of type '{}' has no scale", other.word());
+                self.fault(name, cause, "make its type f64, or leave it empty");
+            }
+            _ if factor == Some(0.0) => {
+                self.fault(name, "the factor is 0", "write another, or leave it empty for 1");
+            }
+            _ => {}
         }
         Some(scale)
     }
@@ -294,4 +279,10 @@ impl<'r> Row<'r> {
         }
         Value::Object(address)
     }
+}
+
+/// Factor and offset; nothing where they change no value.
+fn scale_of([factor, offset]: [Option<f64>; 2]) -> Option<[f64; 2]> {
+    let scale = [factor.unwrap_or(1.0), offset.unwrap_or(0.0)];
+    (scale != [1.0, 0.0]).then_some(scale)
 }
