@@ -23,14 +23,41 @@ pub(crate) enum Column {
     AddressField(String),
 }
 
-/// Names of columns, without case, `_`, `-` and spaces.
+/// Names of columns, without case, marks and blanks.
 const NAMES: &[(Column, &[&str])] = &[
-    (Column::Tag, &["tag", "id", "name", "point", "tagname", "pointname"]),
+    (
+        Column::Tag,
+        &[
+            "tag",
+            "id",
+            "name",
+            "point",
+            "tagname",
+            "pointname",
+            "tagid",
+            "pointid",
+            "signal",
+            "signalname",
+        ],
+    ),
     (Column::Description, &["description", "desc", "text", "comment"]),
-    (Column::Type, &["type", "datatype", "kind"]),
-    (Column::Unit, &["unit", "units", "eu"]),
-    (Column::Low, &["low", "min", "rangelow"]),
-    (Column::High, &["high", "max", "rangehigh"]),
+    (Column::Type, &["type", "datatype", "kind", "valuetype", "typeid", "asdutype"]),
+    (
+        Column::Unit,
+        &[
+            "unit",
+            "units",
+            "eu",
+            "egu",
+            "uom",
+            "engunit",
+            "engunits",
+            "engineeringunit",
+            "engineeringunits",
+        ],
+    ),
+    (Column::Low, &["low", "min", "rangelow", "rangemin", "englow", "minimum"]),
+    (Column::High, &["high", "max", "rangehigh", "rangemax", "enghigh", "maximum"]),
     (Column::LimitLow, &["limitlow", "lowlimit"]),
     (Column::LimitHigh, &["limithigh", "highlimit"]),
     (Column::Freshness, &["freshnessms", "freshnessmillis", "freshness"]),
@@ -53,9 +80,39 @@ impl Column {
         {
             return Some(Self::AddressField(header[ADDRESS_PREFIX.len()..].trim().to_owned()));
         }
-        let plain: String = header.chars().filter(|c| !" _-".contains(*c)).collect();
-        let plain = plain.to_lowercase();
+        let plain = plain(header);
         let known = NAMES.iter().find(|(_, names)| names.contains(&plain.as_str()));
         known.map(|(column, _)| column.clone())
     }
+
+    /// Tells whether two headers name a column alike, and not by two words for it.
+    pub(crate) fn is_same_name(a: &str, b: &str) -> bool {
+        plain(a) == plain(b)
+    }
+
+    /// Tells whether a column holds numbers.
+    pub(crate) fn is_number(&self) -> bool {
+        match self {
+            Self::Low
+            | Self::High
+            | Self::LimitLow
+            | Self::LimitHigh
+            | Self::Factor
+            | Self::Offset => true,
+            Self::AddressField(field) => is_number_field(field),
+            _ => false,
+        }
+    }
+}
+
+/// Fields of addresses that hold numbers with fractions, in every plugin that has them.
+pub(crate) fn is_number_field(field: &str) -> bool {
+    ["scale", "offset", "deadband", "deadband_percent"].contains(&field)
+}
+
+/// A header without case, marks and blanks, and without an explanation in brackets.
+fn plain(header: &str) -> String {
+    let bare = header.split(['(', '[']).next().unwrap_or_default();
+    let bare = if bare.trim().is_empty() { header } else { bare };
+    bare.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }

@@ -176,8 +176,10 @@ impl Evidence {
             Some(TypeMeaning::Kind(kind)) => {
                 self.number.push(clue(ClueSource::Address, what(), Some(kind)))
             }
-            // Registers and bit strings hold states as well.
-            Some(TypeMeaning::Integer) => {}
+            // Registers and bit strings hold states as well; counters and steps do not.
+            Some(TypeMeaning::Integer) if self.is_iec60870() && !is_bit_string(text) => {
+                self.number.push(clue(ClueSource::Address, what(), None));
+            }
             _ => {}
         }
     }
@@ -189,6 +191,13 @@ impl Evidence {
 
 fn clue(source: ClueSource, what: String, kind: Option<PointType>) -> Clue {
     Clue { source, what, kind }
+}
+
+/// Tells whether a type of IEC 60870-5-101 is a bit string, whose bits are states.
+fn is_bit_string(text: &str) -> bool {
+    let text = text.to_lowercase();
+    let numbers = ["type: 7", "type: 8", "type: 33", "type_id: 7", "type_id: 8", "type_id: 33"];
+    text.contains("bitstring") || text.contains("m_bo") || numbers.contains(&text.as_str())
 }
 
 fn is_bits(table: &str) -> bool {
