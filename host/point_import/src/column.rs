@@ -25,39 +25,12 @@ pub(crate) enum Column {
 
 /// Names of columns, without case, marks and blanks.
 const NAMES: &[(Column, &[&str])] = &[
-    (
-        Column::Tag,
-        &[
-            "tag",
-            "id",
-            "name",
-            "point",
-            "tagname",
-            "pointname",
-            "tagid",
-            "pointid",
-            "signal",
-            "signalname",
-        ],
-    ),
+    (Column::Tag, &["tag", "id", "name", "point", "tagname", "pointname"]),
     (Column::Description, &["description", "desc", "text", "comment"]),
-    (Column::Type, &["type", "datatype", "kind", "valuetype", "typeid", "asdutype"]),
-    (
-        Column::Unit,
-        &[
-            "unit",
-            "units",
-            "eu",
-            "egu",
-            "uom",
-            "engunit",
-            "engunits",
-            "engineeringunit",
-            "engineeringunits",
-        ],
-    ),
-    (Column::Low, &["low", "min", "rangelow", "rangemin", "englow", "minimum"]),
-    (Column::High, &["high", "max", "rangehigh", "rangemax", "enghigh", "maximum"]),
+    (Column::Type, &["type", "datatype", "kind"]),
+    (Column::Unit, &["unit", "units", "eu"]),
+    (Column::Low, &["low", "min", "rangelow"]),
+    (Column::High, &["high", "max", "rangehigh"]),
     (Column::LimitLow, &["limitlow", "lowlimit"]),
     (Column::LimitHigh, &["limithigh", "highlimit"]),
     (Column::Freshness, &["freshnessms", "freshnessmillis", "freshness"]),
@@ -68,21 +41,39 @@ const NAMES: &[(Column, &[&str])] = &[
     (Column::Plugin, &["plugin", "instance", "source"]),
     (Column::Address, &["address"]),
 ];
+/// Names that count where no column has one of [`NAMES`].
+const OTHER_NAMES: &[(Column, &[&str])] = &[
+    (Column::Tag, &["tagid", "pointid", "signal", "signalname"]),
+    (Column::Type, &["valuetype", "typeid", "asdutype"]),
+    (Column::Unit, &["egu", "uom", "engunit", "engunits", "engineeringunit", "engineeringunits"]),
+    (Column::Low, &["rangemin", "englow", "minimum"]),
+    (Column::High, &["rangemax", "enghigh", "maximum"]),
+];
 const ADDRESS_PREFIX: &str = "address.";
 
 impl Column {
-    /// The column that a header names; none for one that is not known.
-    pub(crate) fn named(header: &str) -> Option<Self> {
+    /// The column that a header names, and whether by its usual name; none for one that is not
+    /// known. An explanation in brackets makes a name less usual.
+    pub(crate) fn named(header: &str) -> Option<(Self, bool)> {
         let header = header.trim();
         if header.len() > ADDRESS_PREFIX.len()
             && header.is_char_boundary(ADDRESS_PREFIX.len())
             && header[..ADDRESS_PREFIX.len()].eq_ignore_ascii_case(ADDRESS_PREFIX)
         {
-            return Some(Self::AddressField(header[ADDRESS_PREFIX.len()..].trim().to_owned()));
+            let field = header[ADDRESS_PREFIX.len()..].trim().to_owned();
+            return Some((Self::AddressField(field), true));
         }
-        let plain = plain(header);
-        let known = NAMES.iter().find(|(_, names)| names.contains(&plain.as_str()));
-        known.map(|(column, _)| column.clone())
+        let bare = header.split(['(', '[']).next().unwrap_or_default();
+        let (whole, bare) = (plain(header), plain(bare));
+        let find = |names: &[(Self, &[&str])], name: &str| {
+            let known = names.iter().find(|(_, names)| names.contains(&name));
+            known.map(|(column, _)| column.clone())
+        };
+        let usual = find(NAMES, &whole).map(|column| (column, true));
+        usual.or_else(|| {
+            let other = find(OTHER_NAMES, &whole).or_else(|| find(NAMES, &bare));
+            other.or_else(|| find(OTHER_NAMES, &bare)).map(|column| (column, false))
+        })
     }
 
     /// Tells whether two headers name a column alike, and not by two words for it.
@@ -110,9 +101,7 @@ pub(crate) fn is_number_field(field: &str) -> bool {
     ["scale", "offset", "deadband", "deadband_percent"].contains(&field)
 }
 
-/// A header without case, marks and blanks, and without an explanation in brackets.
+/// A header without case, marks and blanks.
 fn plain(header: &str) -> String {
-    let bare = header.split(['(', '[']).next().unwrap_or_default();
-    let bare = if bare.trim().is_empty() { header } else { bare };
-    bare.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
+    header.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }

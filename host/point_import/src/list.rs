@@ -193,9 +193,13 @@ impl PointList {
             self.fail(ListFault::new(line, "", cause, "remove those that are not needed"));
             return None;
         }
+        let named: Vec<_> = headers.iter().map(Column::named).collect();
+        let has_usual =
+            |column: &Column| named.iter().flatten().any(|(c, usual)| *usual && c == column);
         let mut columns: Vec<Option<Column>> = Vec::new();
-        for header in headers {
-            let mut column = Column::named(header);
+        for (header, named) in headers.iter().zip(&named) {
+            let counts = |(column, is_usual): &&(Column, bool)| *is_usual || !has_usual(column);
+            let mut column = named.as_ref().filter(counts).map(|(column, _)| column.clone());
             let same = |(other, name): &(&Option<Column>, &str)| {
                 **other == column && column.is_some() && Column::is_same_name(name, header)
             };

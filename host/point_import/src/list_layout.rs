@@ -84,7 +84,8 @@ fn is_header(text: &str, delimiter: u8) -> bool {
     if !reader.read_record(&mut record).unwrap_or(false) {
         return false;
     }
-    let columns: Vec<_> = record.iter().filter_map(Column::named).collect();
+    let named = record.iter().filter_map(Column::named);
+    let columns: Vec<_> = named.map(|(column, _)| column).collect();
     let has_tag = columns.contains(&Column::Tag);
     has_tag && columns.iter().any(|column| *column != Column::Tag)
 }

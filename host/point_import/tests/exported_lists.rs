@@ -244,6 +244,57 @@ fn columns_of_two_words_for_one_thing_are_no_fault() {
     let list = PointList::parse(b"Tag,Description,Comment,Address\nA,Oil,see sheet 3,1\n");
     assert_eq!((list.faults.len(), list.points[0].description.as_str()), (0, "Oil"));
     assert_eq!(list.unused, ["Comment"]);
+    // A usual name comes before a less usual one, wherever it stands.
+    let text = b"Signal,Tag,Unit (raw),UOM,Unit,Min (kV),Low,Address\nx,A,V,W,kV,1,2,1\n";
+    let list = PointList::parse(text);
+    let point = &list.points[0];
+    assert_eq!((point.tag.as_str(), point.unit.as_str(), point.range[0]), ("A", "kV", Some(2.0)));
+    assert_eq!(list.unused, ["Signal", "Unit (raw)", "UOM", "Min (kV)"]);
+    let list = PointList::parse(b"Signal name,Eng Unit,Low (kV),Low (MV),Address\nA,kV,2,3,1\n");
+    let point = &list.points[0];
+    assert_eq!((point.tag.as_str(), point.unit.as_str(), point.range[0]), ("A", "kV", Some(2.0)));
+    assert_eq!(list.unused, ["Low (MV)"]);
     let list = PointList::parse(b"Tag,Unit,unit,Address\nA,kV,MW,1\n");
     assert!(list.is_unreadable && list.faults[0].cause.contains("two columns hold the same"));
+}
+
+/// Exports that were cut, mixed up or altered are points or faults with their lines.
+#[test]
+fn damaged_exports_are_points_or_faults() {
+    let mut rng = Rng::with_seed(40);
+    for round in 0..3_000 {
+        let (words, encoding) = LANGUAGES[rng.usize(..LANGUAGES.len())];
+        let rows = rows(words, &mut rng);
+        let text = Export::random(&mut rng).text(&rows, &mut rng);
+        let mut bytes = encoded(&text, encoding, &mut rng);
+        for _ in 0..rng.usize(1..8) {
+            let place = rng.usize(..bytes.len());
+            match rng.u8(..5) {
+                0 => bytes.truncate(place.max(1)),
+                1 => bytes[place] ^= 1 << rng.u8(..8),
+                2 => bytes.insert(place, pick(&mut rng, b"\"\n\r,;\t\0|=.-\xff\xfe")),
+                3 => bytes.drain(..place.min(40)).for_each(drop),
+                _ => bytes.rotate_left(place.min(7)),
+            }
+            if bytes.is_empty() {
+                bytes.push(b'x');
+            }
+        }
+        let list = PointList::parse(&bytes);
+        let ends = bytes.iter().filter(|byte| b"\r\n".contains(byte)).count() as u64;
+        for fault in &list.faults {
+            assert!((1..=ends + 1).contains(&fault.line), "{round}: {fault}");
+            assert!(!fault.cause.is_empty() && !fault.remedy.is_empty(), "{round}: {fault}");
+        }
+        assert!(!list.is_unreadable || !list.faults.is_empty(), "{round}");
+        let mut tags: Vec<_> = list.points.iter().map(|point| &point.tag).collect();
+        tags.sort();
+        tags.dedup();
+        assert_eq!(tags.len(), list.points.len(), "{round}");
+        for point in &list.points {
+            assert!(!point.tag.is_empty() && point.line <= ends + 1, "{round}: {point:?}");
+            let numbers = point.range.iter().chain(&point.limits).flatten();
+            assert!(numbers.chain(point.scale.iter().flatten()).all(|n| n.is_finite()));
+        }
+    }
 }
