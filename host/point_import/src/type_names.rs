@@ -17,6 +17,9 @@ use crate::type_name_table::{
 /// The longest type name that is looked at, bytes.
 const MAX_TYPE_BYTES: usize = 200;
 
+/// Third parts of type identifications: with or without time, and the form of the value.
+const DETAILS: [&str; 10] = ["NA", "NB", "NC", "ND", "TA", "TB", "TC", "TD", "TE", "TF"];
+
 /// Meaning of a type name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TypeMeaning {
@@ -135,8 +138,9 @@ pub(crate) fn iec60870_type(text: &str) -> Option<TypeMeaning> {
         let mut parts = token.split('_');
         let (direction, group) = (parts.next()?, parts.next()?);
         let detail = parts.next().unwrap_or_default();
-        let is_word = |part: &str| part.len() == 2 && part.bytes().all(|b| b.is_ascii_uppercase());
-        let is_whole = is_word(group) && (direction == "M" || is_word(detail));
+        // `M_SP_01` may be a motor's setpoint; `M_SP` alone is short for all of its types.
+        let is_alone = detail.is_empty() && text.trim().len() == token.len();
+        let is_whole = DETAILS.contains(&detail) || is_alone && direction == "M";
         match (direction, group) {
             _ if !is_whole => None,
             ("M", "SP" | "PS") => Some(Kind(PointType::Bool)),

@@ -276,9 +276,21 @@ fn names_with_two_readings_and_without_values_are_told_apart() {
         &["REAL[10]", "Word[]", "ARRAY [0..9] OF INT", "VT_ARRAY|VT_R4", "Struct", "Float ("],
         STRUCTURE,
     );
-    for name in
-        ["", "?", "8", "31", "u", "frob", "Float frob", "bool float", "16", "F_32_BE_X", "Word.3"]
-    {
+    for name in [
+        "",
+        "?",
+        "8",
+        "31",
+        "u",
+        "frob",
+        "Float frob",
+        "bool float",
+        "16",
+        "F_32_BE_X",
+        "M_SP_01",
+        "C_SC_X",
+        "Word.3",
+    ] {
         assert_eq!(meaning_of(name, false), Unknown, "{name}");
     }
     assert_eq!(meaning_of("31", true), Kind(DoublePoint));
