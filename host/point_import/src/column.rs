@@ -23,7 +23,7 @@ pub(crate) enum Column {
     AddressField(String),
 }
 
-/// Names of columns, without case, `_`, `-` and spaces.
+/// Names of columns, without case, marks and blanks.
 const NAMES: &[(Column, &[&str])] = &[
     (Column::Tag, &["tag", "id", "name", "point", "tagname", "pointname"]),
     (Column::Description, &["description", "desc", "text", "comment"]),
@@ -41,21 +41,67 @@ const NAMES: &[(Column, &[&str])] = &[
     (Column::Plugin, &["plugin", "instance", "source"]),
     (Column::Address, &["address"]),
 ];
+/// Names that count where no column has one of [`NAMES`].
+const OTHER_NAMES: &[(Column, &[&str])] = &[
+    (Column::Tag, &["tagid", "pointid", "signal", "signalname"]),
+    (Column::Type, &["valuetype", "typeid", "asdutype"]),
+    (Column::Unit, &["egu", "uom", "engunit", "engunits", "engineeringunit", "engineeringunits"]),
+    (Column::Low, &["rangemin", "englow", "minimum"]),
+    (Column::High, &["rangemax", "enghigh", "maximum"]),
+];
 const ADDRESS_PREFIX: &str = "address.";
 
 impl Column {
-    /// The column that a header names; none for one that is not known.
-    pub(crate) fn named(header: &str) -> Option<Self> {
+    /// The column that a header names, and whether by its usual name; none for one that is not
+    /// known. An explanation in brackets makes a name less usual.
+    pub(crate) fn named(header: &str) -> Option<(Self, bool)> {
         let header = header.trim();
         if header.len() > ADDRESS_PREFIX.len()
             && header.is_char_boundary(ADDRESS_PREFIX.len())
             && header[..ADDRESS_PREFIX.len()].eq_ignore_ascii_case(ADDRESS_PREFIX)
         {
-            return Some(Self::AddressField(header[ADDRESS_PREFIX.len()..].trim().to_owned()));
+            let field = header[ADDRESS_PREFIX.len()..].trim().to_owned();
+            return Some((Self::AddressField(field), true));
         }
-        let plain: String = header.chars().filter(|c| !" _-".contains(*c)).collect();
-        let plain = plain.to_lowercase();
-        let known = NAMES.iter().find(|(_, names)| names.contains(&plain.as_str()));
-        known.map(|(column, _)| column.clone())
+        let bare = header.split(['(', '[']).next().unwrap_or_default();
+        let (whole, bare) = (plain(header), plain(bare));
+        let find = |names: &[(Self, &[&str])], name: &str| {
+            let known = names.iter().find(|(_, names)| names.contains(&name));
+            known.map(|(column, _)| column.clone())
+        };
+        let usual = find(NAMES, &whole).map(|column| (column, true));
+        usual.or_else(|| {
+            let other = find(OTHER_NAMES, &whole).or_else(|| find(NAMES, &bare));
+            other.or_else(|| find(OTHER_NAMES, &bare)).map(|column| (column, false))
+        })
     }
+
+    /// Tells whether two headers name a column alike, and not by two words for it.
+    pub(crate) fn is_same_name(a: &str, b: &str) -> bool {
+        plain(a) == plain(b)
+    }
+
+    /// Tells whether a column holds numbers.
+    pub(crate) fn is_number(&self) -> bool {
+        match self {
+            Self::Low
+            | Self::High
+            | Self::LimitLow
+            | Self::LimitHigh
+            | Self::Factor
+            | Self::Offset => true,
+            Self::AddressField(field) => is_number_field(field),
+            _ => false,
+        }
+    }
+}
+
+/// Fields of addresses that hold numbers with fractions, in every plugin that has them.
+pub(crate) fn is_number_field(field: &str) -> bool {
+    ["scale", "offset", "deadband", "deadband_percent"].contains(&field)
+}
+
+/// A header without case, marks and blanks.
+fn plain(header: &str) -> String {
+    header.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }

@@ -1,6 +1,8 @@
 //! Point lists to tags, and tags to the nodes of a model.
 //!
-//! [`PointList::parse`] reads a list as CSV, with every fault of it at once.
+//! [`PointList::parse`] reads a list as CSV of any encoding (`list_text`) and layout
+//! (`list_layout`), with every fault of it at once. The kind of a row is what its tool means
+//! by the type name (`type_names`), decided by unit, scale and address (`type_decision`).
 //! [`propose`] says which node of a model ([`Catalogue`]) each tag is of, by the words
 //! that the field uses, with a confidence and a reason; what is in doubt it leaves
 //! open. [`scene()`] and [`report`] word what came of it.
@@ -19,12 +21,21 @@ mod facts;
 mod fault;
 mod lexicon;
 mod list;
+mod list_layout;
+mod list_text;
 mod matching;
+mod number_style;
 mod phases;
 mod point;
 mod reading;
 pub mod report;
+mod row;
 mod scene;
+mod type_decision;
+mod type_evidence;
+mod type_name_table;
+mod type_names;
+mod unit_words;
 mod verdict;
 mod words;
 

@@ -2,6 +2,7 @@
 //! `busbar import`, and its report control blocks in words.
 
 mod extent;
+mod text_encoding;
 
 use std::collections::BTreeSet;
 use std::io::{self, Read, Write};
@@ -13,6 +14,7 @@ use iec61850_rs::model::{
 };
 use iec61850_rs::scl::Scl;
 
+use self::text_encoding::{DecodedFile, NO_CHARACTER};
 use crate::locate::VALUES;
 
 /// Longest file, bytes.
@@ -46,13 +48,17 @@ pub(crate) fn run(arguments: &[&str], streams: &Streams<'_>) -> Result<CommandEx
         streams.diagnose(LogLevel::Error, None, USAGE);
         return Ok(CommandExit::WrongUse);
     }
-    let mut text = String::new();
-    let read = streams.input().take(MAX_FILE_BYTES + 1).read_to_string(&mut text);
+    let mut bytes = Vec::new();
+    let read = streams.input().take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
     let read = read.map_err(|error| error.to_string()).and_then(|count| {
         let is_short = count as u64 <= MAX_FILE_BYTES;
         is_short.then_some(()).ok_or_else(|| format!("longer than {MAX_FILE_BYTES} bytes"))
     });
-    let model = read.and_then(|()| model_of(&text, names.first().copied().copied()));
+    let decoded = read.and_then(|()| text_encoding::decode(&bytes));
+    if let Ok(DecodedFile { remark: Some(remark), .. }) = &decoded {
+        streams.diagnose(LogLevel::Warning, None, remark);
+    }
+    let model = decoded.and_then(|file| model_of(&file.text, names.first().copied().copied()));
     let (model, others) = match model {
         Ok(found) => found,
         Err(what) => {
@@ -68,7 +74,14 @@ pub(crate) fn run(arguments: &[&str], streams: &Streams<'_>) -> Result<CommandEx
         let text = format!("{}: {}", diagnostic.at, diagnostic.message);
         streams.diagnose(LogLevel::Warning, None, &text);
     }
-    let rows = rows_of(&model, wants_all);
+    let mut rows = rows_of(&model, wants_all);
+    let count = rows.len();
+    // A reference with a character that nobody could read is none of the device's.
+    rows.retain(|row| !row.reference.contains(NO_CHARACTER));
+    if rows.len() < count {
+        let text = format!("{} values have unreadable names and are left out", count - rows.len());
+        streams.diagnose(LogLevel::Error, None, &text);
+    }
     if rows.is_empty() {
         let text = format!("{} has no data of a kind that tags have", model.name);
         streams.diagnose(LogLevel::Error, None, &text);

@@ -6,9 +6,13 @@ use crate::Iec61850;
 const FILE: &str = include_str!("../../../tests/peers/iec61850_ied.cid");
 
 fn run(text: &str, arguments: &[&str]) -> CommandRun {
+    run_bytes(text.as_bytes(), arguments)
+}
+
+fn run_bytes(bytes: &[u8], arguments: &[&str]) -> CommandRun {
     let settings = serde_json::from_value(serde_json::json!({})).unwrap();
     let plugin = Iec61850::create(settings, host()).unwrap();
-    run_command(&plugin, "scl", arguments, text.as_bytes(), (1000, usize::MAX)).unwrap()
+    run_command(&plugin, "scl", arguments, bytes, (1000, usize::MAX)).unwrap()
 }
 
 fn output(run: &CommandRun) -> &str {
@@ -106,4 +110,54 @@ fn a_plugin_without_a_server_serves_no_tags() {
     let plugin = Iec61850::create(settings, host()).unwrap();
     let fault = plugin.check(&[]).unwrap_err();
     assert!(fault.message().contains("host: give a name"), "{}", fault.message());
+}
+
+/// The same file in every encoding gives the same list; its own words are UTF-8 there.
+#[test]
+fn files_of_any_encoding_give_the_same_list() {
+    let words = [
+        ("windows-1251", encoding_rs::WINDOWS_1251, "\u{412}\u{442}"),
+        ("windows-1252", encoding_rs::WINDOWS_1252, "\u{b0}C"),
+        ("GB18030", encoding_rs::GB18030, "\u{74e6}"),
+        ("UTF-8", encoding_rs::UTF_8, "\u{2103}"),
+    ];
+    for (label, encoding, unit) in words {
+        let text = FILE
+            .replace("encoding=\"UTF-8\"", &format!("encoding=\"{label}\""))
+            .replace("<Val>W</Val>", &format!("<Val>{unit}</Val>"))
+            .replace("manufacturer=\"libiec61850\"", &format!("desc=\"{unit}\""));
+        let run = run_bytes(&encoding.encode(&text).0, &["IED1"]);
+        let row = format!("IED1LD0/MMXU1.TotW,f64,M{unit},IED1LD0/MMXU1.TotW,MX\n");
+        assert!(output(&run).contains(&row), "{label}: {} {:?}", output(&run), run.diagnostics);
+        assert_eq!(output(&run).lines().count(), 7, "{label}");
+        // By its mark, whatever it declares.
+        let wide: Vec<u8> = std::iter::once(0xFEFF)
+            .chain(text.encode_utf16())
+            .flat_map(|unit: u16| unit.to_le_bytes())
+            .collect();
+        assert_eq!(output(&run_bytes(&wide, &["IED1"])), output(&run), "UTF-16 for {label}");
+    }
+}
+
+#[test]
+fn characters_that_cannot_be_read_are_told_and_shown_in_no_address() {
+    let text = FILE.replace("manufacturer=\"libiec61850\"", "desc=\"\u{d6}l\"");
+    let bytes = encoding_rs::WINDOWS_1252.encode(&text.replace("UTF-8", "utf-8")).0.into_owned();
+    let told = "line 5: it has bytes that are no UTF-8";
+    // What nobody sees keeps nobody from the list.
+    let of_bytes = run_bytes(&bytes, &["IED1"]);
+    assert!(says(&of_bytes, told) && output(&of_bytes).lines().count() == 7);
+    // A name that nobody can read is no address.
+    let text = text
+        .replace("inst=\"LD0\"", "inst=\"L\u{e9}\"")
+        .replace("ldInst=\"LD0\"", "ldInst=\"L\u{e9}\"");
+    let of_names = run_bytes(&encoding_rs::WINDOWS_1252.encode(&text).0, &["IED1", "all"]);
+    assert!(
+        says(&of_names, told) && says(&of_names, "unreadable names"),
+        "{:?}",
+        of_names.diagnostics
+    );
+    assert!(of_names.output.is_empty() && of_names.exit_code != Some(0));
+    let unknown = FILE.replace("encoding=\"UTF-8\"", "encoding=\"x-martian\"");
+    assert!(says(&run(&unknown, &[]), "declares the encoding 'x-martian', which is not known"));
 }

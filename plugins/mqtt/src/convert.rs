@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
+use crate::payload_format::prefixed_hex_number;
+
 /// A value as a payload has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Raw<'a> {
@@ -42,9 +44,11 @@ impl Mapping {
             (ValueKind::DoublePoint, Raw::Int(bits @ 0..=3)) => {
                 Some(Value::DoublePoint(DoublePoint::from_bits(bits as u64)))
             }
-            (kind, Raw::Text(text)) => match kind.parse(text)? {
-                Value::F64(value) => Some(self.scaled(value)),
-                value => Some(value),
+            (kind, Raw::Text(text)) => match kind.parse(text) {
+                Some(Value::F64(value)) => Some(self.scaled(value)),
+                Some(value) => Some(value),
+                // A prefix shows that no decimal number is meant: `0x1F`.
+                None => self.value_of(Raw::Int(prefixed_hex_number(text)?)),
             },
             _ => None,
         }

@@ -1,13 +1,16 @@
 //! Payloads of plain topics: texts, or JSON with pointers into it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
 use busbar_plugin_sdk::{Quality, Reason};
 use serde_json::Value as Json;
 
 use crate::convert::{Raw, quality_of_code};
+use crate::payload_format::{PayloadFormat, hex_number};
 use crate::points::Pointers;
+use crate::source_time::{TimeUnit, show_unusable, time_of};
 
 /// A payload, read as JSON when it first needs to be.
 pub(crate) struct Document<'a> {
@@ -22,7 +25,7 @@ pub(crate) enum Content<'a> {
     /// JSON `null`: there is no value.
     Null,
     /// No value can be read, and what is there instead.
-    Unusable(&'static str),
+    Unusable(Cow<'static, str>),
 }
 
 /// Source time of a value, as a document has it.
@@ -34,9 +37,6 @@ pub(crate) enum DocumentTime {
     /// Missing, unreadable or impossible.
     Unusable,
 }
-
-/// Characters of a time that a log line shows.
-const MAX_SHOWN_CHARS: usize = 60;
 
 impl<'a> Document<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
@@ -56,22 +56,20 @@ impl<'a> Document<'a> {
         self.json()?.pointer(pointer)
     }
 
-    /// Reads the source time, where the settings promise one.
-    pub(crate) fn time(&mut self, pointers: &Pointers) -> DocumentTime {
+    /// Reads the source time, where the settings promise one; `unit` is that of the settings.
+    pub(crate) fn time(&mut self, pointers: &Pointers, unit: Option<TimeUnit>) -> DocumentTime {
         let Some(pointer) = pointers.time.as_deref() else { return DocumentTime::NotPromised };
-        let json = self.at(pointer);
-        json.and_then(time_of).map_or(DocumentTime::Unusable, DocumentTime::At)
+        let unit = pointers.time_unit.or(unit);
+        let time = self.at(pointer).and_then(|json| time_of(json, unit));
+        time.map_or(DocumentTime::Unusable, DocumentTime::At)
     }
 
     /// Shows, in words, where a time was promised what is there instead.
-    pub(crate) fn show_time(&mut self, pointers: &Pointers) -> String {
+    pub(crate) fn show_time(&mut self, pointers: &Pointers, unit: Option<TimeUnit>) -> String {
         let pointer = pointers.time.as_deref().unwrap_or_default();
         match self.at(pointer) {
             None => format!("missing ('{pointer}')"),
-            Some(json) => {
-                let text: String = json.to_string().chars().take(MAX_SHOWN_CHARS).collect();
-                format!("unusable ('{pointer}' has {text}; RFC 3339 with a zone, or milliseconds)")
-            }
+            Some(json) => show_unusable(pointer, json, pointers.time_unit.or(unit)),
         }
     }
 
@@ -98,66 +96,53 @@ impl<'a> Document<'a> {
 
     pub(crate) fn content(&mut self, pointers: &Pointers) -> Content<'_> {
         if self.bytes.is_empty() {
-            return Content::Unusable("an empty payload");
+            return Content::Unusable("an empty payload".into());
         }
+        let format = pointers.format;
         let Some(pointer) = pointers.value.as_deref() else {
-            return std::str::from_utf8(self.bytes)
-                .map_or(Content::Unusable("not UTF-8"), |text| Content::Value(Raw::Text(text)));
-        };
-        let Some(json) = self.json() else { return Content::Unusable("no JSON") };
-        match json.pointer(pointer) {
-            None => Content::Unusable("a document that has nothing at the pointer"),
-            Some(Json::Null) => Content::Null,
-            Some(Json::Bool(flag)) => Content::Value(Raw::Bool(*flag)),
-            Some(Json::String(text)) => Content::Value(Raw::Text(text)),
-            Some(Json::Number(number)) => Content::Value(
-                number
-                    .as_i64()
-                    .map(i128::from)
-                    .or_else(|| number.as_u64().map(i128::from))
-                    .map_or_else(|| Raw::Float(number.as_f64().unwrap_or(f64::NAN)), Raw::Int),
-            ),
-            Some(Json::Array(_)) => Content::Unusable("an array"),
-            Some(Json::Object(_)) => Content::Unusable("an object"),
-        }
-    }
-}
-
-/// Reads the state that a payload tells, as text.
-pub(crate) fn state_of(payload: &[u8], pointer: Option<&str>) -> Option<String> {
-    let Some(pointer) = pointer else {
-        return std::str::from_utf8(payload).ok().map(|text| text.trim().to_owned());
-    };
-    match serde_json::from_slice::<Json>(payload).ok()?.pointer(pointer)? {
-        Json::String(text) => Some(text.clone()),
-        other => Some(other.to_string()),
-    }
-}
-
-/// Reads a time as text by RFC 3339, or in milliseconds since 1970; `None` where it is
-/// neither, or none that a source can mean.
-fn time_of(json: &Json) -> Option<SystemTime> {
-    let time = match json {
-        Json::String(text) => SystemTime::from(text.trim().parse::<jiff::Timestamp>().ok()?),
-        Json::Number(number) => {
-            let since = match number.as_u64() {
-                Some(millis) => Duration::from_millis(millis),
-                None => Duration::try_from_secs_f64(number.as_f64()? / 1000.0).ok()?,
+            return match (format, std::str::from_utf8(self.bytes)) {
+                (PayloadFormat::Bytes(format), _) => content_of(format.read(self.bytes)),
+                (_, Err(_)) => Content::Unusable("not UTF-8".into()),
+                (PayloadFormat::Hex, Ok(text)) => content_of(read_hex(text)),
+                (PayloadFormat::Text, Ok(text)) => Content::Value(Raw::Text(text)),
             };
-            UNIX_EPOCH.checked_add(since)?
+        };
+        let Some(json) = self.json() else { return Content::Unusable("no JSON".into()) };
+        match (format, json.pointer(pointer)) {
+            (_, None) => Content::Unusable("a document that has nothing at the pointer".into()),
+            (_, Some(Json::Null)) => Content::Null,
+            (PayloadFormat::Text, Some(json)) => plain_content(json),
+            (PayloadFormat::Hex, Some(Json::String(text))) => content_of(read_hex(text)),
+            (PayloadFormat::Bytes(format), Some(Json::String(text))) => {
+                content_of(format.read(text.as_bytes()))
+            }
+            (_, Some(_)) => Content::Unusable("no text of hexadecimal digits".into()),
         }
-        _ => return None,
-    };
-    is_possible(time).then_some(time)
+    }
 }
 
-/// Tells whether a source can mean a time: from 1970 on, and within what counts of
-/// nanoseconds reach (2262).
-pub(crate) fn is_possible(time: SystemTime) -> bool {
-    let since = time.duration_since(UNIX_EPOCH);
-    since.is_ok_and(|since| i64::try_from(since.as_nanos()).is_ok())
+fn content_of<'a>(read: Result<Raw<'a>, Cow<'static, str>>) -> Content<'a> {
+    read.map_or_else(Content::Unusable, Content::Value)
 }
 
-#[cfg(test)]
-#[path = "document_tests.rs"]
-mod tests;
+fn read_hex(text: &str) -> Result<Raw<'static>, Cow<'static, str>> {
+    hex_number(text).map(Raw::Int).ok_or_else(|| "no hexadecimal number of 64 bits".into())
+}
+
+/// The content of a value of JSON as it is.
+fn plain_content(json: &Json) -> Content<'_> {
+    match json {
+        Json::Null => Content::Null,
+        Json::Bool(flag) => Content::Value(Raw::Bool(*flag)),
+        Json::String(text) => Content::Value(Raw::Text(text)),
+        Json::Number(number) => Content::Value(
+            number
+                .as_i64()
+                .map(i128::from)
+                .or_else(|| number.as_u64().map(i128::from))
+                .map_or_else(|| Raw::Float(number.as_f64().unwrap_or(f64::NAN)), Raw::Int),
+        ),
+        Json::Array(_) => Content::Unusable("an array".into()),
+        Json::Object(_) => Content::Unusable("an object".into()),
+    }
+}

@@ -4,6 +4,8 @@
 //! serves one broker of a cluster at a time. It subscribes, and sends nothing else but,
 //! where the settings want it, requests for births and the state of a primary host.
 
+mod availability;
+mod availability_settings;
 mod convert;
 mod desk;
 mod document;
@@ -12,10 +14,12 @@ mod link;
 #[cfg(test)]
 mod message_matrix;
 mod names;
+mod payload_format;
 mod points;
 pub mod probe;
 mod session;
 mod settings;
+mod source_time;
 mod sparkplug;
 mod subscriber;
 #[cfg(test)]

@@ -8,6 +8,8 @@ use serde::Deserialize;
 
 use crate::convert::Mapping;
 use crate::names::{MAX_TEXT, check_name, check_pointer, check_topic};
+use crate::payload_format::{ByteOrder, BytesForm, FormatName, PayloadFormat, RawFormat};
+use crate::source_time::TimeUnit;
 
 /// Tags of one cluster of brokers.
 const MAX_TAGS: usize = 1_000_000;
@@ -42,13 +44,16 @@ pub(crate) struct MetricPlace {
     pub(crate) metric: String,
 }
 
-/// Where value, time and quality are in a JSON payload (RFC 6901). Without one for the
-/// value, the payload is the value's text.
+/// Places of value, time and quality in a JSON payload (RFC 6901), and their forms. Without
+/// a place of the value, the payload is the value.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Pointers {
     pub(crate) value: Option<String>,
     pub(crate) time: Option<String>,
     pub(crate) quality: Option<String>,
+    /// Unit of counts of time, if the address has another than the settings.
+    pub(crate) time_unit: Option<TimeUnit>,
+    pub(crate) format: PayloadFormat,
 }
 
 /// Parses the addresses of all tags, each of which may go once it is parsed; points come in
@@ -96,6 +101,12 @@ struct RawAddress {
     edge_node: Option<String>,
     device: Option<String>,
     metric: Option<String>,
+    time_unit: Option<TimeUnit>,
+    format: Option<FormatName>,
+    byte_order: Option<ByteOrder>,
+    word_order: Option<ByteOrder>,
+    byte: Option<u32>,
+    bytes: Option<BytesForm>,
     scale: Option<f64>,
     offset: Option<f64>,
     #[serde(default)]
@@ -110,7 +121,20 @@ fn parse_one(tag: &TagSpec) -> Result<(Place, Point), String> {
     Ok((place_of(raw).map_err(fault)?, point))
 }
 
+impl RawAddress {
+    fn format(&self) -> RawFormat {
+        RawFormat {
+            format: self.format,
+            byte_order: self.byte_order,
+            word_order: self.word_order,
+            byte: self.byte,
+            bytes: self.bytes,
+        }
+    }
+}
+
 fn place_of(raw: RawAddress) -> Result<Place, String> {
+    let (format, time_unit) = (raw.format(), raw.time_unit);
     let RawAddress { topic, pointer, time, quality, group, edge_node, device, metric, .. } = raw;
     match (topic, group, edge_node, metric) {
         (Some(topic), None, None, None) if device.is_none() => {
@@ -123,12 +147,25 @@ fn place_of(raw: RawAddress) -> Result<Place, String> {
                             the value is in it"
                     .into());
             }
-            Ok(Place::Topic { topic, pointers: Pointers { value: pointer, time, quality } })
+            if time_unit.is_some() && time.is_none() {
+                return Err("time_unit is of counts of time: say by time where they are".into());
+            }
+            let format = format.parse(pointer.is_some())?;
+            let value = pointer;
+            Ok(Place::Topic {
+                topic,
+                pointers: Pointers { value, time, quality, time_unit, format },
+            })
         }
         (None, Some(group), Some(edge_node), Some(metric)) => {
             if pointer.is_some() || time.is_some() || quality.is_some() {
                 return Err("a metric has its own time and quality: remove pointer, time and \
                             quality"
+                    .into());
+            }
+            if !format.is_empty() || time_unit.is_some() {
+                return Err("a metric has its own type, and its time is in milliseconds: remove \
+                            format, byte_order, word_order, byte, bytes and time_unit"
                     .into());
             }
             check_name("group", &group)?;

@@ -15,7 +15,12 @@ fn addresses_are_topics_or_metrics() {
     )
     .unwrap();
     let text = |text: &str| Some(text.to_owned());
-    let pointers = Pointers { value: text("/v"), time: text("/t"), quality: text("/q") };
+    let pointers = Pointers {
+        value: text("/v"),
+        time: text("/t"),
+        quality: text("/q"),
+        ..Pointers::default()
+    };
     assert_eq!(place, Place::Topic { topic: "a/b".into(), pointers });
     assert_eq!((point.tag, point.mapping.scale, point.mapping.offset), (7, 0.1, 0.0));
 
@@ -48,6 +53,16 @@ fn faults_name_tag_and_remedy() {
         (F64, json!({"group": "a", "edge_node": "#", "metric": "m"}), "edge_node: give 1"),
         (F64, json!({"group": "a", "edge_node": "e", "metric": ""}), "metric: give 1"),
         (F64, json!({"group": "a", "edge_node": "e", "metric": "m", "time": "/t"}), "its own time"),
+        (F64, json!({"topic": "a", "pointer": "/v", "time_unit": "s"}), "say by time where"),
+        (F64, json!({"topic": "a", "pointer": "/v", "time": "/t", "time_unit": "h"}), "`h`"),
+        (F64, json!({"topic": "a", "format": "f32"}), "needs byte_order"),
+        (F64, json!({"topic": "a", "format": "f16"}), "`f16`"),
+        (F64, json!({"topic": "a", "byte_order": "big"}), "set format to u8"),
+        (
+            F64,
+            json!({"group": "a", "edge_node": "e", "metric": "m", "format": "u8"}),
+            "a metric has its own type",
+        ),
         (Bool, json!({"topic": "a", "scale": 2}), "scale and offset are for f64 tags"),
         (F64, json!({"topic": "a", "scale": 0}), "scale must be finite and not 0"),
         (DoublePoint, json!({"topic": "a", "values": {"x": 4}}), "'x' stands for 4"),

@@ -8,8 +8,11 @@ use busbar_plugin_sdk::{Error, Quality, Reason, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::names::{MAX_TEXT, check_filter, check_name, check_pointer, check_topic};
+use crate::availability::Availability;
+use crate::availability_settings::{RawAvailability, parse_availability};
+use crate::names::{MAX_TEXT, check_filter, check_name};
 use crate::session::Version;
+use crate::source_time::TimeUnit;
 
 /// Ports of MQTT, plain and encrypted.
 const PLAIN_PORT: u16 = 1883;
@@ -84,6 +87,10 @@ pub struct Settings {
     /// nobody knows.
     #[serde(default)]
     retained: Retained,
+    /// Unit of source times that are counts since 1970, as numbers or, where it is set, as
+    /// texts; without it numbers are milliseconds. An address may name another.
+    #[serde(default)]
+    time_unit: Option<TimeUnit>,
     /// Qualities by the words of payloads, whatever their case, beside `good`, `uncertain`
     /// and `bad`.
     #[serde(default)]
@@ -123,23 +130,6 @@ struct RawLogin {
     #[serde(default)]
     #[schemars(with = "Secret")]
     password: Option<Secret>,
-}
-
-/// A topic, often a last will, that tells whether the source of others is there.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct RawAvailability {
-    /// The topic.
-    topic: String,
-    /// Filter of the topics of that source.
-    covers: String,
-    /// JSON pointer of the state in the payload; without it the payload is the state.
-    #[serde(default)]
-    pointer: Option<String>,
-    /// States in which the source is there; in any other it is not.
-    #[serde(default = "default_online")]
-    #[schemars(length(min = 1, max = 10))]
-    online: Vec<String>,
 }
 
 /// What the plugin may say to edge nodes. Without it, it says nothing.
@@ -192,10 +182,6 @@ fn default_payload() -> usize {
     1024 * 1024
 }
 
-fn default_online() -> Vec<String> {
-    ["online", "true", "1"].map(str::to_owned).into()
-}
-
 /// Settings that have been checked.
 #[derive(Clone, Debug)]
 pub(crate) struct Config {
@@ -211,21 +197,13 @@ pub(crate) struct Config {
     pub(crate) subscriptions: Vec<String>,
     pub(crate) availability: Vec<Availability>,
     pub(crate) retained: Retained,
+    pub(crate) time_unit: Option<TimeUnit>,
     /// By words in lower case.
     pub(crate) qualities: BTreeMap<String, Quality>,
     pub(crate) requests_rebirth: bool,
     pub(crate) primary_host: Option<String>,
     pub(crate) reconnect: Reconnect,
     pub(crate) tls: Option<TlsFiles>,
-}
-
-/// A topic that tells whether the source of others is there.
-#[derive(Clone, Debug)]
-pub(crate) struct Availability {
-    pub(crate) topic: String,
-    pub(crate) covers: String,
-    pub(crate) pointer: Option<String>,
-    pub(crate) online: Vec<String>,
 }
 
 impl Settings {
@@ -280,8 +258,9 @@ impl Settings {
                 MIN_PAYLOAD_BYTES..=MAX_PAYLOAD_BYTES,
             ),
             subscriptions: self.subscriptions,
-            availability: availability(self.availability, &mut faults),
+            availability: parse_availability(self.availability, &mut faults),
             retained: self.retained,
+            time_unit: self.time_unit,
             qualities: qualities(&self.qualities),
             requests_rebirth: self.sparkplug.request_rebirth,
             primary_host: self.sparkplug.primary_host,
@@ -315,31 +294,6 @@ fn brokers(
         }
     }
     brokers
-}
-
-fn availability(list: Vec<RawAvailability>, faults: &mut Faults) -> Vec<Availability> {
-    for (index, entry) in list.iter().enumerate() {
-        let place = format!("availability[{index}]");
-        check_topic(&entry.topic)
-            .unwrap_or_else(|fault| faults.add(format!("{place}.topic: {fault}")));
-        check_filter(&entry.covers)
-            .unwrap_or_else(|fault| faults.add(format!("{place}.covers: {fault}")));
-        check_pointer(entry.pointer.as_deref())
-            .unwrap_or_else(|fault| faults.add(format!("{place}.pointer: {fault}")));
-        if entry.online.is_empty() {
-            faults.add(format!("{place}.online: name a state in which the source is there"));
-        }
-        if list[..index].iter().any(|other| other.topic == entry.topic) {
-            faults.add(format!("{place}.topic: '{}' is named twice", entry.topic));
-        }
-    }
-    let parse = |RawAvailability { topic, covers, pointer, online }| Availability {
-        topic,
-        covers,
-        pointer,
-        online,
-    };
-    list.into_iter().map(parse).collect()
 }
 
 fn qualities(words: &BTreeMap<String, QualityWord>) -> BTreeMap<String, Quality> {

@@ -62,3 +62,28 @@ fn a_password_is_never_written_into_settings() {
     let fault = serde_json::from_value::<Settings>(settings).unwrap_err().to_string();
     assert!(!fault.contains("pa55") && fault.contains("\"env\""), "{fault}");
 }
+
+#[test]
+fn words_of_availability_are_the_settings_or_the_usual_ones() {
+    let words = |more: serde_json::Value| {
+        let mut entry = json!({"topic": "s", "covers": "s/#"});
+        entry.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        let config = parse(json!({"host": "a", "availability": [entry]}))?;
+        let availability = config.availability[0].clone();
+        Ok::<_, Error>((availability.online, availability.offline))
+    };
+    let (online, offline) = words(json!({})).unwrap();
+    assert!(online.contains("connected") && offline.contains("down"));
+    // An inverted state: what the settings say is no usual word any more.
+    let (online, offline) = words(json!({"online": ["0", " Standby "]})).unwrap();
+    assert!(online.contains("0") && online.contains("standby") && online.len() == 2);
+    assert!(!offline.contains("0") && offline.contains("offline"));
+    let (online, offline) = words(json!({"offline": ["TRUE"]})).unwrap();
+    assert!(!online.contains("true") && online.contains("up") && offline.contains("true"));
+    let fault = words(json!({"online": ["on", "1.0"], "offline": ["1", "off"]})).unwrap_err();
+    assert!(fault.message().contains("availability[0]: '1' is in online and in offline"));
+    let fault = words(json!({"offline": []})).unwrap_err();
+    assert!(fault.message().contains("offline: name a state in which the source is gone"));
+    let many: Vec<_> = (0..21).map(|n| n.to_string()).collect();
+    assert!(words(json!({"online": many})).unwrap_err().message().contains("at most 20"));
+}

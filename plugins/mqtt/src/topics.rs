@@ -6,11 +6,13 @@ use std::ops::Range;
 use busbar_plugin_sdk::{LogLevel, Quality, Reason, SampleFlags, Value};
 use rumqttc_v4::mqttbytes::{has_wildcards, matches};
 
+use crate::availability::Guard;
 use crate::convert::name_of;
 use crate::desk::{Desk, Stamp};
-use crate::document::{Content, Document, DocumentTime, state_of};
+use crate::document::{Content, Document, DocumentTime};
 use crate::points::Pointers;
-use crate::settings::{Availability, Config, Retained};
+use crate::settings::{Config, Retained};
+use crate::source_time::TimeUnit;
 
 /// The plain topics of all tags.
 pub(crate) struct Topics {
@@ -20,6 +22,8 @@ pub(crate) struct Topics {
     guards: Vec<Guard>,
     retained: Retained,
     qualities: BTreeMap<String, Quality>,
+    /// Unit of counts of time of tags that name none.
+    time_unit: Option<TimeUnit>,
 }
 
 #[derive(Clone, Debug)]
@@ -29,22 +33,10 @@ struct Topic {
     guard: Option<usize>,
 }
 
-/// A source whose availability is told by a topic.
-struct Guard {
-    availability: Availability,
-    is_gone: bool,
-    points: Vec<Range<usize>>,
-}
-
 impl Topics {
     /// `places` are those of the first points, in their order.
     pub(crate) fn new(places: Vec<(String, Pointers)>, config: &Config) -> Self {
-        let guard = |availability: &Availability| Guard {
-            availability: availability.clone(),
-            is_gone: false,
-            points: Vec::new(),
-        };
-        let mut guards: Vec<_> = config.availability.iter().map(guard).collect();
+        let mut guards: Vec<_> = config.availability.iter().map(Guard::new).collect();
         let mut pointers = Vec::with_capacity(places.len());
         let mut by_name: HashMap<Box<str>, Topic> = HashMap::new();
         for (index, (topic, place)) in places.into_iter().enumerate() {
@@ -64,7 +56,8 @@ impl Topics {
             }
         }
         let qualities = config.qualities.clone();
-        Self { by_name, pointers, guards, retained: config.retained, qualities }
+        let (retained, time_unit) = (config.retained, config.time_unit);
+        Self { by_name, pointers, guards, retained, qualities, time_unit }
     }
 
     /// The filters to subscribe to, each once: those of the settings, and each topic that
@@ -101,9 +94,7 @@ impl Topics {
 
     /// Begins a connection: nobody has told yet who is there.
     pub(crate) fn begin(&mut self) {
-        for guard in &mut self.guards {
-            guard.is_gone = false;
-        }
+        self.guards.iter_mut().for_each(Guard::begin);
     }
 
     /// Takes a message; its payload is missing where it was too long.
@@ -129,7 +120,7 @@ impl Topics {
         let mut document = Document::new(payload);
         for index in points {
             let Some(pointers) = self.pointers.get(index) else { continue };
-            let time = document.time(pointers);
+            let time = document.time(pointers, self.time_unit);
             let is_ageless = is_retained && !matches!(time, DocumentTime::At(_));
             if is_ageless && self.retained == Retained::Ignore {
                 desk.ignored.retained += 1;
@@ -147,7 +138,7 @@ impl Topics {
                 DocumentTime::At(time) => stamp.source_time = Some(time),
                 DocumentTime::Unusable => {
                     stamp.flags |= SampleFlags::TIME_UNUSABLE;
-                    desk.tell_time(index, || document.show_time(pointers));
+                    desk.tell_time(index, || document.show_time(pointers, self.time_unit));
                 }
                 // Only the settings can say that such a value is new.
                 DocumentTime::NotPromised if is_ageless && self.retained != Retained::Good => {
@@ -168,7 +159,7 @@ impl Topics {
                     None => take_unusable(index, name_of(raw), is_gone, desk),
                 },
                 Content::Null => desk.take_null(index, stamp),
-                Content::Unusable(what) => take_unusable(index, what, is_gone, desk),
+                Content::Unusable(what) => take_unusable(index, &what, is_gone, desk),
             }
         }
         if document.is_broken() {
@@ -183,19 +174,15 @@ impl Topics {
         else {
             return false;
         };
-        let pointer = guard.availability.pointer.as_deref();
-        let state = payload.and_then(|payload| state_of(payload, pointer));
-        let is_there = state.is_some_and(|state| guard.availability.online.contains(&state));
-        let was_gone = std::mem::replace(&mut guard.is_gone, !is_there);
-        if !is_there {
+        let notice = guard.take(payload);
+        if !notice.is_there {
             for points in guard.points.clone() {
                 desk.mark(points, Reason::Communication);
             }
         }
-        if was_gone == is_there {
-            let what = if is_there { "is there again" } else { "is gone" };
-            let covers = &guard.availability.covers;
-            desk.tell(LogLevel::Info, &format!("'{topic}': the source of '{covers}' {what}"));
+        if let Some((is_warning, line)) = notice.line {
+            let level = if is_warning { LogLevel::Warning } else { LogLevel::Info };
+            desk.tell(level, &line);
         }
         true
     }

@@ -130,6 +130,8 @@ impl Matrix {
                     json!({"v": values[0], "ts": 1e300}),
                     json!({"v": values[0], "ts": -5}),
                     json!({"v": values[0], "ts": self.millis * 1000}),
+                    json!({"v": values[0], "ts": self.millis / 1000}),
+                    json!({"v": values[0], "ts": self.millis.to_string()}),
                 ];
                 (self.rng.choice(&bad).unwrap().to_string().into_bytes(), &[])
             }
@@ -164,11 +166,12 @@ impl Matrix {
     }
 
     fn tell_availability(&mut self) {
-        let states: [&[u8]; 5] = [b"online", b"online", b"offline", b"", b"\xFF"];
+        let states: [&[u8]; 7] =
+            [b"online", b"ONLINE", b"Connected", b"OFFLINE", b"rebooting", b"", b"\xFF"];
         let index = self.rng.usize(..states.len() + 1);
         let long = vec![b'x'; MAX_PAYLOAD + 1];
         let state = states.get(index).copied().unwrap_or(&long);
-        self.is_online = state == b"online";
+        self.is_online = index < 3;
         if !self.is_online {
             self.good = [None; TOPICS.len()];
         }

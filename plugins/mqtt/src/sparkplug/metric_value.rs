@@ -6,7 +6,7 @@ use busbar_plugin_sdk::{Quality, Reason};
 use srad_types::payload::{DataType, Metric, metric, property_value};
 
 use crate::convert::{Raw, quality_of_code};
-use crate::document::is_possible;
+use crate::source_time::is_possible;
 
 /// Property that has the quality code (Sparkplug 3.0, 6.4.15).
 const QUALITY_KEY: &str = "Quality";
