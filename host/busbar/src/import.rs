@@ -48,6 +48,9 @@ fn make_scene(options: &ImportOptions, points: &Path, out: &Path) -> anyhow::Res
         let columns = scene.unused_columns.join("', '");
         output::line(&format!("{list}: warning: columns not used: '{columns}'"));
     }
+    for remark in &scene.remarks {
+        output::line(&format!("{list}: warning: {remark}"));
+    }
     scene.notes.iter().for_each(|note| output::line(&format!("warning: {note}")));
     let doubtful = scene.tags - scene.bound;
     output::result(&format!(

@@ -56,6 +56,8 @@ pub struct ImportedScene {
     pub skipped: Vec<ListFault>,
     /// Columns of the list that are not used.
     pub unused_columns: Vec<String>,
+    /// Assumptions about the list: its encoding, lines that were passed over.
+    pub remarks: Vec<String>,
     /// What the model's import left out.
     pub notes: Vec<String>,
 }
@@ -157,6 +159,7 @@ pub fn import_scene(request: &SceneRequest) -> Result<ImportedScene, SceneImport
         bound: proposals.iter().filter(|proposal| proposal.node.is_some()).count(),
         skipped: faults,
         unused_columns: list.unused,
+        remarks: list.remarks,
         notes: imported.report.notes,
     })
 }
