@@ -32,7 +32,7 @@ pub use mesh::{Grid, check_sequence};
 pub use message_faults::{FaultGenerator, MessageFault};
 pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
-pub use truth::{ShownTag, TruthCounts, TruthOracle};
+pub use truth::{ShownTag, TruthCounts, TruthMoment, TruthOracle};
 pub use watched::Watched;
 
 /// A host without a log.
