@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
+use busbar_plugin_sdk::testing::{Recorder, host, matrix_steps, tag_spec};
 use busbar_plugin_sdk::{Quality, Reason, Sample, SampleFlags, Value, ValueKind};
 use fastrand::Rng;
 use serde_json::json;
@@ -631,8 +631,7 @@ impl Shown {
 #[test]
 fn no_message_makes_a_wrong_value_good() {
     let (mut counts, mut good, mut judged) = (BTreeMap::<Damage, u32>::new(), 0, 0);
-    let set = std::env::var("BUSBAR_MATRIX_STEPS").ok();
-    let steps = set.map_or(STEPS, |text| text.parse().expect("BUSBAR_MATRIX_STEPS is a count"));
+    let steps = matrix_steps(STEPS);
     for seed in 0..steps.div_ceil(STEPS_A_SEQUENCE) {
         let mut matrix = Matrix::new(seed);
         for step in 1..=STEPS_A_SEQUENCE {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_link::TcpDial;
-use busbar_plugin_sdk::testing::{FaultGenerator, TruthMoment, TruthOracle, host, tag_spec};
+use busbar_plugin_sdk::testing::{FaultGenerator, TruthMoment, TruthOracle, host, matrix_steps, tag_spec};
 use busbar_plugin_sdk::{Reason, TagSpec, ValueKind};
 use iec61850_rs::proto::mms::association::{Association, AssociationConfig, AssociationEvent};
 use serde_json::json;
@@ -388,8 +388,7 @@ impl Matrix {
 
 #[test]
 fn no_wrong_or_old_value_is_good_whatever_messages_do() {
-    let set = std::env::var("BUSBAR_MATRIX_STEPS").ok();
-    let steps = set.map_or(STEPS, |text| text.parse().expect("BUSBAR_MATRIX_STEPS is a count"));
+    let steps = matrix_steps(STEPS);
     let (mut judged, mut good, mut signs, mut messages) = (0, 0, 0, 0);
     for seed in 0..steps.div_ceil(STEPS_A_SEQUENCE) {
         let mut matrix = Matrix::new(seed);
