@@ -28,6 +28,8 @@ const STEPS_A_SEQUENCE: u64 = 250;
 /// Common addresses, and objects of each.
 const ADDRESSES: [u8; 2] = [1, 2];
 const OBJECTS: u8 = 4;
+/// Bytes of a data unit up to its common address.
+const HEADER_BYTES: usize = 6;
 /// Longest time until all is good again where nothing fails any more: an interrogation that
 /// does not end, and the time after which it is tried again.
 const RECOVERY: Duration = Duration::from_secs(120 + 30 + 15 + 5);
@@ -359,7 +361,6 @@ impl Matrix {
             match damage {
                 None => self.deliver(&bytes, is_buffered),
                 Some(damage) => {
-                    self.buffered.clear();
                     self.deliver_damaged(bytes, damage);
                 }
             }
@@ -462,25 +463,30 @@ impl Matrix {
         let is_value = matches!(asdu[0], 13 | 14 | 36);
         match damage {
             Damage::Lost => {
+                self.buffered.clear();
                 self.frame(&asdu);
                 self.is_frame_lost = true;
                 return;
             }
             Damage::OversizedFrame => {
+                self.buffered.clear();
                 self.receive(&[0x68, 254, 0, 0, 0, 0]);
                 return self.judge();
             }
             Damage::WrongStart => {
+                self.buffered.clear();
                 self.receive(&[0x69, 4, 0, 0]);
                 return self.judge();
             }
             Damage::Repeated => {
+                self.buffered.clear();
                 let frame = self.frame(&asdu);
                 self.receive_information(&frame);
                 self.receive_information(&frame);
                 return self.judge();
             }
             Damage::Reordered => {
+                self.buffered.clear();
                 let frame = self.frame(&asdu);
                 let later = unit(self.any_place(), 3, -1.0, &[]);
                 let later = self.frame(&later);
@@ -513,6 +519,10 @@ impl Matrix {
                 asdu[5] = asdu[4];
             }
         }
+        // Where the common address can be read, only its values are doubtful.
+        let address = asdu.get(4).filter(|_| asdu.len() >= HEADER_BYTES).copied();
+        let address = address.filter(|address| ADDRESSES.contains(address));
+        self.buffered.retain(|place, _| address.is_some_and(|address| place.0 != address));
         let frame = self.frame(&asdu);
         self.receive_information(&frame);
         self.judge();
