@@ -20,6 +20,7 @@ mod overlay;
 mod overlay_picture;
 mod overlay_quantity;
 mod records;
+mod said_value;
 mod sample_intake;
 mod signature;
 mod simulator;
@@ -49,6 +50,7 @@ pub use overlay_picture::{
 };
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
+pub use said_value::SaidValue;
 pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
