@@ -17,8 +17,10 @@ use rustix::process::{Pid, Signal, kill_process};
 use x11_window::X11Window;
 
 /// How often each signal strikes, and how long the machine is busy, where nobody says.
-const FAULTS: u64 = 2;
-const BUSY_SECONDS: u64 = 20;
+const FAULTS: u64 = 1;
+const BUSY_SECONDS: u64 = 5;
+/// Time for which a surface is watched after a signal.
+const WATCHED: Duration = Duration::from_secs(2);
 /// The longest that an old picture may pass for live, on each surface, whatever happens.
 const MAX_OLD: Duration = Duration::from_secs(1);
 /// From the end of a viewer to the hatching.
@@ -49,7 +51,7 @@ fn check_signals(name: &str, host: &mut Host, surface: &mut impl Surface) {
             let (viewer, struck) = (host.viewer(), Instant::now());
             strike(viewer, signal);
             let mut findings = Findings::default();
-            while struck.elapsed() < Duration::from_secs(3) {
+            while struck.elapsed() < WATCHED {
                 judge.turn(host);
                 let is_live = judge.look(host, surface, &mut findings);
                 if is_live && host.viewer() == viewer {

@@ -21,6 +21,7 @@ mod overlay_picture;
 mod overlay_quantity;
 mod overlay_verdict;
 mod records;
+mod said_value;
 mod sample_intake;
 mod scene_clock;
 mod signature;
@@ -52,6 +53,7 @@ pub use overlay_picture::{
 pub use overlay_quantity::{Contour, OverlayQuantity, Quantity};
 pub use overlay_verdict::{OverlayVerdict, Verdict, Verdicts};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
+pub use said_value::SaidValue;
 pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};
 pub use scene_clock::SceneClock;
 pub use signature::{PublicKey, sign_library};

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{MAX_CLOCK_AHEAD, SampleIntake, SourcePolicy, TelemetryTag};
+use busbar_plugin_sdk::testing::FaultGenerator;
 use busbar_tags::{
     Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
 };
@@ -29,24 +30,16 @@ const CLOCK_STEPS: [i64; 4] = [2, 9, 45, 3600];
 const START: i64 = 1_790_000_000 * SECOND;
 const GOOD: u8 = abi::BUSBAR_QUALITY_GOOD;
 
-/// A small deterministic generator (SplitMix64; Steele, Lea and Flood 2014).
-struct Dice(u64);
+/// Seeded choices.
+struct Dice(FaultGenerator);
 
 impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
     fn below(&mut self, bound: i64) -> i64 {
-        (self.next() % bound as u64) as i64
+        self.0.below(bound as usize) as i64
     }
 
     fn pick<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len() as i64) as usize]
+        of[self.0.below(of.len())]
     }
 
     fn clock_step(&mut self) -> i64 {
@@ -119,7 +112,7 @@ impl World {
         let served: Vec<TelemetryTag> = (0..TAGS).map(telemetry).collect();
         let set =
             Arc::new(TagSet::new((0..TAGS).map(spec).collect()).expect("no tag rests on another"));
-        let mut dice = Dice(seed);
+        let mut dice = Dice(FaultGenerator::new(seed));
         let is_skewed = dice.below(2) == 0;
         let source_offset = if is_skewed { dice.clock_step() } else { 0 };
         Self {

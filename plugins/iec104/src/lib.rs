@@ -12,7 +12,6 @@ mod hub;
 mod link;
 #[cfg(test)]
 mod message_matrix;
-mod notices;
 mod points;
 pub mod probe;
 mod requests;

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::{Instant, SystemTime};
 
+use busbar_link::{Notice, Notices};
 use busbar_plugin_sdk::{
     Host, LinkState, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, TagSpec,
 };
@@ -11,7 +12,6 @@ use crate::codec::{
     Asdu, Body, Header, Object, Objects, Request, cause, common_address_of, is_without_values,
 };
 use crate::convert::{name_of, origin_of, quality_of_value, value_of};
-use crate::notices::{Notice, Notices};
 use crate::points::{Point, Points};
 use crate::requests::{Job, Kind, Outcome, Requests};
 use crate::settings::Config;

@@ -122,8 +122,9 @@ impl Board {
         state.reported = self.reports;
     }
 
-    /// Takes what a variable has of a point; [`Board::commit`] publishes it.
-    pub(crate) fn take(&mut self, index: usize, share: &Share, data: &data::Value) {
+    /// Takes what a variable has of a point; [`Board::commit`] publishes it. Returns false where
+    /// its value or quality is of another type.
+    pub(crate) fn take(&mut self, index: usize, share: &Share, data: &data::Value) -> bool {
         let find = |path: &Option<Vec<usize>>| path.as_ref().map(|path| follow(data, path));
         let (value, quality, time) = (find(&share.value), find(&share.quality), find(&share.time));
         if let Some(value) = value {
@@ -131,16 +132,18 @@ impl Board {
             if fitting.is_none() {
                 let found = value.map_or("missing in the answer", name_of);
                 self.misfit(index, found);
-                return;
+                return false;
             }
             self.states[index].value = fitting;
         }
+        let mut fits = true;
         let state = &mut self.states[index];
         if let Some(quality) = quality {
             let read = quality.and_then(data::Value::as_quality);
             let is_unreadable = Quality::Bad(Reason::Configuration);
             state.quality = Some(read.map_or(is_unreadable, quality_of));
             state.origin = read.map_or(SampleFlags::LIVE, origin_of);
+            fits = read.is_some();
         }
         if let Some(time) = time {
             let read = time.and_then(data::Value::as_utc_time);
@@ -149,6 +152,7 @@ impl Board {
         if !std::mem::replace(&mut state.is_touched, true) {
             self.touched.push(index);
         }
+        fits
     }
 
     /// Publishes what was taken.

@@ -15,6 +15,9 @@ use crate::service::{AccessError, Answer, Name, Request};
 
 /// How long a block that cannot be enabled is left alone.
 const RETRY: Duration = Duration::from_secs(10);
+/// Pause after which nothing more comes out of a buffer: a general interrogation is asked for
+/// then, so that the answer to a former one is not taken for its answer.
+const REPLAY_PAUSE: Duration = Duration::from_millis(500);
 /// What is read of a block, in this order.
 const ATTRIBUTES: [&str; 7] = ["RptID", "RptEna", "DatSet", "OptFlds", "TrgOps", "IntgPd", "BufTm"];
 
@@ -59,6 +62,8 @@ pub(crate) struct Control {
     step: Step,
     /// Whether an answer is waited for.
     is_asked: bool,
+    /// Tells whether it was enabled in this connection.
+    is_enabled: bool,
     /// As its reports have it.
     report_id: String,
     data_set: Option<Name>,
@@ -78,6 +83,10 @@ pub(crate) struct Control {
     entry_id: Option<Vec<u8>>,
     /// Whether entries of the past come, until the answer to the general interrogation.
     is_replaying: bool,
+    /// When a buffer that is read has paused for so long that it is read, and when that is
+    /// not waited for any more.
+    quiet_at: Option<Instant>,
+    quiet_by: Option<Instant>,
     /// Until when the report that a general interrogation asks for has to come.
     answer_by: Option<Instant>,
     /// Whether it came; it may come before the request is confirmed.
@@ -94,6 +103,7 @@ impl Control {
             block,
             step: Step::Inspect,
             is_asked: false,
+            is_enabled: false,
             report_id: String::new(),
             data_set: None,
             options: OptFlds::NONE,
@@ -106,6 +116,8 @@ impl Control {
             faults: 0,
             entry_id: None,
             is_replaying: false,
+            quiet_at: None,
+            quiet_by: None,
             answer_by: None,
             is_answered: false,
             timeout,
@@ -115,9 +127,10 @@ impl Control {
 
     /// A new connection: all of it but the last entry is asked anew.
     pub(crate) fn begin(&mut self) {
-        (self.step, self.is_asked) = (Step::Inspect, false);
+        (self.step, self.is_asked, self.is_enabled) = (Step::Inspect, false, false);
         self.uses.clear();
         (self.revision, self.answer_by, self.sequence, self.faults) = (None, None, None, 0);
+        (self.quiet_at, self.quiet_by) = (None, None);
     }
 
     /// Whether it reports, or does not for the time being.
@@ -139,6 +152,7 @@ impl Control {
     pub(crate) fn deadline(&self) -> Option<Instant> {
         match self.step {
             Step::Failed(at) => at,
+            Step::Interrogate if !self.is_asked => self.interrogate_at(),
             _ => self.answer_by,
         }
     }
@@ -155,7 +169,8 @@ impl Control {
         if matches!(self.step, Step::Failed(Some(at)) if at <= now) {
             self.begin();
         }
-        if self.is_asked {
+        let is_early = self.interrogate_at().is_some_and(|at| now < at);
+        if self.is_asked || (self.step == Step::Interrogate && is_early) {
             return None;
         }
         let name = &self.block.name;
@@ -173,10 +188,22 @@ impl Control {
         if self.step == Step::Enable {
             // Entries of the past may come before the answer does.
             self.is_replaying = self.block.is_buffered && self.triggers.general_interrogation();
-            (self.is_answered, self.sequence) = (false, None);
+            (self.is_answered, self.sequence, self.is_enabled) = (false, None, true);
         }
         self.is_asked = true;
         Some(request)
+    }
+
+    /// A report came, usable or not.
+    pub(crate) fn hear(&mut self, now: Instant) {
+        if self.block.is_buffered {
+            self.quiet_at = Some(now + REPLAY_PAUSE);
+        }
+    }
+
+    /// When a general interrogation may be asked for; nothing where that is at once.
+    fn interrogate_at(&self) -> Option<Instant> {
+        self.quiet_at.min(self.quiet_by)
     }
 
     /// Takes the answer to [`Control::next_request`].
@@ -192,7 +219,7 @@ impl Control {
                 Outcome::Members(members)
             }
             (Step::Configure, Answer::Written(results)) => self.configured(&results),
-            (Step::Enable, Answer::Written(results)) => self.enabled(&results),
+            (Step::Enable, Answer::Written(results)) => self.enabled(&results, now),
             (Step::Interrogate, Answer::Written(results)) => match results[..] {
                 [Err(error)] => self.not_interrogated(&error.to_string()),
                 _ => {
@@ -331,13 +358,15 @@ impl Control {
         }
     }
 
-    fn enabled(&mut self, results: &[Result<(), AccessError>]) -> Outcome {
+    fn enabled(&mut self, results: &[Result<(), AccessError>], now: Instant) -> Outcome {
         match results {
             [Err(error)] => Outcome::Failed(format!(
                 "it cannot be enabled: {error}; does another client have it?"
             )),
             _ => {
                 (self.step, self.told) = (Step::Interrogate, None);
+                self.hear(now);
+                self.quiet_by = self.quiet_at.map(|_| now + self.timeout);
                 Outcome::Going
             }
         }

@@ -63,7 +63,8 @@ fn enabled(control: &mut Control, now: Instant) {
     assert_eq!(written(control.next_request(now)), [("RptEna".into(), Value::Boolean(true))]);
     assert_eq!(control.heed(Answer::Written(vec![Ok(())]), now), Outcome::Going);
     assert!(control.is_running());
-    assert_eq!(written(control.next_request(now)), [("GI".into(), Value::Boolean(true))]);
+    let quiet = now + if control.block.is_buffered { REPLAY_PAUSE } else { Duration::ZERO };
+    assert_eq!(written(control.next_request(quiet)), [("GI".into(), Value::Boolean(true))]);
     assert_eq!(control.heed(Answer::Written(vec![Ok(())]), now), Outcome::Going);
 }
 
@@ -134,6 +135,65 @@ fn what_comes_before_the_answer_to_the_interrogation_is_of_the_past() {
     assert!(!other.take_late(now + TIMEOUT / 2));
     assert_eq!(other.deadline(), Some(now + TIMEOUT));
     assert!(other.take_late(now + TIMEOUT) && !other.take_late(now + TIMEOUT));
+}
+
+/// Leads a block to where it reports, and is not interrogated yet.
+fn replaying(now: Instant) -> Control {
+    let mut control = buffered();
+    mapped(&mut control, now);
+    let count = written(control.next_request(now)).len();
+    control.heed(Answer::Written(vec![Ok(()); count]), now);
+    assert!(control.next_request(now).is_some());
+    control.heed(Answer::Written(vec![Ok(())]), now);
+    control
+}
+
+#[test]
+fn a_buffer_is_interrogated_when_nothing_more_comes_out_of_it() {
+    let start = Instant::now();
+    let mut control = replaying(start);
+    let mut now = start;
+    for _ in 0..4 {
+        assert_eq!(control.deadline(), Some(now + REPLAY_PAUSE));
+        now += REPLAY_PAUSE - Duration::from_millis(1);
+        assert_eq!(control.next_request(now), None);
+        // The answer to a former interrogation is in the buffer.
+        control.hear(now);
+        assert!(control.note(&report(2, ASKED)).is_replayed);
+    }
+    assert!(control.note(&report(2, CHANGED)).is_replayed);
+    assert!(control.next_request(now + REPLAY_PAUSE).is_some());
+    assert!(!control.note(&report(2, ASKED)).is_replayed);
+    // A buffer that never ends is not waited for.
+    let mut control = replaying(start);
+    let mut now = start;
+    while control.next_request(now).is_none() {
+        control.hear(now);
+        now += REPLAY_PAUSE / 2;
+        assert!(now <= start + TIMEOUT);
+    }
+    assert_eq!(now, start + TIMEOUT);
+}
+
+#[test]
+fn without_reasons_the_first_whole_report_answers_the_interrogation() {
+    let now = Instant::now();
+    let mut control = buffered();
+    let plain = |members, is_whole: bool| {
+        let mut report = report(members, CHANGED);
+        report.entries[0].reason = None;
+        if is_whole {
+            let other = ReportEntry { index: 1, ..report.entries[0].clone() };
+            report.entries.push(other);
+        }
+        report
+    };
+    enabled(&mut control, now);
+    assert!(control.note(&plain(2, false)).is_replayed);
+    assert!(!control.note(&plain(2, true)).is_replayed);
+    assert!(!control.note(&plain(2, false)).is_replayed);
+    let mut control = replaying(now);
+    assert!(control.note(&plain(2, true)).is_replayed, "it was not asked for");
 }
 
 fn control_of_changes(now: Instant) -> Control {

@@ -12,7 +12,8 @@ mod control;
 mod convert;
 mod link;
 mod locate;
-mod notices;
+#[cfg(test)]
+mod message_matrix;
 mod points;
 pub mod probe;
 mod report_reader;

@@ -90,7 +90,7 @@ impl Link {
         session.start(now())?;
         let mut chunk = vec![0; CHUNK_BYTES];
         loop {
-            self.advance(&mut session)?;
+            self.advance(&mut session, now())?;
             send(&mut stream, session.take_output(), self.config.timeout).await?;
             let deadline = self.deadline(&session);
             // In this order, so that simulated time repeats itself.
@@ -98,16 +98,23 @@ impl Link {
                 biased;
                 read = stream.read(&mut chunk) => {
                     let count = read.map_err(|error| LinkFault::Lost(in_words(&error)))?;
-                    self.receive(&mut session, endpoint, chunk.get(..count).unwrap_or_default())?;
+                    let bytes = chunk.get(..count).unwrap_or_default();
+                    self.receive(&mut session, endpoint, bytes, now())?;
                 }
                 () = sleep_until(deadline.into()) => {}
             }
         }
     }
 
-    /// Does what is due.
-    fn advance(&mut self, session: &mut Session<Job>) -> Result<(), LinkFault> {
-        let now = now();
+    /// Sends what is due.
+    ///
+    /// # Errors
+    /// The connection must be closed.
+    pub(crate) fn advance(
+        &mut self,
+        session: &mut Session<Job>,
+        now: Instant,
+    ) -> Result<(), LinkFault> {
         session.tick(now)?;
         while session.has_room() {
             let next = self.server.next_request(now, session.max_message());
@@ -127,16 +134,21 @@ impl Link {
         of_server.map_or(of_session, |deadline| deadline.min(of_session))
     }
 
-    fn receive(
+    /// Takes received bytes.
+    ///
+    /// # Errors
+    /// The connection must be closed.
+    pub(crate) fn receive(
         &mut self,
         session: &mut Session<Job>,
         endpoint: &Endpoint,
         bytes: &[u8],
+        now: Instant,
     ) -> Result<(), LinkFault> {
         if bytes.is_empty() {
             return Err(LinkFault::Lost("the server closed the connection".into()));
         }
-        let (now, server, sink) = (now(), &mut self.server, &self.sink);
+        let (server, sink) = (&mut self.server, &self.sink);
         let mut change = None;
         let outcome = session.receive(bytes, now, |event| match event {
             Event::Up => {

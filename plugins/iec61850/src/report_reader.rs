@@ -1,6 +1,7 @@
 //! Reports on the wire -> whole reports: decoding, and joining of segments
 //! (IEC 61850-8-1, 17.3).
 
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use iec61850_rs::Error;
@@ -21,10 +22,23 @@ pub(crate) struct Unusable {
     pub(crate) why: String,
 }
 
+/// Segments of a report that are joined, by `RptID` and `SqNum`: what all of them have.
+#[derive(Debug, PartialEq, Eq)]
+struct Run {
+    report_id: String,
+    number: Option<u32>,
+    data_set: Option<String>,
+    revision: Option<u32>,
+    /// Members of the data set.
+    members: usize,
+}
+
 /// Reader of the reports of one connection.
 #[derive(Debug)]
 pub(crate) struct ReportReader {
     assembler: ReportAssembler,
+    /// Of each report whose segments are being gathered, at most [`MAX_OPEN_REPORTS`].
+    runs: VecDeque<Run>,
     /// Longest time that the segments of a report may take.
     limit: Duration,
     /// When segments that are being gathered have to be complete.
@@ -35,7 +49,7 @@ impl ReportReader {
     pub(crate) fn new(limit: Duration) -> Self {
         let max_members = LIMITS.max_dataset_members;
         let assembler = ReportAssembler::with_max_entries(MAX_OPEN_REPORTS, max_members);
-        Self { assembler, limit, complete_by: None }
+        Self { assembler, runs: VecDeque::new(), limit, complete_by: None }
     }
 
     /// Takes an unconfirmed message; nothing while segments are missing.
@@ -48,6 +62,10 @@ impl ReportReader {
         // The assembler hands on a last segment without those before it.
         let is_later_segment =
             report.opt_flds.segmentation() && report.sub_seq_num.unwrap_or_default() != 0;
+        if report.opt_flds.segmentation() && !self.continues_its_run(&report, is_later_segment) {
+            let why = "segments of several reports are mixed up".into();
+            return Err(Unusable { report_id: Some(report_id), why });
+        }
         let before = self.assembler.stats();
         let whole = self.assembler.push(report);
         let after = self.assembler.stats();
@@ -70,6 +88,32 @@ impl ReportReader {
             return unusable("a segment of it is missing");
         }
         Ok(whole)
+    }
+
+    /// Notes the first segment of a report; reports of a later one whether it is of the same
+    /// report as the first.
+    fn continues_its_run(&mut self, report: &Report, is_later_segment: bool) -> bool {
+        let run = Run {
+            report_id: report.rpt_id.clone(),
+            number: report.seq_num,
+            data_set: report.data_set.clone(),
+            revision: report.conf_rev,
+            members: report.data_set_len(),
+        };
+        let is_alike =
+            |other: &Run| (&other.report_id, other.number) == (&run.report_id, run.number);
+        let known = self.runs.iter().position(is_alike);
+        if is_later_segment {
+            return known.is_none_or(|index| self.runs.get(index) == Some(&run));
+        }
+        if let Some(index) = known {
+            self.runs.remove(index);
+        }
+        if self.runs.len() == MAX_OPEN_REPORTS {
+            self.runs.pop_front();
+        }
+        self.runs.push_back(run);
+        true
     }
 
     /// Reports whether segments of a report did not come in time.
@@ -99,3 +143,7 @@ fn report_id_of(results: &[AccessResult<'_>]) -> Option<String> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+#[path = "report_reader_tests.rs"]
+mod tests;

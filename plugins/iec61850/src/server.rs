@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
+use busbar_link::{Notice, Notices};
 use busbar_plugin_sdk::{Host, LinkState, LogLevel, Reason, SampleSink};
 use iec61850_rs::proto::data::Value;
 use iec61850_rs::proto::mms::typespec::TypeSpec;
@@ -17,9 +18,8 @@ use crate::board::{Board, Origin};
 use crate::control::Control;
 use crate::convert::reason_of;
 use crate::locate::{Place, Share, locate};
-use crate::notices::{Notice, Notices};
 use crate::points::Points;
-use crate::service::{AccessError, Answer, Name, Request};
+use crate::service::{Answer, Name, Request};
 use crate::settings::Config;
 
 /// Variables of one read request, where messages are large enough.
@@ -39,6 +39,8 @@ pub(crate) enum Job {
         variables: Vec<usize>,
         /// Reports that the server had sent for certain when it was asked.
         reports: u64,
+        /// Number of the request: of two answers that of the later one counts.
+        number: u64,
     },
     /// The next step of a control block.
     Control(usize),
@@ -48,11 +50,22 @@ pub(crate) enum Job {
     Test,
 }
 
+/// When something was asked for.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    /// Reports that the server had sent for certain.
+    reports: u64,
+    /// Number of the request.
+    number: u64,
+}
+
 /// Something that is read at once, with all points in it.
 #[derive(Debug)]
 struct Variable {
     name: Name,
     points: Vec<(usize, Share)>,
+    /// Number of the latest request that was answered.
+    answered: u64,
 }
 
 pub(crate) struct Server {
@@ -67,6 +80,8 @@ pub(crate) struct Server {
     types_left: usize,
     /// Variables whose values are asked for.
     reads_open: usize,
+    /// Requests for values so far.
+    reads: u64,
     poll: Duration,
     next_poll: Option<Instant>,
     max_read: usize,
@@ -95,6 +110,7 @@ impl Server {
             queue: VecDeque::new(),
             types_left: 0,
             reads_open: 0,
+            reads: 0,
             poll: config.poll,
             next_poll: None,
             max_read: MAX_READ,
@@ -155,8 +171,9 @@ impl Server {
         let mut job = self.queue.pop_front()?;
         let request = match &mut job {
             Job::Type(object) => Request::Type(self.objects[*object].0.clone()),
-            Job::Read { variables, reports } => {
-                *reports = self.board.reports();
+            Job::Read { variables, reports, number } => {
+                self.reads += 1;
+                (*reports, *number) = (self.board.reports(), self.reads);
                 let name = |index: &usize| self.variables[*index].name.clone();
                 Request::Read(variables.iter().map(name).collect())
             }
@@ -186,7 +203,9 @@ impl Server {
                     self.gather_variables();
                 }
             }
-            Job::Read { variables, reports } => self.take_values(&variables, reports, answer),
+            Job::Read { variables, reports, number } => {
+                self.take_values(&variables, Asked { reports, number }, answer);
+            }
             Job::Control(index) => self.take_step(index, answer, now),
             Job::Browse => self.take_names(answer),
             Job::Test => {}
@@ -253,7 +272,7 @@ impl Server {
             let share = place.share(&below);
             variables.entry(name).or_default().extend(share.map(|share| (index, share)));
         }
-        let variable = |(name, points)| Variable { name, points };
+        let variable = |(name, points)| Variable { name, points, answered: 0 };
         self.variables = variables.into_iter().map(variable).collect();
     }
 
@@ -290,18 +309,19 @@ impl Server {
         self.queue_reads(&variables);
     }
 
-    fn take_values(&mut self, variables: &[usize], reports: u64, answer: Answer) {
+    fn take_values(&mut self, variables: &[usize], asked: Asked, answer: Answer) {
         match answer {
             Answer::Values(values) => {
-                for (index, value) in variables.iter().zip(&values) {
-                    self.take_value(*index, reports, value);
+                for (index, value) in variables.iter().zip(values) {
+                    let value = value.map_err(|error| {
+                        (reason_of(error), format!("the server does not tell it: {error}"))
+                    });
+                    self.take_value(*index, asked, &value);
                 }
             }
             Answer::Refused(why) if variables.len() == 1 => {
-                for (point, _) in &self.variables[variables[0]].points {
-                    self.board.fail(*point, Reason::Configuration);
-                    self.board.tell(*point, &format!("it cannot be read: {why}"));
-                }
+                let fault = (Reason::Configuration, format!("it cannot be read: {why}"));
+                self.take_value(variables[0], asked, &Err(fault));
             }
             // Perhaps the answer would be too long.
             Answer::Refused(_) => {
@@ -315,21 +335,27 @@ impl Server {
         self.board.commit(Origin::default());
     }
 
-    fn take_value(&mut self, index: usize, reports: u64, value: &Result<Value, AccessError>) {
-        for (point, share) in &self.variables[index].points {
-            if self.board.is_overtaken(*point, reports) {
+    fn take_value(&mut self, index: usize, asked: Asked, value: &Result<Value, (Reason, String)>) {
+        let variable = &mut self.variables[index];
+        // Answers may overtake each other, and the later question has the newer one.
+        if asked.number < variable.answered {
+            return;
+        }
+        variable.answered = asked.number;
+        for (point, share) in &variable.points {
+            if self.board.is_overtaken(*point, asked.reports) {
                 self.rereads.insert(index);
                 continue;
             }
             match value {
-                Ok(value) => self.board.take(*point, share, value),
-                Err(error) => {
-                    self.board.fail(*point, reason_of(*error));
+                Ok(value) => _ = self.board.take(*point, share, value),
+                Err((reason, what)) => {
+                    self.board.fail(*point, *reason);
                     // What reports bring is not polled, so nobody else would read it again.
                     if self.board.is_overtaken(*point, 0) {
                         self.rereads.insert(index);
                     }
-                    self.board.tell(*point, &format!("the server does not tell it: {error}"));
+                    self.board.tell(*point, what);
                 }
             }
         }
@@ -338,7 +364,7 @@ impl Server {
 
 /// A job that reads these variables.
 fn read_of(variables: &[usize]) -> Job {
-    Job::Read { variables: variables.into(), reports: 0 }
+    Job::Read { variables: variables.into(), reports: 0, number: 0 }
 }
 
 fn controls_of(config: &Config) -> Vec<Control> {

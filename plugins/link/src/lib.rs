@@ -1,5 +1,6 @@
 //! What adapters to network devices share: settings of endpoints, encryption and
-//! reconnecting, the connection itself, and the event loop of a plugin's thread.
+//! reconnecting, the connection itself, the event loop of a plugin's thread, and log lines
+//! that are limited in number.
 //!
 //! It knows no protocol, and nothing of the plugin ABI: plugins import it beside
 //! the SDK.
@@ -24,6 +25,7 @@ mod connect;
 mod endpoint;
 mod faults;
 mod io_loop;
+mod notices;
 #[cfg(feature = "testing")]
 pub mod testing;
 mod tls;
@@ -33,4 +35,5 @@ pub use connect::{ByteStream, ConnectFault, Dial, Dialing, MAX_ADDRESSES, TcpDia
 pub use endpoint::{Endpoint, MAX_HOST_BYTES};
 pub use faults::Faults;
 pub use io_loop::IoLoop;
+pub use notices::{Notice, Notices, TELL_INTERVAL};
 pub use tls::{TlsClient, TlsFault, TlsFiles, TlsSettings, is_of_tls};

@@ -29,10 +29,10 @@ use crate::{Host, Progress, TagSpec, ValueKind};
 pub use clock::TestClock;
 pub use command::{CommandRun, run_command};
 pub use mesh::{Grid, check_sequence};
-pub use message_faults::{FaultGenerator, MessageFault};
+pub use message_faults::{FaultGenerator, MessageFault, matrix_steps};
 pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
-pub use truth::{ShownTag, TruthCounts, TruthOracle};
+pub use truth::{ShownTag, TruthCounts, TruthMoment, TruthOracle};
 pub use watched::Watched;
 
 /// A host without a log.

@@ -27,17 +27,31 @@ const LOG_VARIABLES: [(&str, &str); 2] =
 const CLOCK_TEST: &str = "clock_matrix";
 const CLOCK_VARIABLE: &str = "BUSBAR_CLOCK_STEPS";
 const CLOCK_STEPS: &str = "100000000";
+/// The matrices of faulty messages: the package of each adapter and a name that its tests
+/// have, and how many steps each takes.
+const MESSAGE_MATRICES: [(&str, &str); 8] = [
+    ("iec104", "no_message_makes_a_wrong_value_good"),
+    ("iec61850", "no_wrong_or_old_value_is_good_whatever_messages_do"),
+    ("modbus_adapter", "no_answer_over_tcp_leaves_an_old_value_good"),
+    ("mqtt", "no_metric_is_good_that_is_wrong_or_old"),
+    ("mqtt", "no_plain_value_is_good_that_is_wrong_or_old"),
+    ("opcua", "no_wrong_or_old_value_is_good_whatever_messages_do"),
+    ("replay", "rows_that_cannot_be_read_leave_no_value_good"),
+    ("sql_adapter", "rows_and_notifications_with_faults_leave_no_old_value_good"),
+];
+const MATRIX_VARIABLE: &str = "BUSBAR_MATRIX_STEPS";
+const MATRIX_STEPS: &str = "1000000";
 /// The test that reads pictures for what is stale and looks live, and how many sequences
 /// of values it reads.
 const STALE_TEST: &str = "stale_picture";
 const STALE_VARIABLE: &str = "BUSBAR_STALE_SEQUENCES";
 const STALE_SEQUENCES: &str = "100000";
-/// The tests in which viewers of a program that embeds them die, hang and lose their device,
-/// and how often each.
-const VIEW_TESTS: [&str; 2] = ["faults", "device"];
+/// The tests in which viewers of a program that embeds them die, hang, are slow and lose
+/// their device; how often each, and how many seconds the machine is busy.
+const VIEW_TESTS: [&str; 4] = ["faults", "device", "live", "slow"];
 const VIEW_PACKAGE: &str = "busbar_embed";
-const VIEW_VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
-const VIEW_FAULTS: &str = "200";
+const VIEW_VARIABLES: [(&str, &str); 2] =
+    [("BUSBAR_EMBED_FAULTS", "200"), ("BUSBAR_LIVE_SECONDS", "600")];
 /// The test that writes configurations, good and bad, for a view to load, and how many.
 const RELOAD_TEST: &str = "reload_soak";
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
@@ -76,8 +90,8 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills"])]
     stale_pictures: bool,
     /// Kill, abort and stop the viewer of a program that embeds it, and take its graphics
-    /// device, 200 times each, and nothing else (some 30 minutes); without it that comes
-    /// last, unless fuzz targets are named.
+    /// device, 200 times each, keep the machine busy for 10 minutes a surface, and nothing
+    /// else (some two hours); without it that comes last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures"])]
     view_faults: bool,
     /// Write 10,000 configurations, good and bad, for a view with live plugins to load, and
@@ -89,6 +103,11 @@ pub(crate) struct Arguments {
     /// 3 minutes); without it that comes last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload"])]
     clock_matrix: bool,
+    /// Take 1,000,000 steps of the matrix of faulty messages of each adapter, and nothing else
+    /// (over TCP, Modbus takes hours); without it that comes last, unless fuzz targets are
+    /// named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload", "clock_matrix"])]
+    message_matrix: bool,
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -107,6 +126,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     if arguments.clock_matrix {
         return step_clocks(workspace);
     }
+    if arguments.message_matrix {
+        return disturb_messages(workspace);
+    }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
     }
@@ -121,7 +143,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     read_pictures(workspace)?;
     end_viewers(workspace)?;
     reload_all(workspace)?;
-    step_clocks(workspace)
+    step_clocks(workspace)?;
+    disturb_messages(workspace)
 }
 
 /// Lets a view load very many configurations.
@@ -141,7 +164,7 @@ fn end_viewers(workspace: &Workspace) -> Result<()> {
     process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
     stage::stage(workspace, Profile::Dev)?;
     let mut command = process::cargo();
-    command.current_dir(&workspace.root).env(VIEW_VARIABLE, VIEW_FAULTS);
+    command.current_dir(&workspace.root).envs(VIEW_VARIABLES);
     command.args(["test", "--package", VIEW_PACKAGE]);
     for test in VIEW_TESTS {
         command.args(["--test", test]);
@@ -177,6 +200,17 @@ fn step_clocks(workspace: &Workspace) -> Result<()> {
     let mut command = process::cargo();
     command.current_dir(&workspace.root).env(CLOCK_VARIABLE, CLOCK_STEPS);
     process::run(command.args(["test", "--workspace", "--test", CLOCK_TEST]))
+}
+
+/// Lets messages of each adapter be lost, cut, oversized, unknown and misassigned.
+fn disturb_messages(workspace: &Workspace) -> Result<()> {
+    for (package, test) in MESSAGE_MATRICES {
+        let mut command = process::cargo();
+        command.current_dir(&workspace.root).env(MATRIX_VARIABLE, MATRIX_STEPS);
+        command.args(["test", "--package", package, "--lib", test, "--", "--nocapture"]);
+        process::run(&mut command)?;
+    }
+    Ok(())
 }
 
 /// Lets each call to Vulkan fail with each code that it may give.
@@ -311,6 +345,30 @@ mod tests {
             let kept = files_in(&workspace.path(KEPT_INPUTS).join(&target)).unwrap();
             assert!(!kept.is_empty(), "{target}");
         }
+    }
+
+    /// Cargo passes over a name that no test has.
+    #[test]
+    fn every_message_matrix_is_a_test() {
+        let workspace = Workspace::find().unwrap();
+        for (package, test) in MESSAGE_MATRICES {
+            let folder = workspace.path("plugins").join(package).join("src");
+            let head = format!("fn {test}()");
+            assert!(has_text(&folder, &head), "{package} has no {test}");
+        }
+        for test in VIEW_TESTS {
+            assert!(workspace.path("host/embed/tests").join(format!("{test}.rs")).is_file());
+        }
+    }
+
+    fn has_text(folder: &Path, text: &str) -> bool {
+        fs::read_dir(folder).unwrap().any(|entry| {
+            let path = entry.unwrap().path();
+            match path.is_dir() {
+                true => has_text(&path, text),
+                false => fs::read_to_string(path).is_ok_and(|content| content.contains(text)),
+            }
+        })
     }
 
     #[test]

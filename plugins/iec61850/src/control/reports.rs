@@ -67,14 +67,26 @@ impl Control {
         !self.report_id.is_empty() && is_alike(&self.report_id, report_id)
     }
 
-    /// Whether a report is one of its own.
+    /// Reports whether a data set of this name is its own.
+    pub(crate) fn has_data_set(&self, data_set: &str) -> bool {
+        self.data_set.as_ref().is_some_and(|own| is_alike(&own.to_string(), data_set))
+    }
+
+    /// Reports whether it was enabled in this connection, and may send reports.
+    pub(crate) fn is_enabled(&self) -> bool {
+        self.is_enabled
+    }
+
+    /// Reports whether entries of the past may come.
+    #[cfg(test)]
+    pub(crate) fn is_replaying(&self) -> bool {
+        self.is_replaying
+    }
+
+    /// Reports whether a report is one of its own.
     pub(crate) fn has_sent(&self, report: &Report) -> bool {
         self.has_id(&report.rpt_id)
-            && self
-                .data_set
-                .as_ref()
-                .zip(report.data_set.as_ref())
-                .is_none_or(|(ours, theirs)| is_alike(&ours.to_string(), theirs))
+            && report.data_set.as_ref().is_none_or(|data_set| self.has_data_set(data_set))
     }
 
     /// Whether the values of a report are where they should be.
@@ -117,6 +129,11 @@ impl Control {
         if is_next || begins_anew { Ok(()) } else { Err(Mismatch::Sequence { last, found }) }
     }
 
+    /// Reports whether a general interrogation was asked for.
+    fn is_interrogating(&self) -> bool {
+        self.step == Step::Running || (self.step == Step::Interrogate && self.is_asked)
+    }
+
     /// Takes notice of a report: whether it is of the past, and whether entries before it
     /// were lost.
     pub(crate) fn note(&mut self, report: &Report) -> Noted {
@@ -124,11 +141,12 @@ impl Control {
             self.entry_id = Some(id.clone());
         }
         let is_whole = report.entries.len() == report.data_set_len();
-        let is_answer = report.entries.iter().any(|entry| match entry.reason {
-            Some(reason) => reason.general_interrogation(),
-            // Without reasons, the first that has all members is taken for it.
-            None => is_whole || !self.block.is_buffered,
-        });
+        let is_answer = self.is_interrogating()
+            && report.entries.iter().any(|entry| match entry.reason {
+                Some(reason) => reason.general_interrogation(),
+                // Without reasons, the first that has all members is taken for it.
+                None => is_whole,
+            });
         self.is_replaying &= !is_answer;
         self.is_answered |= is_answer;
         self.answer_by = self.answer_by.filter(|_| !is_answer);

@@ -23,20 +23,26 @@ impl Server {
     /// # Errors
     /// In words: the server is another than it was, so all of it has to be asked anew.
     pub(crate) fn take_report(&mut self, report: &Report, now: Instant) -> Result<(), String> {
-        let owners = || (0..self.controls.len()).filter(|i| self.controls[*i].has_sent(report));
-        let reporting = owners().find(|index| self.controls[*index].is_reporting());
-        let Some(index) = reporting else {
+        let owners = self.indices_of(|control| control.has_sent(report));
+        let Some(index) = owners.iter().copied().find(|i| self.controls[*i].is_reporting()) else {
             // One that was given up goes on reporting, and its values are polled.
-            if owners().next().is_none() {
-                let data_set = report.data_set.as_deref().unwrap_or("no data set");
-                let why = format!("{data_set} is not the data set of a block that was enabled");
-                let report_id = Some(report.rpt_id.clone());
-                self.note_unusable(&Unusable { report_id, why }, now);
+            if owners.is_empty() {
+                self.note_stray(report, now);
             }
             return Ok(());
         };
+        // One that was given up may still send.
+        let is_sender = |index: &&usize| self.controls[**index].is_enabled();
+        if report.data_set.is_none() && owners.iter().filter(is_sender).count() > 1 {
+            let why = "several blocks have its RptID, and it names no data set: give each block a \
+                       RptID of its own";
+            let report_id = Some(report.rpt_id.clone());
+            self.note_unusable(&Unusable { report_id, why: why.into() }, now);
+            return Ok(());
+        }
         self.board.begin_report();
         let control = &mut self.controls[index];
+        control.hear(now);
         match control.check(report) {
             Ok(()) => {}
             Err(Mismatch::Revision) => {
@@ -63,12 +69,17 @@ impl Server {
             self.distrust(&[index], "its buffer ran over, so changes are missing", now);
         }
         let control = &self.controls[index];
+        let mut misfits = BTreeSet::new();
         for entry in &report.entries {
             for Use { point, share } in control.uses.get(entry.index).into_iter().flatten() {
-                self.board.take(*point, share, &entry.value);
+                if !self.board.take(*point, share, &entry.value) {
+                    misfits.insert(*point);
+                }
                 self.board.note_reported(*point);
             }
         }
+        // Perhaps it fits where it is read; nobody else would find out.
+        self.rereads.extend(self.variables_of(&misfits));
         let is_change = report.entries.iter().any(|entry| {
             entry.reason.is_none_or(|reason| {
                 reason.data_change() || reason.quality_change() || reason.data_update()
@@ -87,21 +98,53 @@ impl Server {
     pub(crate) fn note_unusable(&mut self, unusable: &Unusable, now: Instant) {
         let Unusable { report_id, why } = unusable;
         let has_id = |control: &Control| report_id.as_ref().is_some_and(|id| control.has_id(id));
-        let of_id: Vec<_> = self.indices_of(has_id);
-        // Without an id that a block has it may be of any of them.
-        let reporting = self
-            .indices_of(|control| control.is_reporting() && (of_id.is_empty() || has_id(control)));
+        let of_id = self.indices_of(has_id);
         let why = match report_id {
             Some(id) => format!("a report '{id}' cannot be used: {why}"),
             None => format!("a report cannot be used: {why}"),
         };
+        self.doubt_reporting(of_id, &why, now);
+    }
+
+    /// A report has a RptID and a data set that no block has together: it may be of either,
+    /// or of any.
+    fn note_stray(&mut self, report: &Report, now: Instant) {
+        let Report { rpt_id, data_set, .. } = report;
+        let data_set = data_set.as_deref();
+        let is_related = |control: &Control| {
+            control.has_id(rpt_id) || data_set.is_some_and(|set| control.has_data_set(set))
+        };
+        let related = self.indices_of(is_related);
+        let data_set = data_set.unwrap_or("no data set");
+        let why = format!(
+            "a report '{rpt_id}' cannot be used: {data_set} is not the data set of a block of \
+             that RptID that was enabled"
+        );
+        self.doubt_reporting(related, &why, now);
+    }
+
+    /// Holds the values of those of these blocks that report for bad; without any block, of
+    /// all that report.
+    fn doubt_reporting(&mut self, blocks: Vec<usize>, why: &str, now: Instant) {
+        let mut doubted = match blocks.is_empty() {
+            true => self.indices_of(|_| true),
+            false => blocks,
+        };
+        doubted.retain(|index| self.controls[*index].is_reporting());
         self.board.begin_report();
-        self.distrust(&reporting, &why, now);
-        for index in reporting {
+        self.distrust(&doubted, why, now);
+        for index in doubted {
+            self.controls[index].hear(now);
             if self.controls[index].note_fault() {
                 self.leave(index, REPEATED_FAULTS);
             }
         }
+    }
+
+    /// The report control blocks, in the order of the settings.
+    #[cfg(test)]
+    pub(crate) fn controls(&self) -> &[Control] {
+        &self.controls
     }
 
     fn indices_of(&self, is_wanted: impl Fn(&Control) -> bool) -> Vec<usize> {
@@ -237,3 +280,7 @@ impl Server {
         reported
     }
 }
+
+#[cfg(test)]
+#[path = "reporting_tests.rs"]
+mod tests;

@@ -34,6 +34,12 @@ fn changes_come_by_reports_of_either_kind() {
         // The answer to the general interrogation.
         running.wait_for(1, Value::F64(0.0));
         running.wait_for(4, Value::Bool(false));
+        // A buffer that begins says that it ran over: its block is read after the answer.
+        let is_read = |seen: &Recording| {
+            let good = seen.samples.iter().filter(|s| s.tag == 4 && s.quality.is_good());
+            good.count() > usize::from(block.starts_with("BR"))
+        };
+        assert!(running.recorder.wait_until(PATIENCE, is_read), "{block}");
         let changes = [
             ("MMXU1.TotW", json!({"mag.f": 12.5}), 1, Value::F64(12.5)),
             ("MMXU1.PhV.phsA", json!({"cVal.mag.f": 63.5}), 2, Value::F64(63.5)),

@@ -3,6 +3,24 @@
 /// Messages with a fault, one in so many, unless told otherwise.
 const DEFAULT_RARITY: usize = 4;
 
+/// Variable of the environment that says how many steps a message matrix takes.
+const STEPS_VARIABLE: &str = "BUSBAR_MATRIX_STEPS";
+
+/// Returns how many steps a message matrix takes: `BUSBAR_MATRIX_STEPS`, or a sample of so
+/// many where the environment says nothing.
+///
+/// # Panics
+/// When the variable is no count.
+pub fn matrix_steps(sample: u64) -> u64 {
+    match std::env::var(STEPS_VARIABLE) {
+        Err(_) => sample,
+        Ok(text) => match text.parse() {
+            Ok(steps) if steps > 0 => steps,
+            _ => panic!("{STEPS_VARIABLE} is no count of steps: '{text}'"),
+        },
+    }
+}
+
 /// A fault of one message on its way to an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum MessageFault {

@@ -65,6 +65,7 @@ pub struct TruthOracle {
     /// Order of all that is told and all samples.
     order: u64,
     bound: Duration,
+    delay: Duration,
     clock: OracleClock,
     wall_start: SystemTime,
     recorder: Recorder,
@@ -86,6 +87,11 @@ pub struct TruthCounts {
     pub signs: u64,
 }
 
+/// An instant in the order of all that an oracle is told, for messages that arrive later
+/// than they are sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TruthMoment(u64);
+
 /// Clock of an oracle.
 enum OracleClock {
     /// Moved by the test.
@@ -104,6 +110,7 @@ impl TruthOracle {
             step: 0,
             order: 0,
             bound,
+            delay: Duration::ZERO,
             clock: OracleClock::Simulated(Duration::ZERO),
             wall_start: SystemTime::now(),
             recorder: Recorder::new(),
@@ -111,6 +118,13 @@ impl TruthOracle {
             links: VecDeque::new(),
             counts: TruthCounts::default(),
         }
+    }
+
+    /// The oracle of messages that are on their way for up to this time: by so much longer a
+    /// value may be good that ceased to be true without a message that says so.
+    #[must_use]
+    pub fn with_delay(self, delay: Duration) -> Self {
+        Self { delay, ..self }
     }
 
     /// The oracle on the system's clock, from now on: [`TruthOracle::advance`] waits.
@@ -156,22 +170,44 @@ impl TruthOracle {
         self.tags.get(&tag).and_then(TagHistory::truth)
     }
 
+    /// The present instant: of the truths told so far the last ones hold at it.
+    pub fn moment(&self) -> TruthMoment {
+        TruthMoment(self.order + 1)
+    }
+
     /// Tells that a message which can be understood was sent now and has the present truth.
     pub fn note_message(&mut self, tag: u32) {
+        self.note_late_message(tag, TruthMoment(u64::MAX));
+    }
+
+    /// Tells that a message arrives now which can be understood and has the truth of the
+    /// instant at which it was sent.
+    pub fn note_late_message(&mut self, tag: u32, sent: TruthMoment) {
         self.take_samples();
         let (order, at) = self.tick();
         self.counts.messages += 1;
-        self.tag_mut(tag).note(Evidence::new(order, at, None));
+        self.tag_mut(tag).note(Evidence::new(order, sent.0, at, None));
     }
 
     /// Tells that something concerning these tags was sent now which cannot be understood:
     /// cut, too large, unknown, misassigned, or missing from a numbered sequence.
     pub fn note_sign(&mut self, tags: impl IntoIterator<Item = u32>, sign: &str) {
+        self.note_late_sign(tags, sign, TruthMoment(u64::MAX));
+    }
+
+    /// Tells that something arrives now which cannot be understood, and was sent at an
+    /// instant before.
+    pub fn note_late_sign(
+        &mut self,
+        tags: impl IntoIterator<Item = u32>,
+        sign: &str,
+        sent: TruthMoment,
+    ) {
         self.take_samples();
         self.counts.signs += 1;
         for tag in tags {
             let (order, at) = self.tick();
-            self.tag_mut(tag).note(Evidence::new(order, at, Some(sign)));
+            self.tag_mut(tag).note(Evidence::new(order, sent.0, at, Some(sign)));
         }
     }
 
@@ -225,7 +261,7 @@ impl TruthOracle {
         let mut found = None;
         for (&tag, history) in &mut self.tags {
             self.counts.judged += 1;
-            match history.find_fault(now, wall_clock, self.bound) {
+            match history.find_fault(now, wall_clock, self.bound, self.delay) {
                 Ok(is_good) => self.counts.good += u64::from(is_good),
                 Err(fault) => found = found.or(Some((tag, fault))),
             }

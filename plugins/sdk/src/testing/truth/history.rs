@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::time::{Duration, SystemTime};
 
 use super::ShownTag;
-use crate::{Sample, TagSpec, Value};
+use crate::{Sample, SampleFlags, TagSpec, Value};
 
 /// Truths, and messages, of a tag that are kept at most; older ones go.
 const MAX_KEPT: usize = 4096;
@@ -25,6 +25,8 @@ struct Truth {
 #[derive(Clone, Debug)]
 pub(super) struct Evidence {
     order: u64,
+    /// Order of the instant at which it was sent.
+    sent: u64,
     at: Duration,
     /// Description of a message that cannot be understood.
     sign: Option<String>,
@@ -37,14 +39,27 @@ pub(super) struct TagHistory {
     shown: ShownTag,
     /// Order of the sample whose value is shown.
     shown_order: u64,
+    /// Tells whether that came out of a buffer.
+    is_buffered: bool,
     truths: VecDeque<Truth>,
     evidence: VecDeque<Evidence>,
+    /// Evidence to which the plugin has to have reacted: of it the one that was sent last,
+    /// and the last sign.
+    newest: Option<Evidence>,
+    last_sign: Option<Evidence>,
+    /// Order of the last evidence of these.
+    followed: u64,
     samples: VecDeque<(Duration, Sample)>,
 }
 
 impl Evidence {
-    pub(super) fn new(order: u64, at: Duration, sign: Option<&str>) -> Self {
-        Self { order, at, sign: sign.map(str::to_owned) }
+    /// Evidence that arrives now, of what was sent at an earlier instant, or now.
+    pub(super) fn new(order: u64, sent: u64, at: Duration, sign: Option<&str>) -> Self {
+        Self { order, sent: sent.min(order), at, sign: sign.map(str::to_owned) }
+    }
+
+    fn name(&self) -> &str {
+        self.sign.as_deref().unwrap_or("a message with the truth")
     }
 }
 
@@ -55,8 +70,12 @@ impl TagHistory {
             freshness: spec.freshness,
             shown: ShownTag::new(spec),
             shown_order: 0,
+            is_buffered: false,
             truths: VecDeque::new(),
             evidence: VecDeque::new(),
+            newest: None,
+            last_sign: None,
+            followed: 0,
             samples: VecDeque::new(),
         }
     }
@@ -86,6 +105,7 @@ impl TagHistory {
     pub(super) fn take(&mut self, sample: &Sample, order: u64, now: Duration, wall: SystemTime) {
         if self.shown.take(sample, wall) {
             self.shown_order = order;
+            self.is_buffered = sample.flags.contains(SampleFlags::BUFFERED);
         }
         push(&mut self.samples, (now, *sample), MAX_TOLD);
     }
@@ -96,8 +116,10 @@ impl TagHistory {
         now: Duration,
         wall_clock: SystemTime,
         bound: Duration,
+        delay: Duration,
     ) -> Result<bool, String> {
-        self.forget(now, bound);
+        self.follow_evidence(now, bound);
+        self.forget(now, bound + delay);
         let (true, Some(value)) = (self.shown.quality(wall_clock).is_good(), self.shown.value())
         else {
             return Ok(false);
@@ -106,23 +128,42 @@ impl TagHistory {
             return Err("is good with a value that was not true at any time of late".into());
         };
         if let Some((_, until)) = truth.until
-            && now.saturating_sub(until) > self.freshness + bound
+            && now.saturating_sub(until) > self.freshness + bound + delay
         {
             let ago = now.saturating_sub(until);
             return Err(format!("is good with a value that ceased to be true {ago:.3?} ago"));
         }
-        let Some(last) = self.evidence.iter().rfind(|known| known.at + bound <= now) else {
-            return Ok(true);
-        };
-        let what = last.sign.as_deref().unwrap_or("a message with the truth");
-        let ago = now.saturating_sub(last.at);
-        if truth.until.is_some_and(|(order, _)| order < last.order) {
+        // What comes out of a buffer counts by its own time, as long as nothing newer follows.
+        let is_of_past = |newest: &Evidence| self.is_buffered && newest.order < self.shown_order;
+        if let Some(newest) = self.newest.as_ref().filter(|newest| !is_of_past(newest))
+            && truth.until.is_some_and(|(order, _)| order < newest.sent)
+        {
+            let (ago, what) = (now.saturating_sub(newest.at), newest.name());
             return Err(format!("is good with a value that was old {ago:.3?} ago, with: {what}"));
         }
-        if last.sign.is_some() && self.shown_order < last.order {
+        if let Some(sign) = &self.last_sign
+            && self.shown_order < sign.order
+        {
+            let (ago, what) = (now.saturating_sub(sign.at), sign.name());
             return Err(format!("is good and as it was before a sign {ago:.3?} ago: {what}"));
         }
         Ok(true)
+    }
+
+    /// Moves on to evidence to which the plugin has to have reacted by now.
+    fn follow_evidence(&mut self, now: Duration, bound: Duration) {
+        let first = self.evidence.partition_point(|evidence| evidence.order <= self.followed);
+        for evidence in self.evidence.range(first..) {
+            if evidence.at + bound > now {
+                break;
+            }
+            self.followed = evidence.order;
+            // A message with the truth says that what is shown may stay.
+            self.last_sign = evidence.sign.is_some().then(|| evidence.clone());
+            if self.newest.as_ref().is_none_or(|newest| newest.sent <= evidence.sent) {
+                self.newest = Some(evidence.clone());
+            }
+        }
     }
 
     /// Forgets what no verdict needs any more.

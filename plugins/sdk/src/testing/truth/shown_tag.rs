@@ -1,4 +1,6 @@
 //! Rules of the host's tag table for one tag: the value and quality that an operator sees.
+//!
+//! A test of `busbar_plugin_host` compares them with the host's own.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -6,6 +8,8 @@ use crate::{DoublePoint, Quality, Reason, Sample, SampleFlags, TagSpec, Value, V
 
 /// Farthest that a source time may be ahead of the host's clock.
 const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(10);
+/// Time for which a time of the future casts doubt on a tag that has shown but one.
+const DOUBT_AFTER_FUTURE: Duration = Duration::from_secs(60);
 
 /// One tag as the host shows it: its samples so far, judged by order of arrival, by
 /// source time where they are [`SampleFlags::BUFFERED`], and by freshness.
@@ -36,8 +40,22 @@ pub struct ShownTag {
     valid_from: SystemTime,
     /// Source time of the last live sample.
     last_time: Option<SystemTime>,
-    /// True where that was ahead of the host's clock when it came first.
-    is_ahead: bool,
+    /// Time from which that counted.
+    last_valid_from: SystemTime,
+    clock: TagClock,
+    /// Instant up to which a tag that has shown one time is doubted.
+    doubt_until: SystemTime,
+}
+
+/// Finding about the times of a tag, as the host keeps it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TagClock {
+    /// It has shown one possible time at most.
+    Unproven,
+    /// Its last two times were different and possible.
+    Plausible,
+    /// Its last time was ahead of the host's clock.
+    Ahead,
 }
 
 /// Verdict on the source time of a sample.
@@ -59,7 +77,9 @@ impl ShownTag {
             source_time: None,
             valid_from: UNIX_EPOCH,
             last_time: None,
-            is_ahead: false,
+            last_valid_from: UNIX_EPOCH,
+            clock: TagClock::Unproven,
+            doubt_until: UNIX_EPOCH,
         }
     }
 
@@ -122,16 +142,34 @@ impl ShownTag {
         };
         let is_future = time > now + MAX_CLOCK_AHEAD;
         let is_buffered = sample.flags.contains(SampleFlags::BUFFERED);
+        let is_repeated = self.last_time == Some(time);
+        let mut valid_from = time.min(now);
+        if is_repeated {
+            // The same again is no younger.
+            valid_from = valid_from.min(self.last_valid_from);
+        }
         if !is_buffered {
-            let is_repeated = self.last_time.replace(time) == Some(time);
-            // A time that was ahead is no better once the host's clock has caught up.
-            self.is_ahead = if is_repeated { self.is_ahead || is_future } else { is_future };
+            if !is_repeated {
+                // A time that was ahead is no better once the host's clock has caught up.
+                self.clock = match self.last_time {
+                    _ if is_future => TagClock::Ahead,
+                    None => TagClock::Unproven,
+                    Some(_) => TagClock::Plausible,
+                };
+            }
+            (self.last_time, self.last_valid_from) = (Some(time), valid_from);
         }
-        JudgedTime {
-            source_time: Some(time).filter(|_| !is_future),
-            valid_from: time.min(now),
-            is_believed: !is_future && (is_buffered || !self.is_ahead),
+        if is_future {
+            self.doubt_until = now + DOUBT_AFTER_FUTURE;
         }
+        let is_believed = match self.clock {
+            _ if is_future => false,
+            TagClock::Ahead => false,
+            TagClock::Unproven => now >= self.doubt_until,
+            TagClock::Plausible => true,
+        };
+        let source_time = Some(time).filter(|_| !is_future);
+        JudgedTime { source_time, valid_from, is_believed }
     }
 }
 

@@ -59,6 +59,39 @@ fn a_sign_never_leaves_a_value_as_it_was_even_one_that_is_right() {
 }
 
 #[test]
+fn a_message_that_arrives_late_has_the_truth_of_when_it_was_sent() {
+    let mut oracle = told();
+    let first = oracle.moment();
+    oracle.set_truth(1, Some(Value::I64(2)));
+    let second = oracle.moment();
+    oracle.set_truth(1, Some(Value::I64(3)));
+    // Sent before 2 was true: 1 may stay.
+    oracle.note_late_message(1, first);
+    oracle.advance(BOUND);
+    oracle.check();
+    oracle.note_late_message(1, second);
+    oracle.advance(BOUND);
+    assert!(oracle.find_fault().unwrap().contains("old"));
+    oracle.sink().publish(&[good(2)]);
+    oracle.check();
+    // A sign of then leaves it to what came since, and no older value.
+    oracle.note_late_sign([1], "cut", second);
+    oracle.advance(BOUND);
+    assert!(oracle.find_fault().unwrap().contains("before a sign"));
+    oracle.sink().publish(&[good(2)]);
+    oracle.check();
+    oracle.sink().publish(&[good(1)]);
+    assert!(oracle.find_fault().is_some());
+    oracle.sink().publish(&[good(3)]);
+    oracle.check();
+    // What arrives later and was sent before says nothing new.
+    oracle.note_late_message(1, first);
+    oracle.advance(BOUND);
+    oracle.sink().publish(&[good(1)]);
+    assert!(oracle.find_fault().is_some());
+}
+
+#[test]
 fn what_was_never_true_is_wrong_at_once() {
     let mut oracle = told();
     oracle.sink().publish(&[good(7)]);

@@ -3,38 +3,51 @@
 use std::time::{Duration, Instant};
 
 /// Shortest time between two lines; events in between are told together at its end.
-pub(crate) const TELL_INTERVAL: Duration = Duration::from_secs(1);
+pub const TELL_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Events of one kind since the association was made.
+/// Events of one kind since a connection was made.
+///
+/// ```
+/// use std::time::{Duration, Instant};
+/// use busbar_link::Notices;
+///
+/// let (mut notices, now) = (Notices::default(), Instant::now());
+/// notices.note("a message of 3 bytes".into());
+/// assert_eq!(notices.take_due(now).unwrap().count, 1);
+/// notices.note("a message of 5 bytes".into());
+/// assert_eq!(notices.take_due(now), None);
+/// let notice = notices.take_due(now + Duration::from_secs(1)).unwrap();
+/// assert_eq!((notice.last.as_str(), notice.total), ("a message of 5 bytes", 2));
+/// ```
 #[derive(Debug, Default)]
-pub(crate) struct Notices {
+pub struct Notices {
     total: u64,
     untold: u64,
     last: String,
     not_before: Option<Instant>,
 }
 
-/// Events that are to be told now.
+/// Events that a log line is to tell now.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Notice {
+pub struct Notice {
     /// Description of the last event.
-    pub(crate) last: String,
+    pub last: String,
     /// Events since the line before.
-    pub(crate) count: u64,
-    /// Events since the association was made.
-    pub(crate) total: u64,
+    pub count: u64,
+    /// Events since the connection was made.
+    pub total: u64,
 }
 
 impl Notices {
     /// Counts an event.
-    pub(crate) fn note(&mut self, what: String) {
+    pub fn note(&mut self, what: String) {
         self.total += 1;
         self.untold += 1;
         self.last = what;
     }
 
     /// Takes what is to be told now, if anything.
-    pub(crate) fn take_due(&mut self, now: Instant) -> Option<Notice> {
+    pub fn take_due(&mut self, now: Instant) -> Option<Notice> {
         let is_due = self.untold > 0 && self.not_before.is_none_or(|at| at <= now);
         is_due.then(|| {
             self.not_before = Some(now + TELL_INTERVAL);
@@ -43,14 +56,19 @@ impl Notices {
     }
 
     /// Takes what was not told yet, whenever the last line was, and counts anew.
-    pub(crate) fn take_rest(&mut self) -> Option<Notice> {
+    pub fn take_rest(&mut self) -> Option<Notice> {
         let rest = (self.untold > 0).then(|| self.take());
         *self = Self::default();
         rest
     }
 
+    /// Count of all events, and the last.
+    pub fn summary(&self) -> (u64, &str) {
+        (self.total, &self.last)
+    }
+
     /// Instant at which [`Notices::take_due`] has something.
-    pub(crate) fn deadline(&self) -> Option<Instant> {
+    pub fn deadline(&self) -> Option<Instant> {
         self.not_before.filter(|_| self.untold > 0)
     }
 
