@@ -1,7 +1,6 @@
-//! The network as it is configured.
+//! Settings: the network, and what operators placed in it.
 
-use busbar_plugin_sdk::LegendEntry;
-use busbar_plugin_sdk::Pattern;
+use crate::branch_kind::{BranchKind, EarthKind};
 
 /// Settings of the overlay: the network's connectivity nodes, and what joins, feeds and
 /// earths them. Positions come from tags bound to the switches in the role `position`.
@@ -17,12 +16,18 @@ pub struct Settings {
     /// What joins nodes: switches, current transformers, transformers, lines.
     #[serde(default)]
     pub branches: Vec<BranchSettings>,
-    /// Earth switches.
+    /// Working earths: earth switches and portable earths. The earthing of a star point is
+    /// none.
     #[serde(default)]
     pub earths: Vec<EarthSettings>,
     /// What feeds nodes.
     #[schemars(length(min = 1))]
     pub sources: Vec<SourceSettings>,
+    /// What an operator placed or set by hand, where no tag tells. They are kept here until
+    /// somebody removes them, and logged.
+    #[serde(default)]
+    #[schemars(length(max = 10_000))]
+    pub placements: Vec<PlacementSettings>,
 }
 
 /// A voltage level.
@@ -34,6 +39,10 @@ pub struct LevelSettings {
     pub name: String,
     /// Colour of what is energised, `#rrggbb`.
     pub color: Color,
+    /// Nominal voltage between phases, kV. Where missing, it is read from the name.
+    #[serde(default)]
+    #[schemars(range(min = 0.001, max = 2000.0))]
+    pub nominal_kv: Option<f64>,
 }
 
 /// A connectivity node.
@@ -50,7 +59,8 @@ pub struct NodeSettings {
     pub equipment: Vec<String>,
 }
 
-/// Joins two nodes.
+/// Joins two nodes. Between nodes of different voltage levels it is a winding, whatever its
+/// kind: no earth passes it.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BranchSettings {
@@ -58,12 +68,19 @@ pub struct BranchSettings {
     pub equipment: String,
     /// The nodes.
     pub between: [String; 2],
-    /// Whether it joins them only while its position is closed.
+    /// Reports whether it joins them only while its position is closed. Where missing, the
+    /// kind decides.
     #[serde(default)]
-    pub switch: bool,
+    pub switch: Option<bool>,
+    /// Kind. Where missing, a branch within a voltage level is a conductor or a switch.
+    #[serde(default)]
+    pub kind: Option<BranchKind>,
+    /// Says that no tag tells its position: it is unknown, unless set by hand.
+    #[serde(default)]
+    pub untelemetered: bool,
 }
 
-/// An earth switch.
+/// A working earth.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EarthSettings {
@@ -71,6 +88,12 @@ pub struct EarthSettings {
     pub equipment: String,
     /// The node that it earths.
     pub node: String,
+    /// Kind.
+    #[serde(default)]
+    pub kind: EarthKind,
+    /// Says that no tag tells its position: it is unknown, unless set by hand.
+    #[serde(default)]
+    pub untelemetered: bool,
 }
 
 /// Feeds a node.
@@ -79,10 +102,64 @@ pub struct EarthSettings {
 pub struct SourceSettings {
     /// The node.
     pub node: String,
-    /// Id of equipment with a tag in the role `source`: it feeds while that is true or
-    /// more than 0. Where missing, it feeds always.
+    /// Id of equipment whose tags tell whether it feeds, in the roles `source`,
+    /// `active_power` and `reactive_power`. Where missing, it feeds always.
     #[serde(default)]
     pub equipment: Option<String>,
+    /// Rated apparent power, MVA: power above 1 % of it is power. Where missing, any is.
+    #[serde(default)]
+    #[schemars(range(min = 0.000001, max = 100000.0))]
+    pub rating_mva: Option<f64>,
+    /// Says that no tag tells whether it feeds: it may.
+    #[serde(default)]
+    pub untelemetered: bool,
+}
+
+/// Something that an operator placed or set by hand.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlacementSettings {
+    /// What it is.
+    pub kind: PlacementKind,
+    /// Id of the equipment: the switch that is racked out or set by hand, or the piece that
+    /// a portable earth is placed at.
+    pub equipment: String,
+    /// Node of a portable earth, for equipment that is at several.
+    #[serde(default)]
+    pub node: Option<String>,
+    /// Position of a switch that is set by hand.
+    #[serde(default)]
+    pub position: Option<HandDressedPosition>,
+    /// Who did it.
+    #[serde(default)]
+    #[schemars(length(max = 64))]
+    pub by: String,
+    /// When, as people write it.
+    #[serde(default)]
+    #[schemars(length(max = 64))]
+    pub since: String,
+}
+
+/// Kind of a placement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlacementKind {
+    /// Portable earth.
+    PortableEarth,
+    /// Breaker or switch withdrawn from its contacts.
+    RackedOut,
+    /// Position set by hand, in place of the one reported.
+    HandDressed,
+}
+
+/// Position set by hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HandDressedPosition {
+    /// Open.
+    Open,
+    /// Closed.
+    Closed,
 }
 
 /// sRGB.
@@ -112,25 +189,23 @@ impl schemars::JsonSchema for Color {
     }
 }
 
-/// Of what is dead: a grey.
-const DEAD: [u8; 3] = [0x4a, 0x4e, 0x54];
-/// Of what is earthed (IEC 60445: green and yellow is the protective conductor).
-const EARTHED: [u8; 3] = [0x5f, 0xa8, 0x2d];
-/// Of what is not known.
-const UNKNOWN: [u8; 3] = [0x9c, 0x1f, 0x8c];
-
-impl Settings {
-    /// The legend: each level energised, then dead, earthed and unknown.
-    pub fn legend(&self) -> Vec<LegendEntry> {
-        let entry = |name: String, color, pattern| LegendEntry { name, color, pattern };
-        let energised = |level: &LevelSettings| {
-            entry(format!("{} energised", level.name), level.color.0, Pattern::Solid)
+impl LevelSettings {
+    /// The nominal voltage between phases, kV: as set, or as the name has it (`110 kV`,
+    /// `10,5 kV`, `400 V`); `None` where neither tells.
+    pub fn nominal_kv(&self) -> Option<f64> {
+        if self.nominal_kv.is_some() {
+            return self.nominal_kv;
+        }
+        let name = self.name.trim();
+        let end = name.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',')))?;
+        let number: f64 = name[..end].replace(',', ".").parse().ok()?;
+        let rest = name[end..].trim_start();
+        let unit = rest.find(|c: char| !c.is_ascii_alphabetic()).map_or(rest, |end| &rest[..end]);
+        let factor = match unit {
+            "kV" | "KV" | "kv" => 1.0,
+            "V" => 1e-3,
+            _ => return None,
         };
-        let others = [
-            entry("dead".into(), DEAD, Pattern::Dotted),
-            entry("earthed".into(), EARTHED, Pattern::Crossed),
-            entry("unknown".into(), UNKNOWN, Pattern::Striped),
-        ];
-        self.levels.iter().map(energised).chain(others).collect()
+        (number > 0.0).then_some(number * factor)
     }
 }

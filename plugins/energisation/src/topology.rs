@@ -1,13 +1,16 @@
 //! The network: connectivity nodes (IEC 61970-301), and what joins, feeds and earths them.
 
-use std::collections::HashMap;
-
-use crate::settings::Settings;
+use crate::branch_kind::{BranchKind, EarthKind};
+use crate::bridges::find_arcs_to_sources;
+use crate::names::Names;
+use crate::settings::{BranchSettings, EarthSettings, Settings};
 
 /// Connectivity nodes of one network.
 pub const MAX_NODES: usize = 100_000;
 /// Branches and earth switches of one network.
 pub const MAX_BRANCHES: usize = 200_000;
+/// Voltage levels of one network.
+pub const MAX_LEVELS: usize = 54;
 
 /// Index of a connectivity node.
 pub type Node = usize;
@@ -26,8 +29,11 @@ pub struct Topology {
     /// What joins two nodes.
     pub branches: Vec<Branch>,
     /// Branches at each node.
-    pub branches_at: Vec<Vec<usize>>,
-    /// Earth switches.
+    pub adjacency: Adjacency,
+    /// Tells by each end of a branch, in the order of [`Adjacency::arcs`], whether a source
+    /// may lie beyond it.
+    pub leads_to_source: Vec<bool>,
+    /// Working earths.
     pub earths: Vec<Earth>,
     /// Nodes that are fed, and by what.
     pub sources: Vec<Source>,
@@ -42,36 +48,111 @@ pub struct Topology {
 /// Joins two nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Branch {
-    /// Its ends.
+    /// The nodes at its ends.
     pub ends: [Node; 2],
     /// Joins them while it is closed; none where it always does.
     pub switch: Option<Switch>,
-    /// What is shown.
+    /// The equipment that it is.
     pub equipment: Equipment,
+    /// Reports whether no earth passes it: it has windings, or is no conductor.
+    pub stops_earth: bool,
 }
 
 /// Earths a node while its switch is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Earth {
-    /// The node.
+    /// The node that it earths.
     pub node: Node,
-    /// The switch.
+    /// The earth switch, or the placing of a portable earth.
     pub switch: Switch,
-    /// What is shown.
+    /// The equipment that it is.
     pub equipment: Equipment,
 }
 
 /// Feeds a node.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// The node.
+    /// The node that it feeds.
     pub node: Node,
-    /// Equipment whose tag in the role `source` tells whether it feeds; none where it
-    /// always does.
+    /// Equipment whose tags tell whether it feeds; none where it always does.
     pub equipment: Option<String>,
+    /// Rated apparent power, MVA.
+    pub rating_mva: Option<f64>,
 }
 
-/// What is wrong with a network.
+/// Branches by the nodes at their ends, as compressed rows.
+#[derive(Clone, Debug, Default)]
+pub struct Adjacency {
+    offsets: Vec<u32>,
+    arcs: Vec<Arc>,
+}
+
+/// A branch as one of its nodes sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arc {
+    /// The node at the other end.
+    pub to: u32,
+    /// The branch.
+    pub branch: u32,
+    /// The switch, or [`Arc::ALWAYS`].
+    pub switch: u32,
+    /// Reports whether no earth passes.
+    pub stops_earth: bool,
+}
+
+impl Arc {
+    /// Switch of a branch that always joins its nodes.
+    pub const ALWAYS: u32 = u32::MAX;
+
+    /// Gives its switch, if it has one.
+    pub fn switch(self) -> Option<Switch> {
+        (self.switch != Self::ALWAYS).then_some(self.switch as usize)
+    }
+}
+
+impl Adjacency {
+    /// Sorts branches by their ends.
+    pub fn new(nodes: usize, branches: &[Branch]) -> Self {
+        let mut offsets = vec![0_u32; nodes + 1];
+        for end in branches.iter().flat_map(|branch| branch.ends) {
+            offsets[end + 1] += 1;
+        }
+        for node in 0..nodes {
+            offsets[node + 1] += offsets[node];
+        }
+        let none = Arc { to: 0, branch: 0, switch: Arc::ALWAYS, stops_earth: false };
+        let mut arcs = vec![none; branches.len() * 2];
+        let mut next = offsets.clone();
+        for (branch, index) in branches.iter().zip(0..) {
+            let switch = branch.switch.map_or(Arc::ALWAYS, |switch| switch as u32);
+            let [a, b] = branch.ends;
+            for (from, to) in [(a, b), (b, a)] {
+                let stops_earth = branch.stops_earth;
+                arcs[next[from] as usize] =
+                    Arc { to: to as u32, branch: index, switch, stops_earth };
+                next[from] += 1;
+            }
+        }
+        Self { offsets, arcs }
+    }
+
+    /// Gives the branches at a node.
+    pub fn at(&self, node: Node) -> &[Arc] {
+        &self.arcs[self.range(node)]
+    }
+
+    /// Gives the indices of the branches at a node, among all ends of branches.
+    pub fn range(&self, node: Node) -> std::ops::Range<usize> {
+        self.offsets[node] as usize..self.offsets[node + 1] as usize
+    }
+
+    /// Gives all ends of branches.
+    pub fn arcs(&self) -> &[Arc] {
+        &self.arcs
+    }
+}
+
+/// Faults of a network.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TopologyError {
     /// A name that nothing has.
@@ -95,6 +176,29 @@ pub enum TopologyError {
     /// Both ends are the same node.
     #[error("the branch '{0}' joins a node to itself: name the node at its other end")]
     Loop(String),
+    /// A kind that is a switch, and a setting that says otherwise.
+    #[error("the branch '{0}' is a switch by its 'kind', and none by 'switch': mend one of them")]
+    Kind(String),
+    /// Settings of a placement that do not go together.
+    #[error("the placement at '{equipment}' {fault}")]
+    Placement {
+        /// The equipment that it names.
+        equipment: String,
+        /// The fault, and the remedy.
+        fault: String,
+    },
+    /// A number out of its range.
+    #[error("{place} has '{setting}' of {value}: give {range}")]
+    Range {
+        /// Where.
+        place: String,
+        /// The setting.
+        setting: &'static str,
+        /// The number, as given.
+        value: String,
+        /// What is taken.
+        range: &'static str,
+    },
     /// Too much.
     #[error("{asked} {what}; at most {limit} are taken: split the network")]
     TooMany {
@@ -110,37 +214,14 @@ pub enum TopologyError {
     NoSource,
 }
 
-/// Numbers for names, in the order in which they come.
+/// Names of a network while it is read.
 #[derive(Default)]
-struct Names {
-    numbers: HashMap<String, usize>,
-    names: Vec<String>,
-}
-
-impl Names {
-    /// The number of a name, which may be new.
-    fn number(&mut self, name: &str) -> usize {
-        if let Some(&number) = self.numbers.get(name) {
-            return number;
-        }
-        let number = self.names.len();
-        self.numbers.insert(name.to_owned(), number);
-        self.names.push(name.to_owned());
-        number
-    }
-
-    fn find(&self, what: &'static str, name: &str, place: &str) -> Result<usize, TopologyError> {
-        let unknown =
-            || TopologyError::Unknown { place: place.to_owned(), what, name: name.to_owned() };
-        self.numbers.get(name).copied().ok_or_else(unknown)
-    }
-
-    fn once(&mut self, what: &'static str, name: &str) -> Result<usize, TopologyError> {
-        if self.numbers.contains_key(name) {
-            return Err(TopologyError::Twice { what, name: name.to_owned() });
-        }
-        Ok(self.number(name))
-    }
+struct Reader {
+    levels: Names,
+    nodes: Names,
+    equipment: Names,
+    switches: Names,
+    topology: Topology,
 }
 
 impl Topology {
@@ -149,82 +230,145 @@ impl Topology {
     /// # Errors
     /// The first name that is not there or there twice, or the limit exceeded.
     pub fn new(settings: &Settings) -> Result<Self, TopologyError> {
+        let branches = settings.branches.len() + settings.earths.len();
+        within("voltage levels", settings.levels.len(), MAX_LEVELS)?;
         within("nodes", settings.nodes.len(), MAX_NODES)?;
-        within(
-            "branches and earth switches",
-            settings.branches.len() + settings.earths.len(),
-            MAX_BRANCHES,
-        )?;
-        let (mut levels, mut nodes) = (Names::default(), Names::default());
-        let (mut equipment, mut switches) = (Names::default(), Names::default());
-        for level in &settings.levels {
-            levels.once("voltage level", &level.name)?;
-        }
-        let mut topology = Self::default();
-        for node in &settings.nodes {
-            let place = format!("the node '{}'", node.id);
-            let index = nodes.once("node", &node.id)?;
-            topology.levels.push(levels.find("voltage level", &node.level, &place)?);
-            for id in &node.equipment {
-                topology.at_nodes.push((equipment.once("equipment", id)?, index));
-            }
-        }
-        for branch in &settings.branches {
-            let place = format!("the branch '{}'", branch.equipment);
-            let [a, b] = &branch.between;
-            let ends = [nodes.find("node", a, &place)?, nodes.find("node", b, &place)?];
-            if ends[0] == ends[1] {
-                return Err(TopologyError::Loop(branch.equipment.clone()));
-            }
-            let switch = branch.switch.then(|| switches.number(&branch.equipment));
-            // A transformer of three windings is two branches.
-            let equipment = equipment.number(&branch.equipment);
-            topology.branches.push(Branch { ends, switch, equipment });
-        }
-        for earth in &settings.earths {
-            let place = format!("the earth switch '{}'", earth.equipment);
-            let node = nodes.find("node", &earth.node, &place)?;
-            let switch = switches.once("switch", &earth.equipment)?;
-            let equipment = equipment.number(&earth.equipment);
-            topology.earths.push(Earth { node, switch, equipment });
-        }
-        for source in &settings.sources {
-            let node = nodes.find("node", &source.node, "a source")?;
-            topology.sources.push(Source { node, equipment: source.equipment.clone() });
-        }
-        if topology.sources.is_empty() {
-            return Err(TopologyError::NoSource);
-        }
-        topology.nodes = nodes.names;
-        topology.find_branches_at();
-        topology.switches = switches.names;
-        topology.equipment = equipment.names;
+        within("branches and earth switches", branches, MAX_BRANCHES)?;
+        within("sources", settings.sources.len(), MAX_BRANCHES)?;
+        let mut reader = Reader::default();
+        reader.read_levels(settings)?;
+        reader.read_nodes(settings)?;
+        settings.branches.iter().try_for_each(|branch| reader.read_branch(branch))?;
+        settings.earths.iter().try_for_each(|earth| reader.read_earth(earth))?;
+        reader.read_sources(settings)?;
+        let Reader { nodes, equipment, switches, mut topology, .. } = reader;
+        topology.nodes = nodes.into_names();
+        topology.switches = switches.into_names();
+        topology.equipment = equipment.into_names();
+        topology.adjacency = Adjacency::new(topology.nodes.len(), &topology.branches);
+        topology.leads_to_source = find_arcs_to_sources(&topology);
         Ok(topology)
     }
-}
 
-impl Topology {
-    /// The nodes that each piece of equipment is at.
+    /// Adds an earth that is placed where none is configured, and gives its switch.
+    pub(crate) fn add_earth(&mut self, nodes: &[Node], equipment: Equipment) -> Switch {
+        let switch = self.switches.len();
+        self.switches.push(self.equipment[equipment].clone());
+        self.earths.extend(nodes.iter().map(|&node| Earth { node, switch, equipment }));
+        switch
+    }
+
+    /// Lists the nodes that each piece of equipment is at.
     pub(crate) fn nodes_of_equipment(&self) -> Vec<Vec<Node>> {
         let mut nodes_of = vec![Vec::new(); self.equipment.len()];
         let branches = self.branches.iter();
         let ends = branches.flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
         let earthed = self.earths.iter().map(|earth| (earth.equipment, earth.node));
         for (piece, node) in self.at_nodes.iter().copied().chain(ends).chain(earthed) {
-            nodes_of[piece].push(node);
+            if !nodes_of[piece].contains(&node) {
+                nodes_of[piece].push(node);
+            }
         }
         nodes_of
     }
+}
 
-    /// Lists branches by their ends.
-    pub(crate) fn find_branches_at(&mut self) {
-        self.branches_at = vec![Vec::new(); self.nodes.len()];
-        for (index, branch) in self.branches.iter().enumerate() {
-            branch.ends.into_iter().for_each(|end| self.branches_at[end].push(index));
+impl Reader {
+    fn read_levels(&mut self, settings: &Settings) -> Result<(), TopologyError> {
+        for level in &settings.levels {
+            self.levels.once("voltage level", &level.name)?;
+            let place = || format!("the voltage level '{}'", level.name);
+            in_range(place, "nominal_kv", level.nominal_kv, 0.001..=2_000.0, "0.001 to 2000 kV")?;
         }
+        Ok(())
+    }
+
+    fn read_nodes(&mut self, settings: &Settings) -> Result<(), TopologyError> {
+        for node in &settings.nodes {
+            let place = format!("the node '{}'", node.id);
+            let index = self.nodes.once("node", &node.id)?;
+            let level = self.levels.find("voltage level", &node.level, &place)?;
+            self.topology.levels.push(level);
+            for id in &node.equipment {
+                let piece = self.equipment.once("equipment", id)?;
+                self.topology.at_nodes.push((piece, index));
+            }
+        }
+        Ok(())
+    }
+
+    fn read_branch(&mut self, branch: &BranchSettings) -> Result<(), TopologyError> {
+        let BranchSettings { equipment: id, between: [a, b], switch, kind, .. } = branch;
+        let place = format!("the branch '{id}'");
+        let ends = [self.nodes.find("node", a, &place)?, self.nodes.find("node", b, &place)?];
+        if ends[0] == ends[1] {
+            return Err(TopologyError::Loop(id.clone()));
+        }
+        let is_switch_by_kind = kind.is_some_and(BranchKind::is_switch);
+        if is_switch_by_kind && *switch == Some(false) {
+            return Err(TopologyError::Kind(id.clone()));
+        }
+        let switch = switch.unwrap_or(is_switch_by_kind).then(|| self.switches.number(id));
+        // A transformer of three windings is two branches.
+        let equipment = self.equipment.number(id);
+        let [a, b] = ends.map(|end| self.topology.levels[end]);
+        let stops_earth = a != b || kind.is_some_and(BranchKind::stops_earth);
+        self.topology.branches.push(Branch { ends, switch, equipment, stops_earth });
+        Ok(())
+    }
+
+    fn read_earth(&mut self, earth: &EarthSettings) -> Result<(), TopologyError> {
+        let id = &earth.equipment;
+        let place = format!("the earth switch '{id}'");
+        let node = self.nodes.find("node", &earth.node, &place)?;
+        if earth.kind == EarthKind::StarPoint {
+            // The earthing of a star point is shown, and earths nothing to work on.
+            let piece = self.equipment.number(id);
+            self.topology.at_nodes.push((piece, node));
+            return Ok(());
+        }
+        let switch = self.switches.once("switch", id)?;
+        let equipment = self.equipment.number(id);
+        self.topology.earths.push(Earth { node, switch, equipment });
+        Ok(())
+    }
+
+    fn read_sources(&mut self, settings: &Settings) -> Result<(), TopologyError> {
+        for source in &settings.sources {
+            let node = self.nodes.find("node", &source.node, "a source")?;
+            let place = || format!("the source at the node '{}'", source.node);
+            let range = 1e-6..=100_000.0;
+            in_range(place, "rating_mva", source.rating_mva, range, "0.000001 to 100000 MVA")?;
+            if let Some(id) = &source.equipment
+                && self.equipment.get(id).is_none()
+            {
+                let piece = self.equipment.number(id);
+                self.topology.at_nodes.push((piece, node));
+            }
+            let equipment = source.equipment.clone();
+            let rating_mva = source.rating_mva;
+            self.topology.sources.push(Source { node, equipment, rating_mva });
+        }
+        if self.topology.sources.is_empty() { Err(TopologyError::NoSource) } else { Ok(()) }
     }
 }
 
 fn within(what: &'static str, asked: usize, limit: usize) -> Result<(), TopologyError> {
     if asked > limit { Err(TopologyError::TooMany { what, asked, limit }) } else { Ok(()) }
+}
+
+fn in_range(
+    place: impl Fn() -> String,
+    setting: &'static str,
+    value: Option<f64>,
+    taken: std::ops::RangeInclusive<f64>,
+    range: &'static str,
+) -> Result<(), TopologyError> {
+    match value.filter(|value| !taken.contains(value)) {
+        None => Ok(()),
+        Some(value) => {
+            let value = value.to_string();
+            Err(TopologyError::Range { place: place(), setting, value, range })
+        }
+    }
 }

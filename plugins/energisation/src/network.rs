@@ -1,0 +1,418 @@
+//! The network with the tags that are bound to it, and what the bindings lack.
+
+use std::collections::{HashMap, HashSet};
+
+use busbar_plugin_sdk::Binding;
+
+use crate::branch_kind::EarthKind;
+use crate::measured_unit::MeasuredUnit;
+use crate::settings::{HandDressedPosition, PlacementKind, PlacementSettings, Settings};
+use crate::source_reading::{ACTIVE_POWER, REACTIVE_POWER, SOURCE, SourceTag, SourceWiring};
+use crate::state::Position;
+use crate::switch_reading::{
+    Contact, HAND_DRESSED, PORTABLE_EARTH, POSITION, Placed, RACKED_OUT, SwitchWiring,
+};
+use crate::topology::{Equipment, Node, Switch, Topology, TopologyError};
+use crate::voltage::{Phase, PhaseTag, VOLTAGE_FAULTS, VOLTAGES, VoltageMemory, VoltageWiring};
+
+/// Roles of positions of poles, and the poles' names.
+const POLES: [(&str, &str); 3] =
+    [("position_l1", "l1"), ("position_l2", "l2"), ("position_l3", "l3")];
+
+/// A network and its tags.
+#[derive(Clone, Debug, Default)]
+pub struct Network {
+    /// The network, with the portable earths that are bound or placed.
+    pub topology: Topology,
+    /// Tags of each switch.
+    pub switches: Vec<SwitchWiring>,
+    /// Tags of each source.
+    pub sources: Vec<SourceWiring>,
+    /// Instrument transformers.
+    pub voltages: Vec<VoltageWiring>,
+    /// Nodes that each piece of equipment is at.
+    pub nodes_of: Vec<Vec<Node>>,
+    /// Switches that each piece of equipment is, and portable earths at it.
+    pub switches_of: Vec<Vec<Switch>>,
+    /// Faults of the bindings, each as cause and remedy.
+    pub findings: Vec<String>,
+}
+
+/// Indices of what a placement may name.
+struct NamesInNetwork<'a> {
+    nodes: HashMap<&'a str, Node>,
+    equipment: HashMap<&'a str, Equipment>,
+    switches: HashMap<&'a str, Switch>,
+}
+
+impl<'a> NamesInNetwork<'a> {
+    fn new(topology: &'a Topology) -> Self {
+        let index = |names: &'a [String]| -> HashMap<&'a str, usize> {
+            names.iter().enumerate().map(|(index, name)| (name.as_str(), index)).collect()
+        };
+        Self {
+            nodes: index(&topology.nodes),
+            equipment: index(&topology.equipment),
+            switches: index(&topology.switches),
+        }
+    }
+}
+
+/// Bindings by role and equipment.
+struct Roles<'a> {
+    bindings: &'a [Binding],
+    of: HashMap<&'a str, HashMap<&'a str, Vec<usize>>>,
+}
+
+impl<'a> Roles<'a> {
+    fn new(bindings: &'a [Binding]) -> Self {
+        let mut of: HashMap<&str, HashMap<&str, Vec<usize>>> = HashMap::new();
+        for (index, Binding { role, node_id, .. }) in bindings.iter().enumerate() {
+            of.entry(role).or_default().entry(node_id).or_default().push(index);
+        }
+        Self { bindings, of }
+    }
+
+    fn all(&self, role: &str, id: &str) -> &[usize] {
+        self.of.get(role).and_then(|of| of.get(id)).map_or(&[], Vec::as_slice)
+    }
+
+    fn last(&self, role: &str, id: &str) -> Option<usize> {
+        self.all(role, id).last().copied()
+    }
+
+    fn unit(&self, binding: usize) -> MeasuredUnit {
+        MeasuredUnit::parse(&self.bindings[binding].unit)
+    }
+}
+
+impl Network {
+    /// Wires tags and placements to a network.
+    ///
+    /// # Errors
+    /// A placement that names what is not there.
+    pub fn new(
+        settings: &Settings,
+        topology: &Topology,
+        bindings: &[Binding],
+    ) -> Result<Self, TopologyError> {
+        let mut network = Self {
+            nodes_of: topology.nodes_of_equipment(),
+            topology: topology.clone(),
+            ..Self::default()
+        };
+        let roles = Roles::new(bindings);
+        network.wire_switches(settings, &roles);
+        network.add_portable_earths(&roles);
+        let names = NamesInNetwork::new(topology);
+        settings.placements.iter().try_for_each(|placement| network.place(placement, &names))?;
+        network.index_switches();
+        network.wire_sources(settings, &roles);
+        network.wire_voltages(settings, &roles);
+        // Without any bindings the settings are only tried.
+        if bindings.is_empty() {
+            network.findings.clear();
+        } else {
+            network.find_missing_tags();
+        }
+        Ok(network)
+    }
+
+    fn wire_switches(&mut self, settings: &Settings, roles: &Roles<'_>) {
+        let branches = settings.branches.iter().filter(|branch| branch.untelemetered);
+        let earths = settings.earths.iter().filter(|earth| earth.untelemetered);
+        let untelemetered: HashSet<&str> = branches
+            .map(|branch| branch.equipment.as_str())
+            .chain(earths.map(|earth| earth.equipment.as_str()))
+            .collect();
+        let portable: HashSet<&str> = settings
+            .earths
+            .iter()
+            .filter(|earth| earth.kind == EarthKind::Portable)
+            .map(|earth| earth.equipment.as_str())
+            .collect();
+        for id in &self.topology.switches {
+            let whole = roles.all(POSITION, id);
+            let mut contacts: Vec<Contact> =
+                whole.iter().map(|&binding| Contact { binding, pole: "" }).collect();
+            let mut missing_pole = None;
+            for (role, pole) in POLES {
+                let tags = roles.all(role, id);
+                contacts.extend(tags.iter().map(|&binding| Contact { binding, pole }));
+                if tags.is_empty() {
+                    missing_pole = missing_pole.or(Some(pole));
+                }
+            }
+            let needs_poles = whole.is_empty() && !contacts.is_empty();
+            self.switches.push(SwitchWiring {
+                contacts,
+                missing_pole: missing_pole.filter(|_| needs_poles),
+                racked_out: roles.last(RACKED_OUT, id),
+                hand_dressed: roles.last(HAND_DRESSED, id),
+                portable_earth: roles.last(PORTABLE_EARTH, id),
+                is_portable_earth: portable.contains(id.as_str()),
+                is_untelemetered: untelemetered.contains(id.as_str()),
+                ..SwitchWiring::default()
+            });
+        }
+    }
+
+    /// Adds an earth for each tag in the role `portable_earth` that is bound to equipment
+    /// which is not itself a portable earth.
+    fn add_portable_earths(&mut self, roles: &Roles<'_>) {
+        let portable: HashSet<String> = self
+            .topology
+            .switches
+            .iter()
+            .zip(&self.switches)
+            .filter(|(_, wiring)| wiring.is_portable_earth)
+            .map(|(id, _)| id.clone())
+            .collect();
+        let pieces: HashMap<String, Equipment> =
+            self.topology.equipment.iter().cloned().zip(0..).collect();
+        for (index, binding) in roles.bindings.iter().enumerate() {
+            let id = &binding.node_id;
+            if binding.role != PORTABLE_EARTH || portable.contains(id) {
+                continue;
+            }
+            let Some(&piece) = pieces.get(id) else {
+                self.findings.push(format!(
+                    "the tag '{}' tells of a portable earth at '{id}', which is not in the \
+                     network; add it to the equipment of a node",
+                    binding.tag_id
+                ));
+                continue;
+            };
+            let wiring = SwitchWiring { portable_earth: Some(index), ..SwitchWiring::default() };
+            self.add_portable_earth(piece, None, wiring);
+        }
+    }
+
+    fn add_portable_earth(&mut self, piece: Equipment, node: Option<Node>, wiring: SwitchWiring) {
+        let nodes = node.map_or_else(|| self.nodes_of[piece].clone(), |node| vec![node]);
+        let is_ambiguous = !self.are_one(&nodes);
+        self.topology.add_earth(&nodes, piece);
+        self.switches.push(SwitchWiring { is_portable_earth: true, is_ambiguous, ..wiring });
+    }
+
+    /// Reports whether nodes are joined for good by conductors, so that an earth or a
+    /// voltage at one is at all of them.
+    fn are_one(&self, nodes: &[Node]) -> bool {
+        let Some((&first, others)) = nodes.split_first() else { return false };
+        if others.is_empty() {
+            return true;
+        }
+        let mut reached = HashSet::from([first]);
+        let mut to_visit = vec![first];
+        while let Some(node) = to_visit.pop() {
+            for arc in self.topology.adjacency.at(node) {
+                let is_conductor = arc.switch().is_none() && !arc.stops_earth;
+                if is_conductor && reached.insert(arc.to as usize) {
+                    to_visit.push(arc.to as usize);
+                }
+            }
+        }
+        others.iter().all(|node| reached.contains(node))
+    }
+
+    fn place(
+        &mut self,
+        placement: &PlacementSettings,
+        names: &NamesInNetwork<'_>,
+    ) -> Result<(), TopologyError> {
+        let id = &placement.equipment;
+        let fault = |fault: &str| TopologyError::Placement {
+            equipment: id.clone(),
+            fault: fault.to_owned(),
+        };
+        let piece = names.equipment.get(id.as_str()).copied();
+        let piece =
+            piece.ok_or_else(|| fault("names equipment that is not in the network: mend it"))?;
+        let find_node = |name: &String| {
+            let node = names.nodes.get(name.as_str()).copied();
+            node.ok_or_else(|| fault("names a node that is not there: mend it"))
+        };
+        let node = placement.node.as_ref().map(find_node).transpose()?;
+        let placed = match (placement.kind, placement.position) {
+            (PlacementKind::PortableEarth, None) => Placed::PortableEarth,
+            (PlacementKind::RackedOut, None) => Placed::RackedOut,
+            (PlacementKind::HandDressed, Some(position)) => Placed::HandDressed(match position {
+                HandDressedPosition::Open => Position::Open,
+                HandDressedPosition::Closed => Position::Closed,
+            }),
+            (PlacementKind::HandDressed, None) => {
+                return Err(fault("is a position set by hand: give 'position'"));
+            }
+            (_, Some(_)) => {
+                return Err(fault("has a 'position' that nothing needs: remove it"));
+            }
+        };
+        let is_portable = placed == Placed::PortableEarth;
+        let switch = names.switches.get(id.as_str()).copied();
+        let switch =
+            switch.filter(|&switch| self.switches[switch].is_portable_earth == is_portable);
+        match (placed, switch) {
+            (Placed::PortableEarth, None) => {
+                let placed = Some(Placed::PortableEarth);
+                self.add_portable_earth(
+                    piece,
+                    node,
+                    SwitchWiring { placed, ..SwitchWiring::default() },
+                );
+            }
+            (_, Some(switch)) => self.switches[switch].placed = Some(placed),
+            (_, None) => return Err(fault("is of a switch, and the equipment is none: mend it")),
+        }
+        Ok(())
+    }
+
+    fn index_switches(&mut self) {
+        self.switches_of = vec![Vec::new(); self.topology.equipment.len()];
+        let branches = self.topology.branches.iter();
+        let branches =
+            branches.filter_map(|branch| branch.switch.map(|switch| (branch.equipment, switch)));
+        let earths = self.topology.earths.iter().map(|earth| (earth.equipment, earth.switch));
+        for (piece, switch) in branches.chain(earths) {
+            if !self.switches_of[piece].contains(&switch) {
+                self.switches_of[piece].push(switch);
+            }
+        }
+    }
+
+    fn wire_sources(&mut self, settings: &Settings, roles: &Roles<'_>) {
+        let mut unused = Vec::new();
+        for (source, set) in self.topology.sources.iter().zip(&settings.sources) {
+            let level = &settings.levels[self.topology.levels[source.node]];
+            let mut wiring = SourceWiring {
+                is_always_on: source.equipment.is_none(),
+                is_untelemetered: set.untelemetered,
+                rating_mva: source.rating_mva,
+                nominal_kv: level.nominal_kv(),
+                ..SourceWiring::default()
+            };
+            if let Some(id) = &source.equipment {
+                let tag = |binding| SourceTag { binding, unit: roles.unit(binding) };
+                wiring.says = roles.last(SOURCE, id).map(tag);
+                let powers = [ACTIVE_POWER, REACTIVE_POWER];
+                let powers = powers.into_iter().flat_map(|role| roles.all(role, id));
+                wiring.powers = powers.map(|&binding| tag(binding)).collect();
+                let has_voltage =
+                    wiring.says.is_some_and(|tag| matches!(tag.unit, MeasuredUnit::Voltage(_)));
+                if has_voltage && wiring.nominal_kv.is_none() {
+                    unused.push(no_nominal(&level.name, id));
+                }
+            }
+            self.sources.push(wiring);
+        }
+        self.findings.append(&mut unused);
+    }
+
+    fn wire_voltages(&mut self, settings: &Settings, roles: &Roles<'_>) {
+        for piece in 0..self.topology.equipment.len() {
+            let id = &self.topology.equipment[piece];
+            let mut phases = Vec::new();
+            for (role, phase) in VOLTAGES {
+                for &binding in roles.all(role, id) {
+                    let unit = roles.unit(binding);
+                    let phase = if phase == Phase::Any { phase_of_pole(id) } else { phase };
+                    phases.push(PhaseTag {
+                        binding,
+                        phase,
+                        unit,
+                        memory: VoltageMemory::default(),
+                    });
+                }
+            }
+            if phases.is_empty() {
+                continue;
+            }
+            let Some(&node) = self.nodes_of[piece].first() else { continue };
+            let level = &settings.levels[self.topology.levels[node]];
+            if !self.are_one(&self.nodes_of[piece]) {
+                self.findings.push(format!(
+                    "the voltage at '{id}' is of one of its ends, and nobody knows which; bind it \
+                     to equipment at a node"
+                ));
+                continue;
+            }
+            for tag in &phases {
+                let Binding { unit, tag_id, .. } = &roles.bindings[tag.binding];
+                match tag.unit {
+                    MeasuredUnit::Voltage(_) | MeasuredUnit::None
+                        if level.nominal_kv().is_none() =>
+                    {
+                        self.findings.push(no_nominal(&level.name, id));
+                    }
+                    MeasuredUnit::Power(_) | MeasuredUnit::Current(_) | MeasuredUnit::Other => {
+                        self.findings.push(format!(
+                            "the tag '{tag_id}' at '{id}' is a voltage and has the unit '{unit}'; \
+                             give it one of V, kV, %, p.u."
+                        ));
+                    }
+                    _ => {}
+                }
+            }
+            let faults = VOLTAGE_FAULTS.into_iter().flat_map(|role| roles.all(role, id));
+            self.voltages.push(VoltageWiring {
+                equipment: id.clone(),
+                node,
+                nominal_kv: level.nominal_kv(),
+                phases,
+                faults: faults.copied().collect(),
+            });
+        }
+    }
+
+    /// Lists switches and sources without a tag, which are unknown for good.
+    fn find_missing_tags(&mut self) {
+        for (id, wiring) in self.topology.switches.iter().zip(&self.switches) {
+            let is_told = wiring.is_untelemetered || wiring.placed.is_some();
+            let remedy = "or set 'untelemetered' there";
+            if is_told {
+                continue;
+            }
+            if wiring.is_portable_earth && wiring.portable_earth.is_none() {
+                self.findings.push(format!(
+                    "the portable earth '{id}' has no tag in the role '{PORTABLE_EARTH}'; bind \
+                     one, {remedy}"
+                ));
+            } else if !wiring.is_portable_earth && wiring.contacts.is_empty() {
+                self.findings.push(format!(
+                    "the switch '{id}' has no tag in the role '{POSITION}'; bind one, {remedy}"
+                ));
+            } else if let Some(pole) = wiring.missing_pole {
+                self.findings.push(format!(
+                    "the switch '{id}' has no tag in the role '{POSITION}_{pole}'; bind one to \
+                     each pole"
+                ));
+            }
+        }
+        for (source, wiring) in self.topology.sources.iter().zip(&self.sources) {
+            let SourceWiring { says, powers, is_untelemetered, .. } = wiring;
+            if let Some(id) = &source.equipment
+                && says.is_none()
+                && powers.is_empty()
+                && !is_untelemetered
+            {
+                self.findings.push(format!(
+                    "the source '{id}' has no tag in the role '{SOURCE}', '{ACTIVE_POWER}' or \
+                     '{REACTIVE_POWER}'; bind one, or set 'untelemetered' there"
+                ));
+            }
+        }
+    }
+}
+
+/// The phase of single-pole equipment, by the end of its id.
+fn phase_of_pole(id: &str) -> Phase {
+    let ends = [("-L1", 1), ("-L2", 2), ("-L3", 3)];
+    let phase = ends.into_iter().find(|(end, _)| id.ends_with(end));
+    phase.map_or(Phase::Any, |(_, phase)| Phase::Earth(phase))
+}
+
+fn no_nominal(level: &str, id: &str) -> String {
+    format!(
+        "the voltage at '{id}' cannot be judged, as no nominal voltage is known of the level \
+         '{level}'; set 'nominal_kv' there"
+    )
+}
