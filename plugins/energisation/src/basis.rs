@@ -1,7 +1,6 @@
 //! Bindings that judgments rest on: those of the inputs that hold a state, shared by all
 //! equipment at a node or in a part without feeding.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::contradiction::name_of_source;
@@ -10,59 +9,65 @@ use crate::state::{Input, State};
 use crate::switch_reading::SwitchCondition;
 use crate::topology::{Equipment, Node};
 
-/// Bindings in all lists of one frame. Beyond that, what rests on more is unknown: nobody
-/// could tell in time when it holds no longer.
+/// Bindings in all lists of one frame. What rests on more is unknown: nobody could tell in
+/// time when it holds no longer.
 pub const MAX_BASIS: usize = 1 << 22;
 
-/// Lists of bindings, one after another.
+/// Lists of bindings, one after another, in room that is kept.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct BasisList {
-    bindings: Vec<usize>,
+    pub(crate) bindings: Vec<usize>,
     /// List of each node, where it is made.
     of_nodes: Vec<Option<NodeBasis>>,
     /// List of each part without feeding.
-    of_parts: HashMap<usize, NodeBasis>,
+    of_parts: Vec<Option<NodeBasis>>,
     /// Bindings that may still be looked at, so that long ways cost no more than lists do.
     room: usize,
 }
 
 /// List of a node, and what is remarkable of its inputs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct NodeBasis {
-    range: Range<usize>,
+    start: usize,
+    end: usize,
     /// A switch on it whose position is set by hand.
-    hand_dressed: Option<usize>,
+    hand_dressed: Option<u32>,
     /// A source on it that was taken to feed by a default.
-    assumed: Option<usize>,
+    assumed: Option<u32>,
     /// Reports whether the lists of the frame had no room for it.
     is_too_long: bool,
 }
 
 impl BasisList {
-    pub(crate) fn new(nodes: usize) -> Self {
-        Self {
-            bindings: Vec::new(),
-            of_nodes: vec![None; nodes],
-            of_parts: HashMap::new(),
-            room: MAX_BASIS,
-        }
+    /// Empties all lists.
+    pub(crate) fn clear(&mut self, nodes: usize, parts: usize) {
+        self.bindings.clear();
+        self.of_nodes.clear();
+        self.of_nodes.resize(nodes, None);
+        self.of_parts.clear();
+        self.of_parts.resize(parts, None);
+        self.room = MAX_BASIS;
     }
 
-    /// Gives all bindings.
-    pub(crate) fn into_bindings(self) -> Vec<usize> {
-        self.bindings
-    }
-
-    /// Adds a list, sorted and each binding once.
-    fn add(&mut self, mut bindings: Vec<usize>) -> Option<Range<usize>> {
-        self.room = self.room.checked_sub(bindings.len()).unwrap_or_default();
+    /// Ends a list that begins at an index: sorted, and each binding once. `None` where
+    /// there is no room for it.
+    fn finish(&mut self, start: usize) -> Option<Range<usize>> {
+        self.room = self.room.saturating_sub(self.bindings.len() - start);
         if self.room == 0 {
+            self.bindings.truncate(start);
             return None;
         }
-        bindings.sort_unstable();
-        bindings.dedup();
-        let start = self.bindings.len();
-        self.bindings.append(&mut bindings);
-        Some(start..self.bindings.len())
+        let list = &mut self.bindings[start..];
+        list.sort_unstable();
+        let mut kept = 0;
+        for at in 0..list.len() {
+            if at == 0 || list[at] != list[kept - 1] {
+                list[kept] = list[at];
+                kept += 1;
+            }
+        }
+        self.bindings.truncate(start + kept);
+        Some(start..start + kept)
     }
 }
 
@@ -75,100 +80,113 @@ impl Judge<'_> {
         list: &mut BasisList,
         judgment: &mut PieceJudgment,
     ) {
-        let nodes = &self.network.nodes_of[piece];
-        let switches = &self.network.switches_of[piece];
-        let own = switches.iter().map(|&switch| Input::Switch(switch));
-        let own: Vec<usize> =
-            own.flat_map(|input| self.readings.bindings(input)).copied().collect();
         let decided_by: &[Node] = match state {
             // What is so at one end is so whatever becomes of the other.
             State::Energised | State::Contradiction => std::slice::from_ref(&node),
-            State::Dead | State::Earthed => nodes,
+            State::Dead | State::Earthed => &self.network.nodes_of[piece],
             State::Unknown => &[],
         };
-        let lists: Vec<NodeBasis> =
-            decided_by.iter().map(|&node| self.list_of_node(node, list)).collect();
-        let range = match (&*lists, &*own) {
-            ([only], []) => Some(only.range.clone()),
+        for &node in decided_by {
+            let of = self.list_of_node(node, list);
+            if of.is_too_long {
+                return give_up(judgment);
+            }
+            self.remark(of, judgment);
+        }
+        let own = self.network.switches_of[piece].iter();
+        let mut own = own.map(|&switch| self.readings.bindings(Input::Switch(switch)));
+        let range = match decided_by {
+            [node] if own.clone().all(<[usize]>::is_empty) => {
+                let of = self.list_of_node(*node, list);
+                Some(of.start..of.end)
+            }
             _ => {
-                let nodes = lists.iter().flat_map(|of| &list.bindings[of.range.clone()]);
-                let bindings = nodes.copied().chain(own).collect();
-                list.add(bindings)
+                let start = list.bindings.len();
+                for &node in decided_by {
+                    let of = self.list_of_node(node, list);
+                    list.bindings.extend_from_within(of.start..of.end);
+                }
+                own.by_ref().for_each(|own| list.bindings.extend_from_slice(own));
+                list.finish(start)
             }
         };
         match range {
-            Some(range) if !lists.iter().any(|of| of.is_too_long) => judgment.basis = range,
-            _ => {
-                judgment.state = PieceState::Unknown;
-                judgment.standing = Standing::Unknown;
-                judgment.reason =
-                    "it rests on more tags than are checked in a frame: split the network".into();
-                return;
-            }
+            Some(range) => judgment.basis = range,
+            None => give_up(judgment),
         }
-        self.remark(&lists, judgment);
     }
 
-    fn remark(&self, lists: &[NodeBasis], judgment: &mut PieceJudgment) {
+    fn remark(&self, of: NodeBasis, judgment: &mut PieceJudgment) {
         let topology = &self.network.topology;
-        if let Some(switch) = lists.iter().find_map(|of| of.hand_dressed) {
-            let words = SwitchCondition::HandDressed.explain(&topology.switches[switch]);
+        if let Some(switch) = of.hand_dressed {
+            let words = SwitchCondition::HandDressed.explain(&topology.switches[switch as usize]);
             if !judgment.reason.contains(&words) {
                 let joint = if judgment.reason.is_empty() { "" } else { "; " };
-                judgment.reason += &format!("{joint}{words}");
+                judgment.reason += joint;
+                judgment.reason += &words;
             }
         }
-        if let Some(source) = lists.iter().find_map(|of| of.assumed) {
-            let source = name_of_source(topology, source);
+        if let Some(source) = of.assumed {
+            let source = name_of_source(topology, source as usize);
             judgment.assumption = format!("any power of {source} is feeding, as it has no rating");
         }
     }
 
     fn list_of_node(&self, node: Node, list: &mut BasisList) -> NodeBasis {
-        if let Some(known) = &list.of_nodes[node] {
-            return known.clone();
+        if let Some(known) = list.of_nodes[node] {
+            return known;
         }
         let is_dead = self.energisation.last_states()[node] == State::Dead
             && self.voltages.override_state(node).is_none();
         let part = self.energisation.dead_part(node).filter(|_| is_dead);
-        let known = part.and_then(|part| list.of_parts.get(&part)).cloned();
-        let no_room = || NodeBasis { is_too_long: true, ..NodeBasis::default() };
-        let known = known.or_else(|| (list.room == 0).then(no_room));
+        let known = part.and_then(|part| list.of_parts[part]);
         let made = known.unwrap_or_else(|| self.make_list(node, list));
-        list.of_nodes[node] = Some(made.clone());
+        list.of_nodes[node] = Some(made);
         if let Some(part) = part {
-            list.of_parts.entry(part).or_insert_with(|| made.clone());
+            list.of_parts[part] = Some(made);
         }
         made
     }
 
     fn make_list(&self, node: Node, list: &mut BasisList) -> NodeBasis {
-        let mut bindings = Vec::new();
-        let (mut hand_dressed, mut assumed) = (None, None);
+        let start = list.bindings.len();
+        let mut made =
+            NodeBasis { start, end: start, hand_dressed: None, assumed: None, is_too_long: true };
+        if list.room == 0 {
+            return made;
+        }
         let mut rest_on = |input: Input| {
-            bindings.extend_from_slice(self.readings.bindings(input));
+            list.bindings.extend_from_slice(self.readings.bindings(input));
             match input {
                 Input::Switch(switch) => {
                     let condition = self.readings.switches[switch].condition;
                     if condition == SwitchCondition::HandDressed {
-                        hand_dressed = hand_dressed.or(Some(switch));
+                        made.hand_dressed = made.hand_dressed.or(Some(switch as u32));
                     }
                 }
                 Input::Source(source) => {
                     if self.readings.sources[source].is_assumed {
-                        assumed = assumed.or(Some(source));
+                        made.assumed = made.assumed.or(Some(source as u32));
                     }
                 }
             }
         };
-        let topology = &self.network.topology;
-        self.energisation.basis(topology, node, &mut rest_on);
+        self.energisation.basis(&self.network.topology, node, &mut rest_on);
         if let Some((binding, inputs)) = self.voltages.bindings(self.network, node) {
             inputs.into_iter().for_each(&mut rest_on);
-            bindings.push(binding);
+            list.bindings.push(binding);
         }
-        let range = list.add(bindings);
-        let is_too_long = range.is_none();
-        NodeBasis { range: range.unwrap_or(0..0), hand_dressed, assumed, is_too_long }
+        if let Some(range) = list.finish(start) {
+            (made.end, made.is_too_long) = (range.end, false);
+        }
+        made
     }
+}
+
+/// Makes unknown what rests on too much.
+fn give_up(judgment: &mut PieceJudgment) {
+    judgment.state = PieceState::Unknown;
+    judgment.standing = Standing::Unknown;
+    judgment.reason = "it rests on more tags than are checked in a frame: split the network".into();
+    judgment.basis = 0..0;
 }

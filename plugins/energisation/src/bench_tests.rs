@@ -49,7 +49,8 @@ fn network(random: &mut Rng) -> Settings {
 
 fn report(what: &str, mut times: Vec<Duration>) {
     times.sort_unstable();
-    println!("{what}: median {:?}, worst {:?}", times[times.len() / 2], times[times.len() - 1]);
+    let [least, median, most] = [0, times.len() / 2, times.len() - 1].map(|at| times[at]);
+    println!("{what}: median {median:?}, least {least:?}, most {most:?}");
 }
 
 #[test]
@@ -79,12 +80,16 @@ fn bench_a_change_in_a_network_of_100_000_branches() {
         positions[first_earth..].fill(Position::Open);
         let feeds: Vec<Position> = (0..topology.sources.len()).map(&mut any).collect();
         let mut energisation = Energisation::default();
-        let (mut states, mut judged) = (Vec::new(), Vec::new());
+        let mut judgments = Judgments::default();
+        let (mut states, mut borders, mut judged) = (Vec::new(), Vec::new(), Vec::new());
         for round in 0..ROUNDS {
             positions[round * 7] = [Position::Open, Position::Closed][round % 2];
             let start = Instant::now();
             energisation.states(&topology, &positions, &feeds);
             states.push(start.elapsed());
+            let start = Instant::now();
+            energisation.find_borders(&topology, &positions);
+            borders.push(start.elapsed());
             let reading = |position: &Position, index: usize| SwitchReading {
                 position: *position,
                 condition: match position {
@@ -105,11 +110,12 @@ fn bench_a_change_in_a_network_of_100_000_branches() {
                 voltages: Vec::new(),
             };
             let start = Instant::now();
-            let judgments = judge(&wired, &readings, &mut energisation);
+            judgments.judge(&wired, &readings, &mut energisation);
             judged.push(start.elapsed());
             assert_eq!(judgments.pieces.len(), topology.equipment.len());
         }
         report(&format!("{what}: states of all nodes"), states);
+        report(&format!("{what}: borders of what is dead"), borders);
         report(&format!("{what}: judgments of all equipment, with basis and reason"), judged);
     }
 }

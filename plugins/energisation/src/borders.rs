@@ -10,7 +10,11 @@ use crate::topology::{Node, Topology};
 pub(crate) struct Borders {
     /// The part of each node, or [`NONE`]; empty until they are found.
     parts: Vec<u32>,
-    borders: Vec<Vec<Input>>,
+    part_count: usize,
+    /// Inputs with the part whose border they are on, by parts.
+    pairs: Vec<(u32, Input)>,
+    /// Where each part begins among them, and the end.
+    offsets: Vec<u32>,
     stack: Vec<u32>,
 }
 
@@ -27,7 +31,8 @@ impl Borders {
         let nodes = topology.nodes.len();
         self.parts.clear();
         self.parts.resize(nodes, NONE);
-        self.borders.clear();
+        self.part_count = 0;
+        self.pairs.clear();
         for node in 0..nodes {
             if self.parts[node] == NONE && fed.certainty(node) == Certainty::Not {
                 self.find_part(node, passage);
@@ -36,18 +41,24 @@ impl Borders {
         self.find_open_switches(topology, passage);
         for (index, source) in topology.sources.iter().enumerate() {
             if let Some(part) = self.part(source.node) {
-                self.borders[part].push(Input::Source(index));
+                self.pairs.push((part as u32, Input::Source(index)));
             }
         }
-        for border in &mut self.borders {
-            border.sort_unstable();
-            border.dedup();
+        self.pairs.sort_unstable();
+        self.pairs.dedup();
+        self.offsets.clear();
+        self.offsets.resize(self.part_count + 1, 0);
+        for (part, _) in &self.pairs {
+            self.offsets[*part as usize + 1] += 1;
+        }
+        for part in 0..self.part_count {
+            self.offsets[part + 1] += self.offsets[part];
         }
     }
 
     fn find_part(&mut self, node: Node, passage: Passage<'_>) {
-        let part = self.borders.len() as u32;
-        self.borders.push(Vec::new());
+        let part = self.part_count as u32;
+        self.part_count += 1;
         self.parts[node] = part;
         self.stack.push(node as u32);
         while let Some(node) = self.stack.pop() {
@@ -73,7 +84,7 @@ impl Borders {
                     && passage.position(arc) == Position::Open
                     && topology.leads_to_source[index];
                 if let Some(switch) = arc.switch().filter(|_| is_border) {
-                    self.borders[part as usize].push(Input::Switch(switch));
+                    self.pairs.push((part, Input::Switch(switch)));
                 }
             }
         }
@@ -84,8 +95,16 @@ impl Borders {
         self.parts.get(node).filter(|part| **part != NONE).map(|part| *part as usize)
     }
 
-    /// The border of the part that a node is in.
-    pub(crate) fn of(&self, node: Node) -> &[Input] {
-        self.part(node).map_or(&[], |part| &self.borders[part])
+    /// Number of parts that were found.
+    pub(crate) fn part_count(&self) -> usize {
+        self.part_count
+    }
+
+    /// Inputs on the border of the part that a node is in.
+    pub(crate) fn of(&self, node: Node) -> impl Iterator<Item = Input> + '_ {
+        let range = self
+            .part(node)
+            .map_or(0..0, |part| self.offsets[part] as usize..self.offsets[part + 1] as usize);
+        self.pairs[range].iter().map(|(_, input)| *input)
     }
 }

@@ -237,7 +237,8 @@ fn faulty_tags_admit_what_the_judgment_says() {
                 .collect(),
             voltages: Vec::new(),
         };
-        let judgments = judge(&wired, &readings, &mut Energisation::default());
+        let mut judgments = Judgments::default();
+        judgments.judge(&wired, &readings, &mut Energisation::default());
         for (node, bits) in network.enumerate().iter().enumerate() {
             let id = format!("N{node}");
             let piece = topology.equipment.iter().position(|of| *of == id).unwrap();
@@ -254,7 +255,7 @@ fn faulty_tags_admit_what_the_judgment_says() {
             let needs_reason = judgment.standing != Standing::Normal;
             assert!(!needs_reason || !judgment.reason.is_empty(), "case {case}: {judgment:?}");
             // What it rests on is good.
-            let basis = &judgments.basis[judgment.basis.clone()];
+            let basis = &judgments.basis()[judgment.basis.clone()];
             let all_good = basis.iter().all(|&binding| values[binding].quality == Quality::Good);
             assert!(all_good, "case {case}: {judgment:?}");
         }

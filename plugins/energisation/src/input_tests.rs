@@ -84,7 +84,7 @@ impl Station {
             let (id, role) = &self.bindings[binding];
             format!("{id}.{role}")
         };
-        self.overlay.judgments().basis[basis].iter().map(name).collect()
+        self.overlay.judgments().basis()[basis].iter().map(name).collect()
     }
 }
 

@@ -71,8 +71,8 @@ pub struct PieceJudgment {
 pub struct Judgments {
     /// One for each piece; none for a piece at no node.
     pub pieces: Vec<Option<PieceJudgment>>,
-    /// Bindings that they rest on. Judgments may share a range.
-    pub basis: Vec<usize>,
+    /// Bindings that they rest on, which judgments share.
+    lists: BasisList,
     /// Sources and earths that are surely connected.
     pub contradictions: Contradictions,
 }
@@ -113,20 +113,33 @@ impl Readings {
     }
 }
 
-/// Judges all equipment of a network.
-pub fn judge(network: &Network, readings: &Readings, energisation: &mut Energisation) -> Judgments {
-    let topology = &network.topology;
-    let positions: Vec<Position> = readings.switches.iter().map(|of| of.position).collect();
-    let sources: Vec<Position> = readings.sources.iter().map(|of| of.position).collect();
-    energisation.states(topology, &positions, &sources);
-    energisation.find_borders(topology, &positions);
-    let contradictions = Contradictions::find(energisation, topology, &positions);
-    let voltages = VoltageDoubts::find(network, readings, energisation, &positions);
-    let judge = Judge { network, readings, energisation, contradictions, voltages };
-    let mut basis = BasisList::new(topology.nodes.len());
-    let pieces =
-        (0..topology.equipment.len()).map(|piece| judge.judge_piece(piece, &mut basis)).collect();
-    Judgments { pieces, basis: basis.into_bindings(), contradictions: judge.contradictions }
+impl Judgments {
+    /// Bindings that all judgments rest on, each a range of them. Judgments may share one.
+    pub fn basis(&self) -> &[usize] {
+        &self.lists.bindings
+    }
+
+    /// Judges all equipment of a network anew, in the room that is there.
+    pub fn judge(
+        &mut self,
+        network: &Network,
+        readings: &Readings,
+        energisation: &mut Energisation,
+    ) {
+        let topology = &network.topology;
+        let positions: Vec<Position> = readings.switches.iter().map(|of| of.position).collect();
+        let sources: Vec<Position> = readings.sources.iter().map(|of| of.position).collect();
+        energisation.states(topology, &positions, &sources);
+        energisation.find_borders(topology, &positions);
+        self.contradictions = Contradictions::find(energisation, topology, &positions);
+        let voltages = VoltageDoubts::find(network, readings, energisation, &positions);
+        self.lists.clear(topology.nodes.len(), energisation.dead_part_count());
+        self.pieces.clear();
+        let Self { pieces, lists, contradictions } = self;
+        let judge = Judge { network, readings, energisation, contradictions, voltages };
+        let equipment = 0..topology.equipment.len();
+        pieces.extend(equipment.map(|piece| judge.judge_piece(piece, lists)));
+    }
 }
 
 /// Results of one frame that judgments are made of.
@@ -134,7 +147,7 @@ pub(crate) struct Judge<'a> {
     pub(crate) network: &'a Network,
     pub(crate) readings: &'a Readings,
     pub(crate) energisation: &'a Energisation,
-    contradictions: Contradictions,
+    contradictions: &'a Contradictions,
     pub(crate) voltages: VoltageDoubts,
 }
 

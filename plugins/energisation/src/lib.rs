@@ -29,7 +29,7 @@ use busbar_plugin_sdk::{
 pub use basis::MAX_BASIS;
 pub use branch_kind::{BranchKind, EarthKind};
 pub use contradiction::{Contradiction, Contradictions};
-pub use judgment::{Judgments, PieceJudgment, PieceState, Readings, Standing, judge};
+pub use judgment::{Judgments, PieceJudgment, PieceState, Readings, Standing};
 pub use measured_unit::MeasuredUnit;
 pub use network::Network;
 pub use reachability::{Certainty, Step};
@@ -138,7 +138,7 @@ impl Overlay for EnergisationOverlay {
         let Self { judgments, settings, .. } = self;
         for (piece, judgment) in judgments.pieces.iter().enumerate() {
             let Some(judgment) = judgment else { continue };
-            let basis = &judgments.basis[judgment.basis.clone()];
+            let basis = &judgments.basis()[judgment.basis.clone()];
             let entry = settings.legend_entry(judgment.state, judgment.level);
             match basis.len() {
                 0 => canvas.state(any, piece, entry)?,
@@ -186,7 +186,7 @@ impl EnergisationOverlay {
             return;
         }
         self.placement_log.log(&self.network.topology, &readings, &self.host);
-        self.judgments = judge(&self.network, &readings, &mut self.energisation);
+        self.judgments.judge(&self.network, &readings, &mut self.energisation);
         self.readings = readings;
     }
 

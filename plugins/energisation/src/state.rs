@@ -151,6 +151,11 @@ impl Energisation {
         self.borders.part(node)
     }
 
+    /// Number of parts without feeding, after [`Energisation::find_borders`].
+    pub fn dead_part_count(&self) -> usize {
+        self.borders.part_count()
+    }
+
     /// Names the inputs that the state of a node rests on: while all of them stay as they
     /// are, and whatever becomes of the others, the node stays in its state. Names nothing
     /// for what is unknown.
@@ -164,7 +169,7 @@ impl Energisation {
             inputs_of_way(topology, self.way_to_earth(node), earth, &mut each);
         }
         if matches!(state, State::Dead | State::Earthed) {
-            self.borders.of(node).iter().copied().for_each(&mut each);
+            self.borders.of(node).for_each(&mut each);
         }
     }
 }
