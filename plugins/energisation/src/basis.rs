@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::contradiction::name_of_source;
 use crate::judgment::{Judge, PieceJudgment, PieceState, Standing};
 use crate::state::{Input, State};
-use crate::switch_reading::SwitchCondition;
+use crate::switch_condition::SwitchCondition;
 use crate::topology::{Equipment, Node};
 
 /// Bindings in all lists of one frame. What rests on more is unknown: nobody could tell in

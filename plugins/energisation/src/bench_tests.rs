@@ -18,11 +18,11 @@ const ROUNDS: usize = 51;
 
 fn network(random: &mut Rng) -> Settings {
     let node = |node: usize| {
-        let level = if node / STATION % 2 == 0 { "110 kV" } else { "20 kV" };
+        let level = if (node / STATION).is_multiple_of(2) { "110 kV" } else { "20 kV" };
         json!({ "id": node.to_string(), "level": level, "equipment": [format!("N{node}")] })
     };
     let branch = |branch: usize, random: &mut Rng| {
-        let [a, b] = if branch < NODES && branch % STATION != 0 {
+        let [a, b] = if branch < NODES && !branch.is_multiple_of(STATION) {
             let first = branch / STATION * STATION;
             [branch, random.usize(first..branch)]
         } else {
@@ -30,7 +30,7 @@ fn network(random: &mut Rng) -> Settings {
             [a, (a + random.usize(1..STATION)) % NODES]
         };
         let ends = [a.to_string(), b.to_string()];
-        json!({ "equipment": format!("Q{branch}"), "between": ends, "switch": branch % 4 != 0 })
+        json!({ "equipment": format!("Q{branch}"), "between": ends, "switch": !branch.is_multiple_of(4) })
     };
     let station = |station: usize| (station * STATION).to_string();
     let settings = json!({

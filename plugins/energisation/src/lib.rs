@@ -1,23 +1,28 @@
 //! Topology processing: what is energised, dead, earthed or unknown, by the positions of
 //! switches.
 
+mod adjacency;
 mod basis;
 mod borders;
 mod branch_kind;
 mod bridges;
 mod contradiction;
+mod findings;
 mod judgment;
 mod legend;
 mod measured_unit;
 mod names;
 mod network;
 mod placement_log;
+mod placements;
 mod reachability;
 mod settings;
 mod source_reading;
 mod state;
+mod switch_condition;
 mod switch_reading;
 mod topology;
+mod topology_error;
 mod voltage;
 mod voltage_doubt;
 
@@ -26,6 +31,7 @@ use busbar_plugin_sdk::{
     OverlayFrame, Plugin, Quality, TagValue, Value,
 };
 
+pub use adjacency::{Adjacency, Arc};
 pub use basis::MAX_BASIS;
 pub use branch_kind::{BranchKind, EarthKind};
 pub use contradiction::{Contradiction, Contradictions};
@@ -41,11 +47,12 @@ pub use source_reading::{
     MIN_POWER_SHARE, SourceCondition, SourceReading, SourceTag, SourceWiring,
 };
 pub use state::{Energisation, Input, Position, State};
-pub use switch_reading::{Contact, Placed, SwitchCondition, SwitchReading, SwitchWiring};
+pub use switch_condition::SwitchCondition;
+pub use switch_reading::{Contact, Placed, SwitchReading, SwitchWiring};
 pub use topology::{
-    Adjacency, Arc, Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, Node, Source,
-    Switch, Topology, TopologyError,
+    Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, Node, Source, Switch, Topology,
 };
+pub use topology_error::TopologyError;
 pub use voltage::{
     ABSENT_AGAIN_BELOW, ABSENT_BELOW, MAX_PLAUSIBLE, PRESENT_FROM, PRESENT_UNTIL, Phase, PhaseTag,
     VoltageBand, VoltageEvidence, VoltageMemory, VoltageWiring,
@@ -208,8 +215,18 @@ mod bench_tests;
 #[cfg(test)]
 mod enumeration_tests;
 #[cfg(test)]
-mod input_tests;
+mod finding_tests;
+#[cfg(test)]
+mod operator_input_tests;
 #[cfg(test)]
 mod random_network;
 #[cfg(test)]
+mod source_tests;
+#[cfg(test)]
+mod test_station;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod voltage_tests;
+#[cfg(test)]
+mod winding_tests;

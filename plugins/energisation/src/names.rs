@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::topology::TopologyError;
+use crate::topology_error::TopologyError;
 
 /// Indices of names.
 #[derive(Clone, Debug, Default)]

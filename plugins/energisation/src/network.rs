@@ -5,14 +5,16 @@ use std::collections::{HashMap, HashSet};
 use busbar_plugin_sdk::Binding;
 
 use crate::branch_kind::EarthKind;
+use crate::findings::no_nominal;
 use crate::measured_unit::MeasuredUnit;
-use crate::settings::{HandDressedPosition, PlacementKind, PlacementSettings, Settings};
+use crate::placements::NamesInNetwork;
+use crate::settings::Settings;
 use crate::source_reading::{ACTIVE_POWER, REACTIVE_POWER, SOURCE, SourceTag, SourceWiring};
-use crate::state::Position;
 use crate::switch_reading::{
-    Contact, HAND_DRESSED, PORTABLE_EARTH, POSITION, Placed, RACKED_OUT, SwitchWiring,
+    Contact, HAND_DRESSED, PORTABLE_EARTH, POSITION, RACKED_OUT, SwitchWiring,
 };
-use crate::topology::{Equipment, Node, Switch, Topology, TopologyError};
+use crate::topology::{Equipment, Node, Switch, Topology};
+use crate::topology_error::TopologyError;
 use crate::voltage::{Phase, PhaseTag, VOLTAGE_FAULTS, VOLTAGES, VoltageMemory, VoltageWiring};
 
 /// Roles of positions of poles, and the poles' names.
@@ -36,26 +38,6 @@ pub struct Network {
     pub switches_of: Vec<Vec<Switch>>,
     /// Faults of the bindings, each as cause and remedy.
     pub findings: Vec<String>,
-}
-
-/// Indices of what a placement may name.
-struct NamesInNetwork<'a> {
-    nodes: HashMap<&'a str, Node>,
-    equipment: HashMap<&'a str, Equipment>,
-    switches: HashMap<&'a str, Switch>,
-}
-
-impl<'a> NamesInNetwork<'a> {
-    fn new(topology: &'a Topology) -> Self {
-        let index = |names: &'a [String]| -> HashMap<&'a str, usize> {
-            names.iter().enumerate().map(|(index, name)| (name.as_str(), index)).collect()
-        };
-        Self {
-            nodes: index(&topology.nodes),
-            equipment: index(&topology.equipment),
-            switches: index(&topology.switches),
-        }
-    }
 }
 
 /// Bindings by role and equipment.
@@ -188,7 +170,13 @@ impl Network {
         }
     }
 
-    fn add_portable_earth(&mut self, piece: Equipment, node: Option<Node>, wiring: SwitchWiring) {
+    /// Adds the placing of a portable earth at a piece of equipment.
+    pub(crate) fn add_portable_earth(
+        &mut self,
+        piece: Equipment,
+        node: Option<Node>,
+        wiring: SwitchWiring,
+    ) {
         let nodes = node.map_or_else(|| self.nodes_of[piece].clone(), |node| vec![node]);
         let is_ambiguous = !self.are_one(&nodes);
         self.topology.add_earth(&nodes, piece);
@@ -213,57 +201,6 @@ impl Network {
             }
         }
         others.iter().all(|node| reached.contains(node))
-    }
-
-    fn place(
-        &mut self,
-        placement: &PlacementSettings,
-        names: &NamesInNetwork<'_>,
-    ) -> Result<(), TopologyError> {
-        let id = &placement.equipment;
-        let fault = |fault: &str| TopologyError::Placement {
-            equipment: id.clone(),
-            fault: fault.to_owned(),
-        };
-        let piece = names.equipment.get(id.as_str()).copied();
-        let piece =
-            piece.ok_or_else(|| fault("names equipment that is not in the network: mend it"))?;
-        let find_node = |name: &String| {
-            let node = names.nodes.get(name.as_str()).copied();
-            node.ok_or_else(|| fault("names a node that is not there: mend it"))
-        };
-        let node = placement.node.as_ref().map(find_node).transpose()?;
-        let placed = match (placement.kind, placement.position) {
-            (PlacementKind::PortableEarth, None) => Placed::PortableEarth,
-            (PlacementKind::RackedOut, None) => Placed::RackedOut,
-            (PlacementKind::HandDressed, Some(position)) => Placed::HandDressed(match position {
-                HandDressedPosition::Open => Position::Open,
-                HandDressedPosition::Closed => Position::Closed,
-            }),
-            (PlacementKind::HandDressed, None) => {
-                return Err(fault("is a position set by hand: give 'position'"));
-            }
-            (_, Some(_)) => {
-                return Err(fault("has a 'position' that nothing needs: remove it"));
-            }
-        };
-        let is_portable = placed == Placed::PortableEarth;
-        let switch = names.switches.get(id.as_str()).copied();
-        let switch =
-            switch.filter(|&switch| self.switches[switch].is_portable_earth == is_portable);
-        match (placed, switch) {
-            (Placed::PortableEarth, None) => {
-                let placed = Some(Placed::PortableEarth);
-                self.add_portable_earth(
-                    piece,
-                    node,
-                    SwitchWiring { placed, ..SwitchWiring::default() },
-                );
-            }
-            (_, Some(switch)) => self.switches[switch].placed = Some(placed),
-            (_, None) => return Err(fault("is of a switch, and the equipment is none: mend it")),
-        }
-        Ok(())
     }
 
     fn index_switches(&mut self) {
@@ -362,45 +299,6 @@ impl Network {
             });
         }
     }
-
-    /// Lists switches and sources without a tag, which are unknown for good.
-    fn find_missing_tags(&mut self) {
-        for (id, wiring) in self.topology.switches.iter().zip(&self.switches) {
-            let is_told = wiring.is_untelemetered || wiring.placed.is_some();
-            let remedy = "or set 'untelemetered' there";
-            if is_told {
-                continue;
-            }
-            if wiring.is_portable_earth && wiring.portable_earth.is_none() {
-                self.findings.push(format!(
-                    "the portable earth '{id}' has no tag in the role '{PORTABLE_EARTH}'; bind \
-                     one, {remedy}"
-                ));
-            } else if !wiring.is_portable_earth && wiring.contacts.is_empty() {
-                self.findings.push(format!(
-                    "the switch '{id}' has no tag in the role '{POSITION}'; bind one, {remedy}"
-                ));
-            } else if let Some(pole) = wiring.missing_pole {
-                self.findings.push(format!(
-                    "the switch '{id}' has no tag in the role '{POSITION}_{pole}'; bind one to \
-                     each pole"
-                ));
-            }
-        }
-        for (source, wiring) in self.topology.sources.iter().zip(&self.sources) {
-            let SourceWiring { says, powers, is_untelemetered, .. } = wiring;
-            if let Some(id) = &source.equipment
-                && says.is_none()
-                && powers.is_empty()
-                && !is_untelemetered
-            {
-                self.findings.push(format!(
-                    "the source '{id}' has no tag in the role '{SOURCE}', '{ACTIVE_POWER}' or \
-                     '{REACTIVE_POWER}'; bind one, or set 'untelemetered' there"
-                ));
-            }
-        }
-    }
 }
 
 /// The phase of single-pole equipment, by the end of its id.
@@ -408,11 +306,4 @@ fn phase_of_pole(id: &str) -> Phase {
     let ends = [("-L1", 1), ("-L2", 2), ("-L3", 3)];
     let phase = ends.into_iter().find(|(end, _)| id.ends_with(end));
     phase.map_or(Phase::Any, |(_, phase)| Phase::Earth(phase))
-}
-
-fn no_nominal(level: &str, id: &str) -> String {
-    format!(
-        "the voltage at '{id}' cannot be judged, as no nominal voltage is known of the level \
-         '{level}'; set 'nominal_kv' there"
-    )
 }

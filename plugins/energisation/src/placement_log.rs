@@ -4,7 +4,7 @@ use busbar_plugin_sdk::{Host, LogLevel};
 
 use crate::judgment::Readings;
 use crate::settings::{PlacementKind, Settings};
-use crate::switch_reading::SwitchCondition;
+use crate::switch_condition::SwitchCondition;
 use crate::topology::Topology;
 
 /// Lines that one frame may log; the rest is counted.

@@ -1,8 +1,9 @@
 //! Reachability over surely closed and over possibly closed branches, in one breadth-first
 //! search each way: first over what is surely closed, then on by the fewest unknown inputs.
 
+use crate::adjacency::{Adjacency, Arc};
 use crate::state::{Input, Position};
-use crate::topology::{Adjacency, Arc, Node};
+use crate::topology::Node;
 
 /// Certainty of a fact about a node, over all completions of unknown inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]

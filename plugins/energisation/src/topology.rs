@@ -1,9 +1,11 @@
 //! The network: connectivity nodes (IEC 61970-301), and what joins, feeds and earths them.
 
+use crate::adjacency::Adjacency;
 use crate::branch_kind::{BranchKind, EarthKind};
 use crate::bridges::find_arcs_to_sources;
 use crate::names::Names;
 use crate::settings::{BranchSettings, EarthSettings, Settings};
+use crate::topology_error::TopologyError;
 
 /// Connectivity nodes of one network.
 pub const MAX_NODES: usize = 100_000;
@@ -78,140 +80,6 @@ pub struct Source {
     pub equipment: Option<String>,
     /// Rated apparent power, MVA.
     pub rating_mva: Option<f64>,
-}
-
-/// Branches by the nodes at their ends, as compressed rows.
-#[derive(Clone, Debug, Default)]
-pub struct Adjacency {
-    offsets: Vec<u32>,
-    arcs: Vec<Arc>,
-}
-
-/// A branch as one of its nodes sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Arc {
-    /// The node at the other end.
-    pub to: u32,
-    /// The branch.
-    pub branch: u32,
-    /// The switch, or [`Arc::ALWAYS`].
-    pub switch: u32,
-    /// Reports whether no earth passes.
-    pub stops_earth: bool,
-}
-
-impl Arc {
-    /// Switch of a branch that always joins its nodes.
-    pub const ALWAYS: u32 = u32::MAX;
-
-    /// Gives its switch, if it has one.
-    pub fn switch(self) -> Option<Switch> {
-        (self.switch != Self::ALWAYS).then_some(self.switch as usize)
-    }
-}
-
-impl Adjacency {
-    /// Sorts branches by their ends.
-    pub fn new(nodes: usize, branches: &[Branch]) -> Self {
-        let mut offsets = vec![0_u32; nodes + 1];
-        for end in branches.iter().flat_map(|branch| branch.ends) {
-            offsets[end + 1] += 1;
-        }
-        for node in 0..nodes {
-            offsets[node + 1] += offsets[node];
-        }
-        let none = Arc { to: 0, branch: 0, switch: Arc::ALWAYS, stops_earth: false };
-        let mut arcs = vec![none; branches.len() * 2];
-        let mut next = offsets.clone();
-        for (branch, index) in branches.iter().zip(0..) {
-            let switch = branch.switch.map_or(Arc::ALWAYS, |switch| switch as u32);
-            let [a, b] = branch.ends;
-            for (from, to) in [(a, b), (b, a)] {
-                let stops_earth = branch.stops_earth;
-                arcs[next[from] as usize] =
-                    Arc { to: to as u32, branch: index, switch, stops_earth };
-                next[from] += 1;
-            }
-        }
-        Self { offsets, arcs }
-    }
-
-    /// Gives the branches at a node.
-    pub fn at(&self, node: Node) -> &[Arc] {
-        &self.arcs[self.range(node)]
-    }
-
-    /// Gives the indices of the branches at a node, among all ends of branches.
-    pub fn range(&self, node: Node) -> std::ops::Range<usize> {
-        self.offsets[node] as usize..self.offsets[node + 1] as usize
-    }
-
-    /// Gives all ends of branches.
-    pub fn arcs(&self) -> &[Arc] {
-        &self.arcs
-    }
-}
-
-/// Faults of a network.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TopologyError {
-    /// A name that nothing has.
-    #[error("{place} names the {what} '{name}', which is not there: add it or mend the name")]
-    Unknown {
-        /// Where.
-        place: String,
-        /// What kind of thing.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// A name that two things have.
-    #[error("the {what} '{name}' is there twice: rename one")]
-    Twice {
-        /// What kind of thing.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// Both ends are the same node.
-    #[error("the branch '{0}' joins a node to itself: name the node at its other end")]
-    Loop(String),
-    /// A kind that is a switch, and a setting that says otherwise.
-    #[error("the branch '{0}' is a switch by its 'kind', and none by 'switch': mend one of them")]
-    Kind(String),
-    /// Settings of a placement that do not go together.
-    #[error("the placement at '{equipment}' {fault}")]
-    Placement {
-        /// The equipment that it names.
-        equipment: String,
-        /// The fault, and the remedy.
-        fault: String,
-    },
-    /// A number out of its range.
-    #[error("{place} has '{setting}' of {value}: give {range}")]
-    Range {
-        /// Where.
-        place: String,
-        /// The setting.
-        setting: &'static str,
-        /// The number, as given.
-        value: String,
-        /// What is taken.
-        range: &'static str,
-    },
-    /// Too much.
-    #[error("{asked} {what}; at most {limit} are taken: split the network")]
-    TooMany {
-        /// Of what.
-        what: &'static str,
-        /// How many.
-        asked: usize,
-        /// The limit.
-        limit: usize,
-    },
-    /// Nothing can be energised.
-    #[error("no source feeds the network: name one under 'sources'")]
-    NoSource,
 }
 
 /// Names of a network while it is read.
