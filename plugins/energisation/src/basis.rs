@@ -95,14 +95,21 @@ impl Judge<'_> {
         }
         let own = self.network.switches_of[piece].iter();
         let mut own = own.map(|&switch| self.readings.bindings(Input::Switch(switch)));
-        let range = match decided_by {
-            [node] if own.clone().all(<[usize]>::is_empty) => {
-                let of = self.list_of_node(*node, list);
+        // Nodes of one part without feeding have one list.
+        let first = decided_by.first().map(|&node| self.list_of_node(node, list));
+        let is_shared = |&node: &Node| {
+            let of = self.list_of_node(node, list);
+            first.is_some_and(|first| (first.start, first.end) == (of.start, of.end))
+        };
+        let has_one_list = decided_by.iter().all(is_shared);
+        let range = match first {
+            Some(of) if has_one_list && own.clone().all(<[usize]>::is_empty) => {
                 Some(of.start..of.end)
             }
             _ => {
                 let start = list.bindings.len();
-                for &node in decided_by {
+                let lists = if has_one_list { decided_by.get(..1) } else { Some(decided_by) };
+                for &node in lists.unwrap_or_default() {
                     let of = self.list_of_node(node, list);
                     list.bindings.extend_from_within(of.start..of.end);
                 }

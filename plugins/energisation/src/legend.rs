@@ -9,20 +9,20 @@ use crate::settings::{LevelSettings, Settings};
 const DEAD: [u8; 3] = [0x4a, 0x4e, 0x54];
 /// Color of earthed equipment (IEC 60445: green and yellow is the protective conductor).
 const EARTHED: [u8; 3] = [0x5f, 0xa8, 0x2d];
-/// Color of a portable earth: a darker green.
-const PORTABLE_EARTH: [u8; 3] = [0x1d, 0x4d, 0x1a];
+/// Color of a portable earth: a dark green.
+const PORTABLE_EARTH: [u8; 3] = [0x0a, 0x1e, 0x08];
 /// Color of what is not known.
 const UNKNOWN: [u8; 3] = [0x9c, 0x1f, 0x8c];
 /// Color of a contradiction.
-const CONTRADICTION: [u8; 3] = [0xc8, 0x3c, 0xd8];
+const CONTRADICTION: [u8; 3] = [0xc8, 0x48, 0xd8];
 /// Color of poles that disagree.
-const POLES_DISAGREE: [u8; 3] = [0xe0, 0x88, 0xe8];
+const POLES_DISAGREE: [u8; 3] = [0x1c, 0x0a, 0x20];
 /// Color of a switch in motion.
-const IN_MOTION: [u8; 3] = [0x7c, 0x86, 0xc8];
+const IN_MOTION: [u8; 3] = [0xb0, 0xb4, 0xcc];
 /// Color of a switch that is racked out.
-const RACKED_OUT: [u8; 3] = [0x14, 0x18, 0x24];
+const RACKED_OUT: [u8; 3] = [0x10, 0x14, 0x18];
 /// Color of a position that is set by hand.
-const HAND_DRESSED: [u8; 3] = [0x2c, 0x5c, 0xb0];
+const HAND_DRESSED: [u8; 3] = [0x40, 0x70, 0xb0];
 
 /// States besides those of the levels, in the legend's order.
 const OTHERS: [(PieceState, &str, [u8; 3], Pattern); 9] = [

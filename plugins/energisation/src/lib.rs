@@ -50,7 +50,8 @@ pub use state::{Energisation, Input, Position, State};
 pub use switch_condition::SwitchCondition;
 pub use switch_reading::{Contact, Placed, SwitchReading, SwitchWiring};
 pub use topology::{
-    Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, Node, Source, Switch, Topology,
+    Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, MAX_PLACEMENTS, Node, Source,
+    Switch, Topology,
 };
 pub use topology_error::TopologyError;
 pub use voltage::{
@@ -216,6 +217,8 @@ mod bench_tests;
 mod enumeration_tests;
 #[cfg(test)]
 mod finding_tests;
+#[cfg(test)]
+mod limit_tests;
 #[cfg(test)]
 mod operator_input_tests;
 #[cfg(test)]

@@ -219,6 +219,32 @@ impl Reachability {
         unpack(self.doubts[node])
     }
 
+    /// Indices of the starts that nodes are reached from; `None` where they are not. Linear
+    /// in the network.
+    pub(crate) fn origins(&self) -> Vec<Option<u32>> {
+        let mut origins = vec![None; self.certainty.len()];
+        let mut way = Vec::new();
+        for node in 0..origins.len() {
+            let mut at = node;
+            let origin = loop {
+                if let Some(origin) = origins[at] {
+                    break Some(origin);
+                }
+                if self.certainty[at] == Certainty::Not {
+                    break None;
+                }
+                way.push(at);
+                let RawStep { to, via } = self.steps[at];
+                if to == NONE {
+                    break Some(via);
+                }
+                at = to as usize;
+            };
+            way.drain(..).for_each(|node| origins[node] = origin);
+        }
+        origins
+    }
+
     /// Steps from a node to the start that it is reached from; a shortest way over branches
     /// where it is reached surely. None where it is not reached.
     pub(crate) fn way(&self, node: Node) -> impl Iterator<Item = Step> + '_ {

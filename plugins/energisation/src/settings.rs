@@ -1,6 +1,7 @@
 //! Settings: the network, and what operators placed in it.
 
 use crate::branch_kind::{BranchKind, EarthKind};
+use crate::topology::{MAX_LEVELS, MAX_PLACEMENTS};
 
 /// Settings of the overlay: the network's connectivity nodes, and what joins, feeds and
 /// earths them. Positions come from tags bound to the switches in the role `position`.
@@ -8,7 +9,7 @@ use crate::branch_kind::{BranchKind, EarthKind};
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// Voltage levels.
-    #[schemars(length(min = 1, max = 32))]
+    #[schemars(length(min = 1, max = MAX_LEVELS))]
     pub levels: Vec<LevelSettings>,
     /// Connectivity nodes.
     #[schemars(length(min = 1))]
@@ -26,7 +27,7 @@ pub struct Settings {
     /// What an operator placed or set by hand, where no tag tells. They are kept here until
     /// somebody removes them, and logged.
     #[serde(default)]
-    #[schemars(length(max = 10_000))]
+    #[schemars(length(max = MAX_PLACEMENTS))]
     pub placements: Vec<PlacementSettings>,
 }
 

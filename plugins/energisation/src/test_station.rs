@@ -64,13 +64,12 @@ impl Station {
     }
 
     pub(crate) fn draw(&mut self, tags: &[Tag]) {
-        let value = |Tag(_, _, _, value, quality): &Tag| TagValue {
-            value: *value,
-            quality: *quality,
-            age: Duration::ZERO,
-        };
-        let values: Vec<TagValue> = tags.iter().map(value).collect();
-        draw_at(&mut self.overlay, None, &values, 0).unwrap();
+        draw_at(&mut self.overlay, None, &values(tags), 0).unwrap();
+    }
+
+    /// Judges without drawing.
+    pub(crate) fn update(&mut self, tags: &[Tag]) {
+        self.overlay.update(&values(tags));
     }
 
     pub(crate) fn judgment(&self, id: &str) -> &PieceJudgment {
@@ -136,4 +135,13 @@ pub(crate) fn generator() -> Json {
     let mut settings = two_levels();
     settings["sources"] = json!([{ "node": "line", "equipment": "G1", "rating_mva": 100.0 }]);
     settings
+}
+
+pub(crate) fn values(tags: &[Tag]) -> Vec<TagValue> {
+    let value = |Tag(_, _, _, value, quality): &Tag| TagValue {
+        value: *value,
+        quality: *quality,
+        age: Duration::ZERO,
+    };
+    tags.iter().map(value).collect()
 }

@@ -11,6 +11,8 @@ use crate::topology_error::TopologyError;
 pub const MAX_NODES: usize = 100_000;
 /// Branches and earth switches of one network.
 pub const MAX_BRANCHES: usize = 200_000;
+/// Placements of one network.
+pub const MAX_PLACEMENTS: usize = 10_000;
 /// Voltage levels of one network.
 pub const MAX_LEVELS: usize = 54;
 
@@ -103,6 +105,7 @@ impl Topology {
         within("nodes", settings.nodes.len(), MAX_NODES)?;
         within("branches and earth switches", branches, MAX_BRANCHES)?;
         within("sources", settings.sources.len(), MAX_BRANCHES)?;
+        within("placements", settings.placements.len(), MAX_PLACEMENTS)?;
         let mut reader = Reader::default();
         reader.read_levels(settings)?;
         reader.read_nodes(settings)?;

@@ -15,6 +15,8 @@ use crate::voltage::VoltageEvidence;
 pub(crate) struct VoltageDoubts {
     /// Reach of measured voltages over nodes without feeding; none where there are none.
     reach: Option<Reachability>,
+    /// Instrument transformer whose voltage reaches each node.
+    origins: Vec<Option<u32>>,
     /// Binding of each instrument transformer that has voltage, or had; and whether it has.
     live: Vec<Option<(usize, bool)>>,
     /// Words at nodes that are fed.
@@ -60,6 +62,7 @@ impl VoltageDoubts {
         let passage = Passage { adjacency: &topology.adjacency, positions, passes_windings: true };
         let mut reach = Reachability::default();
         reach.search(topology.nodes.len(), passage, starts.iter().copied());
+        doubts.origins = reach.origins();
         doubts.reach = Some(reach);
         doubts.live = readings.voltages.iter().map(live_binding).collect();
         doubts
@@ -71,10 +74,7 @@ impl VoltageDoubts {
 
     /// The instrument transformer whose voltage reaches a node.
     fn voltage_at(&self, node: Node) -> Option<usize> {
-        self.reach.as_ref()?.way(node).find_map(|step| match step {
-            Step::Start(index) => Some(index),
-            Step::Branch { .. } => None,
-        })
+        self.origins.get(node).copied().flatten().map(|voltage| voltage as usize)
     }
 
     /// The state of a node that no source reaches, and a measured voltage does.

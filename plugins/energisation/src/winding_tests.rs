@@ -1,8 +1,5 @@
 //! Earths, windings, contradictions, and what a dead busbar rests on.
 
-use std::time::Duration;
-
-use busbar_plugin_sdk::TagValue;
 use serde_json::json;
 
 use crate::test_station::*;
@@ -94,7 +91,7 @@ fn a_dead_bus_rests_on_all_its_feeders() {
     settings["sources"] = (0..feeders).map(|of| json!({ "node": format!("f{of}") })).collect();
     let tags: Vec<Tag> = (0..feeders).map(|of| tag(id(of), "position", OPEN)).collect();
     let mut dead = Station::new(&settings, &tags);
-    dead.overlay.update(&values(&tags));
+    dead.update(&tags);
     assert_eq!(dead.state("BUS"), PieceState::Dead);
     assert_eq!(dead.judgment("BUS").basis.len(), feeders);
     // Feeders that lead to no source need not be watched.
@@ -108,15 +105,6 @@ fn a_dead_bus_rests_on_all_its_feeders() {
     let unknown = station(&settings, &tags);
     assert_eq!(unknown.state("BUS"), PieceState::Unknown);
     assert_eq!(unknown.judgment("BUS").reason, "Q150 has no good position");
-}
-
-fn values(tags: &[Tag]) -> Vec<TagValue> {
-    let value = |Tag(_, _, _, value, quality): &Tag| TagValue {
-        value: *value,
-        quality: *quality,
-        age: Duration::ZERO,
-    };
-    tags.iter().map(value).collect()
 }
 
 #[test]
