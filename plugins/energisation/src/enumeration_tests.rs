@@ -1,17 +1,16 @@
 //! States, reasons, bases and contradictions of random networks, judged by enumeration of
 //! all completions. `BUSBAR_TOPOLOGY_CASES` sets their number.
 
-use busbar_plugin_sdk::{Binding, DoublePoint, Quality, Reason, TagValue, Value, ValueKind};
 use fastrand::Rng;
 
 use crate::random_network::{Bits, RandomNetwork};
 use crate::*;
 
-const SEED: u64 = 39;
+pub(crate) const SEED: u64 = 39;
 /// Networks of one run, unless the environment says otherwise.
 const CASES: u64 = 2_000;
 
-fn cases() -> u64 {
+pub(crate) fn cases() -> u64 {
     std::env::var("BUSBAR_TOPOLOGY_CASES").map_or(CASES, |cases| cases.parse().unwrap())
 }
 
@@ -167,99 +166,5 @@ fn check_bases(
             state => now == state,
         };
         assert!(stays, "case {case}, node {node}: {now:?} by {basis:?} in {network:#?}");
-    }
-}
-
-/// Values that a tag of a switch may have, and the positions that they admit.
-fn tag_of(position: Position, random: &mut Rng) -> TagValue {
-    let good = |value| (Some(value), Quality::Good);
-    let stale = Quality::Bad(Reason::Stale);
-    let (value, quality) = match (position, random.usize(0..6)) {
-        (Position::Open, 0..3) => good(Value::Bool(false)),
-        (Position::Open, _) => good(Value::DoublePoint(DoublePoint::Off)),
-        (Position::Closed, 0..3) => good(Value::Bool(true)),
-        (Position::Closed, _) => good(Value::DoublePoint(DoublePoint::On)),
-        (Position::Unknown, 0) => (None, Quality::Bad(Reason::NotConnected)),
-        (Position::Unknown, 1) => (Some(Value::DoublePoint(DoublePoint::Off)), stale),
-        (Position::Unknown, 2) => (Some(Value::Bool(true)), Quality::Uncertain(Reason::Unknown)),
-        (Position::Unknown, 3) => good(Value::DoublePoint(DoublePoint::Intermediate)),
-        (Position::Unknown, 4) => good(Value::DoublePoint(DoublePoint::BadState)),
-        (Position::Unknown, _) => good(Value::F64(f64::NAN)),
-    };
-    TagValue { value, quality, age: std::time::Duration::ZERO }
-}
-
-fn bind(id: String, role: &str) -> Binding {
-    Binding {
-        node: 0,
-        kind: ValueKind::DoublePoint,
-        limit_low: None,
-        limit_high: None,
-        tag_id: format!("{id}.{role}"),
-        tag_name: String::new(),
-        unit: String::new(),
-        node_id: id,
-        role: role.into(),
-    }
-}
-
-#[test]
-fn faulty_tags_admit_what_the_judgment_says() {
-    for case in 0..cases() {
-        let random = &mut Rng::with_seed(SEED << 40 | case);
-        let network = RandomNetwork::generate(random);
-        let (mut bindings, mut values) = (Vec::new(), Vec::new());
-        for (switch, &position) in network.positions.iter().enumerate() {
-            // A tag that is missing tells nothing.
-            if position == Position::Unknown && random.usize(0..6) == 0 {
-                continue;
-            }
-            bindings.push(bind(network.switch_id(switch), "position"));
-            values.push(tag_of(position, random));
-        }
-        for (index, (&feeds, (_, is_always_on))) in
-            network.feeds.iter().zip(&network.sources).enumerate()
-        {
-            if !is_always_on {
-                bindings.push(bind(format!("G{index}"), "source"));
-                values.push(tag_of(feeds, random));
-            }
-        }
-        let settings = network.settings();
-        let topology = Topology::new(&settings).unwrap();
-        let wired = Network::new(&settings, &topology, &bindings).unwrap();
-        let readings = Readings {
-            switches: wired.switches.iter().map(|switch| switch.read(&values)).collect(),
-            sources: wired
-                .sources
-                .iter()
-                .map(|source| source.read(&values, &mut VoltageMemory::default()))
-                .collect(),
-            voltages: Vec::new(),
-        };
-        let mut judgments = Judgments::default();
-        judgments.judge(&wired, &readings, &mut Energisation::default());
-        for (node, bits) in network.enumerate().iter().enumerate() {
-            let id = format!("N{node}");
-            let piece = topology.equipment.iter().position(|of| *of == id).unwrap();
-            let judgment = judgments.pieces[piece].as_ref().unwrap();
-            let expected = match bits.state() {
-                State::Energised => (PieceState::Energised, Standing::Normal),
-                State::Dead => (PieceState::Dead, Standing::Normal),
-                State::Earthed => (PieceState::Earthed, Standing::Normal),
-                State::Unknown => (PieceState::Unknown, Standing::Unknown),
-                State::Contradiction => (PieceState::Contradiction, Standing::Unknown),
-            };
-            let found = (judgment.state, judgment.standing);
-            assert_eq!(found, expected, "case {case}, {id}: {judgment:?}\n{network:#?}");
-            let needs_reason = judgment.standing != Standing::Normal;
-            assert!(!needs_reason || !judgment.reason.is_empty(), "case {case}: {judgment:?}");
-            // What it rests on is good.
-            let basis = &judgments.basis()[judgment.basis.clone()];
-            let all_good = basis.iter().all(|&binding| values[binding].quality == Quality::Good);
-            assert!(all_good, "case {case}: {judgment:?}");
-        }
-        // Every piece that the settings name is judged.
-        assert!(judgments.pieces.iter().all(Option::is_some), "case {case}");
     }
 }

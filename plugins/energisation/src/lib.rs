@@ -216,6 +216,8 @@ mod bench_tests;
 #[cfg(test)]
 mod enumeration_tests;
 #[cfg(test)]
+mod fault_tests;
+#[cfg(test)]
 mod finding_tests;
 #[cfg(test)]
 mod limit_tests;
