@@ -14,7 +14,7 @@ pub struct Adjacency {
 pub struct Arc {
     /// The node at the other end.
     pub to: u32,
-    /// The branch.
+    /// Index of the branch.
     pub branch: u32,
     /// The switch, or [`Arc::ALWAYS`].
     pub switch: u32,

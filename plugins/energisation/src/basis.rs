@@ -39,7 +39,7 @@ struct NodeBasis {
 }
 
 impl BasisList {
-    /// Empties all lists.
+    /// Empties all lists for another frame.
     pub(crate) fn clear(&mut self, nodes: usize, parts: usize) {
         self.bindings.clear();
         self.of_nodes.clear();

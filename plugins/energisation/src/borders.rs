@@ -13,7 +13,7 @@ pub(crate) struct Borders {
     part_count: usize,
     /// Inputs with the part whose border they are on, by parts.
     pairs: Vec<(u32, Input)>,
-    /// Where each part begins among them, and the end.
+    /// Begin of each part among the pairs, and the end of the last.
     offsets: Vec<u32>,
     stack: Vec<u32>,
 }

@@ -5,7 +5,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BranchKind {
-    /// Power transformer.
+    /// Power transformer with separate windings.
     #[serde(alias = "power_transformer", alias = "two_winding_transformer")]
     Transformer,
     /// Transformer whose windings have a part in common.
@@ -23,7 +23,7 @@ pub enum BranchKind {
     /// Reactor, in series or shunt.
     #[serde(alias = "series_reactor", alias = "shunt_reactor")]
     Reactor,
-    /// Arc-suppression (Petersen) coil.
+    /// Arc-suppression (Petersen) coil of a star point.
     #[serde(alias = "petersen_coil", alias = "coil")]
     ArcSuppressionCoil,
     /// Resistor, such as that of a star point.
@@ -31,9 +31,9 @@ pub enum BranchKind {
     /// Capacitor, in series or shunt.
     #[serde(alias = "series_capacitor", alias = "shunt_capacitor")]
     Capacitor,
-    /// Overhead line.
+    /// Overhead line between two nodes.
     Line,
-    /// Cable.
+    /// Cable between two nodes.
     Cable,
     /// Busbar, or a section of one.
     #[serde(alias = "busbar_section")]
@@ -46,10 +46,10 @@ pub enum BranchKind {
     /// Switch of any make.
     #[serde(alias = "load_switch", alias = "switch_disconnector", alias = "contactor")]
     Switch,
-    /// Circuit breaker.
+    /// Circuit breaker with a position.
     #[serde(alias = "circuit_breaker")]
     Breaker,
-    /// Disconnector.
+    /// Disconnector with a position.
     #[serde(alias = "isolator")]
     Disconnector,
     /// Fuse; it has a position only where `switch` says so.

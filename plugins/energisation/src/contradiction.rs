@@ -12,9 +12,9 @@ const TOLD_PIECES: usize = 5;
 /// A source and an earth that are surely connected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contradiction {
-    /// The source.
+    /// Index of the source.
     pub source: usize,
-    /// The earth.
+    /// Index of the earth.
     pub earth: usize,
     /// Branches of a shortest way from the source to the earth.
     pub path: Vec<usize>,
@@ -82,7 +82,7 @@ impl Contradictions {
         }
     }
 
-    /// All of them.
+    /// All contradictions of the network.
     pub fn all(&self) -> &[Contradiction] {
         &self.all
     }

@@ -23,13 +23,13 @@ pub enum PieceState {
     Dead,
     /// Surely not fed, and surely earthed.
     Earthed,
-    /// Perhaps fed.
+    /// Fed in some completions only.
     Unknown,
     /// In doubt, as inputs contradict each other.
     Contradiction,
     /// Switch whose poles disagree.
     PolesDisagree,
-    /// Switch in motion.
+    /// Switch between its end positions.
     InMotion,
     /// Portable earth, or the piece that it is placed at.
     PortableEarth,
@@ -53,11 +53,11 @@ pub enum Standing {
 /// Judgment on a piece of equipment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PieceJudgment {
-    /// The state.
+    /// State that is shown.
     pub state: PieceState,
-    /// Voltage level.
+    /// Index of the voltage level.
     pub level: usize,
-    /// The verdict.
+    /// Verdict on the piece.
     pub standing: Standing,
     /// Reason, for people: never empty where the standing is unknown.
     pub reason: String,
@@ -81,11 +81,11 @@ pub struct Judgments {
 /// Readings of all inputs of one frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Readings {
-    /// Of switches, in the topology's order.
+    /// Readings of switches, in the topology's order.
     pub switches: Vec<SwitchReading>,
-    /// Of sources.
+    /// Readings of all sources.
     pub sources: Vec<SourceReading>,
-    /// Of instrument transformers.
+    /// Readings of all instrument transformers.
     pub voltages: Vec<VoltageEvidence>,
 }
 

@@ -61,7 +61,7 @@ pub use voltage::{
 
 use placement_log::PlacementLog;
 
-/// The overlay.
+/// Overlay of the states of a network.
 pub struct EnergisationOverlay {
     settings: Settings,
     /// The network as it is configured.

@@ -13,7 +13,7 @@ pub enum MeasuredUnit {
     Current(f64),
     /// No unit is given.
     None,
-    /// Something else.
+    /// Unit of another quantity.
     Other,
 }
 

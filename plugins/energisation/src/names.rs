@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::topology_error::TopologyError;
 
-/// Indices of names.
+/// Indices by names, and back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     numbers: HashMap<String, usize>,

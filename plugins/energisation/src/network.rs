@@ -30,7 +30,7 @@ pub struct Network {
     pub switches: Vec<SwitchWiring>,
     /// Tags of each source.
     pub sources: Vec<SourceWiring>,
-    /// Instrument transformers.
+    /// Instrument transformers and their tags.
     pub voltages: Vec<VoltageWiring>,
     /// Nodes that each piece of equipment is at.
     pub nodes_of: Vec<Vec<Node>>,

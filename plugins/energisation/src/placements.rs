@@ -30,7 +30,7 @@ impl<'a> NamesInNetwork<'a> {
 }
 
 impl Network {
-    /// Applies a placement.
+    /// Applies a placement of the settings.
     pub(crate) fn place(
         &mut self,
         placement: &PlacementSettings,

@@ -37,7 +37,7 @@ pub(crate) struct RandomNetwork {
     pub(crate) sources: Vec<(usize, bool)>,
     /// Positions of switches: those of branches, then those of earths.
     pub(crate) positions: Vec<Position>,
-    /// Feeding of sources.
+    /// Feeding of sources, as positions.
     pub(crate) feeds: Vec<Position>,
 }
 

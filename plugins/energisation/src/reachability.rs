@@ -22,11 +22,11 @@ pub enum Certainty {
 pub(crate) struct Start {
     /// The node that it is at.
     pub(crate) node: Node,
-    /// Its input.
+    /// Input that decides whether it counts.
     pub(crate) input: Input,
     /// Reports whether it counts: surely where closed.
     pub(crate) position: Position,
-    /// Its index among sources or earths.
+    /// Index among sources or earths.
     pub(crate) index: usize,
 }
 
@@ -35,9 +35,9 @@ pub(crate) struct Start {
 pub enum Step {
     /// Over a branch to the next node.
     Branch {
-        /// The branch.
+        /// Index of the branch.
         branch: usize,
-        /// The next node.
+        /// Next node on the way.
         to: Node,
     },
     /// Ends at the source or earth of this index.
@@ -93,7 +93,7 @@ fn unpack(packed: u32) -> Option<Input> {
     }
 }
 
-/// What a search passes: where switches stand, and whether windings count.
+/// Passage of a search: adjacency, positions of switches, and whether windings count.
 #[derive(Clone, Copy)]
 pub(crate) struct Passage<'a> {
     pub(crate) adjacency: &'a Adjacency,

@@ -8,30 +8,30 @@ use crate::topology::{MAX_LEVELS, MAX_PLACEMENTS};
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Voltage levels.
+    /// Voltage levels of the network.
     #[schemars(length(min = 1, max = MAX_LEVELS))]
     pub levels: Vec<LevelSettings>,
-    /// Connectivity nodes.
+    /// Connectivity nodes of the network.
     #[schemars(length(min = 1))]
     pub nodes: Vec<NodeSettings>,
-    /// What joins nodes: switches, current transformers, transformers, lines.
+    /// Branches that join nodes: switches, current transformers, transformers, lines.
     #[serde(default)]
     pub branches: Vec<BranchSettings>,
     /// Working earths: earth switches and portable earths. The earthing of a star point is
     /// none.
     #[serde(default)]
     pub earths: Vec<EarthSettings>,
-    /// What feeds nodes.
+    /// Sources that feed nodes.
     #[schemars(length(min = 1))]
     pub sources: Vec<SourceSettings>,
-    /// What an operator placed or set by hand, where no tag tells. They are kept here until
-    /// somebody removes them, and logged.
+    /// Placements of operators, where no tag tells: portable earths, racked-out switches,
+    /// positions set by hand. They stay until somebody removes them, and are logged.
     #[serde(default)]
     #[schemars(length(max = MAX_PLACEMENTS))]
     pub placements: Vec<PlacementSettings>,
 }
 
-/// A voltage level.
+/// Voltage level, and its colour.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LevelSettings {
@@ -46,7 +46,7 @@ pub struct LevelSettings {
     pub nominal_kv: Option<f64>,
 }
 
-/// A connectivity node.
+/// Connectivity node, and the equipment at it.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodeSettings {
@@ -65,9 +65,9 @@ pub struct NodeSettings {
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BranchSettings {
-    /// Equipment id.
+    /// Equipment id of the branch.
     pub equipment: String,
-    /// The nodes.
+    /// Nodes at its two ends.
     pub between: [String; 2],
     /// Reports whether it joins them only while its position is closed. Where missing, the
     /// kind decides.
@@ -81,15 +81,15 @@ pub struct BranchSettings {
     pub untelemetered: bool,
 }
 
-/// A working earth.
+/// Working earth of a node.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EarthSettings {
-    /// Equipment id.
+    /// Equipment id of the earth.
     pub equipment: String,
     /// The node that it earths.
     pub node: String,
-    /// Kind.
+    /// Kind of the earth.
     #[serde(default)]
     pub kind: EarthKind,
     /// Says that no tag tells its position: it is unknown, unless set by hand.
@@ -97,11 +97,11 @@ pub struct EarthSettings {
     pub untelemetered: bool,
 }
 
-/// Feeds a node.
+/// Source that feeds a node.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceSettings {
-    /// The node.
+    /// Node that it feeds.
     pub node: String,
     /// Id of equipment whose tags tell whether it feeds, in the roles `source`,
     /// `active_power` and `reactive_power`. Where missing, it feeds always.
@@ -120,7 +120,7 @@ pub struct SourceSettings {
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementSettings {
-    /// What it is.
+    /// Kind of the placement.
     pub kind: PlacementKind,
     /// Id of the equipment: the switch that is racked out or set by hand, or the piece that
     /// a portable earth is placed at.
@@ -131,7 +131,7 @@ pub struct PlacementSettings {
     /// Position of a switch that is set by hand.
     #[serde(default)]
     pub position: Option<HandDressedPosition>,
-    /// Who did it.
+    /// Person who did it.
     #[serde(default)]
     #[schemars(length(max = 64))]
     pub by: String,
@@ -145,7 +145,7 @@ pub struct PlacementSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlacementKind {
-    /// Portable earth.
+    /// Portable earth at equipment.
     PortableEarth,
     /// Breaker or switch withdrawn from its contacts.
     RackedOut,
@@ -157,13 +157,13 @@ pub enum PlacementKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HandDressedPosition {
-    /// Open.
+    /// Open: the branch is parted.
     Open,
-    /// Closed.
+    /// Closed: the branch is joined.
     Closed,
 }
 
-/// sRGB.
+/// Color in sRGB, eight bits a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(try_from = "String")]
 pub struct Color(pub [u8; 3]);

@@ -37,7 +37,7 @@ pub struct SourceWiring {
 /// Tag of a source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourceTag {
-    /// The binding.
+    /// Index of the binding.
     pub binding: usize,
     /// Unit of its numbers.
     pub unit: MeasuredUnit,
@@ -48,11 +48,11 @@ pub struct SourceTag {
 pub enum SourceCondition {
     /// Told by a tag, or always on.
     Told,
-    /// Without a tag that tells anything.
+    /// No tag tells anything of it.
     NoTag,
-    /// Without a tag, as the settings say.
+    /// No tag tells, as the settings say.
     Untelemetered,
-    /// Of no good quality.
+    /// Its value is not good.
     NotGood,
     /// A double point at neither of its ends.
     Undecided,

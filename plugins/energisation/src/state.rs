@@ -14,9 +14,9 @@ use crate::topology::{Node, Topology};
 /// Position of a switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Position {
-    /// Open.
+    /// Open in every completion.
     Open,
-    /// Closed.
+    /// Closed in every completion.
     Closed,
     /// Open or closed: in motion, contradictory, or of bad quality.
     #[default]
@@ -30,9 +30,9 @@ pub enum State {
     Earthed,
     /// Surely not fed, and perhaps earthed.
     Dead,
-    /// Perhaps fed.
+    /// Fed in some completions only.
     Unknown,
-    /// Surely fed.
+    /// Surely fed, not surely earthed.
     Energised,
     /// Surely fed and surely earthed, which cannot be.
     Contradiction,

@@ -7,35 +7,35 @@ use crate::switch_reading::POSITION;
 pub enum SwitchCondition {
     /// Reported, and at one of its ends.
     Settled,
-    /// Between its ends.
+    /// Travelling between its end positions.
     InMotion,
     /// Poles, or tags of one switch, in different positions: one that is open, one closed.
     PolesDisagree {
-        /// An open one.
+        /// Name of an open pole.
         open: &'static str,
-        /// A closed one.
+        /// Name of a closed pole.
         closed: &'static str,
     },
     /// Withdrawn from its contacts.
     RackedOut,
-    /// Set by hand.
+    /// Position set by hand.
     HandDressed,
     /// Portable earth that is placed.
     PortableEarthPlaced,
     /// Contacts that contradict each other.
     BadState,
-    /// Of no good quality.
+    /// Tag of no good quality.
     NotGood {
         /// The role of the tag.
         role: &'static str,
     },
     /// A number, which is no position.
     NoPosition,
-    /// Without a tag.
+    /// No tag tells its position.
     NoTag,
-    /// Without a tag at one pole.
+    /// No tag tells of one pole.
     NoTagAtPole(&'static str),
-    /// Without a tag, as the settings say.
+    /// No tag tells, as the settings say.
     Untelemetered,
 }
 

@@ -32,7 +32,7 @@ pub struct SwitchWiring {
 /// Tag of a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Contact {
-    /// The binding.
+    /// Index of the binding.
     pub binding: usize,
     /// Name of the pole; empty for the whole switch.
     pub pole: &'static str,
@@ -41,11 +41,11 @@ pub struct Contact {
 /// Something that the settings say an operator placed or set by hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placed {
-    /// Portable earth.
+    /// Portable earth that is placed.
     PortableEarth,
-    /// Racked out.
+    /// Switch that is racked out.
     RackedOut,
-    /// Set by hand.
+    /// Position that is set by hand.
     HandDressed(Position),
 }
 

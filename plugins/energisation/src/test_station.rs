@@ -67,7 +67,7 @@ impl Station {
         draw_at(&mut self.overlay, None, &values(tags), 0).unwrap();
     }
 
-    /// Judges without drawing.
+    /// Judges values without drawing them.
     pub(crate) fn update(&mut self, tags: &[Tag]) {
         self.overlay.update(&values(tags));
     }

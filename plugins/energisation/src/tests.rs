@@ -47,7 +47,7 @@ fn binding(id: &str) -> Binding {
     }
 }
 
-/// What the overlay shows of each piece of equipment, and the bindings that it rests on.
+/// States that are shown of equipment, and the bindings that they rest on.
 fn shown(values: [(Value, Quality); 4]) -> Vec<(String, String, Vec<usize>)> {
     let settings = settings(NETWORK);
     let mut overlay =

@@ -26,18 +26,18 @@ pub type Switch = usize;
 /// A network, checked: every index is that of something there.
 #[derive(Clone, Debug, Default)]
 pub struct Topology {
-    /// Ids of nodes.
+    /// Ids of all nodes.
     pub nodes: Vec<String>,
     /// Voltage level of each node.
     pub levels: Vec<usize>,
-    /// What joins two nodes.
+    /// Branches that join two nodes.
     pub branches: Vec<Branch>,
     /// Branches at each node.
     pub adjacency: Adjacency,
     /// Tells by each end of a branch, in the order of [`Adjacency::arcs`], whether a source
     /// may lie beyond it.
     pub leads_to_source: Vec<bool>,
-    /// Working earths.
+    /// Working earths of nodes.
     pub earths: Vec<Earth>,
     /// Nodes that are fed, and by what.
     pub sources: Vec<Source>,
@@ -49,7 +49,7 @@ pub struct Topology {
     pub at_nodes: Vec<(Equipment, Node)>,
 }
 
-/// Joins two nodes.
+/// Branch that joins two nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Branch {
     /// The nodes at its ends.
@@ -73,7 +73,7 @@ pub struct Earth {
     pub equipment: Equipment,
 }
 
-/// Feeds a node.
+/// Source that feeds a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// The node that it feeds.

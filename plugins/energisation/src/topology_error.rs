@@ -6,19 +6,19 @@ pub enum TopologyError {
     /// A name that nothing has.
     #[error("{place} names the {what} '{name}', which is not there: add it or mend the name")]
     Unknown {
-        /// Where.
+        /// Place in the settings.
         place: String,
-        /// What kind of thing.
+        /// Kind of thing that is missing.
         what: &'static str,
-        /// The name.
+        /// Name that nothing has.
         name: String,
     },
     /// A name that two things have.
     #[error("the {what} '{name}' is there twice: rename one")]
     Twice {
-        /// What kind of thing.
+        /// Kind of thing that is doubled.
         what: &'static str,
-        /// The name.
+        /// Name that two have.
         name: String,
     },
     /// Both ends are the same node.
@@ -38,23 +38,23 @@ pub enum TopologyError {
     /// A number out of its range.
     #[error("{place} has '{setting}' of {value}: give {range}")]
     Range {
-        /// Where.
+        /// Place in the settings.
         place: String,
-        /// The setting.
+        /// Setting that is out of range.
         setting: &'static str,
         /// The number, as given.
         value: String,
-        /// What is taken.
+        /// Range that is taken.
         range: &'static str,
     },
-    /// Too much.
+    /// More than a network may have.
     #[error("{asked} {what}; at most {limit} are taken: split the network")]
     TooMany {
-        /// Of what.
+        /// Kind of thing that is counted.
         what: &'static str,
-        /// How many.
+        /// Number that is configured.
         asked: usize,
-        /// The limit.
+        /// Limit that is exceeded.
         limit: usize,
     },
     /// Nothing can be energised.

@@ -23,11 +23,11 @@ pub const MAX_PLAUSIBLE: f64 = 2.0;
 /// Band of a voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VoltageBand {
-    /// From 45 % of nominal.
+    /// At least 45 % of nominal.
     Present,
-    /// Between 10 and 45 %.
+    /// At least 10, below 45 %.
     Between,
-    /// Below 10 %.
+    /// Less than 10 % of nominal.
     Low,
 }
 
@@ -71,15 +71,15 @@ impl VoltageMemory {
 /// Phase, or pair of phases, of a voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// Not said.
+    /// Phase that is not told.
     Any,
     /// Phase to earth: 1 to 3.
     Earth(u8),
-    /// Between phases: 12, 23 or 31.
+    /// Voltage between phases: 12, 23 or 31.
     Between(u8),
 }
 
-/// Roles of voltages.
+/// Roles of voltages, with their phases.
 pub(crate) const VOLTAGES: [(&str, Phase); 7] = [
     ("voltage", Phase::Any),
     ("voltage_l1", Phase::Earth(1)),
@@ -125,7 +125,7 @@ pub struct VoltageWiring {
     pub node: usize,
     /// Nominal voltage between phases, kV.
     pub nominal_kv: Option<f64>,
-    /// Its voltages.
+    /// Tags of its voltages.
     pub phases: Vec<PhaseTag>,
     /// Tags that are true where it is cut off.
     pub faults: Vec<usize>,
@@ -134,13 +134,13 @@ pub struct VoltageWiring {
 /// Tag of a voltage, and its hysteresis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseTag {
-    /// The binding.
+    /// Index of the binding.
     pub binding: usize,
-    /// The phase.
+    /// Phase that it measures.
     pub phase: Phase,
     /// Unit of its numbers.
     pub unit: MeasuredUnit,
-    /// Its hysteresis.
+    /// Hysteresis of its band.
     pub memory: VoltageMemory,
 }
 
@@ -156,7 +156,7 @@ pub struct VoltageEvidence {
 }
 
 impl VoltageWiring {
-    /// Reads all phases.
+    /// Reads all phases of one frame.
     pub fn read(&mut self, values: &[TagValue]) -> VoltageEvidence {
         let nominal_kv = self.nominal_kv;
         let bands: Vec<_> =

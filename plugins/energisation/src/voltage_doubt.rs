@@ -10,7 +10,7 @@ use crate::state::{Energisation, Input, Position, State};
 use crate::topology::Node;
 use crate::voltage::VoltageEvidence;
 
-/// Doubts by nodes.
+/// Doubts that voltages cast on nodes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct VoltageDoubts {
     /// Reach of measured voltages over nodes without feeding; none where there are none.
