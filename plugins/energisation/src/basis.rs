@@ -83,7 +83,7 @@ impl Judge<'_> {
         let decided_by: &[Node] = match state {
             // What is so at one end is so whatever becomes of the other.
             State::Energised | State::Contradiction => std::slice::from_ref(&node),
-            State::Dead | State::Earthed => &self.network.nodes_of[piece],
+            State::Dead | State::Earthed => self.network.nodes_of.row(piece),
             State::Unknown => &[],
         };
         for &node in decided_by {
@@ -93,7 +93,7 @@ impl Judge<'_> {
             }
             self.remark(of, judgment);
         }
-        let own = self.network.switches_of[piece].iter();
+        let own = self.network.switches_of.row(piece).iter();
         let mut own = own.map(|&switch| self.readings.bindings(Input::Switch(switch)));
         // Nodes of one part without feeding have one list.
         let first = decided_by.first().map(|&node| self.list_of_node(node, list));

@@ -1,7 +1,7 @@
 //! Time of a change in a network of 100,000 branches: printed, and no test's to hold.
 //! `cargo test --release -p energisation -- --ignored --nocapture bench`.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use fastrand::Rng;
 use serde_json::json;
@@ -47,28 +47,22 @@ fn network(random: &mut Rng) -> Settings {
     serde_json::from_value(settings).unwrap()
 }
 
-/// Time that this thread was on a processor, where the system tells (Linux); else the
-/// wall clock's. Other work on the machine then hardly counts.
-struct Stopwatch {
-    processor: Option<Duration>,
-    wall: Instant,
-}
+/// Time that this thread was on a processor: other work on the machine hardly counts.
+struct Stopwatch(Duration);
 
 impl Stopwatch {
     fn start() -> Self {
-        Self { processor: processor_time(), wall: Instant::now() }
+        Self(processor_time())
     }
 
     fn elapsed(&self) -> Duration {
-        let processor = processor_time().zip(self.processor).map(|(now, then)| now - then);
-        processor.unwrap_or_else(|| self.wall.elapsed())
+        processor_time() - self.0
     }
 }
 
-fn processor_time() -> Option<Duration> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    let nanos = text.split_whitespace().next()?.parse().ok()?;
-    Some(Duration::from_nanos(nanos))
+fn processor_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
 fn report(what: &str, mut times: Vec<Duration>) {
@@ -120,12 +114,12 @@ fn bench_a_change_in_a_network_of_100_000_branches() {
                     Position::Unknown => SwitchCondition::InMotion,
                     _ => SwitchCondition::Settled,
                 },
-                basis: vec![index],
+                basis: smallvec::smallvec![index],
             };
             let source = |position: &Position, index: usize| SourceReading {
                 position: *position,
                 condition: SourceCondition::Told,
-                basis: vec![index],
+                basis: smallvec::smallvec![index],
                 is_assumed: false,
             };
             let readings = Readings {

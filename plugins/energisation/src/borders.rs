@@ -11,9 +11,11 @@ pub(crate) struct Borders {
     /// The part of each node, or [`NONE`]; empty until they are found.
     parts: Vec<u32>,
     part_count: usize,
-    /// Inputs with the part whose border they are on, by parts.
+    /// Inputs with the part whose border they are on, as they are found.
     pairs: Vec<(u32, Input)>,
-    /// Begin of each part among the pairs, and the end of the last.
+    /// The same inputs by parts; one may be there twice.
+    inputs: Vec<Input>,
+    /// Begin of each part among the inputs, and the end of the last.
     offsets: Vec<u32>,
     stack: Vec<u32>,
 }
@@ -44,15 +46,26 @@ impl Borders {
                 self.pairs.push((part as u32, Input::Source(index)));
             }
         }
-        self.pairs.sort_unstable();
-        self.pairs.dedup();
-        self.offsets.clear();
-        self.offsets.resize(self.part_count + 1, 0);
-        for (part, _) in &self.pairs {
-            self.offsets[*part as usize + 1] += 1;
+        self.sort_pairs();
+    }
+
+    /// Sorts inputs by parts, by counting.
+    fn sort_pairs(&mut self) {
+        let Self { pairs, offsets, inputs, part_count, .. } = self;
+        offsets.clear();
+        offsets.resize(*part_count + 2, 0);
+        for (part, _) in &*pairs {
+            offsets[*part as usize + 2] += 1;
         }
-        for part in 0..self.part_count {
-            self.offsets[part + 1] += self.offsets[part];
+        for part in 1..offsets.len() {
+            offsets[part] += offsets[part - 1];
+        }
+        inputs.clear();
+        inputs.resize(pairs.len(), Input::Switch(0));
+        for &(part, input) in &*pairs {
+            let next = &mut offsets[part as usize + 1];
+            inputs[*next as usize] = input;
+            *next += 1;
         }
     }
 
@@ -105,6 +118,6 @@ impl Borders {
         let range = self
             .part(node)
             .map_or(0..0, |part| self.offsets[part] as usize..self.offsets[part + 1] as usize);
-        self.pairs[range].iter().map(|(_, input)| *input)
+        self.inputs[range].iter().copied()
     }
 }

@@ -160,7 +160,7 @@ impl Judge<'_> {
     }
 
     fn judge_piece(&self, piece: Equipment, basis: &mut BasisList) -> Option<PieceJudgment> {
-        let nodes = &self.network.nodes_of[piece];
+        let nodes = self.network.nodes_of.row(piece);
         let levels = &self.network.topology.levels;
         // Of what is between nodes, the more urgent one shows; then the first level.
         let urgency = |node: Node| (self.state_of(node), Reverse(levels[node]));
@@ -190,7 +190,7 @@ impl Judge<'_> {
     /// The condition of the switch that a piece is, or of the portable earth at it: the
     /// most urgent one.
     fn own_condition(&self, piece: Equipment) -> Option<(usize, SwitchCondition)> {
-        let switches = self.network.switches_of[piece].iter();
+        let switches = self.network.switches_of.row(piece).iter();
         let conditions = switches.map(|&switch| (switch, self.readings.switches[switch].condition));
         conditions.max_by_key(|(_, condition)| urgency_of(*condition))
     }

@@ -16,6 +16,7 @@ mod network;
 mod placement_log;
 mod placements;
 mod reachability;
+mod rows;
 mod settings;
 mod source_reading;
 mod state;
@@ -39,6 +40,7 @@ pub use judgment::{Judgments, PieceJudgment, PieceState, Readings, Standing};
 pub use measured_unit::MeasuredUnit;
 pub use network::Network;
 pub use reachability::{Certainty, Step};
+pub use rows::Rows;
 pub use settings::{
     BranchSettings, Color, EarthSettings, HandDressedPosition, LevelSettings, NodeSettings,
     PlacementKind, PlacementSettings, Settings, SourceSettings,
@@ -48,7 +50,7 @@ pub use source_reading::{
 };
 pub use state::{Energisation, Input, Position, State};
 pub use switch_condition::SwitchCondition;
-pub use switch_reading::{Contact, Placed, SwitchReading, SwitchWiring};
+pub use switch_reading::{BindingList, Contact, Placed, SwitchReading, SwitchWiring};
 pub use topology::{
     Branch, Earth, Equipment, MAX_BRANCHES, MAX_LEVELS, MAX_NODES, MAX_PLACEMENTS, Node, Source,
     Switch, Topology,

@@ -8,12 +8,13 @@ use crate::branch_kind::EarthKind;
 use crate::findings::no_nominal;
 use crate::measured_unit::MeasuredUnit;
 use crate::placements::NamesInNetwork;
+use crate::rows::Rows;
 use crate::settings::Settings;
 use crate::source_reading::{ACTIVE_POWER, REACTIVE_POWER, SOURCE, SourceTag, SourceWiring};
 use crate::switch_reading::{
     Contact, HAND_DRESSED, PORTABLE_EARTH, POSITION, RACKED_OUT, SwitchWiring,
 };
-use crate::topology::{Equipment, Node, Switch, Topology};
+use crate::topology::{Equipment, Node, Topology};
 use crate::topology_error::TopologyError;
 use crate::voltage::{Phase, PhaseTag, VOLTAGE_FAULTS, VOLTAGES, VoltageMemory, VoltageWiring};
 
@@ -33,9 +34,9 @@ pub struct Network {
     /// Instrument transformers and their tags.
     pub voltages: Vec<VoltageWiring>,
     /// Nodes that each piece of equipment is at.
-    pub nodes_of: Vec<Vec<Node>>,
+    pub nodes_of: Rows,
     /// Switches that each piece of equipment is, and portable earths at it.
-    pub switches_of: Vec<Vec<Switch>>,
+    pub switches_of: Rows,
     /// Faults of the bindings, each as cause and remedy.
     pub findings: Vec<String>,
 }
@@ -177,7 +178,7 @@ impl Network {
         node: Option<Node>,
         wiring: SwitchWiring,
     ) {
-        let nodes = node.map_or_else(|| self.nodes_of[piece].clone(), |node| vec![node]);
+        let nodes = node.map_or_else(|| self.nodes_of.row(piece).to_vec(), |node| vec![node]);
         let is_ambiguous = !self.are_one(&nodes);
         self.topology.add_earth(&nodes, piece);
         self.switches.push(SwitchWiring { is_portable_earth: true, is_ambiguous, ..wiring });
@@ -204,16 +205,12 @@ impl Network {
     }
 
     fn index_switches(&mut self) {
-        self.switches_of = vec![Vec::new(); self.topology.equipment.len()];
         let branches = self.topology.branches.iter();
         let branches =
             branches.filter_map(|branch| branch.switch.map(|switch| (branch.equipment, switch)));
         let earths = self.topology.earths.iter().map(|earth| (earth.equipment, earth.switch));
-        for (piece, switch) in branches.chain(earths) {
-            if !self.switches_of[piece].contains(&switch) {
-                self.switches_of[piece].push(switch);
-            }
-        }
+        let pieces = self.topology.equipment.len();
+        self.switches_of = Rows::new(pieces, branches.chain(earths));
     }
 
     fn wire_sources(&mut self, settings: &Settings, roles: &Roles<'_>) {
@@ -263,9 +260,9 @@ impl Network {
             if phases.is_empty() {
                 continue;
             }
-            let Some(&node) = self.nodes_of[piece].first() else { continue };
+            let Some(&node) = self.nodes_of.row(piece).first() else { continue };
             let level = &settings.levels[self.topology.levels[node]];
-            if !self.are_one(&self.nodes_of[piece]) {
+            if !self.are_one(self.nodes_of.row(piece)) {
                 self.findings.push(format!(
                     "the voltage at '{id}' is of one of its ends, and nobody knows which; bind it \
                      to equipment at a node"

@@ -187,8 +187,11 @@ fn placements_are_logged_once_each_time() {
     settings.placements.clear();
     let topology = Topology::new(&settings).unwrap();
     let readings = |condition| {
-        let reading =
-            |condition| SwitchReading { position: Position::Open, condition, basis: Vec::new() };
+        let reading = |condition| SwitchReading {
+            position: Position::Open,
+            condition,
+            basis: BindingList::new(),
+        };
         let mut switches = vec![reading(SwitchCondition::Settled); topology.switches.len()];
         switches[0] = reading(condition);
         Readings { switches, ..Readings::default() }

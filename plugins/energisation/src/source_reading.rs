@@ -3,8 +3,11 @@
 
 use busbar_plugin_sdk::{DoublePoint, Quality, TagValue, Value};
 
+use smallvec::smallvec;
+
 use crate::measured_unit::MeasuredUnit;
 use crate::state::Position;
+use crate::switch_reading::BindingList;
 use crate::voltage::{VoltageBand, VoltageMemory};
 
 /// Share of the rating from which power is power.
@@ -72,7 +75,7 @@ pub struct SourceReading {
     /// Condition that is told.
     pub condition: SourceCondition,
     /// Bindings that it rests on.
-    pub basis: Vec<usize>,
+    pub basis: BindingList,
     /// Reports whether any power was taken for power, as no rating is given.
     pub is_assumed: bool,
 }
@@ -95,7 +98,7 @@ impl SourceWiring {
             is_assumed: false,
         };
         if self.is_always_on {
-            return of(Position::Closed, SourceCondition::Told, Vec::new());
+            return of(Position::Closed, SourceCondition::Told, BindingList::new());
         }
         let says = self.says.map(|tag| (tag, self.evidence(tag, &values[tag.binding], memory)));
         let mut powers = self.powers.iter();
@@ -106,22 +109,22 @@ impl SourceWiring {
         });
         match (says, flowing) {
             (Some((tag, Evidence::IsOff)), Some((power, _))) => {
-                let basis = vec![tag.binding, power.binding];
+                let basis = smallvec![tag.binding, power.binding];
                 of(Position::Unknown, SourceCondition::PowerThoughOff, basis)
             }
             (Some((tag, Evidence::IsOff)), None) => {
-                of(Position::Open, SourceCondition::Told, vec![tag.binding])
+                of(Position::Open, SourceCondition::Told, smallvec![tag.binding])
             }
             (Some((tag, Evidence::Feeds { is_assumed })), _)
             | (_, Some((tag, Evidence::Feeds { is_assumed }))) => {
-                let basis = vec![tag.binding];
+                let basis = smallvec![tag.binding];
                 SourceReading { is_assumed, ..of(Position::Closed, SourceCondition::Told, basis) }
             }
             (Some((tag, Evidence::Open(condition))), _) => {
-                of(Position::Unknown, condition, vec![tag.binding])
+                of(Position::Unknown, condition, smallvec![tag.binding])
             }
             (None, _) => {
-                let basis: Vec<usize> = self.powers.iter().map(|tag| tag.binding).collect();
+                let basis: BindingList = self.powers.iter().map(|tag| tag.binding).collect();
                 let is_good = |binding: &usize| values[*binding].good_number().is_some();
                 let condition = match () {
                     () if basis.is_empty() && self.is_untelemetered => {

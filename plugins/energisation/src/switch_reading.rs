@@ -3,6 +3,8 @@
 
 use busbar_plugin_sdk::{DoublePoint, Quality, TagValue, Value};
 
+use smallvec::{SmallVec, smallvec};
+
 use crate::state::Position;
 use crate::switch_condition::SwitchCondition;
 
@@ -49,6 +51,9 @@ pub enum Placed {
     HandDressed(Position),
 }
 
+/// Bindings that a reading rests on: few, so mostly without an allocation.
+pub type BindingList = SmallVec<[usize; 4]>;
+
 /// Reading of a switch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SwitchReading {
@@ -57,7 +62,7 @@ pub struct SwitchReading {
     /// Condition that is shown at the switch itself.
     pub condition: SwitchCondition,
     /// Bindings that the position rests on.
-    pub basis: Vec<usize>,
+    pub basis: BindingList,
 }
 
 /// Reading of a tag that is true or false.
@@ -81,7 +86,7 @@ impl SwitchWiring {
         };
         if racked_out == Flag::True {
             let basis = match self.placed {
-                Some(Placed::RackedOut) => Vec::new(),
+                Some(Placed::RackedOut) => BindingList::new(),
                 _ => self.racked_out.into_iter().collect(),
             };
             let condition = SwitchCondition::RackedOut;
@@ -99,13 +104,13 @@ impl SwitchWiring {
     }
 
     fn read_portable_earth(&self, values: &[TagValue]) -> SwitchReading {
-        let basis: Vec<usize> = self.portable_earth.into_iter().collect();
+        let basis: BindingList = self.portable_earth.into_iter().collect();
         let of = |position, condition| SwitchReading { position, condition, basis };
         let (position, condition) = match (self.placed, self.portable_earth) {
             (Some(Placed::PortableEarth), _) => {
                 let position = self.unless_ambiguous(Position::Closed);
                 let condition = SwitchCondition::PortableEarthPlaced;
-                return SwitchReading { position, condition, basis: Vec::new() };
+                return SwitchReading { position, condition, basis: BindingList::new() };
             }
             (_, None) if self.is_untelemetered => {
                 (Position::Unknown, SwitchCondition::Untelemetered)
@@ -133,7 +138,7 @@ impl SwitchWiring {
     fn read_in_place(&self, values: &[TagValue]) -> SwitchReading {
         let condition = SwitchCondition::HandDressed;
         if let Some(Placed::HandDressed(position)) = self.placed {
-            return SwitchReading { position, condition, basis: Vec::new() };
+            return SwitchReading { position, condition, basis: BindingList::new() };
         }
         let Some(binding) = self.hand_dressed else { return self.read_contacts(values, false) };
         let tag = &values[binding];
@@ -141,10 +146,10 @@ impl SwitchWiring {
         match tag.value {
             // The position itself, set by hand.
             Some(Value::DoublePoint(DoublePoint::Off)) if is_good => {
-                SwitchReading { position: Position::Open, condition, basis: vec![binding] }
+                SwitchReading { position: Position::Open, condition, basis: smallvec![binding] }
             }
             Some(Value::DoublePoint(DoublePoint::On)) if is_good => {
-                SwitchReading { position: Position::Closed, condition, basis: vec![binding] }
+                SwitchReading { position: Position::Closed, condition, basis: smallvec![binding] }
             }
             Some(Value::DoublePoint(_)) if is_good => {
                 let mut reading = self.read_contacts(values, false);
@@ -165,7 +170,7 @@ impl SwitchWiring {
             _ => SwitchReading {
                 position: Position::Unknown,
                 condition: SwitchCondition::NotGood { role: HAND_DRESSED },
-                basis: vec![binding],
+                basis: smallvec![binding],
             },
         }
     }
@@ -192,12 +197,12 @@ impl SwitchWiring {
             |condition, basis| SwitchReading { position: Position::Unknown, condition, basis };
         if let Some((open, closed)) = open.zip(closed) {
             let condition = SwitchCondition::PolesDisagree { open: open.pole, closed: closed.pole };
-            return unknown(condition, vec![open.binding, closed.binding]);
+            return unknown(condition, smallvec![open.binding, closed.binding]);
         }
         let is_sure = |contact: &&Contact| {
             !is_hand_dressed || values[contact.binding].quality == Quality::Good
         };
-        let basis: Vec<usize> =
+        let basis: BindingList =
             self.contacts.iter().filter(is_sure).map(|contact| contact.binding).collect();
         let faults = || readings.iter().filter_map(|(_, reading)| reading.err());
         let worst = faults().find(|fault| *fault != SwitchCondition::InMotion);

@@ -4,6 +4,7 @@ use crate::adjacency::Adjacency;
 use crate::branch_kind::{BranchKind, EarthKind};
 use crate::bridges::find_arcs_to_sources;
 use crate::names::Names;
+use crate::rows::Rows;
 use crate::settings::{BranchSettings, EarthSettings, Settings};
 use crate::topology_error::TopologyError;
 
@@ -130,17 +131,12 @@ impl Topology {
     }
 
     /// Lists the nodes that each piece of equipment is at.
-    pub(crate) fn nodes_of_equipment(&self) -> Vec<Vec<Node>> {
-        let mut nodes_of = vec![Vec::new(); self.equipment.len()];
+    pub(crate) fn nodes_of_equipment(&self) -> Rows {
         let branches = self.branches.iter();
         let ends = branches.flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
         let earthed = self.earths.iter().map(|earth| (earth.equipment, earth.node));
-        for (piece, node) in self.at_nodes.iter().copied().chain(ends).chain(earthed) {
-            if !nodes_of[piece].contains(&node) {
-                nodes_of[piece].push(node);
-            }
-        }
-        nodes_of
+        let pairs = self.at_nodes.iter().copied().chain(ends).chain(earthed);
+        Rows::new(self.equipment.len(), pairs)
     }
 }
 
