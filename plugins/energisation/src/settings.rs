@@ -1,31 +1,37 @@
-//! The network as it is configured.
+//! Settings: the network, and what operators placed in it.
 
-use busbar_plugin_sdk::LegendEntry;
-use busbar_plugin_sdk::Pattern;
+use crate::branch_kind::{BranchKind, EarthKind};
+use crate::topology::{MAX_LEVELS, MAX_PLACEMENTS};
 
 /// Settings of the overlay: the network's connectivity nodes, and what joins, feeds and
 /// earths them. Positions come from tags bound to the switches in the role `position`.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// Voltage levels.
-    #[schemars(length(min = 1, max = 32))]
+    /// Voltage levels of the network.
+    #[schemars(length(min = 1, max = MAX_LEVELS))]
     pub levels: Vec<LevelSettings>,
-    /// Connectivity nodes.
+    /// Connectivity nodes of the network.
     #[schemars(length(min = 1))]
     pub nodes: Vec<NodeSettings>,
-    /// What joins nodes: switches, current transformers, transformers, lines.
+    /// Branches that join nodes: switches, current transformers, transformers, lines.
     #[serde(default)]
     pub branches: Vec<BranchSettings>,
-    /// Earth switches.
+    /// Working earths: earth switches and portable earths. The earthing of a star point is
+    /// none.
     #[serde(default)]
     pub earths: Vec<EarthSettings>,
-    /// What feeds nodes.
+    /// Sources that feed nodes.
     #[schemars(length(min = 1))]
     pub sources: Vec<SourceSettings>,
+    /// Placements of operators, where no tag tells: portable earths, racked-out switches,
+    /// positions set by hand. They stay until somebody removes them, and are logged.
+    #[serde(default)]
+    #[schemars(length(max = MAX_PLACEMENTS))]
+    pub placements: Vec<PlacementSettings>,
 }
 
-/// A voltage level.
+/// Voltage level, and its colour.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LevelSettings {
@@ -34,9 +40,13 @@ pub struct LevelSettings {
     pub name: String,
     /// Colour of what is energised, `#rrggbb`.
     pub color: Color,
+    /// Nominal voltage between phases, kV. Where missing, it is read from the name.
+    #[serde(default)]
+    #[schemars(range(min = 0.001, max = 2000.0))]
+    pub nominal_kv: Option<f64>,
 }
 
-/// A connectivity node.
+/// Connectivity node, and the equipment at it.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodeSettings {
@@ -50,42 +60,110 @@ pub struct NodeSettings {
     pub equipment: Vec<String>,
 }
 
-/// Joins two nodes.
+/// Joins two nodes. Between nodes of different voltage levels it is a winding, whatever its
+/// kind: no earth passes it.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BranchSettings {
-    /// Equipment id.
+    /// Equipment id of the branch.
     pub equipment: String,
-    /// The nodes.
+    /// Nodes at its two ends.
     pub between: [String; 2],
-    /// Whether it joins them only while its position is closed.
+    /// Reports whether it joins them only while its position is closed. Where missing, the
+    /// kind decides.
     #[serde(default)]
-    pub switch: bool,
+    pub switch: Option<bool>,
+    /// Kind. Where missing, a branch within a voltage level is a conductor or a switch.
+    #[serde(default)]
+    pub kind: Option<BranchKind>,
+    /// Says that no tag tells its position: it is unknown, unless set by hand.
+    #[serde(default)]
+    pub untelemetered: bool,
 }
 
-/// An earth switch.
+/// Working earth of a node.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EarthSettings {
-    /// Equipment id.
+    /// Equipment id of the earth.
     pub equipment: String,
     /// The node that it earths.
     pub node: String,
+    /// Kind of the earth.
+    #[serde(default)]
+    pub kind: EarthKind,
+    /// Says that no tag tells its position: it is unknown, unless set by hand.
+    #[serde(default)]
+    pub untelemetered: bool,
 }
 
-/// Feeds a node.
+/// Source that feeds a node.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SourceSettings {
-    /// The node.
+    /// Node that it feeds.
     pub node: String,
-    /// Id of equipment with a tag in the role `source`: it feeds while that is true or
-    /// more than 0. Where missing, it feeds always.
+    /// Id of equipment whose tags tell whether it feeds, in the roles `source`,
+    /// `active_power` and `reactive_power`. Where missing, it feeds always.
     #[serde(default)]
     pub equipment: Option<String>,
+    /// Rated apparent power, MVA: power above 1 % of it is power. Where missing, any is.
+    #[serde(default)]
+    #[schemars(range(min = 0.000001, max = 100000.0))]
+    pub rating_mva: Option<f64>,
+    /// Says that no tag tells whether it feeds: it may.
+    #[serde(default)]
+    pub untelemetered: bool,
 }
 
-/// sRGB.
+/// Something that an operator placed or set by hand.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlacementSettings {
+    /// Kind of the placement.
+    pub kind: PlacementKind,
+    /// Id of the equipment: the switch that is racked out or set by hand, or the piece that
+    /// a portable earth is placed at.
+    pub equipment: String,
+    /// Node of a portable earth, for equipment that is at several.
+    #[serde(default)]
+    pub node: Option<String>,
+    /// Position of a switch that is set by hand.
+    #[serde(default)]
+    pub position: Option<HandDressedPosition>,
+    /// Person who did it.
+    #[serde(default)]
+    #[schemars(length(max = 64))]
+    pub by: String,
+    /// When, as people write it.
+    #[serde(default)]
+    #[schemars(length(max = 64))]
+    pub since: String,
+}
+
+/// Kind of a placement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlacementKind {
+    /// Portable earth at equipment.
+    PortableEarth,
+    /// Breaker or switch withdrawn from its contacts.
+    RackedOut,
+    /// Position set by hand, in place of the one reported.
+    HandDressed,
+}
+
+/// Position set by hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HandDressedPosition {
+    /// Open: the branch is parted.
+    Open,
+    /// Closed: the branch is joined.
+    Closed,
+}
+
+/// Color in sRGB, eight bits a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(try_from = "String")]
 pub struct Color(pub [u8; 3]);
@@ -112,25 +190,23 @@ impl schemars::JsonSchema for Color {
     }
 }
 
-/// Of what is dead: a grey.
-const DEAD: [u8; 3] = [0x4a, 0x4e, 0x54];
-/// Of what is earthed (IEC 60445: green and yellow is the protective conductor).
-const EARTHED: [u8; 3] = [0x5f, 0xa8, 0x2d];
-/// Of what is not known.
-const UNKNOWN: [u8; 3] = [0x9c, 0x1f, 0x8c];
-
-impl Settings {
-    /// The legend: each level energised, then dead, earthed and unknown.
-    pub fn legend(&self) -> Vec<LegendEntry> {
-        let entry = |name: String, color, pattern| LegendEntry { name, color, pattern };
-        let energised = |level: &LevelSettings| {
-            entry(format!("{} energised", level.name), level.color.0, Pattern::Solid)
+impl LevelSettings {
+    /// The nominal voltage between phases, kV: as set, or as the name has it (`110 kV`,
+    /// `10,5 kV`, `400 V`); `None` where neither tells.
+    pub fn nominal_kv(&self) -> Option<f64> {
+        if self.nominal_kv.is_some() {
+            return self.nominal_kv;
+        }
+        let name = self.name.trim();
+        let end = name.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',')))?;
+        let number: f64 = name[..end].replace(',', ".").parse().ok()?;
+        let rest = name[end..].trim_start();
+        let unit = rest.find(|c: char| !c.is_ascii_alphabetic()).map_or(rest, |end| &rest[..end]);
+        let factor = match unit {
+            "kV" | "KV" | "kv" => 1.0,
+            "V" => 1e-3,
+            _ => return None,
         };
-        let others = [
-            entry("dead".into(), DEAD, Pattern::Dotted),
-            entry("earthed".into(), EARTHED, Pattern::Crossed),
-            entry("unknown".into(), UNKNOWN, Pattern::Striped),
-        ];
-        self.levels.iter().map(energised).chain(others).collect()
+        (number > 0.0).then_some(number * factor)
     }
 }

@@ -1,82 +1,65 @@
-//! What state each node is in.
+//! States of nodes: two monotone bits, fed and earthed, over all completions of unknown
+//! inputs.
 //!
-//! A switch whose position is not known may be open or closed. What holds either way is
-//! known; what does not is unknown, and shown as that. More closed switches energise
-//! more, so two networks tell it all: unknown switches open in one, closed in the other.
+//! A completion assigns open or closed to each unknown input, and to nothing else. More
+//! closed inputs feed and earth more, so a bit is certain where the search over surely
+//! closed branches and that over possibly closed ones agree. Feeding passes every branch;
+//! an earth passes no winding. Measurements and contradictions rule out no completion: to
+//! decide with such pruning is NP-hard.
 
-use crate::topology::{Branch, Topology};
-use crate::union_find::UnionFind;
+use crate::borders::Borders;
+use crate::reachability::{Certainty, Passage, Reachability, Start, Step};
+use crate::topology::{Node, Topology};
 
-/// Where a switch stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Position of a switch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Position {
-    /// Open.
+    /// Open in every completion.
     Open,
-    /// Closed.
+    /// Closed in every completion.
     Closed,
-    /// Travelling, contradictory, or of bad quality.
+    /// Open or closed: in motion, contradictory, or of bad quality.
+    #[default]
     Unknown,
 }
 
-impl Position {
-    fn is_closed(self, if_unknown: bool) -> bool {
-        match self {
-            Self::Open => false,
-            Self::Closed => true,
-            Self::Unknown => if_unknown,
-        }
-    }
-}
-
-/// The state of a node, the most urgent to know last.
+/// State of a node, the most urgent to know last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum State {
-    /// Joined to no source, and earthed.
+    /// Surely not fed, and surely earthed.
     Earthed,
-    /// Joined to no source, and not known to be earthed.
+    /// Surely not fed, and perhaps earthed.
     Dead,
-    /// Perhaps joined to a source; or to one and to earth, which cannot be.
+    /// Fed in some completions only.
     Unknown,
-    /// Joined to a source.
+    /// Surely fed, not surely earthed.
     Energised,
+    /// Surely fed and surely earthed, which cannot be.
+    Contradiction,
 }
 
-/// Works out states, in room that is kept.
-#[derive(Clone, Debug, Default)]
-pub struct Energisation {
-    /// Unknown switches open, and closed.
-    sets: [UnionFind; 2],
-    fed: [Vec<bool>; 2],
-    earthed: [Vec<bool>; 2],
-    states: Vec<State>,
-    /// Why nodes are fed, and why they are earthed.
-    ways: [Vec<Option<Step>>; 2],
-    /// What keeps each set of nodes, by its root, from being fed.
-    borders: Vec<Vec<Input>>,
-}
-
-/// What a state may rest on, by its index in the topology.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// Input that a state may rest on, by its index in the topology.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Input {
-    /// The position of a switch.
+    /// Position of a switch, or the placing of an earth.
     Switch(usize),
-    /// Whether a source feeds.
+    /// Feeding of a source.
     Source(usize),
 }
 
-/// How a node is joined to what feeds or earths it.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    /// What holds the step; none where it always holds.
-    by: Option<Input>,
-    /// The next node on the way; none where it is at its end.
-    to: Option<usize>,
+/// States of all nodes, in room that is kept.
+#[derive(Clone, Debug, Default)]
+pub struct Energisation {
+    fed: Reachability,
+    earthed: Reachability,
+    states: Vec<State>,
+    borders: Borders,
 }
 
 impl Energisation {
-    /// The states of all nodes. `positions`: of switches; `sources`: whether each feeds,
-    /// as the position of a switch between it and its node. Both in the topology's
-    /// order. Linear in the network, but for the inverse of Ackermann's function.
+    /// Works out the states of all nodes. `positions`: of switches; `sources`: feeding, as
+    /// the position of a switch between each source and its node. Both are in the
+    /// topology's order. Linear in the network.
     pub fn states(
         &mut self,
         topology: &Topology,
@@ -84,127 +67,128 @@ impl Energisation {
         sources: &[Position],
     ) -> &[State] {
         let nodes = topology.nodes.len();
-        for (which, if_unknown) in [false, true].into_iter().enumerate() {
-            let sets = &mut self.sets[which];
-            sets.part(nodes);
-            for &Branch { ends: [a, b], switch, .. } in &topology.branches {
-                if switch.is_none_or(|switch| positions[switch].is_closed(if_unknown)) {
-                    sets.join(a, b);
-                }
-            }
-            let (fed, earthed) = (&mut self.fed[which], &mut self.earthed[which]);
-            for marks in [&mut *fed, &mut *earthed] {
-                marks.clear();
-                marks.resize(nodes, false);
-            }
-            for (source, &feeds) in topology.sources.iter().zip(sources) {
-                fed[sets.root(source.node)] |= feeds.is_closed(if_unknown);
-            }
-            for earth in &topology.earths {
-                earthed[sets.root(earth.node)] |= positions[earth.switch].is_closed(if_unknown);
-            }
-        }
-        self.states.clear();
-        for node in 0..nodes {
-            let [surely, perhaps] = [0, 1].map(|which| self.sets[which].root(node));
-            let earthed = self.earthed[0][surely];
-            self.states.push(match (self.fed[0][surely], self.fed[1][perhaps]) {
-                (true, _) if earthed => State::Unknown,
-                (true, _) => State::Energised,
-                (false, true) => State::Unknown,
-                (false, false) if earthed => State::Earthed,
-                (false, false) => State::Dead,
+        let adjacency = &topology.adjacency;
+        let feeding =
+            topology.sources.iter().zip(sources).enumerate().map(|(index, (source, &position))| {
+                Start { node: source.node, input: Input::Source(index), position, index }
             });
-        }
-        self.find_ways(topology, positions, sources);
-        self.find_borders(topology, positions);
+        let passage = Passage { adjacency, positions, passes_windings: true };
+        self.fed.search(nodes, passage, feeding);
+        let earthing = topology.earths.iter().enumerate().map(|(index, earth)| Start {
+            node: earth.node,
+            input: Input::Switch(earth.switch),
+            position: positions[earth.switch],
+            index,
+        });
+        let passage = Passage { passes_windings: false, ..passage };
+        self.earthed.search(nodes, passage, earthing);
+        self.states.clear();
+        self.states.extend((0..nodes).map(|node| {
+            let is_earthed = self.earthed.certainty(node) == Certainty::Surely;
+            match (self.fed.certainty(node), is_earthed) {
+                (Certainty::Surely, true) => State::Contradiction,
+                (Certainty::Surely, false) => State::Energised,
+                (Certainty::Perhaps, _) => State::Unknown,
+                (Certainty::Not, true) => State::Earthed,
+                (Certainty::Not, false) => State::Dead,
+            }
+        }));
+        self.borders.forget();
         &self.states
     }
 
-    /// What the state of a node rests on: while all of it stays as it is known now, and
-    /// whatever becomes of the rest, the node stays in its state. Nothing for what is
-    /// unknown.
-    pub fn basis(&mut self, node: usize, mut each: impl FnMut(Input)) {
+    /// The states that were worked out last.
+    pub fn last_states(&self) -> &[State] {
+        &self.states
+    }
+
+    /// Tells whether a source reaches a node.
+    pub fn fed(&self, node: Node) -> Certainty {
+        self.fed.certainty(node)
+    }
+
+    /// Tells whether a working earth reaches a node.
+    pub fn earthed(&self, node: Node) -> Certainty {
+        self.earthed.certainty(node)
+    }
+
+    /// The unknown input nearest to the source that a node is perhaps fed by: in some
+    /// completion it decides alone.
+    pub fn feeding_doubt(&self, node: Node) -> Option<Input> {
+        self.fed.doubt(node)
+    }
+
+    /// The same of the earth that a node is perhaps earthed by.
+    pub fn earthing_doubt(&self, node: Node) -> Option<Input> {
+        self.earthed.doubt(node)
+    }
+
+    /// Nodes that are surely fed, the nearest to a source first.
+    pub fn surely_fed(&self) -> impl Iterator<Item = Node> + '_ {
+        self.fed.surely_reached()
+    }
+
+    /// Steps of a node to the source that feeds it.
+    pub fn way_to_source(&self, node: Node) -> impl Iterator<Item = Step> + '_ {
+        self.fed.way(node)
+    }
+
+    /// Steps of a node to the earth that earths it.
+    pub fn way_to_earth(&self, node: Node) -> impl Iterator<Item = Step> + '_ {
+        self.earthed.way(node)
+    }
+
+    /// Prepares [`Energisation::basis`] for what is dead or earthed. `positions` are those
+    /// that the states were worked out of.
+    pub fn find_borders(&mut self, topology: &Topology, positions: &[Position]) {
+        let passage = Passage { adjacency: &topology.adjacency, positions, passes_windings: true };
+        self.borders.find(topology, passage, &self.fed);
+    }
+
+    /// The part of the network without feeding that a node is in, after
+    /// [`Energisation::find_borders`]. All nodes of a part have one border.
+    pub fn dead_part(&self, node: Node) -> Option<usize> {
+        self.borders.part(node)
+    }
+
+    /// Number of parts without feeding, after [`Energisation::find_borders`].
+    pub fn dead_part_count(&self) -> usize {
+        self.borders.part_count()
+    }
+
+    /// Names the inputs that the state of a node rests on: while all of them stay as they
+    /// are, and whatever becomes of the others, the node stays in its state. Names nothing
+    /// for what is unknown.
+    pub fn basis(&self, topology: &Topology, node: Node, mut each: impl FnMut(Input)) {
         let state = self.states[node];
+        if matches!(state, State::Energised | State::Contradiction) {
+            inputs_of_way(topology, self.way_to_source(node), Input::Source, &mut each);
+        }
+        if matches!(state, State::Earthed | State::Contradiction) {
+            let earth = |earth: usize| Input::Switch(topology.earths[earth].switch);
+            inputs_of_way(topology, self.way_to_earth(node), earth, &mut each);
+        }
         if matches!(state, State::Dead | State::Earthed) {
-            let root = self.sets[1].root(node);
-            self.borders[root].iter().copied().for_each(&mut each);
-        }
-        let ways = match state {
-            State::Energised => &self.ways[0],
-            State::Earthed => &self.ways[1],
-            State::Dead | State::Unknown => return,
-        };
-        let mut at = Some(node);
-        while let Some(step) = at.and_then(|node| ways[node]) {
-            step.by.into_iter().for_each(&mut each);
-            at = step.to;
-        }
-    }
-
-    /// The shortest ways over closed switches to what feeds and earths for certain.
-    fn find_ways(&mut self, topology: &Topology, positions: &[Position], sources: &[Position]) {
-        let closed = |position: Position| position == Position::Closed;
-        let feeding = topology.sources.iter().zip(sources).enumerate();
-        let feeding = feeding.filter(|(_, (_, feeds))| closed(**feeds));
-        let feeding = feeding.map(|(index, (source, _))| {
-            (source.node, source.equipment.as_ref().map(|_| Input::Source(index)))
-        });
-        let earthing = topology.earths.iter().filter(|earth| closed(positions[earth.switch]));
-        let earthing = earthing.map(|earth| (earth.node, Some(Input::Switch(earth.switch))));
-        spread(&mut self.ways[0], topology, positions, feeding);
-        spread(&mut self.ways[1], topology, positions, earthing);
-    }
-
-    /// Open switches between sets that may each be joined within, and sources that do not
-    /// feed.
-    fn find_borders(&mut self, topology: &Topology, positions: &[Position]) {
-        let perhaps = &mut self.sets[1];
-        self.borders.iter_mut().for_each(Vec::clear);
-        self.borders.resize(topology.nodes.len(), Vec::new());
-        for branch in &topology.branches {
-            let Some(switch) = branch.switch else { continue };
-            let [a, b] = branch.ends.map(|end| perhaps.root(end));
-            if positions[switch] == Position::Open && a != b {
-                self.borders[a].push(Input::Switch(switch));
-                self.borders[b].push(Input::Switch(switch));
-            }
-        }
-        for (index, source) in topology.sources.iter().enumerate() {
-            if source.equipment.is_some() {
-                let root = perhaps.root(source.node);
-                self.borders[root].push(Input::Source(index));
-            }
+            self.borders.of(node).for_each(&mut each);
         }
     }
 }
 
-/// Fills in the next step of each node towards one of some ends, breadth first.
-fn spread(
-    ways: &mut Vec<Option<Step>>,
+fn inputs_of_way(
     topology: &Topology,
-    positions: &[Position],
-    ends: impl Iterator<Item = (usize, Option<Input>)>,
+    way: impl Iterator<Item = Step>,
+    start: impl Fn(usize) -> Input,
+    each: &mut impl FnMut(Input),
 ) {
-    ways.clear();
-    ways.resize(topology.nodes.len(), None);
-    let mut reached = Vec::new();
-    for (node, by) in ends {
-        if ways[node].is_none() {
-            ways[node] = Some(Step { by, to: None });
-            reached.push(node);
-        }
-    }
-    let mut next = 0;
-    while let Some(&node) = reached.get(next) {
-        next += 1;
-        for &branch in &topology.branches_at[node] {
-            let Branch { ends: [a, b], switch, .. } = topology.branches[branch];
-            let other = if a == node { b } else { a };
-            let is_closed = switch.is_none_or(|switch| positions[switch] == Position::Closed);
-            if is_closed && ways[other].is_none() {
-                ways[other] = Some(Step { by: switch.map(Input::Switch), to: Some(node) });
-                reached.push(other);
+    for step in way {
+        match step {
+            Step::Start(index) => each(start(index)),
+            Step::Branch { branch, .. } => {
+                topology.branches[branch]
+                    .switch
+                    .map(Input::Switch)
+                    .into_iter()
+                    .for_each(&mut *each);
             }
         }
     }

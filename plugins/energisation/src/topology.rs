@@ -1,13 +1,21 @@
 //! The network: connectivity nodes (IEC 61970-301), and what joins, feeds and earths them.
 
-use std::collections::HashMap;
-
-use crate::settings::Settings;
+use crate::adjacency::Adjacency;
+use crate::branch_kind::{BranchKind, EarthKind};
+use crate::bridges::find_arcs_to_sources;
+use crate::names::Names;
+use crate::rows::Rows;
+use crate::settings::{BranchSettings, EarthSettings, Settings};
+use crate::topology_error::TopologyError;
 
 /// Connectivity nodes of one network.
 pub const MAX_NODES: usize = 100_000;
 /// Branches and earth switches of one network.
 pub const MAX_BRANCHES: usize = 200_000;
+/// Placements of one network.
+pub const MAX_PLACEMENTS: usize = 10_000;
+/// Voltage levels of one network.
+pub const MAX_LEVELS: usize = 54;
 
 /// Index of a connectivity node.
 pub type Node = usize;
@@ -19,15 +27,18 @@ pub type Switch = usize;
 /// A network, checked: every index is that of something there.
 #[derive(Clone, Debug, Default)]
 pub struct Topology {
-    /// Ids of nodes.
+    /// Ids of all nodes.
     pub nodes: Vec<String>,
     /// Voltage level of each node.
     pub levels: Vec<usize>,
-    /// What joins two nodes.
+    /// Branches that join two nodes.
     pub branches: Vec<Branch>,
     /// Branches at each node.
-    pub branches_at: Vec<Vec<usize>>,
-    /// Earth switches.
+    pub adjacency: Adjacency,
+    /// Tells by each end of a branch, in the order of [`Adjacency::arcs`], whether a source
+    /// may lie beyond it.
+    pub leads_to_source: Vec<bool>,
+    /// Working earths of nodes.
     pub earths: Vec<Earth>,
     /// Nodes that are fed, and by what.
     pub sources: Vec<Source>,
@@ -39,108 +50,49 @@ pub struct Topology {
     pub at_nodes: Vec<(Equipment, Node)>,
 }
 
-/// Joins two nodes.
+/// Branch that joins two nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Branch {
-    /// Its ends.
+    /// The nodes at its ends.
     pub ends: [Node; 2],
     /// Joins them while it is closed; none where it always does.
     pub switch: Option<Switch>,
-    /// What is shown.
+    /// The equipment that it is.
     pub equipment: Equipment,
+    /// Reports whether no earth passes it: it has windings, or is no conductor.
+    pub stops_earth: bool,
 }
 
 /// Earths a node while its switch is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Earth {
-    /// The node.
+    /// The node that it earths.
     pub node: Node,
-    /// The switch.
+    /// The earth switch, or the placing of a portable earth.
     pub switch: Switch,
-    /// What is shown.
+    /// The equipment that it is.
     pub equipment: Equipment,
 }
 
-/// Feeds a node.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Source that feeds a node.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// The node.
+    /// The node that it feeds.
     pub node: Node,
-    /// Equipment whose tag in the role `source` tells whether it feeds; none where it
-    /// always does.
+    /// Equipment whose tags tell whether it feeds; none where it always does.
     pub equipment: Option<String>,
+    /// Rated apparent power, MVA.
+    pub rating_mva: Option<f64>,
 }
 
-/// What is wrong with a network.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TopologyError {
-    /// A name that nothing has.
-    #[error("{place} names the {what} '{name}', which is not there: add it or mend the name")]
-    Unknown {
-        /// Where.
-        place: String,
-        /// What kind of thing.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// A name that two things have.
-    #[error("the {what} '{name}' is there twice: rename one")]
-    Twice {
-        /// What kind of thing.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// Both ends are the same node.
-    #[error("the branch '{0}' joins a node to itself: name the node at its other end")]
-    Loop(String),
-    /// Too much.
-    #[error("{asked} {what}; at most {limit} are taken: split the network")]
-    TooMany {
-        /// Of what.
-        what: &'static str,
-        /// How many.
-        asked: usize,
-        /// The limit.
-        limit: usize,
-    },
-    /// Nothing can be energised.
-    #[error("no source feeds the network: name one under 'sources'")]
-    NoSource,
-}
-
-/// Numbers for names, in the order in which they come.
+/// Names of a network while it is read.
 #[derive(Default)]
-struct Names {
-    numbers: HashMap<String, usize>,
-    names: Vec<String>,
-}
-
-impl Names {
-    /// The number of a name, which may be new.
-    fn number(&mut self, name: &str) -> usize {
-        if let Some(&number) = self.numbers.get(name) {
-            return number;
-        }
-        let number = self.names.len();
-        self.numbers.insert(name.to_owned(), number);
-        self.names.push(name.to_owned());
-        number
-    }
-
-    fn find(&self, what: &'static str, name: &str, place: &str) -> Result<usize, TopologyError> {
-        let unknown =
-            || TopologyError::Unknown { place: place.to_owned(), what, name: name.to_owned() };
-        self.numbers.get(name).copied().ok_or_else(unknown)
-    }
-
-    fn once(&mut self, what: &'static str, name: &str) -> Result<usize, TopologyError> {
-        if self.numbers.contains_key(name) {
-            return Err(TopologyError::Twice { what, name: name.to_owned() });
-        }
-        Ok(self.number(name))
-    }
+struct Reader {
+    levels: Names,
+    nodes: Names,
+    equipment: Names,
+    switches: Names,
+    topology: Topology,
 }
 
 impl Topology {
@@ -149,82 +101,141 @@ impl Topology {
     /// # Errors
     /// The first name that is not there or there twice, or the limit exceeded.
     pub fn new(settings: &Settings) -> Result<Self, TopologyError> {
+        let branches = settings.branches.len() + settings.earths.len();
+        within("voltage levels", settings.levels.len(), MAX_LEVELS)?;
         within("nodes", settings.nodes.len(), MAX_NODES)?;
-        within(
-            "branches and earth switches",
-            settings.branches.len() + settings.earths.len(),
-            MAX_BRANCHES,
-        )?;
-        let (mut levels, mut nodes) = (Names::default(), Names::default());
-        let (mut equipment, mut switches) = (Names::default(), Names::default());
-        for level in &settings.levels {
-            levels.once("voltage level", &level.name)?;
-        }
-        let mut topology = Self::default();
-        for node in &settings.nodes {
-            let place = format!("the node '{}'", node.id);
-            let index = nodes.once("node", &node.id)?;
-            topology.levels.push(levels.find("voltage level", &node.level, &place)?);
-            for id in &node.equipment {
-                topology.at_nodes.push((equipment.once("equipment", id)?, index));
-            }
-        }
-        for branch in &settings.branches {
-            let place = format!("the branch '{}'", branch.equipment);
-            let [a, b] = &branch.between;
-            let ends = [nodes.find("node", a, &place)?, nodes.find("node", b, &place)?];
-            if ends[0] == ends[1] {
-                return Err(TopologyError::Loop(branch.equipment.clone()));
-            }
-            let switch = branch.switch.then(|| switches.number(&branch.equipment));
-            // A transformer of three windings is two branches.
-            let equipment = equipment.number(&branch.equipment);
-            topology.branches.push(Branch { ends, switch, equipment });
-        }
-        for earth in &settings.earths {
-            let place = format!("the earth switch '{}'", earth.equipment);
-            let node = nodes.find("node", &earth.node, &place)?;
-            let switch = switches.once("switch", &earth.equipment)?;
-            let equipment = equipment.number(&earth.equipment);
-            topology.earths.push(Earth { node, switch, equipment });
-        }
-        for source in &settings.sources {
-            let node = nodes.find("node", &source.node, "a source")?;
-            topology.sources.push(Source { node, equipment: source.equipment.clone() });
-        }
-        if topology.sources.is_empty() {
-            return Err(TopologyError::NoSource);
-        }
-        topology.nodes = nodes.names;
-        topology.find_branches_at();
-        topology.switches = switches.names;
-        topology.equipment = equipment.names;
+        within("branches and earth switches", branches, MAX_BRANCHES)?;
+        within("sources", settings.sources.len(), MAX_BRANCHES)?;
+        within("placements", settings.placements.len(), MAX_PLACEMENTS)?;
+        let mut reader = Reader::default();
+        reader.read_levels(settings)?;
+        reader.read_nodes(settings)?;
+        settings.branches.iter().try_for_each(|branch| reader.read_branch(branch))?;
+        settings.earths.iter().try_for_each(|earth| reader.read_earth(earth))?;
+        reader.read_sources(settings)?;
+        let Reader { nodes, equipment, switches, mut topology, .. } = reader;
+        topology.nodes = nodes.into_names();
+        topology.switches = switches.into_names();
+        topology.equipment = equipment.into_names();
+        topology.adjacency = Adjacency::new(topology.nodes.len(), &topology.branches);
+        topology.leads_to_source = find_arcs_to_sources(&topology);
         Ok(topology)
     }
-}
 
-impl Topology {
-    /// The nodes that each piece of equipment is at.
-    pub(crate) fn nodes_of_equipment(&self) -> Vec<Vec<Node>> {
-        let mut nodes_of = vec![Vec::new(); self.equipment.len()];
+    /// Adds an earth that is placed where none is configured, and gives its switch.
+    pub(crate) fn add_earth(&mut self, nodes: &[Node], equipment: Equipment) -> Switch {
+        let switch = self.switches.len();
+        self.switches.push(self.equipment[equipment].clone());
+        self.earths.extend(nodes.iter().map(|&node| Earth { node, switch, equipment }));
+        switch
+    }
+
+    /// Lists the nodes that each piece of equipment is at.
+    pub(crate) fn nodes_of_equipment(&self) -> Rows {
         let branches = self.branches.iter();
         let ends = branches.flat_map(|branch| branch.ends.map(|end| (branch.equipment, end)));
         let earthed = self.earths.iter().map(|earth| (earth.equipment, earth.node));
-        for (piece, node) in self.at_nodes.iter().copied().chain(ends).chain(earthed) {
-            nodes_of[piece].push(node);
+        let pairs = self.at_nodes.iter().copied().chain(ends).chain(earthed);
+        Rows::new(self.equipment.len(), pairs)
+    }
+}
+
+impl Reader {
+    fn read_levels(&mut self, settings: &Settings) -> Result<(), TopologyError> {
+        for level in &settings.levels {
+            self.levels.once("voltage level", &level.name)?;
+            let place = || format!("the voltage level '{}'", level.name);
+            in_range(place, "nominal_kv", level.nominal_kv, 0.001..=2_000.0, "0.001 to 2000 kV")?;
         }
-        nodes_of
+        Ok(())
     }
 
-    /// Lists branches by their ends.
-    pub(crate) fn find_branches_at(&mut self) {
-        self.branches_at = vec![Vec::new(); self.nodes.len()];
-        for (index, branch) in self.branches.iter().enumerate() {
-            branch.ends.into_iter().for_each(|end| self.branches_at[end].push(index));
+    fn read_nodes(&mut self, settings: &Settings) -> Result<(), TopologyError> {
+        for node in &settings.nodes {
+            let place = format!("the node '{}'", node.id);
+            let index = self.nodes.once("node", &node.id)?;
+            let level = self.levels.find("voltage level", &node.level, &place)?;
+            self.topology.levels.push(level);
+            for id in &node.equipment {
+                let piece = self.equipment.once("equipment", id)?;
+                self.topology.at_nodes.push((piece, index));
+            }
         }
+        Ok(())
+    }
+
+    fn read_branch(&mut self, branch: &BranchSettings) -> Result<(), TopologyError> {
+        let BranchSettings { equipment: id, between: [a, b], switch, kind, .. } = branch;
+        let place = format!("the branch '{id}'");
+        let ends = [self.nodes.find("node", a, &place)?, self.nodes.find("node", b, &place)?];
+        if ends[0] == ends[1] {
+            return Err(TopologyError::Loop(id.clone()));
+        }
+        let is_switch_by_kind = kind.is_some_and(BranchKind::is_switch);
+        if is_switch_by_kind && *switch == Some(false) {
+            return Err(TopologyError::Kind(id.clone()));
+        }
+        let switch = switch.unwrap_or(is_switch_by_kind).then(|| self.switches.number(id));
+        // A transformer of three windings is two branches.
+        let equipment = self.equipment.number(id);
+        let [a, b] = ends.map(|end| self.topology.levels[end]);
+        let stops_earth = a != b || kind.is_some_and(BranchKind::stops_earth);
+        self.topology.branches.push(Branch { ends, switch, equipment, stops_earth });
+        Ok(())
+    }
+
+    fn read_earth(&mut self, earth: &EarthSettings) -> Result<(), TopologyError> {
+        let id = &earth.equipment;
+        let place = format!("the earth switch '{id}'");
+        let node = self.nodes.find("node", &earth.node, &place)?;
+        if earth.kind == EarthKind::StarPoint {
+            // The earthing of a star point is shown, and earths nothing to work on.
+            let piece = self.equipment.number(id);
+            self.topology.at_nodes.push((piece, node));
+            return Ok(());
+        }
+        let switch = self.switches.once("switch", id)?;
+        let equipment = self.equipment.number(id);
+        self.topology.earths.push(Earth { node, switch, equipment });
+        Ok(())
+    }
+
+    fn read_sources(&mut self, settings: &Settings) -> Result<(), TopologyError> {
+        for source in &settings.sources {
+            let node = self.nodes.find("node", &source.node, "a source")?;
+            let place = || format!("the source at the node '{}'", source.node);
+            let range = 1e-6..=100_000.0;
+            in_range(place, "rating_mva", source.rating_mva, range, "0.000001 to 100000 MVA")?;
+            if let Some(id) = &source.equipment
+                && self.equipment.get(id).is_none()
+            {
+                let piece = self.equipment.number(id);
+                self.topology.at_nodes.push((piece, node));
+            }
+            let equipment = source.equipment.clone();
+            let rating_mva = source.rating_mva;
+            self.topology.sources.push(Source { node, equipment, rating_mva });
+        }
+        if self.topology.sources.is_empty() { Err(TopologyError::NoSource) } else { Ok(()) }
     }
 }
 
 fn within(what: &'static str, asked: usize, limit: usize) -> Result<(), TopologyError> {
     if asked > limit { Err(TopologyError::TooMany { what, asked, limit }) } else { Ok(()) }
+}
+
+fn in_range(
+    place: impl Fn() -> String,
+    setting: &'static str,
+    value: Option<f64>,
+    taken: std::ops::RangeInclusive<f64>,
+    range: &'static str,
+) -> Result<(), TopologyError> {
+    match value.filter(|value| !taken.contains(value)) {
+        None => Ok(()),
+        Some(value) => {
+            let value = value.to_string();
+            Err(TopologyError::Range { place: place(), setting, value, range })
+        }
+    }
 }
