@@ -76,7 +76,7 @@ fn open(
     let path = PathBuf::new();
     let (cfg, parts) = match bytes {
         Bytes::Csv(bytes) => {
-            let table = Table::new(config, Cursor::new(bytes), points);
+            let table = Table::new(config, Cursor::new(bytes), points, remarks);
             return Ok(Box::new(table.map_err(|fault| failed(&fault))?));
         }
         Bytes::Comtrade(cfg, data) => {

@@ -35,6 +35,11 @@ impl Delimiter {
         }
     }
 
+    /// The delimiter that spreadsheets write beside a decimal sign: a semicolon beside a comma.
+    pub fn beside(decimal: char) -> Self {
+        Self(if decimal == ',' { b';' } else { b',' })
+    }
+
     /// The character as a byte of ASCII.
     pub fn byte(self) -> u8 {
         self.0
@@ -56,6 +61,8 @@ impl Delimiter {
 pub struct Dialect {
     /// Character between cells, where the settings say it.
     pub delimiter: Option<Delimiter>,
+    /// Character between cells where neither settings nor a `sep=` line say it.
+    pub fallback: Delimiter,
     /// Character encoding, where the settings say it; a byte order mark goes before it.
     pub encoding: Option<TextEncoding>,
     /// Lines before the header.
@@ -99,6 +106,6 @@ impl Dialect {
             return Err(faults);
         }
         let comment = comment.map(|text| text.trim().to_owned());
-        Ok(Self { delimiter, encoding, skip_lines, comment })
+        Ok(Self { delimiter, fallback: Delimiter::default(), encoding, skip_lines, comment })
     }
 }

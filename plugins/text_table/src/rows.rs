@@ -82,7 +82,7 @@ impl<R: Read + Seek> Rows<R> {
             None => (dialect.encoding.unwrap_or_default(), 0),
         };
         let lines = Lines::of_encoding(file, encoding, mark as u64, 1)?;
-        let delimiter = dialect.delimiter.unwrap_or_default();
+        let delimiter = dialect.delimiter.unwrap_or(dialect.fallback);
         let mut rows = Self {
             lines,
             encoding,

@@ -174,6 +174,8 @@ impl TimePattern {
 enum Fault {
     /// It is not of the format.
     Format,
+    /// It is of a year that it cannot be of.
+    Implausible(Option<i16>),
     /// Another one, in words.
     Other(String),
 }
@@ -233,6 +235,7 @@ impl TimeReader {
         let shown = crate::shorten(text);
         match fault {
             Fault::Format => format!("'{shown}' is not {}", self.format.expected()),
+            Fault::Implausible(year) => self.implausible(text, year),
             Fault::Other(what) => format!("'{shown}': {what}"),
         }
     }
@@ -241,18 +244,30 @@ impl TimeReader {
         let is_number =
             matches!(self.format, TimeFormat::Unix { .. } | TimeFormat::Excel | TimeFormat::Wincc);
         let least = if is_number { MIN_YEAR_OF_NUMBER } else { MIN_YEAR };
-        let year = Timestamp::from_nanosecond(instant.nanos.into())
-            .map_or(0, |time| TimeZone::UTC.to_datetime(time).year());
-        if (least..=MAX_YEAR).contains(&year) {
-            return Ok(instant);
+        match year_of(instant.nanos.into()) {
+            Some(year) if (least..=MAX_YEAR).contains(&year) => Ok(instant),
+            year => Err(self.implausible(text, year)),
         }
-        Err(self.implausible(text, &format!("of the year {year}")))
     }
 
-    fn implausible(&self, text: &str, what: &str) -> String {
+    fn implausible(&self, text: &str, year: Option<i16>) -> String {
         let shown = crate::shorten(text);
         let expected = self.format.expected();
-        format!("'{shown}' as {expected} would be {what}: is it in another unit or format?")
+        let year = year.map_or("out of reach".into(), |year| format!("of the year {year}"));
+        // Another unit of which it would be a time of today tells the fault.
+        let units = [9, 6, 3, 0].map(|digits| Self {
+            format: TimeFormat::Unix { digits },
+            zone: None,
+            numbers: self.numbers,
+        });
+        let right = units.iter().find_map(|unit| {
+            let TimeFormat::Unix { digits } = unit.format else { return None };
+            let year = year_of(self.count(text, digits)?)?;
+            let is_plausible = (MIN_YEAR_OF_NUMBER..=MAX_YEAR).contains(&year);
+            is_plausible.then(|| format!("as {} it is of {year}", unit.format.expected()))
+        });
+        let right = right.unwrap_or_else(|| "is it in another unit or format?".into());
+        format!("'{shown}' as {expected} would be {year}; {right}")
     }
 
     /// A number times ten to the power of `digits`, whole; nothing where it is none. An exponent
@@ -267,13 +282,10 @@ impl TimeReader {
 
     fn read_unix(&self, text: &str, digits: i32) -> Result<Instant, Fault> {
         let nanos = self.count(text, digits).ok_or(Fault::Format)?;
-        let nanos = i64::try_from(nanos).map_err(|_| {
-            let expected = self.format.expected();
-            Fault::Other(format!(
-                "as {expected} it would be after the year 2262: is it in another unit or format?"
-            ))
-        })?;
-        Ok(Instant { nanos, is_ambiguous: false })
+        match i64::try_from(nanos) {
+            Ok(nanos) => Ok(Instant { nanos, is_ambiguous: false }),
+            Err(_) => Err(Fault::Implausible(year_of(nanos))),
+        }
     }
 
     fn read_serial(
@@ -296,6 +308,12 @@ impl TimeReader {
         let time = Timestamp::from_nanosecond(nanos).map_err(|_| Fault::Format)?;
         local(TimeZone::UTC.to_datetime(time), self.zone.as_ref(), last, None)
     }
+}
+
+/// The year of an instant; nothing after 9999.
+fn year_of(nanos: i128) -> Option<i16> {
+    let time = Timestamp::from_nanosecond(nanos).ok()?;
+    Some(TimeZone::UTC.to_datetime(time).year())
 }
 
 fn absolute(timestamp: Timestamp) -> Result<Instant, Fault> {
