@@ -90,7 +90,7 @@ fn open(
             (cfg, Parts { path, file, offset: data_offset, line: data_line, bytes: data_bytes })
         }
     };
-    let cfg = Cfg::parse(&cfg).map_err(|fault| failed(&fault))?;
+    let cfg = Cfg::parse_encoded(&cfg, config.encoding).map_err(|fault| failed(&fault))?;
     let oscillogram = Oscillogram::new(config, cfg, parts, points, remarks);
     Ok(Box::new(oscillogram.map_err(|fault| failed(&fault))?))
 }

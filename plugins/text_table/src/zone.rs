@@ -75,6 +75,16 @@ impl Zone {
         &self.name
     }
 
+    /// Finds the instant of a local time, which is in nanoseconds from its 1970-01-01T00:00:00.
+    ///
+    /// # Errors
+    /// That the clock never showed it, in words.
+    pub fn resolve_nanos(&self, local: i64) -> Result<Resolved, String> {
+        let time = jiff::Timestamp::from_nanosecond(local.into());
+        let civil = time.map(|time| TimeZone::UTC.to_datetime(time));
+        self.resolve(civil.map_err(|error| error.to_string())?, None, None)
+    }
+
     /// Finds the instant of a local time. Of two the one that `abbreviation` names, else the first
     /// that is not before `last`.
     ///

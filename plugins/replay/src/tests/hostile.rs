@@ -30,6 +30,7 @@ fn every_fault_names_its_file_and_place() {
     let path = |name: &str| folder.path().join(name);
     let recipe = Recipe::new(Revision::Of1999, DataType::Ascii);
     std::fs::write(path("bad.cfg"), recipe.cfg().replace("0.5", "half")).unwrap();
+    std::fs::write(path("bad.dat"), recipe.dat()).unwrap();
     std::fs::write(
         path("bad.cff"),
         "--- file type: CFG ---\na,b,2013\n--- file type: DAT ASCII ---\n",
@@ -40,10 +41,7 @@ fn every_fault_names_its_file_and_place() {
     for (name, part) in [
         ("absent.cfg", "absent.cfg': there is no such file"),
         ("folder.cfg", "folder.cfg': it is no file"),
-        (
-            "bad.cfg",
-            "bad.cfg': line 3: analogue channel 1 ('IA'): multiplier a: 'half' is no number",
-        ),
+        ("bad.cfg", "line 3: analogue channel 1 ('IA'): multiplier a: 'half' is no number"),
         ("bad.cff", "bad.cff': configuration, line 1: the number of channels is missing"),
         ("bad.csv", "bad.csv': line 1: csv.time: there is no column 'time'"),
     ] {
