@@ -1,19 +1,9 @@
 //! Values and qualities of cells.
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
-use text_table::{StateWords, shorten, units_conflict};
+use text_table::{QualityWord, StateWords, find_quality, shorten, units_conflict};
 
 use super::config::CsvConfig;
-
-/// Qualities of OPC DA 3.0 (6.8).
-const OPC_QUALITY: u16 = 0xC0;
-const OPC_GOOD: u16 = 0xC0;
-const OPC_UNCERTAIN: u16 = 0x40;
-/// Words for qualities that programs export.
-const GOOD_WORDS: [&str; 4] = ["good", "ok", "valid", "g"];
-const UNCERTAIN_WORDS: [&str; 6] =
-    ["uncertain", "questionable", "suspect", "doubtful", "substituted", "u"];
-const BAD_WORDS: [&str; 4] = ["bad", "invalid", "error", "b"];
 
 /// Meaning of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,21 +105,16 @@ pub(super) fn read_quality(text: &str, config: &CsvConfig) -> (Quality, Option<S
     if let Some(quality) = config.qualities.get(&lower) {
         return (*quality, None);
     }
-    let is_one = |words: &[&str]| words.contains(&lower.as_str());
-    let quality = match lower.parse::<u16>().map(|bits| bits & OPC_QUALITY) {
-        Ok(OPC_GOOD) => Quality::Good,
-        Ok(OPC_UNCERTAIN) => Quality::Uncertain(Reason::Unknown),
-        Ok(_) => Quality::Bad(Reason::Unknown),
-        Err(_) if is_one(&GOOD_WORDS) => Quality::Good,
-        Err(_) if is_one(&UNCERTAIN_WORDS) => Quality::Uncertain(Reason::Unknown),
-        Err(_) if is_one(&BAD_WORDS) => Quality::Bad(Reason::Unknown),
-        Err(_) => {
+    match find_quality(&lower) {
+        Some(QualityWord::Good) => (Quality::Good, None),
+        Some(QualityWord::Uncertain) => (Quality::Uncertain(Reason::Unknown), None),
+        Some(QualityWord::Bad) => (Quality::Bad(Reason::Unknown), None),
+        None => {
             let remark = format!(
                 "quality '{}' is not known: taken as bad; csv.qualities says what it is",
                 shorten(text)
             );
-            return (Quality::Bad(Reason::Unknown), Some(remark));
+            (Quality::Bad(Reason::Unknown), Some(remark))
         }
-    };
-    (quality, None)
+    }
 }

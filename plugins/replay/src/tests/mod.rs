@@ -5,6 +5,7 @@ mod hostile;
 mod matrix;
 mod peer;
 mod playing;
+mod recordings;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
