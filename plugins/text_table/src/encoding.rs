@@ -56,7 +56,16 @@ impl TextEncoding {
         Encoding::for_bom(start).map(|(encoding, length)| (Self(encoding), length))
     }
 
-    /// Bytes of a code unit: a line feed of UTF-16 has two.
+    /// Bytes of a carriage return.
+    pub(crate) fn carriage_return(self) -> &'static [u8] {
+        match self.0 {
+            encoding if encoding == UTF_16LE => b"\r\0",
+            encoding if encoding == UTF_16BE => b"\0\r",
+            _ => b"\r",
+        }
+    }
+
+    /// Bytes of a line feed, of which UTF-16 has two.
     pub(crate) fn line_feed(self) -> &'static [u8] {
         match self.0 {
             encoding if encoding == UTF_16LE => b"\n\0",

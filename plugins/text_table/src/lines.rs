@@ -24,8 +24,9 @@ pub enum Line {
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: BufReader<R>,
-    /// Bytes of a line feed, in the text's encoding.
+    /// Bytes of a line's end, in the text's encoding.
     line_feed: &'static [u8],
+    carriage_return: &'static [u8],
     /// Offset of the next line, bytes from the start of the file.
     offset: u64,
     /// Number of the next line, the first being 1.
@@ -52,9 +53,25 @@ impl<R: Read + Seek> Lines<R> {
         number: u64,
     ) -> io::Result<Self> {
         let line_feed = encoding.line_feed();
-        let mut lines = Self { reader: BufReader::new(file), line_feed, offset, number };
+        let carriage_return = encoding.carriage_return();
+        let reader = BufReader::new(file);
+        let mut lines = Self { reader, line_feed, carriage_return, offset, number };
         lines.go_to(offset, number)?;
         Ok(lines)
+    }
+
+    /// Looks at the first bytes for what ends a line: a carriage return alone, as once on the
+    /// Macintosh, where there is no line feed.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub(crate) fn find_line_end(&mut self) -> io::Result<()> {
+        let start = self.reader.fill_buf()?;
+        let has = |end: &[u8]| start.chunks(end.len()).any(|unit| unit == end);
+        if !has(self.line_feed) && has(self.carriage_return) {
+            self.line_feed = self.carriage_return;
+        }
+        Ok(())
     }
 
     /// Goes on from the start of another line.
@@ -94,7 +111,7 @@ impl<R: Read + Seek> Lines<R> {
             if found.is_empty() {
                 break;
             }
-            let end = found.iter().position(|&byte| byte == b'\n');
+            let end = found.iter().position(|byte| self.line_feed == [*byte]);
             let text = &found[..end.unwrap_or(found.len())];
             is_too_long |= line.len() + text.len() > MAX_LINE_BYTES;
             if !is_too_long {

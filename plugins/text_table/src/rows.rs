@@ -50,6 +50,7 @@ pub struct Rows<R> {
     /// Offset and number of the line after the first of the row.
     after_first: (u64, u64),
     has_more_lines: bool,
+    has_open_quote: bool,
     is_malformed: bool,
 }
 
@@ -81,7 +82,8 @@ impl<R: Read + Seek> Rows<R> {
             }
             None => (dialect.encoding.unwrap_or_default(), 0),
         };
-        let lines = Lines::of_encoding(file, encoding, mark as u64, 1)?;
+        let mut lines = Lines::of_encoding(file, encoding, mark as u64, 1)?;
+        lines.find_line_end()?;
         let delimiter = dialect.delimiter.unwrap_or(dialect.fallback);
         let mut rows = Self {
             lines,
@@ -95,6 +97,7 @@ impl<R: Read + Seek> Rows<R> {
             line: 1,
             after_first: (mark as u64, 1),
             has_more_lines: false,
+            has_open_quote: false,
             is_malformed: false,
         };
         rows.skip_preamble(dialect, &mut remarks)?;
@@ -136,7 +139,7 @@ impl<R: Read + Seek> Rows<R> {
     pub fn next(&mut self) -> io::Result<NextRow> {
         loop {
             self.line = self.lines.number();
-            (self.has_more_lines, self.is_malformed) = (false, false);
+            (self.has_more_lines, self.has_open_quote, self.is_malformed) = (false, false, false);
             match self.lines.read(&mut self.raw)? {
                 Line::End => return Ok(NextRow::End),
                 Line::TooLong => {
@@ -148,12 +151,14 @@ impl<R: Read + Seek> Rows<R> {
             self.after_first = self.position();
             self.first.clear();
             let text = self.encoding.decode(&self.raw);
-            self.first.push_str(text.trim_end_matches(['\r', '\u{1a}']));
+            self.first.push_str(text.trim_end_matches('\r'));
             let is_comment = self.comment.as_deref().is_some_and(|comment| {
                 let text = self.first.trim_start();
                 text.strip_prefix('"').unwrap_or(text).starts_with(comment)
             });
-            if is_comment || self.first.trim().is_empty() {
+            // The mark at the end of files of DOS is no row.
+            let is_blank = matches!(self.first.trim(), "" | "\u{1a}");
+            if is_comment || is_blank {
                 continue;
             }
             return self.read_row();
@@ -179,6 +184,7 @@ impl<R: Read + Seek> Rows<R> {
             ends = self.cells.go_on(text);
         }
         if ends == Ok(false) {
+            self.has_open_quote = true;
             self.back_to_first_line()?;
             bytes = self.first.len();
             ends = self.cells.cut(&self.first).map(|()| true);
@@ -205,6 +211,7 @@ impl<R: Read + Seek> Rows<R> {
         if !self.has_more_lines {
             return Ok(false);
         }
+        self.has_open_quote = true;
         self.back_to_first_line()?;
         // A line that was cut before has no more cells than it had.
         let _ = self.cells.cut(&self.first);
@@ -231,6 +238,11 @@ impl<R: Read + Seek> Rows<R> {
     /// First line of the row as text.
     pub fn first_line(&self) -> &str {
         &self.first
+    }
+
+    /// Reports a row that ends with its first line, since a quote of it is not closed.
+    pub fn has_open_quote(&self) -> bool {
+        self.has_open_quote
     }
 
     /// Reports a row with bytes that are not of the encoding.

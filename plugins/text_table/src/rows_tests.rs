@@ -79,6 +79,21 @@ fn a_quoted_cell_has_lines_and_a_quote_that_is_not_closed_ends_with_its_line() {
 }
 
 #[test]
+fn a_carriage_return_alone_ends_a_line_where_there_is_no_line_feed() {
+    let (found, _) = read(b"a,b\r1,2\r", &Dialect::default());
+    assert_eq!(lines(&found), [(1, vec!["a", "b"]), (2, vec!["1", "2"])]);
+    let wide: Vec<u8> = "\u{feff}a,b\r1,2".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    assert_eq!(
+        lines(&read(&wide, &Dialect::default()).0),
+        [(1, vec!["a", "b"]), (2, vec!["1", "2"])]
+    );
+    assert_eq!(
+        lines(&read(b"a\r\n1\r\n\x1a", &Dialect::default()).0),
+        [(1, vec!["a"]), (2, vec!["1"])]
+    );
+}
+
+#[test]
 fn rows_are_bounded() {
     let long = format!("{}\n1\n", "x".repeat(LIMITS.bytes + 1));
     assert_eq!(lines(&read(long.as_bytes(), &Dialect::default()).0), [(1, vec![]), (2, vec!["1"])]);

@@ -75,6 +75,13 @@ impl Zone {
         &self.name
     }
 
+    /// Writes an instant as local time of ISO 8601 with its offset; nothing out of reach.
+    pub fn in_words(&self, nanos: i64) -> Option<String> {
+        let zoned =
+            jiff::Timestamp::from_nanosecond(nanos.into()).ok()?.to_zoned(self.zone.clone());
+        jiff::fmt::strtime::format("%Y-%m-%dT%H:%M:%S%.f%:z", &zoned).ok()
+    }
+
     /// Finds the instant of a local time, which is in nanoseconds from its 1970-01-01T00:00:00.
     ///
     /// # Errors

@@ -57,7 +57,7 @@ pub(crate) struct RawCsv {
     /// order mark goes before it.
     #[schemars(length(min = 1, max = 40), example = &"windows-1252")]
     encoding: Option<String>,
-    /// Lines before the header; a line `sep=;` is none of them.
+    /// Lines before the header, a line `sep=;` among them.
     #[schemars(range(max = 10_000))]
     skip_lines: u32,
     /// Start of lines that are comments.
