@@ -274,16 +274,16 @@ fn parse_counts(fields: &Fields<'_>, remarks: &mut Vec<String>) -> Result<[usize
         let digits = text.strip_suffix([letter, letter.to_ascii_lowercase()]);
         digits.and_then(|digits| digits.trim().parse::<u64>().ok())
     };
-    let total = fields.whole(0, "number of channels")?;
-    let (Some(total), Some(analogs), Some(digitals)) = (total, count(1, 'A'), count(2, 'D')) else {
+    let (Some(analogs), Some(digitals)) = (count(1, 'A'), count(2, 'D')) else {
         return Err(fields.fault(format!(
             "'{}' is no number of channels such as 3,2A,1D",
             shorten(&fields.joined())
         )));
     };
-    let said = total;
+    let said = fields.get(0);
     let total = analogs.saturating_add(digitals);
-    if total != said {
+    if said.parse() != Ok(total) {
+        let said = shorten(said);
         let fault = format!("{analogs} analogue and {digitals} digital channels are not {said}");
         remarks.push(fields.fault(fault).to_string());
     }

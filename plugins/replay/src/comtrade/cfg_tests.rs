@@ -173,6 +173,7 @@ fn what_recorders_write_is_read_with_a_remark() {
         ("20,2A,18D", "20,2A,18D,", ""),
         ("20,2A,18D", "21,2A,18D", "line 2: 2 analogue and 18 digital channels are not 21"),
         ("1200,1000", "1200,500", "sample rate 2: its last sample, 500, does not come after"),
+        ("20,2A,18D", "20A,2A,18D", "line 2: 2 analogue and 18 digital channels are not 20A"),
         ("4800,500", "4800,500,", ""),
         ("\r\n1200,1000", "", "1 sample rates of 2 are there"),
         ("\r\n1200,1000", "\r\n1200,1000\r\n1200,1000", "1 sample rates more than the file says"),

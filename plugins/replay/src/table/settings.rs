@@ -73,7 +73,8 @@ pub(crate) struct RawCsv {
     /// Words that are no value, without regard to case, in place of those that are known, such
     /// as `unknown`, `unavailable`, `---` and `n/a`.
     no_value: Option<Vec<String>>,
-    /// Long form: names of rows by which the recorder says that it stopped; all tags are bad then.
+    /// Long form: names of rows by which the recorder says that it stopped, such as `$RT_OFF$` of
+    /// WinCC; all tags are bad from there until their next row.
     stop_names: Vec<String>,
 }
 
@@ -118,7 +119,7 @@ impl Default for RawCsv {
             units_row: None,
             empty_cells: EmptyCells::default(),
             no_value: None,
-            stop_names: vec!["$RT_OFF$".into()],
+            stop_names: Vec::new(),
         }
     }
 }

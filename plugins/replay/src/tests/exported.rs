@@ -249,7 +249,7 @@ fn cases() -> Vec<Case> {
         case(
             "a recorder that stopped",
             &format!("time,name,value\n{iso},Oil,61.5\n2026-01-02T03:04:07Z,$RT_OFF$,0\n"),
-            json!({"form": "long"}),
+            json!({"form": "long", "stop_names": ["$RT_OFF$"]}),
             vec![(F64, json!({"name": "Oil"}), None)],
         ),
     ]

@@ -19,8 +19,19 @@ const MAX_BYTES: u64 = 64 << 20;
 /// Largest deviation of a value, as a share of the largest value of its channel: of rounding.
 const MAX_DEVIATION: f64 = 1e-12;
 
-/// A channel as one reader has it.
-type Channel = Vec<(i64, Option<f64>)>;
+/// A channel as it is played: times from the start in nanoseconds, where a skew does not put them
+/// before it, and values.
+type Channel = Vec<(Option<i64>, Option<f64>)>;
+
+/// A recording as it is played.
+struct Recording {
+    analogs: Vec<Channel>,
+    digitals: Vec<Channel>,
+    /// Analogue channels that have no values, since their lines say nothing finite.
+    is_faulty: Vec<bool>,
+    /// Samples that the configuration says.
+    said: u64,
+}
 
 /// What became of a recording.
 enum Outcome {
@@ -90,11 +101,16 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             _ if path.is_dir() => collect(&path, files),
-            Some("cfg") if data_of(&path).is_some() => files.push(path),
+            // A file without data is one that did not come along.
+            Some("cfg") if data_of(&path).is_some_and(|data| has_bytes(&data)) => files.push(path),
             Some("cff") => files.push(path),
             _ => {}
         }
     }
+}
+
+fn has_bytes(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|metadata| metadata.len() > 0)
 }
 
 fn data_of(cfg: &Path) -> Option<PathBuf> {
@@ -109,7 +125,7 @@ fn compare(file: &Path) -> Outcome {
     let theirs: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let ours = read(file);
     let fault = theirs["fault"].as_str();
-    let (analogs, digitals) = match (ours, fault) {
+    let Recording { analogs, digitals, is_faulty, said } = match (ours, fault) {
         (Ok(ours), None) => ours,
         (Ok(_), Some(fault)) => return Outcome::OursAlone(fault.into()),
         (Err(ours), None) => return Outcome::TheirsAlone(ours),
@@ -131,7 +147,13 @@ fn compare(file: &Path) -> Outcome {
             let theirs: Vec<Option<f64>> =
                 theirs.as_array().unwrap().iter().map(serde_json::Value::as_f64).collect();
             let at = |sample: usize| format!("{kind} {} sample {sample}", number + 1);
-            if ours.len() != theirs.len() {
+            // A channel of which the configuration says nothing finite has no values here.
+            if is_faulty.get(number).is_some_and(|is| *is && kind == "analog") {
+                continue;
+            }
+            // The package makes as many values of a file as its configuration says.
+            let is_as_said = theirs.len() as u64 == said && !ours.is_empty();
+            if ours.len() != theirs.len() && !is_as_said {
                 return Outcome::Differs(format!(
                     "{}: {} and {} values",
                     at(0),
@@ -154,8 +176,11 @@ fn compare(file: &Path) -> Outcome {
                 if worst > MAX_DEVIATION {
                     return Outcome::Differs(format!("{}: {ours:?} and {theirs:?}", at(sample)));
                 }
-                let their_nanos = (times[sample] * 1e9).round() as i64;
-                worst_time = worst_time.max((nanos - their_nanos).abs());
+                // From the first sample on: the package counts it by its number, which may be 0.
+                let their_nanos = ((times[sample] - times[0]) * 1e9).round() as i64;
+                if let Some(nanos) = nanos {
+                    worst_time = worst_time.max((nanos - their_nanos).abs());
+                }
                 count += 1;
             }
         }
@@ -164,7 +189,7 @@ fn compare(file: &Path) -> Outcome {
 }
 
 /// All analogue and digital channels of a recording, as the plugin plays them.
-fn read(file: &Path) -> Result<(Vec<Channel>, Vec<Channel>), String> {
+fn read(file: &Path) -> Result<Recording, String> {
     let load = |path: &Path| -> Result<Vec<u8>, String> {
         let bytes = std::fs::metadata(path).map_err(|error| error.to_string())?.len();
         if bytes > MAX_BYTES {
@@ -189,29 +214,31 @@ fn read(file: &Path) -> Result<(Vec<Channel>, Vec<Channel>), String> {
         // Skews are not in the package's times.
         tag_spec(index as u32, &format!("{kind:?} {number}"), kind, json!({"channel": number}))
     };
-    let tags: Vec<TagSpec> = (0..analogs + digitals).map(tag).collect();
+    let is_faulty: Vec<bool> = cfg.analogs.iter().map(|channel| channel.fault.is_some()).collect();
+    let has_values = |index: &usize| !is_faulty.get(*index).copied().unwrap_or(false);
+    let tags: Vec<TagSpec> = (0..analogs + digitals).filter(has_values).map(tag).collect();
     let bytes = if is_single {
         Bytes::Cff(text)
     } else {
         Bytes::Comtrade(text, load(&data_of(file).ok_or("there is no data file")?)?)
     };
-    let mut channels = vec![Channel::new(); tags.len()];
+    let mut channels = vec![Channel::new(); analogs + digitals];
     let settings = json!({"file": "/a.cfg", "max_updates_per_second": 0});
     let settings: Settings = serde_json::from_value(settings).unwrap();
     let keep = |samples: &[Sample]| {
         for sample in samples {
             let since = sample.source_time.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
-            let nanos = since.map_or(0, |since| since.as_nanos() as i64);
+            let nanos = since.map(|since| since.as_nanos() as i64);
             let skew = cfg.analogs.get(sample.tag as usize).map_or(0, |channel| channel.skew_nanos);
             let value = sample.value.map(|value| match value {
                 Value::F64(value) => value,
                 Value::Bool(value) => f64::from(u8::from(value)),
                 other => panic!("{other:?}"),
             });
-            channels[sample.tag as usize].push((nanos - skew, value));
+            channels[sample.tag as usize].push((nanos.map(|nanos| nanos - skew), value));
         }
     };
     play(settings, &tags, bytes, keep).map_err(|error| error.message().to_owned())?;
     let digitals = channels.split_off(analogs);
-    Ok((channels, digitals))
+    Ok(Recording { analogs: channels, digitals, is_faulty, said: cfg.samples })
 }
