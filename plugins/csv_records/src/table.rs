@@ -58,7 +58,7 @@ impl Table {
         // What contradicts the settings is read by them or by the file's mark.
         let (mut rows, _) =
             Rows::open(Cursor::new(bytes), &self.dialect, LIMITS).map_err(failed)?;
-        let layout = match rows.next().map_err(failed)? {
+        let layout = match rows.read().map_err(failed)? {
             NextRow::End => return Err("it is empty".into()),
             NextRow::TooLong(what) => {
                 return Err(format!("its first row has {what}; is a quote not closed?"));
@@ -74,7 +74,7 @@ impl Table {
         };
         let columns = rows.cells().len();
         for number in 1.. {
-            let next = rows.next().map_err(failed)?;
+            let next = rows.read().map_err(failed)?;
             if number % ROWS_A_LOOK == 0 {
                 deadline.check()?;
             }

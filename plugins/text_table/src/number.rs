@@ -148,8 +148,8 @@ impl NumberFormat {
     pub fn parse_f64(&self, text: &str) -> Result<f64, String> {
         let text = text.trim();
         let unsigned = text.strip_prefix(['-', '+']).unwrap_or(text);
-        let is_word = |word: &&str| unsigned.eq_ignore_ascii_case(word);
-        if ["nan", "inf", "infinity"].iter().any(|word| is_word(&word)) {
+        let is_word = |word: &str| unsigned.eq_ignore_ascii_case(word);
+        if ["nan", "inf", "infinity"].iter().any(|word| is_word(word)) {
             return Ok(f64::NAN);
         }
         let plain = self.normalize(text)?;

@@ -136,7 +136,7 @@ impl<R: Read + Seek> Rows<R> {
     ///
     /// # Errors
     /// Those of the file.
-    pub fn next(&mut self) -> io::Result<NextRow> {
+    pub fn read(&mut self) -> io::Result<NextRow> {
         loop {
             self.line = self.lines.number();
             (self.has_more_lines, self.has_open_quote, self.is_malformed) = (false, false, false);

@@ -9,7 +9,7 @@ fn read(bytes: &[u8], dialect: &Dialect) -> (Vec<(u64, Vec<String>)>, Vec<String
     let (mut rows, remarks) = Rows::open(Cursor::new(bytes.to_vec()), dialect, LIMITS).unwrap();
     let mut found = Vec::new();
     loop {
-        match rows.next().unwrap() {
+        match rows.read().unwrap() {
             NextRow::End => return (found, remarks),
             NextRow::TooLong(_) => found.push((rows.line(), Vec::new())),
             NextRow::Row => {

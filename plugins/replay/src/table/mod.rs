@@ -77,7 +77,7 @@ impl<R: Read + Seek + Send> Table<R> {
         let (mut rows, told) = Rows::open(bytes, &config.csv.dialect, LIMITS).map_err(failed)?;
         told.into_iter().for_each(|remark| remarks.add(remark));
         let start = rows.position();
-        match rows.next().map_err(failed)? {
+        match rows.read().map_err(failed)? {
             NextRow::Row => {}
             NextRow::TooLong(what) => {
                 return Err(Fault::new(&file, format!("line {}: {what}", rows.line())));
@@ -131,7 +131,7 @@ impl<R: Read + Seek + Send> Table<R> {
     /// Takes a row of units after the header, where there is one.
     fn take_units(&mut self, config: &Config, points: &Points) -> Result<(), Fault> {
         let failed = |error| Fault::new(&config.file, error);
-        if self.header.is_empty() || self.rows.next().map_err(failed)? != NextRow::Row {
+        if self.header.is_empty() || self.rows.read().map_err(failed)? != NextRow::Row {
             return Ok(());
         }
         if header::is_units_row(&config.csv, self.rows.cells(), self.columns.time_column()) {
@@ -163,7 +163,7 @@ impl<R: Read + Seek + Send> Table<R> {
         let file = &self.file;
         let failed = |error| Fault::new(file, error);
         loop {
-            let next = self.rows.next().map_err(failed)?;
+            let next = self.rows.read().map_err(failed)?;
             let number = self.rows.line();
             let row = match next {
                 NextRow::End => return Ok(None),
