@@ -1,12 +1,10 @@
-//! The bytes of a file, as text of one encoding.
+//! Bounded reading of a file that may be anything.
 
-use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE};
 use record_source::Deadline;
 use rustix::fs::OFlags;
 
@@ -37,19 +35,4 @@ pub(crate) fn read(path: &Path, deadline: &Deadline) -> Result<Vec<u8>, String> 
             return Err(format!("it has more than {limit} MiB: export fewer rows or columns"));
         }
     }
-}
-
-/// The bytes as rows are cut from them, and the encoding of their cells. UTF-16 becomes UTF-8,
-/// since delimiters are bytes.
-pub(crate) fn text<'b>(
-    bytes: &'b [u8],
-    encoding: &'static Encoding,
-) -> (Cow<'b, [u8]>, &'static Encoding) {
-    let (encoding, mark) = Encoding::for_bom(bytes).unwrap_or((encoding, 0));
-    let bytes = &bytes[mark..];
-    if encoding != UTF_16LE && encoding != UTF_16BE {
-        return (bytes.into(), encoding);
-    }
-    let (text, _) = encoding.decode_without_bom_handling(bytes);
-    (text.into_owned().into_bytes().into(), UTF_8)
 }

@@ -5,14 +5,13 @@
 
 mod file;
 pub mod probe;
-mod rows;
 mod table;
 
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
-use encoding_rs::Encoding;
 use record_source::{Source, Watched};
+use text_table::{Delimiter, Dialect, Separators};
 
 pub use record_source::ListSettings;
 
@@ -27,49 +26,65 @@ pub struct Settings {
     lists: Vec<ListSettings<CsvFile>>,
 }
 
-/// A CSV file, whose first line names its columns.
+/// A CSV file, whose first row names its columns.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CsvFile {
     /// Its absolute path.
     #[schemars(extend("examples" = ["/var/lib/site/work_orders.csv"]))]
     file: PathBuf,
-    /// What is between cells.
+    /// Character between cells: `comma`, `semicolon`, `tab` or `pipe`, or the character itself.
+    /// Without it that of a line `sep=;`, else a semicolon beside a decimal comma and a comma
+    /// beside a decimal point.
     #[serde(default)]
-    delimiter: Delimiter,
+    #[schemars(length(min = 1, max = 9), extend("examples" = ["semicolon"]))]
+    delimiter: Option<String>,
     /// Its encoding by a name of the web (WHATWG), such as `gb18030` or `windows-1252`; UTF-8
     /// where missing. A byte order mark goes before it.
     #[serde(default)]
     #[schemars(length(min = 1, max = 40), extend("examples" = ["gb18030"]))]
     encoding: Option<String>,
+    /// Character before the fraction of numbers, `.` or `,`.
+    #[serde(default = "default_decimal")]
+    #[schemars(length(min = 1, max = 1))]
+    decimal: String,
+    /// Character between thousands: `.` `,` `'` or a space. Without it there is none.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 1), extend("examples" = ["."]))]
+    thousands: Option<String>,
+    /// Lines before the header, a line `sep=;` among them.
+    #[serde(default)]
+    #[schemars(range(max = 10_000))]
+    skip_lines: u32,
+    /// Start of lines that are comments.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 16), extend("examples" = ["#"]))]
+    comment: Option<String>,
 }
 
-// Without documentation of their own, variants are one `enum` in the schema.
-#[derive(Clone, Copy, Debug, Default, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-enum Delimiter {
-    #[default]
-    Comma,
-    Semicolon,
-    Tab,
-}
-
-impl Delimiter {
-    /// None of these is part of a longer character in any encoding that is read.
-    fn byte(self) -> u8 {
-        match self {
-            Self::Comma => b',',
-            Self::Semicolon => b';',
-            Self::Tab => b'\t',
-        }
-    }
+fn default_decimal() -> String {
+    ".".into()
 }
 
 impl CsvFile {
-    fn encoding(&self) -> Option<&'static Encoding> {
-        match &self.encoding {
-            None => Some(encoding_rs::UTF_8),
-            Some(name) => Encoding::for_label(name.as_bytes()),
+    /// The dialect and the separators of numbers that the settings say.
+    ///
+    /// # Errors
+    /// Each setting at fault, with what is allowed.
+    fn dialect(&self, encoding: Option<&str>) -> Result<(Dialect, Separators), String> {
+        let (delimiter, comment) = (self.delimiter.as_deref(), self.comment.as_deref());
+        let dialect = Dialect::parse(delimiter, encoding, self.skip_lines, comment);
+        let separators = Separators::parse(&self.decimal, self.thousands.as_deref());
+        match (dialect, separators) {
+            (Ok(mut dialect), Ok(separators)) => {
+                dialect.fallback = Delimiter::beside(separators.decimal);
+                Ok((dialect, separators))
+            }
+            (dialect, separators) => {
+                let mut faults = dialect.err().unwrap_or_default();
+                faults.extend(separators.err());
+                Err(faults.join("; "))
+            }
         }
     }
 }
@@ -90,17 +105,14 @@ impl Plugin for CsvRecords {
         record_source::check(&settings.lists, |source| &source.file)?;
         let mut lists: Vec<(RecordList, Box<dyn Source>)> = Vec::new();
         for (index, list) in settings.lists.into_iter().enumerate() {
-            let file = &list.source;
-            let encoding = file.encoding().ok_or_else(|| {
-                let name = record_source::shown(file.encoding.as_deref().unwrap_or_default());
-                let text = "is no encoding that is known here; write utf-8, gb18030, windows-1252";
-                Error::settings(format!("lists[{index}].source.encoding: '{name}' {text}"))
+            let table = Table::new(list, None).map_err(|fault| {
+                let faults = fault.replace("; ", &format!("; lists[{index}].source."));
+                Error::settings(format!("lists[{index}].source.{faults}"))
             })?;
-            let name = file.file.file_name().unwrap_or(file.file.as_os_str()).to_string_lossy();
-            lists.push((
-                list.list(&record_source::shown(&name)),
-                Box::new(Table { list, encoding }),
-            ));
+            let path = &table.list.source.file;
+            let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+            let shown = table.list.list(&record_source::shown(&name));
+            lists.push((shown, Box::new(table)));
         }
         Ok(Self { watched: Watched::start(&host, lists)? })
     }

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::{Record, RecordRowFault};
-use encoding_rs::Encoding;
 use record_source::{Deadline, Gathered, ListSettings};
 
 use crate::CsvFile;
@@ -12,7 +11,7 @@ use crate::table::Table;
 /// More than any bytes take that a fuzzer makes.
 const MAX_TIME: Duration = Duration::from_secs(10);
 
-/// What bytes come to.
+/// Rows and faults of a file's bytes.
 #[derive(Debug, Default)]
 pub struct Read {
     /// Rows that are good.
@@ -26,9 +25,8 @@ pub struct Read {
 /// # Errors
 /// Why they are no table.
 pub fn read(list: ListSettings<CsvFile>, label: &str, bytes: &[u8]) -> Result<Read, String> {
-    let encoding = Encoding::for_label(label.as_bytes()).ok_or("an unknown encoding")?;
+    let table = Table::new(list, Some(label))?;
     let mut rows = Gathered::of(1);
-    let deadline = Deadline::within(MAX_TIME);
-    Table { list, encoding }.parse(bytes, &mut rows, &deadline)?;
+    table.parse(bytes, &mut rows, &Deadline::within(MAX_TIME))?;
     Ok(Read { rows: rows.rows().to_vec(), faults: rows.faults().to_vec() })
 }

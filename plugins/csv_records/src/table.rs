@@ -1,20 +1,24 @@
-//! The rows of a file as records.
+//! Rows of a file as records.
 
-use std::borrow::Cow;
+use std::io::Cursor;
 
-use encoding_rs::Encoding;
-use record_source::{Deadline, Gathered, Layout, ListSettings, Source, Version, version_of};
+use record_source::{
+    CellFormats, Deadline, Gathered, Layout, ListSettings, Source, Version, version_of,
+};
+use text_table::{Dialect, NextRow, RowLimits, Rows};
 
-use crate::rows::{MAX_CELLS, MAX_ROW_BYTES, Next, Rows};
 use crate::{CsvFile, file};
 
+/// Bytes and cells of a row.
+const LIMITS: RowLimits = RowLimits { bytes: 64 << 10, cells: 256 };
 /// Rows between two looks at the time.
 const ROWS_A_LOOK: u64 = 64;
 
 /// A file with what is wanted of it.
 pub(crate) struct Table {
     pub(crate) list: ListSettings<CsvFile>,
-    pub(crate) encoding: &'static Encoding,
+    dialect: Dialect,
+    formats: CellFormats,
 }
 
 impl Source for Table {
@@ -29,67 +33,74 @@ impl Source for Table {
 }
 
 impl Table {
-    /// The rows of a file's bytes.
+    /// Checks the settings of a list; `encoding` is in place of theirs.
+    ///
+    /// # Errors
+    /// Each setting at fault, with what is allowed.
+    pub(crate) fn new(list: ListSettings<CsvFile>, encoding: Option<&str>) -> Result<Self, String> {
+        let encoding = encoding.or(list.source.encoding.as_deref());
+        let (dialect, separators) = list.source.dialect(encoding)?;
+        let formats = CellFormats::of(&list, separators)?;
+        Ok(Self { list, dialect, formats })
+    }
+
+    /// Reads the rows of a file's bytes.
+    ///
+    /// # Errors
+    /// Why they are no table.
     pub(crate) fn parse(
         &self,
         bytes: &[u8],
         into: &mut Gathered,
         deadline: &Deadline,
     ) -> Result<(), String> {
-        let (bytes, encoding) = file::text(bytes, self.encoding);
-        let mut rows = Rows::of(&bytes, self.list.source.delimiter.byte());
-        let layout = match rows.next() {
-            Next::End => return Err("it is empty".into()),
-            Next::TooLong => return Err(format!("its first line {}", too_long())),
-            Next::Row => {
-                let names: Result<Vec<_>, _> =
-                    (0..rows.len()).map(|at| decoded(rows.cell(at), encoding)).collect();
-                let names = names.map_err(|fault| format!("its first line {fault}"))?;
-                Layout::of(&self.list, &names)?
+        let failed = |error: std::io::Error| error.to_string();
+        // What contradicts the settings is read by them or by the file's mark.
+        let (mut rows, _) =
+            Rows::open(Cursor::new(bytes), &self.dialect, LIMITS).map_err(failed)?;
+        let layout = match rows.read().map_err(failed)? {
+            NextRow::End => return Err("it is empty".into()),
+            NextRow::TooLong(what) => {
+                return Err(format!("its first row has {what}; is a quote not closed?"));
+            }
+            NextRow::Row if rows.is_malformed() => {
+                return Err(format!("its first row {}", malformed(&rows)));
+            }
+            NextRow::Row => {
+                let names: Vec<&str> = rows.cells().iter().collect();
+                let hint = if rows.has_open_quote() { "; is a quote not closed?" } else { "" };
+                Layout::of(&self.list, &names).map_err(|fault| format!("{fault}{hint}"))?
             }
         };
-        let columns = rows.len();
+        let columns = rows.cells().len();
         for number in 1.. {
-            let next = rows.next();
+            let next = rows.read().map_err(failed)?;
             if number % ROWS_A_LOOK == 0 {
                 deadline.check()?;
             }
             let line = rows.line();
             let row = match next {
-                Next::End => break,
-                Next::TooLong => Err(format!("it {}", too_long())),
-                Next::Row if rows.is_blank() => continue,
-                Next::Row if rows.len() != columns => {
-                    let count = rows.len();
-                    let hint = if rows.back() { "; is a quote not closed?" } else { "" };
-                    Err(format!("it has {count} cells, where the first line has {columns}{hint}"))
+                NextRow::End => break,
+                NextRow::TooLong(what) => Err(format!("it has {what}; is a quote not closed?")),
+                NextRow::Row if rows.cells().iter().all(str::is_empty) => continue,
+                NextRow::Row if rows.cells().len() != columns => {
+                    let count = rows.cells().len();
+                    rows.end_with_first_line().map_err(failed)?;
+                    let hint = if rows.has_open_quote() { "; is a quote not closed?" } else { "" };
+                    Err(format!("it has {count} cells, where the first row has {columns}{hint}"))
                 }
-                Next::Row => self.record(&rows, &layout, encoding),
+                NextRow::Row if rows.is_malformed() => Err(format!("it {}", malformed(&rows))),
+                NextRow::Row => {
+                    let cells = rows.cells();
+                    layout.record(&self.list, &self.formats, |at| Ok(cells.get(at)))
+                }
             };
             into.take(line, row)?;
         }
         Ok(())
     }
-
-    fn record(
-        &self,
-        rows: &Rows<'_>,
-        layout: &Layout,
-        encoding: &'static Encoding,
-    ) -> Result<busbar_plugin_sdk::Record, String> {
-        let cells: Result<Vec<Cow<'_, str>>, String> =
-            (0..rows.len()).map(|at| decoded(rows.cell(at), encoding)).collect();
-        let cells = cells.map_err(|fault| format!("it {fault}"))?;
-        layout.record(&self.list, |at| Ok(cells.get(at).map_or("", |cell| cell.as_ref())))
-    }
 }
 
-fn decoded<'c>(cell: &'c [u8], encoding: &'static Encoding) -> Result<Cow<'c, str>, String> {
-    let text = encoding.decode_without_bom_handling_and_without_replacement(cell);
-    let text = text.filter(|text| !text.contains(['\0', '\u{fffd}']));
-    text.ok_or_else(|| format!("is not {}: set `encoding`, or mend the row", encoding.name()))
-}
-
-fn too_long() -> String {
-    format!("has more than {MAX_ROW_BYTES} bytes or {MAX_CELLS} cells; is a quote not closed?")
+fn malformed<R: std::io::Read + std::io::Seek>(rows: &Rows<R>) -> String {
+    format!("is not {}: set `encoding`, or mend the row", rows.encoding().name())
 }

@@ -121,8 +121,8 @@ fn bad_rows_are_told_with_their_lines_and_the_rest_goes_on() {
     for ((_, reason), words) in found.iter().zip([
         "names no equipment",
         "column 'WO': 'x' is no number",
-        "'1.1.2026' is no date such as 2026-11-23",
-        "it has 3 cells, where the first line has 6",
+        "'1.1.2026' is not a time such as 2024-02-29T13:14:15Z",
+        "it has 3 cells, where the first row has 6",
         "is a quote not closed?",
         "is not UTF-8",
     ]) {
@@ -137,12 +137,22 @@ fn encodings_and_delimiters_are_read() {
     let text = GOOD.replace("Painted", "\u{6cb9}\u{6f06}");
     let utf_16: Vec<u8> =
         std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
-    let (gb, ..) = encoding_rs::GB18030.encode(&text);
+    // Both characters, and those of ASCII, are all that there is.
+    let (oil, paint) = (b"\xd3\xcd", b"\xc6\xe1");
+    let in_gb = |text: &str| -> Vec<u8> {
+        let bytes = text.chars().flat_map(|c| match c {
+            '\u{6cb9}' => oil.to_vec(),
+            '\u{6f06}' => paint.to_vec(),
+            other => vec![other as u8],
+        });
+        bytes.collect()
+    };
+    let gb = in_gb(&text);
     let semicolons = text.replace("\"SF6 leak, pole 2\"", "SF6 leak").replace(',', ";");
     for (name, bytes, source) in [
         ("bom", [b"\xef\xbb\xbf", text.as_bytes()].concat(), json!({})),
         ("utf16", utf_16, json!({})),
-        ("gb18030", gb.to_vec(), json!({ "encoding": "gb18030" })),
+        ("gb18030", gb, json!({ "encoding": "gb18030" })),
         ("semicolons", semicolons.into_bytes(), json!({ "delimiter": "semicolon" })),
     ] {
         let file = folder.path().join(name);
@@ -155,7 +165,7 @@ fn encodings_and_delimiters_are_read() {
     }
     // Of two encodings in one file the rows of one are told.
     let file = folder.path().join("mixed");
-    let (row, ..) = encoding_rs::GB18030.encode("3,=Q1,\u{6cb9}\u{6f06},2026-01-01,open,\n");
+    let row = in_gb("3,=Q1,\u{6cb9}\u{6f06},2026-01-01,open,\n");
     write(&file, [text.as_bytes(), &row].concat(), 0);
     let list = until(&mut plugin(&file), "mixed", |list| list.left_out == 1);
     assert_eq!(list.rows.len(), 2);
@@ -203,7 +213,45 @@ fn settings_that_cannot_work_are_refused() {
     let source = json!({ "encoding": "klingon" });
     let unknown = CsvRecords::create(settings(Path::new("/a.csv"), source), host());
     let fault = unknown.err().expect("it is refused").to_string();
-    assert!(fault.contains("lists[0].source.encoding: 'klingon' is no encoding"), "{fault}");
+    assert!(fault.contains("lists[0].source.encoding: 'klingon' is no known encoding"), "{fault}");
+}
+
+#[test]
+fn exports_of_other_countries_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("orders.csv");
+    let text = "sep=;\nReport of today\nWO;EQUIPMENT;TEXT;REPORTED;STATE;PRIO\n\
+        # a comment\n\
+        1.234,0;=Q1;Paint;02.01.2026 03:04;open;1\n1.2;=Q1;Wrong;02.01.2026 03:04;open;1\n";
+    write(&file, text, 0);
+    let source = json!({ "decimal": ",", "thousands": ".", "skip_lines": 2, "comment": "#" });
+    let mut settings = settings(&file, source);
+    settings.lists[0].time_format = Some("%d.%m.%Y %H:%M".into());
+    settings.lists[0].zone = Some("Europe/Berlin".into());
+    let mut plugin = CsvRecords::create(settings, host()).expect("it is made");
+    let list = until(&mut plugin, "rows", |list| !list.rows.is_empty());
+    assert_eq!(list.rows[0].cells, ["1234.0", "Paint"]);
+    assert_eq!(list.rows[0].unix_nanos, Some(1_767_319_440_000_000_000));
+    let found = faults(&list);
+    assert_eq!((found.len(), found[0].0), (1, 6));
+    assert!(found[0].1.contains("'1.2' is no number where ','"), "{found:?}");
+}
+
+#[test]
+fn settings_of_a_dialect_are_checked() {
+    for (source, part) in [
+        (json!({ "delimiter": "x" }), "lists[0].source.delimiter: 'x' is none of"),
+        (json!({ "decimal": ";" }), "lists[0].source.decimal: ';' is neither"),
+        (json!({ "thousands": "." }), "lists[0].source.thousands: the same as decimal"),
+    ] {
+        let made = CsvRecords::create(settings(Path::new("/a.csv"), source), host());
+        let fault = made.err().expect("it is refused").to_string();
+        assert!(fault.contains(part), "{fault}");
+    }
+    let mut zoned = settings(Path::new("/a.csv"), json!({}));
+    zoned.lists[0].zone = Some("MEZ".into());
+    let fault = CsvRecords::create(zoned, host()).err().expect("it is refused").to_string();
+    assert!(fault.contains("lists[0].zone: 'MEZ' is no zone"), "{fault}");
 }
 
 /// The most rows there may be, with the clock watched.

@@ -2,13 +2,12 @@
 
 use busbar_plugin_sdk::{MAX_RECORD_TEXT, Record, RecordColumnType};
 
-use crate::moment::unix_nanos;
-use crate::{ColumnSettings, ListSettings, shown};
+use crate::{CellFormats, ColumnSettings, ListSettings, shown};
 
 /// Columns of a source that a message names.
 const MAX_NAMED: usize = 20;
 
-/// Where in the rows of a source is what a list needs.
+/// Columns of a source that a list needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     equipment: usize,
@@ -52,6 +51,7 @@ impl Layout {
     pub fn record<'c, S>(
         &self,
         list: &ListSettings<S>,
+        formats: &CellFormats,
         cell: impl Fn(usize) -> Result<&'c str, String>,
     ) -> Result<Record, String> {
         let cell = |at: usize| cell(at).map(str::trim);
@@ -66,13 +66,12 @@ impl Layout {
         let mut cells = Vec::with_capacity(self.cells.len());
         for (at, column) in self.cells.iter().zip(&list.columns) {
             let text = cell(*at)?;
-            check(column, text)?;
-            cells.push(text.to_owned());
+            cells.push(written(column, text, formats)?);
         }
         let (time, state) = (optional(self.time)?, optional(self.open)?);
         let unix_nanos = match time {
             "" => None,
-            time => Some(unix_nanos(time).ok_or_else(|| no_date(time))?),
+            time => Some(formats.unix_nanos(time)?),
         };
         let severity = optional(self.severity)?;
         Ok(Record {
@@ -85,25 +84,17 @@ impl Layout {
     }
 }
 
-fn no_date(text: &str) -> String {
-    format!("'{}' is no date such as 2026-11-23", shown(text))
-}
-
-/// Whether a cell may stand in a column; an empty one may.
-fn check(column: &ColumnSettings, text: &str) -> Result<(), String> {
+/// A cell as a record has it: numbers with a decimal point, dates of ISO 8601.
+fn written(column: &ColumnSettings, text: &str, formats: &CellFormats) -> Result<String, String> {
     let name = &column.column;
     if text.len() > MAX_RECORD_TEXT {
         return Err(format!("column '{name}' has more than {MAX_RECORD_TEXT} bytes"));
     }
-    let is_number = || text.parse().is_ok_and(f64::is_finite);
+    let at_column = |what: String| format!("column '{name}': {what}");
     match column.column_type {
-        _ if text.is_empty() => Ok(()),
-        RecordColumnType::Number if !is_number() => {
-            Err(format!("column '{name}': '{}' is no number", shown(text)))
-        }
-        RecordColumnType::Date if unix_nanos(text).is_none() => {
-            Err(format!("column '{name}': {}", no_date(text)))
-        }
-        _ => Ok(()),
+        _ if text.is_empty() => Ok(String::new()),
+        RecordColumnType::Text => Ok(text.to_owned()),
+        RecordColumnType::Number => formats.number(text, &column.unit).map_err(at_column),
+        RecordColumnType::Date => formats.date(text).map_err(at_column),
     }
 }

@@ -5,12 +5,13 @@
 //! answer holds nobody up. Rows that are wrong are left out and told, and the rest goes on.
 
 mod cells;
+mod formats;
 mod gather;
-mod moment;
 mod settings;
 mod watch;
 
 pub use cells::Layout;
+pub use formats::CellFormats;
 pub use gather::{Deadline, Gathered};
 pub use settings::{ColumnSettings, ListSettings, OpenSettings, SeveritySettings, check};
 pub use watch::{Source, Version, Watched, version_of};

@@ -7,6 +7,8 @@ use busbar_plugin_sdk::{
     RecordList, RecordSeverity,
 };
 
+use crate::CellFormats;
+
 const SECONDS_PER_DAY: u64 = 86_400;
 /// Days for which lists count as current by default: an export that failed over a weekend
 /// shows, and a register is checked once a year.
@@ -30,10 +32,19 @@ pub struct ListSettings<S> {
     /// The columns that are shown.
     #[schemars(length(min = 1, max = 32))]
     pub columns: Vec<ColumnSettings>,
-    /// The source's column with the time by which rows are ordered: a date of ISO 8601, with
-    /// or without a time of day; without a zone it is UTC.
+    /// The source's column with the time by which rows are ordered.
     #[serde(default)]
     pub time: Option<String>,
+    /// Format of times and dates: `rfc3339` (ISO 8601, with or without a time of day),
+    /// `unix_seconds`, `unix_millis`, `unix_micros`, `unix_nanos`, `excel` (serial days), or a
+    /// pattern of strftime such as `%d.%m.%Y %H:%M`.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 100), extend("examples" = ["%d.%m.%Y %H:%M"]))]
+    pub time_format: Option<String>,
+    /// Zone of times that name none: `Europe/Berlin`, `UTC` or `+05:30`; UTC where missing.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 64), extend("examples" = ["Europe/Berlin"]))]
+    pub zone: Option<String>,
     /// Which rows are open. Without it none is.
     #[serde(default)]
     pub open: Option<OpenSettings>,
@@ -148,7 +159,7 @@ impl<S> ListSettings<S> {
     }
 }
 
-/// Whether lists can be read as they are set, each from a file.
+/// Checks that lists can be read as they are set, each from a file.
 ///
 /// # Errors
 /// What must be changed.
@@ -161,6 +172,9 @@ pub fn check<'a, S: 'a>(
     }
     for (index, list) in lists.iter().enumerate() {
         let wrong = |what: String| Err(Error::settings(format!("lists[{index}]{what}")));
+        if let Err(fault) = CellFormats::times_of(list) {
+            return wrong(format!(".{fault}"));
+        }
         let path = file(&list.source);
         if !path.is_absolute() {
             return wrong(format!(".source.file: '{}' is no absolute path", path.display()));

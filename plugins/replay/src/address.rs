@@ -1,13 +1,19 @@
 //! Tag addresses: JSON as typed -> [`Points`].
 
-use busbar_plugin_sdk::{Error, TagSpec, ValueKind};
+use std::collections::BTreeMap;
+
+use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind, parse_states};
 use serde::Deserialize;
+use serde_json::Value as Json;
+use text_table::StateWords;
 
 use crate::settings::{Config, Format, Values};
 use crate::table::{Column, Form};
 
 /// Tags of one recording.
 const MAX_TAGS: usize = 100_000;
+/// Longest unit of an address.
+const MAX_UNIT_BYTES: usize = 64;
 
 /// A tag that can be served.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +28,10 @@ pub(crate) struct Point {
     pub(crate) values: Values,
     /// Column of the quality, in wide form.
     pub(crate) quality: Option<Column>,
+    /// Words of a table for states; empty where it has those that are known.
+    pub(crate) states: StateWords<Value>,
+    /// Unit that the cells of a table must have where they name one.
+    pub(crate) unit: Option<String>,
 }
 
 /// Where a tag's values are.
@@ -54,6 +64,9 @@ struct RawAddress {
     on: Option<Column>,
     values: Option<Values>,
     quality: Option<Column>,
+    #[serde(default)]
+    states: BTreeMap<String, Json>,
+    unit: Option<String>,
 }
 
 impl Points {
@@ -98,6 +111,14 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
     if raw.quality.is_some() && (is_comtrade || is_long) {
         return fault("quality is for CSV in wide form: remove it");
     }
+    if is_comtrade && (raw.unit.is_some() || !raw.states.is_empty()) {
+        return fault("unit and states are for CSV: remove them");
+    }
+    if raw.unit.as_ref().is_some_and(|unit| unit.trim().is_empty() || unit.len() > MAX_UNIT_BYTES) {
+        return fault(&format!("a unit has 1 to {MAX_UNIT_BYTES} bytes"));
+    }
+    let states = parse_states(tag.kind, raw.states).and_then(StateWords::new);
+    let states = states.map_err(|what| format!("tag '{}': {what}", tag.id))?;
     let named = raw.name.map(Column::Name);
     let (one, expected) = match (is_comtrade, is_long) {
         (true, _) => (raw.channel.clone(), "{\"channel\": \"IA\"}"),
@@ -139,6 +160,8 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
         source,
         values: raw.values.unwrap_or(config.values),
         quality: raw.quality,
+        states,
+        unit: raw.unit.map(|unit| unit.trim().to_owned()),
     })
 }
 

@@ -7,43 +7,11 @@ use time::format_description::well_known::Rfc3339;
 
 /// Nanoseconds of a second.
 pub(crate) const SECOND: i64 = 1_000_000_000;
-/// Digits of a nanosecond, in seconds and in milliseconds.
-const SECOND_DIGITS: usize = 9;
-const MILLI_DIGITS: usize = 6;
 
 /// Nanoseconds from 1970-01-01T00:00:00Z of a time by RFC 3339, which has a zone.
 pub(crate) fn parse_rfc3339(text: &str) -> Option<i64> {
     let time = OffsetDateTime::parse(text, &Rfc3339).ok()?;
     i64::try_from(time.unix_timestamp_nanos()).ok()
-}
-
-/// Nanoseconds from seconds with a fraction. What is finer is cut off.
-pub(crate) fn parse_seconds(text: &str) -> Option<i64> {
-    parse_decimal(text, SECOND_DIGITS)
-}
-
-/// Nanoseconds from milliseconds with a fraction.
-pub(crate) fn parse_millis(text: &str) -> Option<i64> {
-    parse_decimal(text, MILLI_DIGITS)
-}
-
-/// A decimal number times ten to the power of `digits`, exactly.
-fn parse_decimal(text: &str, digits: usize) -> Option<i64> {
-    let (is_negative, text) = match text.strip_prefix('-') {
-        Some(text) => (true, text),
-        None => (false, text.strip_prefix('+').unwrap_or(text)),
-    };
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.len() + fraction.len() == 0 || !is_number(whole) || !is_number(fraction) {
-        return None;
-    }
-    let fraction = fraction.bytes().chain(std::iter::repeat(b'0')).take(digits);
-    let nanos = whole
-        .bytes()
-        .chain(fraction)
-        .try_fold(0_i64, |sum, digit| sum.checked_mul(10)?.checked_add(i64::from(digit - b'0')))?;
-    Some(if is_negative { -nanos } else { nanos })
 }
 
 /// Nanoseconds of so many seconds.
@@ -72,18 +40,6 @@ pub(crate) fn in_words(unix_nanos: i64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn decimals_are_exact() {
-        assert_eq!(parse_seconds("1700000000.123456789"), Some(1_700_000_000_123_456_789));
-        assert_eq!(parse_seconds("-0.5"), Some(-500_000_000));
-        assert_eq!(parse_seconds(".1"), Some(100_000_000));
-        assert_eq!(parse_seconds("1.0000000009"), Some(SECOND));
-        assert_eq!(parse_millis("+1.5"), Some(1_500_000));
-        for text in ["", ".", "-", "1e3", "1.2.3", "NaN", "99999999999", "1 2", "١"] {
-            assert_eq!(parse_seconds(text), None, "{text}");
-        }
-    }
 
     #[test]
     fn times_have_a_zone() {

@@ -9,7 +9,7 @@ mod address;
 pub mod comtrade;
 mod decimate;
 mod instant;
-pub mod lines;
+pub use text_table::lines;
 mod oscillogram;
 mod player;
 pub mod probe;
@@ -64,11 +64,8 @@ impl Telemetry for Replay {
         let Err(fault) = recording::open(&self.config, &points, &mut remarks) else {
             return Ok(());
         };
-        if fault.is_of_tags {
-            return Err(Error::settings(fault.to_string()));
-        }
-        // Like a device that does not answer: it may be there later. Told once,
-        // though each tag is asked about.
+        // A file, a column or a channel that is not there is like a device that does not answer:
+        // its link is down, and the view goes on. Told once, though each tag is asked about.
         let text = fault.to_string();
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if told.as_ref() != Some(&text) {

@@ -8,11 +8,15 @@ use std::path::{Path, PathBuf};
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
+use text_table::TextEncoding;
+
 use crate::address::{Point, Points, Source};
-use crate::comtrade::{Analog, Cff, Cfg, Data, Layout, MAX_CFG_BYTES, Record};
+use crate::comtrade::{
+    Analog, Cff, Cfg, Data, Layout, MAX_CFG_BYTES, Record, SampleClock, Sampling,
+};
 use crate::recording::{Fault, Recording, Update, open_file};
 use crate::remarks::Remarks;
-use crate::settings::Config;
+use crate::settings::{Config, Times};
 use crate::table::{Column, find_column};
 
 /// What a single file of 2013 begins with.
@@ -30,12 +34,17 @@ pub(crate) struct Oscillogram<R> {
     last: i64,
     /// Time between the last two records.
     step: i64,
-    /// Number of the last record.
+    /// Counter of samples, and what it was at the mark.
+    clock: SampleClock,
+    marked_clock: SampleClock,
+    /// Count of the last record.
     last_sample: Option<u64>,
+    /// Quality of good values: the recorder's clock may be in doubt.
+    quality: Quality,
     /// A record after a gap: its time and updates, which come after those of the gap.
     after_gap: Option<(i64, Vec<Update>)>,
     mark: u64,
-    /// Whether its length was compared with what it says.
+    /// Set once its length was compared with what it says.
     is_counted: bool,
 }
 
@@ -62,7 +71,7 @@ impl Oscillogram<File> {
         points: &Points,
         remarks: &mut Remarks,
     ) -> Result<Self, Fault> {
-        let (cfg, parts) = read_cfg(&config.file)?;
+        let (cfg, parts) = read_cfg(&config.file, config.encoding)?;
         Self::new(config, cfg, parts, points, remarks)
     }
 }
@@ -79,10 +88,15 @@ impl<R: Read + Seek> Oscillogram<R> {
         let data = Data::open(bytes, Layout::of(&cfg), offset, line, count);
         let data = data.map_err(|error| Fault::new(&file, error))?;
         let wanted = find_channels(&config.file, &cfg, points)?;
-        let ahead = cfg.clock.utc_offset_minutes.unwrap_or(config.utc_offset_minutes);
-        let ahead = i64::from(ahead) * NANOS_PER_MINUTE;
-        let origin = cfg.start.nanos.and_then(|start| start.checked_sub(ahead));
+        let (origin, is_ambiguous) = find_origin(config, &cfg, remarks);
         tell_oddities(&cfg, data.rest_bytes(), remarks);
+        let quality = if cfg.clock.is_unreliable() {
+            Quality::Uncertain(Reason::Unknown)
+        } else if is_ambiguous && config.times == Times::Original {
+            Quality::Uncertain(Reason::SourceTime)
+        } else {
+            Quality::Good
+        };
         Ok(Self {
             file,
             cfg,
@@ -91,7 +105,10 @@ impl<R: Read + Seek> Oscillogram<R> {
             origin,
             last: i64::MIN,
             step: 0,
+            clock: SampleClock::default(),
+            marked_clock: SampleClock::default(),
             last_sample: None,
+            quality,
             after_gap: None,
             mark: 0,
             is_counted: false,
@@ -108,7 +125,7 @@ pub(crate) struct Parts<R> {
     pub(crate) bytes: Option<u64>,
 }
 
-fn read_cfg(path: &Path) -> Result<(Cfg, Parts<File>), Fault> {
+fn read_cfg(path: &Path, encoding: Option<TextEncoding>) -> Result<(Cfg, Parts<File>), Fault> {
     let mut file = open_file(path)?;
     let failed = |error: std::io::Error| Fault::new(path, error);
     let mut start = Vec::new();
@@ -118,7 +135,7 @@ fn read_cfg(path: &Path) -> Result<(Cfg, Parts<File>), Fault> {
     if start.starts_with(CFF_START) {
         let Cff { cfg, data_offset, data_line, data_bytes } =
             Cff::find(&mut file).map_err(|fault| Fault::new(path, fault))?;
-        let cfg = Cfg::parse(&cfg)
+        let cfg = Cfg::parse_encoded(&cfg, encoding)
             .map_err(|fault| Fault::new(path, format!("configuration, {fault}")))?;
         let parts = Parts {
             path: path.into(),
@@ -131,7 +148,7 @@ fn read_cfg(path: &Path) -> Result<(Cfg, Parts<File>), Fault> {
     }
     let mut text = Vec::new();
     file.take(MAX_CFG_BYTES as u64 + 1).read_to_end(&mut text).map_err(failed)?;
-    let cfg = Cfg::parse(&text).map_err(|fault| Fault::new(path, fault))?;
+    let cfg = Cfg::parse_encoded(&text, encoding).map_err(|fault| Fault::new(path, fault))?;
     let data = data_file(path);
     let file = open_file(&data)?;
     Ok((cfg, Parts { path: data, file, offset: 0, line: 1, bytes: None }))
@@ -143,6 +160,31 @@ fn data_file(cfg: &Path) -> PathBuf {
     let order = if is_upper { ["DAT", "dat", "Dat"] } else { ["dat", "DAT", "Dat"] };
     let mut candidates = order.map(|extension| cfg.with_extension(extension)).into_iter();
     candidates.find(|path| path.is_file()).unwrap_or_else(|| cfg.with_extension(order[0]))
+}
+
+/// The start of a recording, nanoseconds from 1970-01-01T00:00:00Z, and whether the clock of its
+/// zone showed it twice.
+fn find_origin(config: &Config, cfg: &Cfg, remarks: &mut Remarks) -> (Option<i64>, bool) {
+    let Some(start) = cfg.start.nanos else { return (None, false) };
+    if let (None, Some(zone)) = (cfg.clock.utc_offset_minutes, &config.zone) {
+        return match zone.resolve_nanos(start) {
+            Ok(resolved) => {
+                if resolved.is_ambiguous {
+                    remarks.add(format!(
+                        "the clock of {} showed its start twice: the first is taken",
+                        zone.name()
+                    ));
+                }
+                (Some(resolved.nanos), resolved.is_ambiguous)
+            }
+            Err(fault) => {
+                remarks.add(format!("its start: {fault}"));
+                (None, false)
+            }
+        };
+    }
+    let ahead = cfg.clock.utc_offset_minutes.unwrap_or(config.utc_offset_minutes);
+    (start.checked_sub(i64::from(ahead) * NANOS_PER_MINUTE), false)
 }
 
 fn tell_oddities(cfg: &Cfg, rest_bytes: u64, remarks: &mut Remarks) {
@@ -185,7 +227,10 @@ fn find(cfg: &Cfg, point: &Point) -> Result<Wanted, String> {
         (Source::One(one), kind) => {
             let ids: Vec<&str> = cfg.analogs.iter().map(|channel| channel.id.as_str()).collect();
             let channel = find_column(&ids, one, "analogue channel")?;
-            let Analog { a, b, range, skew_nanos, .. } = cfg.analogs[channel].clone();
+            let Analog { a, b, range, skew_nanos, fault, .. } = cfg.analogs[channel].clone();
+            if let Some(fault) = fault {
+                return Err(fault);
+            }
             let factor = match point.values.side() {
                 Some(side) => cfg.analogs[channel].factor_to(side).map_err(|what| {
                     format!("channel '{}': {what}: set values to as_recorded", ids[channel])
@@ -223,20 +268,19 @@ impl<R: Read + Seek + Send> Recording for Oscillogram<R> {
                 return Ok(Some(self.note_unreadable(&fault.to_string(), updates, remarks)));
             }
         };
-        let sample = record.sample;
-        let Some(nanos) = self.cfg.nanos(sample, record.timestamp) else {
-            let what = format!("sample {sample} has no time");
-            return Ok(Some(self.note_unreadable(&what, updates, remarks)));
+        let (number, stamp) = (record.sample, record.timestamp);
+        let place = match self.clock.count(&self.cfg, number, stamp) {
+            Ok(place) if place.nanos >= self.last => place,
+            Ok(_) => {
+                let what = format!("sample {number} is earlier than the one before it");
+                return Ok(Some(self.note_unreadable(&what, updates, remarks)));
+            }
+            Err(what) => return Ok(Some(self.note_unreadable(&what, updates, remarks))),
         };
-        if nanos < self.last {
-            let what = format!("sample {sample} is earlier than the one before it");
-            return Ok(Some(self.note_unreadable(&what, updates, remarks)));
+        if let Some(remark) = place.remark {
+            remarks.add(remark);
         }
-        let quality = if self.cfg.clock.is_unreliable() {
-            Quality::Uncertain(Reason::Unknown)
-        } else {
-            Quality::Good
-        };
+        let (sample, nanos, quality) = (place.count, place.nanos, self.quality);
         let mut read = Vec::with_capacity(self.wanted.len());
         for (point, wanted) in self.wanted.iter().enumerate() {
             let update = wanted.read(&record, nanos, quality).unwrap_or_else(|fault| {
@@ -262,13 +306,19 @@ impl<R: Read + Seek + Send> Recording for Oscillogram<R> {
 
     fn skip_to(&mut self, nanos: i64) -> Result<(), Fault> {
         let Some(records) = self.data.records() else { return Ok(()) };
+        if !self.is_regular(records)? {
+            // Numbers that begin again are counted from the first record on.
+            return self.data.seek(0).map_err(|fault| Fault::new(&self.file, fault));
+        }
         // Every record is whole, so that none before matters.
         let (mut low, mut high) = (0, records);
         while low < high {
             let middle = low + (high - low) / 2;
             self.data.seek(middle).map_err(|fault| Fault::new(&self.file, fault))?;
             let record = self.data.read().map_err(|fault| Fault::new(&self.file, fault))?;
-            let time = record.and_then(|record| self.cfg.nanos(record.sample, record.timestamp));
+            let time = record.and_then(|record| {
+                self.cfg.nanos(self.clock.shifted(record.sample)?, record.timestamp)
+            });
             if time.is_some_and(|time| time >= nanos) { high = middle } else { low = middle + 1 }
         }
         self.data.seek(low).map_err(|fault| Fault::new(&self.file, fault))
@@ -277,15 +327,44 @@ impl<R: Read + Seek + Send> Recording for Oscillogram<R> {
     fn rewind(&mut self) -> Result<(), Fault> {
         (self.last, self.step) = (i64::MIN, 0);
         (self.last_sample, self.after_gap) = (None, None);
+        self.clock = self.marked_clock;
+        self.clock.forget_last();
         self.data.seek(self.mark).map_err(|fault| Fault::new(&self.file, fault))
     }
 
     fn mark(&mut self) {
         self.mark = self.data.position() - u64::from(self.after_gap.is_some());
+        self.marked_clock = self.clock;
     }
 }
 
 impl<R: Read + Seek> Oscillogram<R> {
+    /// Reports binary data whose records have one number after another and whose time stamps, where
+    /// times are those, go forward; the clock is then that of the first record.
+    fn is_regular(&mut self, records: u64) -> Result<bool, Fault> {
+        let mut ends = Vec::new();
+        for position in [0, records.saturating_sub(1)] {
+            self.data.seek(position).map_err(|fault| Fault::new(&self.file, fault))?;
+            let record = self.data.read().map_err(|fault| Fault::new(&self.file, fault))?;
+            ends.extend(record.map(|record| (record.sample, record.timestamp)));
+        }
+        let [(first, first_stamp), (last, last_stamp)] = ends[..] else { return Ok(false) };
+        let mut clock = SampleClock::default();
+        if clock.count(&self.cfg, first, first_stamp).is_err() {
+            return Ok(false);
+        }
+        clock.forget_last();
+        let is_counted = last.checked_sub(first) == Some(records - 1);
+        let is_forward = match self.cfg.sampling {
+            Sampling::Rates(_) => true,
+            Sampling::Timestamps => first_stamp.zip(last_stamp).is_some_and(|(a, b)| a <= b),
+        };
+        if is_counted && is_forward {
+            self.clock = clock;
+        }
+        Ok(is_counted && is_forward)
+    }
+
     /// A record that cannot be read never leaves the values before it as they were: all
     /// tags are missing from the last time on, which it returns, until the next record.
     fn note_unreadable(&self, what: &str, updates: &mut Vec<Update>, remarks: &mut Remarks) -> i64 {

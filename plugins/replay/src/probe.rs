@@ -76,7 +76,7 @@ fn open(
     let path = PathBuf::new();
     let (cfg, parts) = match bytes {
         Bytes::Csv(bytes) => {
-            let table = Table::new(config, Cursor::new(bytes), points);
+            let table = Table::new(config, Cursor::new(bytes), points, remarks);
             return Ok(Box::new(table.map_err(|fault| failed(&fault))?));
         }
         Bytes::Comtrade(cfg, data) => {
@@ -90,7 +90,7 @@ fn open(
             (cfg, Parts { path, file, offset: data_offset, line: data_line, bytes: data_bytes })
         }
     };
-    let cfg = Cfg::parse(&cfg).map_err(|fault| failed(&fault))?;
+    let cfg = Cfg::parse_encoded(&cfg, config.encoding).map_err(|fault| failed(&fault))?;
     let oscillogram = Oscillogram::new(config, cfg, parts, points, remarks);
     Ok(Box::new(oscillogram.map_err(|fault| failed(&fault))?))
 }

@@ -98,7 +98,7 @@ pub(crate) fn open(
         Format::Comtrade => {
             Box::new(crate::oscillogram::Oscillogram::open(config, points, remarks)?)
         }
-        Format::Csv => Box::new(crate::table::Table::open(config, points)?),
+        Format::Csv => Box::new(crate::table::Table::open(config, points, remarks)?),
     })
 }
 

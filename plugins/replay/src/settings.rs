@@ -8,7 +8,8 @@ use serde::Deserialize;
 
 use crate::comtrade::Side;
 use crate::instant::{nanos_of_seconds, parse_rfc3339};
-use crate::table::{Column, CsvConfig, Form, TimeFormat};
+use crate::table::{CsvConfig, RawCsv};
+use text_table::{TextEncoding, Zone};
 
 /// Slowest and fastest pace.
 const MIN_SPEED: f64 = 0.1;
@@ -19,8 +20,6 @@ const MAX_UPDATES: f64 = 100_000.0;
 const MAX_OFFSET_SECONDS: f64 = 3.2e9;
 /// No place is further from UTC.
 const MAX_UTC_OFFSET_MINUTES: i32 = 14 * 60;
-/// Longest name of a column.
-const MAX_NAME_BYTES: usize = 1024;
 
 /// A recording, and how it is played.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -57,6 +56,16 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(range(min = -840, max = 840))]
     utc_offset_minutes: i32,
+    /// Zone of times that name none, in place of `utc_offset_minutes`: `Europe/Berlin`, `UTC`
+    /// or `+05:30`.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 64), example = &"Europe/Berlin")]
+    zone: Option<String>,
+    /// Character encoding of names, such as `windows-1251` or `gb18030`; a byte order mark goes
+    /// before it. Without it UTF-8, or windows-1252 where COMTRADE is not UTF-8.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 40), example = &"gb18030")]
+    encoding: Option<String>,
     /// COMTRADE: side of the instrument transformers that values are of.
     #[serde(default)]
     values: Values,
@@ -139,31 +148,6 @@ impl Values {
     }
 }
 
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-struct RawCsv {
-    /// A column a signal, or a row a value.
-    form: Form,
-    /// Column of the time: its name, or its number from 1 on.
-    time: Column,
-    /// How times are written.
-    time_format: TimeFormat,
-    /// Long form: column of the signal's name.
-    name: Column,
-    /// Long form: column of the value.
-    value: Column,
-    /// Column of the quality.
-    quality: Option<Column>,
-    /// Character between cells.
-    #[schemars(length(min = 1, max = 1))]
-    delimiter: String,
-    /// Character before the fraction of numbers, `.` or `,`.
-    #[schemars(length(min = 1, max = 1))]
-    decimal: String,
-    /// What an empty cell says.
-    empty_cells: EmptyCells,
-}
-
 /// What an empty cell says.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
@@ -173,22 +157,6 @@ pub(crate) enum EmptyCells {
     Missing,
     /// Nothing: the last value stays, and grows old.
     Unchanged,
-}
-
-impl Default for RawCsv {
-    fn default() -> Self {
-        Self {
-            form: Form::default(),
-            time: Column::Name("time".into()),
-            time_format: TimeFormat::default(),
-            name: Column::Name("name".into()),
-            value: Column::Name("value".into()),
-            quality: None,
-            delimiter: ",".into(),
-            decimal: ".".into(),
-            empty_cells: EmptyCells::default(),
-        }
-    }
 }
 
 fn default_updates() -> f64 {
@@ -218,6 +186,10 @@ pub(crate) struct Config {
     /// Nothing is all.
     pub(crate) max_updates_per_second: Option<f64>,
     pub(crate) utc_offset_minutes: i32,
+    /// Zone of times that name none.
+    pub(crate) zone: Option<Zone>,
+    /// Character encoding of names, where the settings say it.
+    pub(crate) encoding: Option<TextEncoding>,
     pub(crate) values: Values,
     pub(crate) csv: CsvConfig,
 }
@@ -250,6 +222,22 @@ impl Settings {
         }
         let updates =
             faults.check("max_updates_per_second", self.max_updates_per_second, 0.0..=MAX_UPDATES);
+        let zone = self.zone.as_deref().map(Zone::parse).transpose().unwrap_or_else(|fault| {
+            faults.add(format!("zone: {fault}"));
+            None
+        });
+        if zone.is_some() && self.utc_offset_minutes != 0 {
+            faults.add("utc_offset_minutes: zone says it already: remove one of them");
+        }
+        let encoding = self.encoding.as_deref().map(TextEncoding::from_name).transpose();
+        let encoding = encoding.unwrap_or_else(|fault| {
+            faults.add(format!("encoding: {fault}"));
+            None
+        });
+        // What is wrong with these is told once.
+        let shared_encoding = self.encoding.as_deref().filter(|_| encoding.is_some());
+        let shared_zone = self.zone.as_deref().filter(|_| zone.is_some());
+        let csv = self.csv.parse(shared_encoding, shared_zone, &mut faults);
         let offsets = -MAX_UTC_OFFSET_MINUTES..=MAX_UTC_OFFSET_MINUTES;
         let config = Config {
             start: self.start.and_then(|moment| moment.parse("start", &mut faults)),
@@ -259,7 +247,9 @@ impl Settings {
                 self.utc_offset_minutes,
                 offsets,
             ),
-            csv: self.csv.parse(&mut faults),
+            zone,
+            encoding,
+            csv,
             file: self.file,
             format,
             speed,
@@ -311,55 +301,11 @@ impl RawMoment {
     }
 }
 
-impl RawCsv {
-    fn parse(self, faults: &mut Faults) -> CsvConfig {
-        for (name, column) in [
-            ("time", Some(&self.time)),
-            ("name", Some(&self.name)),
-            ("value", Some(&self.value)),
-            ("quality", self.quality.as_ref()),
-        ] {
-            match column {
-                Some(Column::Number(0)) => {
-                    faults.add(format!("csv.{name}: columns are counted from 1"))
-                }
-                Some(Column::Name(text)) if text.is_empty() || text.len() > MAX_NAME_BYTES => {
-                    faults.add(format!("csv.{name}: a name has 1 to {MAX_NAME_BYTES} bytes"));
-                }
-                _ => {}
-            }
-        }
-        let mut character = |name: &str, text: &str, allowed: &str| match text.as_bytes() {
-            &[byte] if allowed.as_bytes().contains(&byte) => byte,
-            _ => {
-                faults.add(format!("csv.{name}: '{text}' is none of {allowed:?}"));
-                b','
-            }
-        };
-        let delimiter = character("delimiter", &self.delimiter, ",;\t|");
-        let decimal = character("decimal", &self.decimal, ".,");
-        if self.delimiter == self.decimal {
-            faults.add("csv.decimal: the same as csv.delimiter");
-        }
-        CsvConfig {
-            form: self.form,
-            time: self.time,
-            time_format: self.time_format,
-            name: self.name,
-            value: self.value,
-            quality: self.quality,
-            delimiter,
-            has_decimal_comma: decimal == b',',
-            empty_cells: self.empty_cells,
-        }
-    }
-}
-
 /// All that is wrong, so that it can be told at once.
-struct Faults(Vec<String>);
+pub(crate) struct Faults(Vec<String>);
 
 impl Faults {
-    fn add(&mut self, fault: impl Into<String>) {
+    pub(crate) fn add(&mut self, fault: impl Into<String>) {
         self.0.push(fault.into());
     }
 

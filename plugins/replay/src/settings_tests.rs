@@ -1,6 +1,7 @@
 use serde_json::json;
 
 use super::*;
+use crate::table::Column;
 
 fn parse(json: serde_json::Value) -> Result<Config, Error> {
     serde_json::from_value::<Settings>(json).expect("well-formed").parse()
@@ -29,7 +30,8 @@ fn what_is_typed_is_meant() {
     assert_eq!(config.end, Some(Moment::Offset(7_500_000_000)));
     assert_eq!((config.times, config.max_updates_per_second), (Times::Original, None));
     assert_eq!(config.csv.time, Column::Number(3));
-    assert!(config.csv.has_decimal_comma && config.csv.delimiter == b';');
+    assert_eq!(config.csv.numbers.parse_f64("1,5"), Ok(1.5));
+    assert_eq!(config.csv.dialect.delimiter.unwrap().byte(), b';');
 }
 
 #[test]
@@ -52,7 +54,7 @@ fn every_fault_is_named() {
         "csv.time: columns are counted from 1",
         "csv.name: a name has 1 to",
         "csv.delimiter: 'ab' is none of",
-        "csv.decimal: 'x' is none of",
+        "csv.decimal: 'x' is neither . nor ,",
     ] {
         assert!(error.message().contains(part), "{part}: {}", error.message());
     }
@@ -65,10 +67,34 @@ fn every_fault_is_named() {
     assert!(
         together(json!({"file": file, "start": 2, "end": 2})).contains("end: must be after start")
     );
-    assert!(
-        together(json!({"file": file, "csv": {"decimal": ","}}))
-            .contains("the same as csv.delimiter")
-    );
+}
+
+#[test]
+fn faults_of_a_tables_settings_are_named() {
+    let error = parse(json!({
+        "file": "/a.csv", "zone": "Nowhere", "encoding": "morse",
+        "csv": {
+            "time_format": "dd.mm.yyyy", "zone": "MEZ", "encoding": "x", "thousands": ".",
+            "header": false, "skip_lines": 99_999, "comment": ""
+        }
+    }))
+    .unwrap_err();
+    for part in [
+        "zone: 'Nowhere' is no zone",
+        "encoding: 'morse' is no known encoding",
+        "csv.time_format: 'dd.mm.yyyy' is none of rfc3339",
+        "csv.zone: 'MEZ' is no zone: write a name of the IANA data base such as Europe/Berlin",
+        "csv.encoding: 'x' is no known encoding",
+        "csv.thousands: the same as decimal",
+        "csv.time: without a header (csv.header is false) columns have numbers alone",
+        "csv.skip_lines: 99999 is not within",
+        "csv.comment: give 1 to",
+    ] {
+        assert!(error.message().contains(part), "{part}: {}", error.message());
+    }
+    // Of a decimal comma the delimiter is a semicolon, unless something says another.
+    let german = parse(json!({"file": "/a.csv", "csv": {"decimal": ","}})).unwrap();
+    assert_eq!(german.csv.dialect.fallback.byte(), b';');
 }
 
 #[test]

@@ -8,7 +8,7 @@ use busbar_plugin_sdk::{Quality, Reason, Sample};
 use thiserror::Error;
 
 use crate::cell::{Cell, Row};
-use crate::convert::{Reading, ZonelessTime};
+use crate::convert::{Reading, TimeRules};
 use crate::points::{Columns, Points, Shape};
 
 /// Rows of one answer.
@@ -53,7 +53,7 @@ impl QueryFault {
 /// What one answer has for the tags of its query.
 pub(crate) struct Answer<'a> {
     points: &'a Points,
-    zoneless: ZonelessTime,
+    rules: TimeRules,
     places: Places<'a>,
     columns: String,
     rows: usize,
@@ -105,7 +105,7 @@ impl<'a> Answer<'a> {
     pub(crate) fn begin(
         points: &'a Points,
         names: &[&str],
-        zoneless: ZonelessTime,
+        rules: &TimeRules,
     ) -> Result<Self, QueryFault> {
         let columns = list(names);
         let places = match &points.shape {
@@ -125,7 +125,8 @@ impl<'a> Answer<'a> {
             }
         };
         let found = points.all.iter().map(|_| None).collect();
-        Ok(Self { points, zoneless, places, columns, rows: 0, unassigned: None, found })
+        let rules = rules.clone();
+        Ok(Self { points, rules, places, columns, rows: 0, unassigned: None, found })
     }
 
     /// Takes the next row.
@@ -144,7 +145,7 @@ impl<'a> Answer<'a> {
                 for (index, columns) in columns.iter().enumerate() {
                     let (sample, remark) = match columns {
                         Ok(columns) => {
-                            columns.read(row).sample(&self.points.all[index], self.zoneless)
+                            columns.read(row).sample(&self.points.all[index], &self.rules)
                         }
                         Err(what) => (
                             Sample::bad(self.points.all[index].tag, Reason::Configuration),
@@ -168,7 +169,7 @@ impl<'a> Answer<'a> {
                 };
                 for &index in by_key.get(&*key).into_iter().flatten() {
                     let (sample, remark) =
-                        columns.read(row).sample(&self.points.all[index], self.zoneless);
+                        columns.read(row).sample(&self.points.all[index], &self.rules);
                     merge(&mut self.found[index], sample, remark);
                 }
             }

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use serde_json::json;
 
 use super::*;
+use crate::convert::rules_of_tests;
 use crate::points::parse;
 use crate::settings::Settings;
 
@@ -39,7 +40,7 @@ fn read(
     names: &[&str],
     rows: &[Vec<Cell<'static>>],
 ) -> Result<Samples, QueryFault> {
-    let mut answer = Answer::begin(points, names, ZonelessTime::Refused)?;
+    let mut answer = Answer::begin(points, names, &rules_of_tests(None))?;
     for row in rows {
         answer.take(&Cells(row.clone()))?;
     }
@@ -135,7 +136,7 @@ fn columns_of_keys_must_be_there() {
 #[test]
 fn rows_are_counted() {
     let points = points(&[json!({"key": "a"})]);
-    let mut answer = Answer::begin(&points, &["key", "value"], ZonelessTime::Refused).unwrap();
+    let mut answer = Answer::begin(&points, &["key", "value"], &rules_of_tests(None)).unwrap();
     let row = Cells(vec![text("b"), Cell::Int(1)]);
     for _ in 0..MAX_ROWS {
         answer.take(&row).unwrap();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use busbar_plugin_sdk::{Host, LinkState, LogLevel, Quality, Reason, Sample, SampleSink};
 
 use crate::answer::{QueryFault, Samples};
-use crate::convert::ZonelessTime;
+use crate::convert::TimeRules;
 use crate::payload::{Payload, PayloadFault};
 use crate::points::{Points, Shape};
 
@@ -21,7 +21,7 @@ const MAX_WORDS_BYTES: usize = 500;
 pub(crate) struct Board {
     /// The database, for people.
     pub(crate) label: String,
-    zoneless: ZonelessTime,
+    rules: TimeRules,
     queries: Vec<Query>,
     sink: SampleSink,
     host: Host,
@@ -53,7 +53,7 @@ impl Board {
     pub(crate) fn new(
         label: String,
         queries: impl IntoIterator<Item = (String, Points)>,
-        zoneless: ZonelessTime,
+        rules: TimeRules,
         sink: SampleSink,
         host: Host,
     ) -> Self {
@@ -63,10 +63,15 @@ impl Board {
         };
         let queries = queries.into_iter().map(query).collect();
         let (batch, ignored) = (Vec::new(), Ignored::default());
-        Self { label, zoneless, queries, sink, host, remarks: 0, batch, ignored }
+        Self { label, rules, queries, sink, host, remarks: 0, batch, ignored }
     }
 
-    /// Whether any tag asks for a query.
+    /// Rules by which the times of its answers are read.
+    pub(crate) fn time_rules(&self) -> TimeRules {
+        self.rules.clone()
+    }
+
+    /// Reports whether any tag asks for a query.
     pub(crate) fn is_used(&self, query: usize) -> bool {
         !self.queries[query].points.all.is_empty()
     }
@@ -196,7 +201,7 @@ impl Board {
         let mut remarks = Vec::new();
         for &index in indices {
             let points = &self.queries[query].points;
-            let (sample, remark) = payload.reading().sample(&points.all[index], self.zoneless);
+            let (sample, remark) = payload.reading().sample(&points.all[index], &self.rules);
             self.batch.push(sample);
             remarks.extend(remark.map(|remark| (index, remark)));
         }

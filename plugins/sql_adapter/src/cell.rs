@@ -13,6 +13,8 @@ pub(crate) enum Cell<'a> {
     Float(f64),
     Text(Cow<'a, str>),
     Time(SystemTime),
+    /// A time without a zone, nanoseconds from 1970-01-01T00:00:00 of its clock.
+    LocalTime(i64),
     /// What no tag can take, in words, with a remedy.
     Unusable(Cow<'static, str>),
 }
@@ -24,16 +26,16 @@ pub(crate) trait Row {
 }
 
 impl Cell<'_> {
-    /// What the value is called in messages. Texts are not repeated: they may be long,
-    /// and nobody has checked them.
+    /// Description of the value for messages, with what was seen of it.
     pub(crate) fn name(&self) -> Cow<'static, str> {
         match self {
             Self::Null => "NULL".into(),
             Self::Bool(value) => format!("the boolean {value}").into(),
             Self::Int(value) => format!("the integer {value}").into(),
             Self::Float(value) => format!("the number {value}").into(),
-            Self::Text(_) => "a text".into(),
+            Self::Text(text) => format!("the text '{}'", text_table::shorten(text)).into(),
             Self::Time(_) => "a time".into(),
+            Self::LocalTime(_) => "a timestamp without time zone".into(),
             Self::Unusable(what) => what.clone(),
         }
     }

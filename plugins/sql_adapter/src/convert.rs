@@ -1,36 +1,33 @@
 //! Cells -> values, qualities and times of tags.
 
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Sample, SampleFlags, Value, ValueKind};
-use jiff::Timestamp;
-use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
+use text_table::{NumberFormat, QualityWord, TimeFormat, TimeReader, find_quality};
 
 use crate::cell::Cell;
 use crate::points::Point;
 
 /// The longest text that is looked at as a value, quality or time, bytes.
 const MAX_TEXT_BYTES: usize = 256;
-/// The last Unix time that is taken as one, in the year 9999: milliseconds are refused
+/// The last Unix time that is taken as one, in the year 2100: milliseconds are refused
 /// instead of being read as a far future.
-const MAX_UNIX_SECONDS: f64 = 253_402_300_799.0;
+const MAX_UNIX_SECONDS: f64 = 4_133_980_799.0;
 /// From here on the integers of a float are no longer those of an i64.
 const I64_END: f64 = 9_223_372_036_854_775_808.0;
-/// The bits of a quality code, and of what they can be, good and uncertain (OPC Data
-/// Access 3.00, 6.8).
+/// The codes of qualities (OPC Data Access 3.00, 6.8).
 const OPC_CODES: std::ops::RangeInclusive<i64> = 0..=0xFF;
-const OPC_QUALITY: i64 = 0xC0;
-const OPC_GOOD: i64 = 0xC0;
-const OPC_UNCERTAIN: i64 = 0x40;
 
-/// How a source writes times without a zone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ZonelessTime {
-    /// They are UTC, as SQLite's own functions give them.
-    Utc,
-    /// Nobody knows which.
-    Refused,
+/// Rules by which an instance reads times: their format, and the zone of those without one.
+pub(crate) type TimeRules = Arc<TimeReader>;
+
+/// A time that a row has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RowTime {
+    pub(crate) time: SystemTime,
+    /// True where the clock of its zone showed it twice.
+    pub(crate) is_ambiguous: bool,
 }
 
 /// What one row has for one tag.
@@ -44,15 +41,26 @@ pub(crate) struct Reading<'a> {
 impl Reading<'_> {
     /// The sample, and what is wrong with the row in words. A time that is promised and
     /// cannot be read makes a good value uncertain: nobody knows how old it is.
-    pub(crate) fn sample(&self, point: &Point, zoneless: ZonelessTime) -> (Sample, Option<String>) {
-        let time = self.time.as_ref().map(|cell| time_of(cell, zoneless));
+    pub(crate) fn sample(&self, point: &Point, rules: &TimeRules) -> (Sample, Option<String>) {
+        let time = self.time.as_ref().map(|cell| time_of(cell, rules));
         let (source_time, reason, doubt) = match time {
             None => (None, Reason::Unknown, None),
-            Some(Ok(Some(time))) => (Some(time), Reason::Unknown, None),
+            Some(Ok(Some(RowTime { time, is_ambiguous: false }))) => {
+                (Some(time), Reason::Unknown, None)
+            }
+            Some(Ok(Some(RowTime { time, is_ambiguous: true }))) => {
+                let zone = rules.zone.as_ref().map_or("UTC", |zone| zone.name());
+                let doubt = format!("time: the clock of {zone} showed it twice");
+                (Some(time), Reason::SourceTime, Some(doubt))
+            }
             Some(Ok(None)) => (None, Reason::Unknown, Some("time: it is NULL".to_owned())),
             Some(Err(what)) => (None, Reason::SourceTime, Some(format!("time: {what}"))),
         };
-        let flags = if doubt.is_some() { SampleFlags::TIME_UNUSABLE } else { SampleFlags::LIVE };
+        let flags = if doubt.is_some() && source_time.is_none() {
+            SampleFlags::TIME_UNUSABLE
+        } else {
+            SampleFlags::LIVE
+        };
         let bad = |reason| Sample { source_time, ..Sample::bad(point.tag, reason) };
         let misfit = |what| (Sample::bad(point.tag, Reason::Configuration), Some(what));
         let quality = match self.quality.as_ref().map(quality_of).transpose() {
@@ -90,16 +98,16 @@ pub(crate) fn value_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> 
     }
     if let Cell::Text(text) = cell {
         let text = short(text)?;
-        return point.kind.parse(text).ok_or_else(|| {
-            format!("a text that is no {}: give the tag's address `states`", name_of(point.kind))
+        return parse(point.kind, text).ok_or_else(|| {
+            let (shown, kind) = (text_table::shorten(text), name_of(point.kind));
+            format!("the text '{shown}' is no {kind}: give the tag's address `states`")
         });
     }
     let value = match point.kind {
         ValueKind::F64 => number(cell).map(Value::F64),
         ValueKind::I64 => integer(cell).map(Value::I64),
-        ValueKind::Bool => match cell {
-            Cell::Bool(value) => Some(Value::Bool(*value)),
-            Cell::Int(value @ 0..=1) => Some(Value::Bool(*value == 1)),
+        ValueKind::Bool => match integer(cell) {
+            Some(state @ 0..=1) => Some(Value::Bool(state == 1)),
             _ => None,
         },
         ValueKind::DoublePoint => match integer(cell) {
@@ -115,17 +123,34 @@ pub(crate) fn value_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> 
     })
 }
 
-/// A state by the names of the tag's address.
+/// A text as a value; whole numbers may be written `1.0`, and booleans in any case.
+fn parse(kind: ValueKind, text: &str) -> Option<Value> {
+    let whole = || NumberFormat::default().parse_i64(text).ok();
+    match kind {
+        ValueKind::F64 => kind.parse(text),
+        ValueKind::I64 => whole().map(Value::I64),
+        ValueKind::Bool if text.eq_ignore_ascii_case("true") => Some(Value::Bool(true)),
+        ValueKind::Bool if text.eq_ignore_ascii_case("false") => Some(Value::Bool(false)),
+        ValueKind::Bool => whole().filter(|n| (0..=1).contains(n)).map(|n| Value::Bool(n == 1)),
+        ValueKind::DoublePoint => {
+            let bits = whole().filter(|bits| (0..=3).contains(bits))?;
+            Some(Value::DoublePoint(DoublePoint::from_bits(bits.unsigned_abs())))
+        }
+    }
+}
+
+/// A state by the names of the tag's address: 1, 1.0, true and '1' are one.
 fn state_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> {
     let written = match cell {
         Cell::Text(text) => short(text)?.to_owned(),
         Cell::Int(value) => value.to_string(),
+        Cell::Float(value) => value.to_string(),
         Cell::Bool(value) => value.to_string(),
         _ => return Err(format!("{} is none of the tag's `states`", cell.name())),
     };
-    point.states.get(&written).copied().ok_or_else(|| match cell {
-        Cell::Text(_) => "a text that is none of the tag's `states`: add it there".to_owned(),
-        _ => format!("{} is none of the tag's `states`: add it there", cell.name()),
+    point.states.get(&written).ok_or_else(|| {
+        let (found, known) = (cell.name(), point.states.list());
+        format!("{found} is none of the tag's `states` {known}: add it there")
     })
 }
 
@@ -140,69 +165,79 @@ pub(crate) fn quality_of(cell: &Cell<'_>) -> Result<Quality, String> {
     match cell {
         Cell::Null => Ok(uncertain),
         Cell::Bool(is_good) => Ok(if *is_good { Quality::Good } else { bad }),
-        Cell::Int(code) if OPC_CODES.contains(code) => Ok(match code & OPC_QUALITY {
-            OPC_GOOD => Quality::Good,
-            OPC_UNCERTAIN => uncertain,
-            _ => bad,
-        }),
-        Cell::Text(text) => match short(text)?.to_ascii_lowercase().as_str() {
-            "good" => Ok(Quality::Good),
-            "uncertain" => Ok(uncertain),
-            "bad" => Ok(bad),
-            _ => Err("a text that is none of good, uncertain, bad".into()),
-        },
-        other => Err(format!(
-            "{} is no quality: give a boolean, good, uncertain or bad, or a code of OPC (192 is \
-             good)",
-            other.name()
-        )),
+        Cell::Int(_) | Cell::Float(_) => {
+            let code = integer(cell).filter(|code| OPC_CODES.contains(code));
+            let quality = code.and_then(|code| find_quality(&code.to_string()));
+            quality.map(in_sdk).ok_or_else(|| no_quality(cell))
+        }
+        Cell::Text(text) => find_quality(short(text)?).map(in_sdk).ok_or_else(|| no_quality(cell)),
+        other => Err(no_quality(other)),
     }
 }
 
-/// A time: a timestamp with its zone, RFC 3339, or Unix seconds. NULL is none.
+fn in_sdk(quality: QualityWord) -> Quality {
+    match quality {
+        QualityWord::Good => Quality::Good,
+        QualityWord::Uncertain => Quality::Uncertain(Reason::Unknown),
+        QualityWord::Bad => Quality::Bad(Reason::Sensor),
+    }
+}
+
+fn no_quality(cell: &Cell<'_>) -> String {
+    format!(
+        "{} is no quality: give a boolean, good, uncertain or bad, or a code of OPC (192 is good)",
+        cell.name()
+    )
+}
+
+/// A time: a timestamp with its zone or in the zone of the settings, a text or number of the
+/// settings' format, or Unix seconds. NULL is none.
 ///
 /// # Errors
 /// What it is instead, in words.
-pub(crate) fn time_of(
-    cell: &Cell<'_>,
-    zoneless: ZonelessTime,
-) -> Result<Option<SystemTime>, String> {
+pub(crate) fn time_of(cell: &Cell<'_>, rules: &TimeReader) -> Result<Option<RowTime>, String> {
+    let certain = |time| Some(RowTime { time, is_ambiguous: false });
+    let is_written = matches!(rules.format, TimeFormat::Iso | TimeFormat::Pattern(_));
     match cell {
         Cell::Null => Ok(None),
-        Cell::Time(time) if *time >= UNIX_EPOCH => Ok(Some(*time)),
-        Cell::Int(seconds) => unix_time(*seconds as f64).map(Some),
-        Cell::Float(seconds) => unix_time(*seconds).map(Some),
-        Cell::Text(text) => written_time(short(text)?, zoneless).map(Some),
+        Cell::Time(time) if *time >= UNIX_EPOCH => Ok(certain(*time)),
+        Cell::LocalTime(nanos) => {
+            let zone = rules.zone.as_ref().ok_or(
+                "a timestamp without time zone: set `zone`, or write AT TIME ZONE with the zone \
+                 that it is of",
+            )?;
+            let resolved = zone.resolve_nanos(*nanos)?;
+            row_time(resolved.nanos, resolved.is_ambiguous).map(Some)
+        }
+        Cell::Int(seconds) if is_written => unix_time(*seconds as f64).map(certain),
+        Cell::Float(seconds) if is_written => unix_time(*seconds).map(certain),
+        Cell::Int(_) | Cell::Float(_) | Cell::Text(_) => {
+            let text = match cell {
+                Cell::Int(count) => count.to_string(),
+                Cell::Float(count) => count.to_string(),
+                Cell::Text(text) => short(text)?.to_owned(),
+                _ => String::new(),
+            };
+            let instant = rules.read(None, &text, None)?;
+            row_time(instant.nanos, instant.is_ambiguous).map(Some)
+        }
         Cell::Unusable(what) => Err(what.to_string()),
         other => Err(format!("{} is no time after 1970", other.name())),
     }
 }
 
-fn unix_time(seconds: f64) -> Result<SystemTime, String> {
-    if !(0.0..=MAX_UNIX_SECONDS).contains(&seconds) {
-        return Err(format!("{seconds} is no Unix time in seconds"));
-    }
-    Ok(UNIX_EPOCH + Duration::from_secs_f64(seconds))
+fn row_time(nanos: i64, is_ambiguous: bool) -> Result<RowTime, String> {
+    let since = u64::try_from(nanos).map_err(|_| "a time before 1970".to_owned())?;
+    Ok(RowTime { time: UNIX_EPOCH + Duration::from_nanos(since), is_ambiguous })
 }
 
-fn written_time(text: &str, zoneless: ZonelessTime) -> Result<SystemTime, String> {
-    let written = text.parse::<Timestamp>().ok();
-    let timestamp = match zoneless {
-        _ if written.is_some() => written,
-        ZonelessTime::Refused => None,
-        ZonelessTime::Utc => {
-            let civil = text.parse::<DateTime>().ok();
-            civil
-                .and_then(|civil| civil.to_zoned(TimeZone::UTC).ok())
-                .map(|zoned| zoned.timestamp())
-        }
-    };
-    let timestamp = timestamp.filter(|timestamp| *timestamp >= Timestamp::UNIX_EPOCH);
-    let expected = match zoneless {
-        ZonelessTime::Utc => "as in 2026-11-22T03:50:29Z (RFC 3339)",
-        ZonelessTime::Refused => "with its zone, as in 2026-11-22T03:50:29Z (RFC 3339)",
-    };
-    timestamp.map(SystemTime::from).ok_or_else(|| format!("a text that is no time {expected}"))
+fn unix_time(seconds: f64) -> Result<SystemTime, String> {
+    if !(0.0..=MAX_UNIX_SECONDS).contains(&seconds) {
+        return Err(format!(
+            "{seconds} is no Unix time in seconds: `time_format` names another unit"
+        ));
+    }
+    Ok(UNIX_EPOCH + Duration::from_secs_f64(seconds))
 }
 
 fn short(text: &str) -> Result<&str, String> {
@@ -239,6 +274,13 @@ fn name_of(kind: ValueKind) -> &'static str {
         ValueKind::Bool => "boolean",
         ValueKind::DoublePoint => "double point",
     }
+}
+
+/// Rules of RFC 3339 with a zone, for tests.
+#[cfg(test)]
+pub(crate) fn rules_of_tests(zone: Option<&str>) -> TimeRules {
+    let zone = zone.map(|name| text_table::Zone::parse(name).unwrap());
+    Arc::new(TimeReader { format: TimeFormat::Iso, zone, numbers: NumberFormat::default() })
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use text_table::StateWords;
 
 use super::*;
 
 fn point(kind: ValueKind, states: &[(&str, Value)]) -> Point {
     let states = states.iter().map(|(name, state)| ((*name).to_owned(), *state)).collect();
-    Point { tag: 7, id: "tag".into(), kind, states }
+    Point { tag: 7, id: "tag".into(), kind, states: StateWords::new(states).unwrap() }
 }
 
 fn text(text: &str) -> Cell<'_> {
@@ -13,7 +13,7 @@ fn text(text: &str) -> Cell<'_> {
 }
 
 fn check_value(kind: ValueKind, cell: Cell<'_>, expected: Option<Value>) {
-    let point = Point { tag: 7, id: "tag".into(), kind, states: BTreeMap::new() };
+    let point = Point { tag: 7, id: "tag".into(), kind, states: StateWords::default() };
     let found = value_of(&point, &cell);
     assert_eq!(found.clone().ok(), expected, "{cell:?} as {kind:?}: {found:?}");
 }
@@ -40,8 +40,18 @@ fn numbers_are_taken_where_they_fit() {
     check_value(Bool, Cell::Bool(true), Some(Value::Bool(true)));
     check_value(Bool, Cell::Int(0), Some(Value::Bool(false)));
     check_value(Bool, Cell::Int(2), None);
-    check_value(Bool, Cell::Float(1.0), None);
+    // 1, 1.0, true and "1" are one state.
+    for one in [Cell::Int(1), Cell::Float(1.0), Cell::Bool(true), text("1"), text("1.0")] {
+        check_value(Bool, one, Some(Value::Bool(true)));
+    }
+    for zero in [Cell::Float(0.0), Cell::Float(-0.0), text("0.0"), text("FALSE")] {
+        check_value(Bool, zero, Some(Value::Bool(false)));
+    }
+    check_value(Bool, Cell::Float(0.5), None);
     check_value(Bool, text("true"), Some(Value::Bool(true)));
+    check_value(I64, text("7.0"), Some(Value::I64(7)));
+    check_value(I64, text("7.5"), None);
+    check_value(Double, text("2.0"), double(DoublePoint::On));
     check_value(Bool, text("yes"), None);
     check_value(Double, Cell::Int(2), double(DoublePoint::On));
     check_value(Double, Cell::Int(4), None);
@@ -65,16 +75,26 @@ fn states_are_those_of_the_address() {
         &[
             ("OPEN", Value::DoublePoint(DoublePoint::Off)),
             ("1", Value::DoublePoint(DoublePoint::On)),
-            ("true", Value::DoublePoint(DoublePoint::BadState)),
+            ("0", Value::DoublePoint(DoublePoint::BadState)),
         ],
     );
     let double = |point| Ok(Value::DoublePoint(point));
     assert_eq!(value_of(&breaker, &text(" OPEN ")), double(DoublePoint::Off));
     assert_eq!(value_of(&breaker, &Cell::Int(1)), double(DoublePoint::On));
-    assert_eq!(value_of(&breaker, &Cell::Bool(true)), double(DoublePoint::BadState));
-    for other in [text("open"), Cell::Int(2), Cell::Float(1.0), Cell::Bool(false)] {
-        assert!(value_of(&breaker, &other).unwrap_err().contains("`states`"), "{other:?}");
+    for one in [Cell::Bool(true), Cell::Float(1.0), text("1"), text("1.0"), text("TRUE")] {
+        assert_eq!(value_of(&breaker, &one), double(DoublePoint::On), "{one:?}");
     }
+    assert_eq!(value_of(&breaker, &Cell::Bool(false)), double(DoublePoint::BadState));
+    for (other, seen) in [
+        (text("open"), "the text 'open'"),
+        (Cell::Int(2), "the integer 2"),
+        (Cell::Float(1.5), "the number 1.5"),
+    ] {
+        let fault = value_of(&breaker, &other).unwrap_err();
+        assert!(fault.contains(seen) && fault.contains("`states` '0', '1', 'OPEN'"), "{fault}");
+    }
+    let fault = value_of(&point(ValueKind::F64, &[]), &text("shut\n")).unwrap_err();
+    assert!(fault.contains("the text 'shut' is no number"), "{fault}");
 }
 
 #[test]
@@ -98,15 +118,18 @@ fn qualities_are_words_booleans_and_codes() {
     for (cell, expected) in cases {
         assert_eq!(quality_of(&cell), Ok(expected), "{cell:?}");
     }
-    for cell in [text("fine"), Cell::Int(256), Cell::Int(-1), Cell::Float(192.0)] {
-        assert!(quality_of(&cell).is_err(), "{cell:?}");
+    assert_eq!(quality_of(&Cell::Float(192.0)), Ok(Quality::Good));
+    for cell in [text("fine"), Cell::Int(256), Cell::Int(-1), Cell::Float(192.5)] {
+        let fault = quality_of(&cell).unwrap_err();
+        assert!(fault.contains(&*cell.name()), "{fault}");
     }
 }
 
 #[test]
 fn times_have_a_zone_or_are_unix_seconds() {
     let at = |millis| Ok(Some(UNIX_EPOCH + Duration::from_millis(millis)));
-    let time = |cell| time_of(&cell, ZonelessTime::Refused);
+    let only = |read: Result<Option<RowTime>, String>| read.map(|time| time.map(|time| time.time));
+    let time = |cell| only(time_of(&cell, &rules_of_tests(None)));
     assert_eq!(time(Cell::Int(1_700_000_000)), at(1_700_000_000_000));
     assert_eq!(time(Cell::Float(1_700_000_000.5)), at(1_700_000_000_500));
     assert_eq!(time(text("2023-11-14T22:13:20.5Z")), at(1_700_000_000_500));
@@ -128,7 +151,7 @@ fn times_have_a_zone_or_are_unix_seconds() {
     for cell in wrong {
         assert!(time(cell.clone()).is_err(), "{cell:?}");
     }
-    let utc = time_of(&text("2023-11-14 22:13:20"), ZonelessTime::Utc);
+    let utc = only(time_of(&text("2023-11-14 22:13:20"), &rules_of_tests(Some("UTC"))));
     assert_eq!(utc, at(1_700_000_000_000), "as SQLite writes it");
 }
 
@@ -137,7 +160,7 @@ fn what_a_row_says_of_its_value_counts() {
     let read =
         |value: Cell<'static>, quality: Option<Cell<'static>>, time: Option<Cell<'static>>| {
             let reading = Reading { value, quality, time };
-            reading.sample(&point(ValueKind::F64, &[]), ZonelessTime::Refused)
+            reading.sample(&point(ValueKind::F64, &[]), &rules_of_tests(None))
         };
     let good = Sample::good(7, Value::F64(1.0));
     let one = Cell::Int(1);
@@ -174,4 +197,63 @@ fn what_a_row_says_of_its_value_counts() {
     let (sample, remark) = read(Cell::Time(time), None, None);
     assert_eq!(sample, Sample::bad(7, Reason::Configuration));
     assert!(remark.unwrap().contains("a time is no number"));
+}
+
+#[test]
+fn local_times_are_those_of_the_zone() {
+    let berlin = rules_of_tests(Some("Europe/Berlin"));
+    let nanos = |text: &str| {
+        let utc = time_of(&Cell::Text(Cow::from(text.to_owned())), &rules_of_tests(Some("UTC")));
+        utc.unwrap().unwrap().time.duration_since(UNIX_EPOCH).unwrap().as_nanos() as i64
+    };
+    let time = |cell: &Cell<'_>| time_of(cell, &berlin).map(|time| time.unwrap());
+    for (written, utc, is_ambiguous) in [
+        ("2026-01-02 03:04:05", "2026-01-02T02:04:05Z", false),
+        ("2026-07-02 03:04:05", "2026-07-02T01:04:05Z", false),
+        ("2026-10-25 02:30:00", "2026-10-25T00:30:00Z", true),
+        ("2026-10-25T02:30:00+01:00", "2026-10-25T01:30:00Z", false),
+    ] {
+        let expected = UNIX_EPOCH + Duration::from_nanos(nanos(utc) as u64);
+        let found = time(&text(written)).unwrap();
+        assert_eq!(found, RowTime { time: expected, is_ambiguous }, "{written}");
+        if !written.contains('+') {
+            assert_eq!(time(&Cell::LocalTime(nanos(written))).unwrap(), found, "{written}");
+        }
+    }
+    for cell in [text("2026-03-29 02:30:00"), Cell::LocalTime(nanos("2026-03-29 02:30:00"))] {
+        assert!(time(&cell).unwrap_err().contains("never was in Europe/Berlin"));
+    }
+    let refused = time_of(&Cell::LocalTime(0), &rules_of_tests(None)).unwrap_err();
+    assert!(refused.contains("set `zone`"), "{refused}");
+    let reading =
+        Reading { value: Cell::Int(1), quality: None, time: Some(text("2026-10-25 02:30:00")) };
+    let (sample, remark) = reading.sample(&point(ValueKind::F64, &[]), &berlin);
+    assert_eq!(sample.quality, Quality::Uncertain(Reason::SourceTime));
+    assert!(sample.source_time.is_some() && sample.flags == SampleFlags::LIVE);
+    assert_eq!(remark.unwrap(), "time: the clock of Europe/Berlin showed it twice");
+}
+
+#[test]
+fn times_are_of_the_format_of_the_settings() {
+    let rules = |format: &str| TimeReader {
+        format: TimeFormat::parse(format).unwrap(),
+        zone: text_table::Zone::parse("UTC").ok(),
+        numbers: NumberFormat::default(),
+    };
+    let expected = UNIX_EPOCH + Duration::from_secs(1_767_323_045);
+    for (format, cell) in [
+        ("unix_millis", Cell::Int(1_767_323_045_000)),
+        ("unix_micros", Cell::Int(1_767_323_045_000_000)),
+        ("unix_millis", Cell::Float(1_767_323_045_000.0)),
+        ("%d.%m.%Y %H:%M:%S", text("02.01.2026 03:04:05")),
+        ("%d.%m.%Y %H:%M:%S", Cell::Int(1_767_323_045)),
+        ("unix_millis", text("1767323045000")),
+    ] {
+        let found = time_of(&cell, &rules(format)).unwrap().unwrap();
+        assert_eq!(found, RowTime { time: expected, is_ambiguous: false }, "{format} {cell:?}");
+    }
+    let fault = time_of(&Cell::Int(1_767_323_045), &rules("unix_millis")).unwrap_err();
+    assert!(fault.contains("of the year 1970; as a number of seconds it is of 2026"), "{fault}");
+    let fault = time_of(&Cell::Int(1_767_323_045_000), &rules("rfc3339")).unwrap_err();
+    assert!(fault.contains("1767323045000") && fault.contains("`time_format`"), "{fault}");
 }

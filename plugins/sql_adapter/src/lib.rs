@@ -25,7 +25,6 @@ use busbar_plugin_sdk::{
 use tokio::sync::oneshot;
 
 use crate::board::{Board, list};
-use crate::convert::ZonelessTime;
 pub use crate::settings::Settings;
 use crate::settings::{Config, Database};
 
@@ -72,13 +71,10 @@ impl Telemetry for SqlAdapter {
             self.host.log(LogLevel::Info, &format!("{}: {text}", self.config.label()));
         }
         let config = self.config.clone();
-        let zoneless = match config.database {
-            Database::Postgres(_) => ZonelessTime::Refused,
-            Database::Sqlite(_) => ZonelessTime::Utc,
-        };
+        let rules = config.times.clone();
         let names = config.queries.iter().map(|query| query.name.clone());
         let named = names.zip(points);
-        let board = Board::new(config.label(), named, zoneless, sink, self.host.clone());
+        let board = Board::new(config.label(), named, rules, sink, self.host.clone());
         let (stop, stopped) = oneshot::channel();
         let worker = match config.database.clone() {
             Database::Sqlite(path) => Worker::start(&self.host, "sqlite", move |running| {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind, parse_states};
 use serde::Deserialize;
 use serde_json::Value as Json;
+use text_table::StateWords;
 
 use crate::settings::{Config, QueryConfig};
 
@@ -22,7 +23,7 @@ pub(crate) struct Point {
     pub(crate) id: String,
     pub(crate) kind: ValueKind,
     /// What the source's words for states mean; empty where it has numbers.
-    pub(crate) states: BTreeMap<String, Value>,
+    pub(crate) states: StateWords<Value>,
 }
 
 /// The tags of one query.
@@ -167,7 +168,7 @@ fn parse_one(tag: &TagSpec, queries: &[QueryConfig]) -> Result<(usize, Point, Pl
             ));
         }
     };
-    let states = parse_states(tag.kind, raw.states).map_err(fault)?;
+    let states = parse_states(tag.kind, raw.states).and_then(StateWords::new).map_err(fault)?;
     Ok((query, Point { tag: tag.tag, id: tag.id.clone(), kind: tag.kind, states }, place))
 }
 

@@ -49,7 +49,7 @@ fn tags_are_found_by_query_and_name() {
     assert_eq!(points[1].tags().collect::<Vec<_>>(), [1, 2, 3]);
     let states = &points[1].all[2].states;
     assert_eq!(
-        states["open"],
+        states.get("open").unwrap(),
         busbar_plugin_sdk::Value::DoublePoint(busbar_plugin_sdk::DoublePoint::Off)
     );
 }

@@ -7,10 +7,9 @@ use tokio_postgres::types::{FromSql, Type};
 use crate::answer::Answer;
 use crate::board::Board;
 use crate::cell::{Cell, Row};
-use crate::convert::ZonelessTime;
 use crate::points;
 use crate::postgres::check_stream;
-use crate::settings::{Config, Database, Settings};
+use crate::settings::Settings;
 
 /// A value as a database gives it.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +39,7 @@ pub fn notify(
     let config = settings.parse()?;
     let names = config.queries.iter().map(|query| query.name.clone());
     let named = names.zip(points::parse(tags, &config)?);
-    let mut board = Board::new(config.label(), named, zoneless(&config), sink, host());
+    let mut board = Board::new(config.label(), named, config.times.clone(), sink, host());
     board.note_notification(0, payload);
     board.flush();
     Ok(())
@@ -60,7 +59,7 @@ pub fn answer(
     let points = points::parse(tags, &config)?;
     let points = points.first().ok_or_else(|| Error::settings("there is no query"))?;
     let failed = |fault: crate::answer::QueryFault| Error::failed(fault.to_string());
-    let mut answer = Answer::begin(points, columns, zoneless(&config)).map_err(failed)?;
+    let mut answer = Answer::begin(points, columns, &config.times).map_err(failed)?;
     for row in rows {
         answer.take(&GivenRow(row)).map_err(failed)?;
     }
@@ -77,13 +76,6 @@ pub fn watch<'a>(
     is_encrypted: bool,
 ) -> Result<(), String> {
     check_stream(pieces, is_encrypted).map_err(|excess| excess.to_string())
-}
-
-fn zoneless(config: &Config) -> ZonelessTime {
-    match config.database {
-        Database::Postgres(_) => ZonelessTime::Refused,
-        Database::Sqlite(_) => ZonelessTime::Utc,
-    }
 }
 
 struct GivenRow<'a>(&'a [Given<'a>]);

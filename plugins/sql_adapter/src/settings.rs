@@ -1,12 +1,16 @@
 //! Settings as typed, and the valid configuration made from them.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use busbar_link::{Faults, Reconnect, ReconnectSettings};
 use busbar_plugin_sdk::{Error, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use text_table::{NumberFormat, TimeFormat, TimeReader, Zone};
+
+use crate::convert::TimeRules;
 
 /// Queries and channels of one instance.
 const MAX_QUERIES: usize = 256;
@@ -48,6 +52,17 @@ pub struct Settings {
     /// Delay between tries to connect.
     #[serde(default)]
     reconnect: ReconnectSettings,
+    /// Zone of times that name none: `Europe/Berlin`, `UTC` or `+05:30`. Without it those of SQLite
+    /// are UTC, and those of PostgreSQL are refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "String", length(min = 1, max = 64), example = &"Europe/Berlin")]
+    zone: Option<String>,
+    /// Format of times that are texts or numbers: `rfc3339` (numbers are Unix seconds),
+    /// `unix_millis`, `unix_micros`, `unix_nanos`, `excel`, or a pattern of strftime such as
+    /// `%d.%m.%Y %H:%M:%S`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "String", length(min = 1, max = 100), example = &"%d.%m.%Y %H:%M:%S")]
+    time_format: Option<String>,
 }
 
 /// A PostgreSQL server, and who we are there.
@@ -178,6 +193,7 @@ pub(crate) struct Config {
     pub(crate) channels: Vec<Channel>,
     pub(crate) timeout: Duration,
     pub(crate) reconnect: Reconnect,
+    pub(crate) times: TimeRules,
 }
 
 /// Which database.
@@ -278,11 +294,28 @@ impl Settings {
         }
         let timeout = faults.millis("timeout_millis", self.timeout_millis, DEADLINES);
         let reconnect = self.reconnect.parse(&mut faults);
+        let mut zone = self.zone.as_deref().map(Zone::parse).transpose().unwrap_or_else(|fault| {
+            faults.add(format!("zone: {fault}"));
+            None
+        });
+        if zone.is_none() && matches!(database, Some(Database::Sqlite(_))) {
+            // As SQLite's own functions give them.
+            zone = Some(Zone::utc());
+        }
+        let format = self.time_format.as_deref().map_or(Ok(TimeFormat::Iso), TimeFormat::parse);
+        let format = format.unwrap_or_else(|fault| {
+            faults.add(format!("time_format: {fault}"));
+            TimeFormat::Iso
+        });
+        if format.is_relative() {
+            faults.add("time_format: seconds from any start are no time of a value");
+        }
         let invalid = |faults| Error::settings(format!("settings: {faults}"));
         faults.into_result().map_err(invalid)?;
         // Without a fault there is a database.
         let database = database.ok_or_else(|| Error::settings("settings: no database is named"))?;
-        Ok(Config { database, queries, channels, timeout, reconnect })
+        let times = Arc::new(TimeReader { format, zone, numbers: NumberFormat::default() });
+        Ok(Config { database, queries, channels, timeout, reconnect, times })
     }
 }
 

@@ -19,7 +19,6 @@ use thiserror::Error;
 use crate::answer::{Answer, QueryFault, Samples};
 use crate::board::{Board, shown};
 use crate::cell::{Cell, Row};
-use crate::convert::ZonelessTime;
 use crate::schedule::Schedule;
 use crate::settings::{Config, QueryConfig};
 
@@ -122,7 +121,7 @@ impl Session<'_> {
         let points = board.points(query);
         let names: Vec<_> = statement.column_names().map(str::to_owned).collect();
         let names: Vec<_> = names.iter().map(String::as_str).collect();
-        let mut answer = match Answer::begin(&points, &names, ZonelessTime::Utc) {
+        let mut answer = match Answer::begin(&points, &names, &board.time_rules()) {
             Ok(answer) => answer,
             Err(fault) => return Ok(Err(fault)),
         };

@@ -9,7 +9,7 @@ mod query;
 use std::path::PathBuf;
 
 use busbar_plugin_sdk::{Error, Host, Plugin, RecordList, RecordSet, Records};
-use record_source::{ListSettings, Source, Watched};
+use record_source::{CellFormats, ListSettings, Source, Watched};
 
 use crate::query::Query;
 
@@ -48,14 +48,16 @@ impl Plugin for SqliteRecords {
 
     fn create(settings: Settings, host: Host) -> Result<Self, Error> {
         record_source::check(&settings.lists, |source| &source.file)?;
-        let watched = |list: ListSettings<SqliteQuery>| {
+        let watched = |(index, list): (usize, ListSettings<SqliteQuery>)| {
+            let formats = CellFormats::times_of(&list)
+                .map_err(|fault| Error::settings(format!("lists[{index}].{fault}")))?;
             let file = &list.source.file;
             let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
             let shown = list.list(&record_source::shown(&name));
-            (shown, Box::new(Query { list }) as Box<dyn Source>)
+            Ok((shown, Box::new(Query { list, formats }) as Box<dyn Source>))
         };
-        let lists: Vec<(RecordList, Box<dyn Source>)> =
-            settings.lists.into_iter().map(watched).collect();
+        let lists = settings.lists.into_iter().enumerate().map(watched);
+        let lists: Vec<(RecordList, Box<dyn Source>)> = lists.collect::<Result<_, Error>>()?;
         Ok(Self { watched: Watched::start(&host, lists)? })
     }
 }

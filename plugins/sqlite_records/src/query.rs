@@ -8,7 +8,9 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use record_source::{Deadline, Gathered, Layout, ListSettings, Source, Version, version_of};
+use record_source::{
+    CellFormats, Deadline, Gathered, Layout, ListSettings, Source, Version, version_of,
+};
 use rusqlite::config::DbConfig;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
@@ -30,6 +32,7 @@ const MAX_LOCK_WAIT: Duration = Duration::from_millis(500);
 /// A query with what is wanted of it.
 pub(crate) struct Query {
     pub(crate) list: ListSettings<SqliteQuery>,
+    pub(crate) formats: CellFormats,
 }
 
 impl Source for Query {
@@ -88,7 +91,7 @@ impl Query {
                 Some(Err(wrong)) => Err(format!("column '{}': {wrong}", names[at])),
                 None => Ok(""),
             };
-            if let Err(full) = into.take(number, layout.record(&self.list, cell)) {
+            if let Err(full) = into.take(number, layout.record(&self.list, &self.formats, cell)) {
                 *fault = Some(full);
                 return Ok(());
             }

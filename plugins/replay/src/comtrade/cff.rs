@@ -104,7 +104,9 @@ fn separator(line: &[u8], is_first: bool) -> Option<String> {
     let line = if is_first { line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line) } else { line };
     let text = std::str::from_utf8(line).ok()?.trim();
     let inner = text.strip_prefix("---")?.strip_suffix("---")?.trim().to_ascii_lowercase();
-    Some(inner.strip_prefix("file type:")?.trim().to_owned())
+    let kind = inner.strip_prefix("file type")?;
+    // Some recorders leave the colon out.
+    Some(kind.strip_prefix(':').unwrap_or(kind).trim().to_owned())
 }
 
 fn parse(inner: String) -> Option<Section> {

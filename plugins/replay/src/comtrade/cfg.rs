@@ -1,11 +1,13 @@
 //! The configuration of a recording (clause 7): what its data mean.
 
-use std::borrow::Cow;
+use std::collections::BTreeMap;
 
+use text_table::TextEncoding;
 use thiserror::Error;
 
 use super::channel::{Analog, Digital};
 use super::fields::{Fields, Lines, shorten};
+use super::layout::Oddity;
 use super::sampling::Sampling;
 use super::stamp::Stamp;
 
@@ -64,7 +66,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Whether the clock had failed, so that times are not reliable (7.4.13, code F).
+    /// True where the clock had failed, so that times are not reliable (7.4.13, code F).
     pub fn is_unreliable(&self) -> bool {
         self.quality == Some(15)
     }
@@ -102,19 +104,32 @@ pub struct Cfg {
 }
 
 impl Cfg {
-    /// Reads a configuration, as UTF-8 or else as ISO 8859-1.
+    /// Reads a configuration by its byte order mark, as UTF-8, or else as windows-1252.
     ///
     /// # Errors
     /// The line, its fault, and what should be there.
     pub fn parse(bytes: &[u8]) -> Result<Self, CfgError> {
+        Self::parse_encoded(bytes, None)
+    }
+
+    /// Reads a configuration in an encoding; its byte order mark goes before it.
+    ///
+    /// # Errors
+    /// The line, its fault, and what should be there.
+    pub fn parse_encoded(bytes: &[u8], encoding: Option<TextEncoding>) -> Result<Self, CfgError> {
         if bytes.len() > MAX_CFG_BYTES {
             let what =
                 format!("{} bytes; a configuration has {MAX_CFG_BYTES} at most", bytes.len());
             return Err(CfgError { line: 1, what });
         }
-        let text = decode(bytes);
+        let (text, is_guess) = TextEncoding::decode_text(encoding, bytes);
         let mut lines = Lines::of(text.trim_start_matches('\u{feff}'));
         let mut remarks = Vec::new();
+        if is_guess {
+            remarks.push(
+                "its names are not UTF-8: read as windows-1252; `encoding` names another".into(),
+            );
+        }
         let head = lines.next("the station's name")?;
         if head.len() < 2 {
             return Err(
@@ -122,38 +137,69 @@ impl Cfg {
             );
         }
         let revision = parse_revision(&head, &mut remarks);
-        let [analogs, digitals] = parse_counts(&lines.next("the number of channels")?)?;
+        let [analogs, digitals] =
+            parse_counts(&lines.next("the number of channels")?, &mut remarks)?;
+        let mut oddities = Oddities::default();
         let analogs = (1..=analogs)
-            .map(|n| Analog::parse(&lines.next(&format!("analogue channel {n}"))?, n, revision))
-            .collect::<Result<_, _>>()?;
+            .map(|n| {
+                let what = format!("analogue channel {n}");
+                let (channel, oddity) = Analog::parse(&lines.next(&what)?, n, revision);
+                oddities.note(oddity, &what);
+                Ok(channel)
+            })
+            .collect::<Result<_, CfgError>>()?;
         let digitals = (1..=digitals)
-            .map(|n| Digital::parse(&lines.next(&format!("digital channel {n}"))?, n, revision))
-            .collect::<Result<_, _>>()?;
+            .map(|n| {
+                let what = format!("digital channel {n}");
+                let (channel, oddity) = Digital::parse(&lines.next(&what)?, n, revision)?;
+                oddities.note(oddity, &what);
+                Ok(channel)
+            })
+            .collect::<Result<_, CfgError>>()?;
+        oddities.tell(&mut remarks);
         // Played as recorded, whatever the line's frequency is.
         lines.next("the line frequency")?;
-        let (sampling, samples) = Sampling::parse(&mut lines)?;
+        let (sampling, samples) = Sampling::parse(&mut lines, &mut remarks)?;
         let mut stamp = |what: &str| {
             let fields = lines.next(what)?;
             let stamp = Stamp::parse(fields.get(0), fields.get(1), revision);
-            let stamp = stamp.map_err(|fault| fields.fault(format!("{what}: {fault}")))?;
+            let stamp = stamp.unwrap_or_else(|fault| {
+                let fault = fields.fault(format!("{what}: {fault}"));
+                remarks.push(format!("{fault}: taken as unknown"));
+                Stamp::unknown()
+            });
             if stamp.is_swapped {
                 remarks.push(format!(
                     "{what}: month and day of '{}' are taken in the other order",
                     fields.get(0)
                 ));
             }
+            if stamp.is_iso {
+                remarks.push(format!("{what}: '{}' has the year first", shorten(fields.get(0))));
+            }
             Ok(stamp)
         };
         let (start, trigger) =
             (stamp("the time of the first sample")?, stamp("the time of the trigger")?);
         let data = parse_data_type(&lines.next("the type of the data file")?)?;
-        let unit = if start.is_nano || trigger.is_nano { 1.0 } else { 1000.0 };
+        let has_nanos = start.is_nano || trigger.is_nano;
+        if has_nanos && revision != Revision::Of2013 {
+            remarks.push(
+                "its times have digits of nanoseconds, which its revision has not: time stamps of \
+                 records are microseconds"
+                    .into(),
+            );
+        }
+        let unit = if has_nanos && revision == Revision::Of2013 { 1.0 } else { 1000.0 };
         let multiplier = parse_multiplier(&mut lines, revision, &mut remarks)?;
-        let clock = if revision == Revision::Of2013 {
-            parse_clock(&mut lines, &mut remarks)?
+        let mut clock = if revision == Revision::Of2013 {
+            parse_clock(&mut lines, &mut remarks)
         } else {
             Clock::default()
         };
+        if start.is_utc && clock.utc_offset_minutes.is_none() {
+            clock.utc_offset_minutes = Some(0);
+        }
         let timestamp_nanos = unit * multiplier;
         let (station, device) = (head.get(0).to_owned(), head.get(1).to_owned());
         Ok(Self {
@@ -185,11 +231,22 @@ impl Cfg {
     }
 }
 
-/// Text of any encoding that recorders use.
-fn decode(bytes: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+/// Differences of channel lines from the layout of their revision, each told once.
+#[derive(Default)]
+struct Oddities(BTreeMap<Oddity, (String, usize)>);
+
+impl Oddities {
+    fn note(&mut self, oddity: Option<Oddity>, channel: &str) {
+        if let Some(oddity) = oddity {
+            self.0.entry(oddity).or_insert_with(|| (channel.to_owned(), 0)).1 += 1;
+        }
+    }
+
+    fn tell(self, remarks: &mut Vec<String>) {
+        for (oddity, (channel, count)) in self.0 {
+            let more = if count > 1 { format!(", and {} more", count - 1) } else { String::new() };
+            remarks.push(format!("{channel} {}{more}", oddity.in_words()));
+        }
     }
 }
 
@@ -211,22 +268,24 @@ fn parse_revision(head: &Fields<'_>, remarks: &mut Vec<String>) -> Revision {
 }
 
 /// `TT,##A,##D` (7.4.3).
-fn parse_counts(fields: &Fields<'_>) -> Result<[usize; 2], CfgError> {
+fn parse_counts(fields: &Fields<'_>, remarks: &mut Vec<String>) -> Result<[usize; 2], CfgError> {
     let count = |index: usize, letter: char| {
         let text = fields.get(index);
         let digits = text.strip_suffix([letter, letter.to_ascii_lowercase()]);
         digits.and_then(|digits| digits.trim().parse::<u64>().ok())
     };
-    let total = fields.whole(0, "number of channels")?;
-    let (Some(total), Some(analogs), Some(digitals)) = (total, count(1, 'A'), count(2, 'D')) else {
+    let (Some(analogs), Some(digitals)) = (count(1, 'A'), count(2, 'D')) else {
         return Err(fields.fault(format!(
             "'{}' is no number of channels such as 3,2A,1D",
             shorten(&fields.joined())
         )));
     };
-    if analogs.checked_add(digitals) != Some(total) {
-        return Err(fields
-            .fault(format!("{analogs} analogue and {digitals} digital channels are not {total}")));
+    let said = fields.get(0);
+    let total = analogs.saturating_add(digitals);
+    if said.parse() != Ok(total) {
+        let said = shorten(said);
+        let fault = format!("{analogs} analogue and {digitals} digital channels are not {said}");
+        remarks.push(fields.fault(fault).to_string());
     }
     if total > MAX_CHANNELS || total == 0 {
         return Err(fields.fault(format!("{total} channels; 1 to {MAX_CHANNELS} are read")));
@@ -264,6 +323,10 @@ fn parse_multiplier(
         }
     };
     let multiplier = fields.number(0, "factor of time stamps")?.unwrap_or(1.0);
+    if multiplier == 0.0 {
+        remarks.push("the factor of time stamps is 0: taken as 1".into());
+        return Ok(1.0);
+    }
     if multiplier <= 0.0 || multiplier > MAX_TIME_MULTIPLIER {
         return Err(fields.fault(format!(
             "a factor of time stamps of {multiplier} is not within 0 to {MAX_TIME_MULTIPLIER}"
@@ -273,30 +336,42 @@ fn parse_multiplier(
 }
 
 /// `time_code,local_code` and `tmq_code,leapsec`.
-fn parse_clock(lines: &mut Lines<'_>, remarks: &mut Vec<String>) -> Result<Clock, CfgError> {
+fn parse_clock(lines: &mut Lines<'_>, remarks: &mut Vec<String>) -> Clock {
     let Some(zone) = lines.next_if_any().filter(|fields| !fields.is_blank()) else {
         remarks.push("time code and time quality are missing".into());
-        return Ok(Clock::default());
+        return Clock::default();
     };
-    let utc_offset_minutes = parse_time_code(zone.get(0)).map_err(|()| {
-        zone.fault(format!("'{}' is no time code such as 0, -5h30, +9 or x", shorten(zone.get(0))))
-    })?;
+    let utc_offset_minutes = parse_time_code(zone.get(0)).unwrap_or_else(|()| {
+        remarks.push(format!(
+            "'{}' is no time code such as 0, -5h30, +9 or x: taken as unknown",
+            shorten(zone.get(0))
+        ));
+        None
+    });
     let Some(fields) = lines.next_if_any().filter(|fields| !fields.is_blank()) else {
         remarks.push("time quality is missing".into());
-        return Ok(Clock { utc_offset_minutes, ..Clock::default() });
+        return Clock { utc_offset_minutes, ..Clock::default() };
     };
-    let quality =
-        match fields.get(0) {
-            "" => None,
-            code => Some(u8::from_str_radix(code, 16).ok().filter(|code| *code < 16).ok_or_else(
-                || fields.fault(format!("'{}' is no time quality: 0 to F", shorten(code))),
-            )?),
-        };
-    let leap_second = match fields.whole(1, "leap second")?.unwrap_or(0) {
-        code @ 0..=3 => code as u8,
-        code => return Err(fields.fault(format!("leap second {code} is not within 0 to 3"))),
+    let quality = match fields.get(0) {
+        "" => None,
+        code => {
+            let quality = u8::from_str_radix(code, 16).ok().filter(|code| *code < 16);
+            if quality.is_none() {
+                remarks.push(format!("'{}' is no time quality: 0 to F", shorten(code)));
+            }
+            quality
+        }
     };
-    Ok(Clock { utc_offset_minutes, quality, leap_second })
+    let leap_second = match fields.get(1).parse() {
+        Ok(code @ 0..=3) => code,
+        _ if fields.get(1).is_empty() => 0,
+        _ => {
+            let code = shorten(fields.get(1));
+            remarks.push(format!("leap second '{code}' is not within 0 to 3"));
+            0
+        }
+    };
+    Clock { utc_offset_minutes, quality, leap_second }
 }
 
 /// `-5h30`, `+9`, `0`; `x` where it does not apply.

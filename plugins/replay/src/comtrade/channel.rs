@@ -4,13 +4,11 @@ use std::ops::RangeInclusive;
 
 use super::cfg::{CfgError, Revision};
 use super::fields::{Fields, shorten};
+use super::layout::{self, Oddity};
 
 /// Fields of an analogue channel in files of 1991; later ones have three more.
 const ANALOG_FIELDS_1991: usize = 10;
 const ANALOG_FIELDS: usize = 13;
-/// Fields of a digital channel in files of 1991; later ones have two more.
-const DIGITAL_FIELDS_1991: usize = 3;
-const DIGITAL_FIELDS: usize = 5;
 /// Longest time by which a channel is sampled beside the record's, either way.
 const MAX_SKEW_MICROS: f64 = 1e6;
 
@@ -42,6 +40,8 @@ pub struct Analog {
     pub ratio: Option<f64>,
     /// Side of its values, where the file says it.
     pub side: Option<Side>,
+    /// Fault of its line, with which it has no values.
+    pub fault: Option<String>,
 }
 
 /// A digital (status) channel.
@@ -54,52 +54,92 @@ pub struct Digital {
 }
 
 impl Analog {
+    /// Reads a channel line. A channel that cannot be read has a fault, which is told where its
+    /// values are asked for.
     pub(super) fn parse(
         fields: &Fields<'_>,
         number: usize,
         revision: Revision,
-    ) -> Result<Self, CfgError> {
-        let id = fields.get(1).to_owned();
-        let name = format!("analogue channel {number} ('{}')", shorten(&id));
-        let least = if revision == Revision::Of1991 { ANALOG_FIELDS_1991 } else { ANALOG_FIELDS };
-        if !(least..=ANALOG_FIELDS).contains(&fields.len()) {
-            return Err(fields.fault(format!(
-                "{name} has {} fields instead of {least}; no text of it may have a comma",
-                fields.len()
-            )));
-        }
-        let number = |index, what: &str| fields.number(index, &format!("{name}: {what}"));
-        let a = number(5, "multiplier a")?
-            .ok_or_else(|| fields.fault(format!("{name} has no multiplier a")))?;
-        let b = number(6, "offset b")?.unwrap_or(0.0);
-        let skew = number(7, "skew")?.unwrap_or(0.0);
-        if skew.abs() > MAX_SKEW_MICROS {
-            return Err(fields.fault(format!(
+    ) -> (Self, Option<Oddity>) {
+        let Some(found) = layout::analog(fields, revision) else {
+            let id = fields.get(1).to_owned();
+            let fault = Self::fault_of(fields, number, revision).to_string();
+            let channel = Self {
+                id,
+                unit: fields.get(4).to_owned(),
+                a: 0.0,
+                b: 0.0,
+                skew_nanos: 0,
+                range: None,
+                ratio: None,
+                side: None,
+                fault: Some(fault),
+            };
+            return (channel, None);
+        };
+        let number_at = |index: usize| {
+            let text = found.tail.get(index).copied().unwrap_or_default();
+            text.parse::<f64>().ok().filter(|number| number.is_finite())
+        };
+        let skew = number_at(2).unwrap_or(0.0);
+        let fault = (skew.abs() > MAX_SKEW_MICROS).then(|| {
+            let name = format!("analogue channel {number} ('{}')", shorten(&found.id));
+            let what = format!(
                 "{name}: a skew of {skew} microseconds; at most {MAX_SKEW_MICROS} are possible"
-            )));
-        }
-        let range = match (number(8, "min")?, number(9, "max")?) {
+            );
+            fields.fault(what).to_string()
+        });
+        let range = match (number_at(3), number_at(4)) {
             (Some(min), Some(max)) if min < max => Some(min..=max),
             _ => None,
         };
-        let ratio = match (number(10, "primary")?, number(11, "secondary")?) {
+        let ratio = match (number_at(5), number_at(6)) {
             (Some(primary), Some(secondary)) if primary > 0.0 && secondary > 0.0 => {
                 Some(primary / secondary).filter(|ratio| ratio.is_normal())
             }
             _ => None,
         };
-        let side = match fields.get(12) {
-            "P" | "p" => Some(Side::Primary),
-            "S" | "s" => Some(Side::Secondary),
+        let side = match found.tail.get(7).copied() {
+            Some("P" | "p") => Some(Side::Primary),
+            Some("S" | "s") => Some(Side::Secondary),
             _ => None,
         };
-        let unit = fields.get(4).to_owned();
-        // Within a thousand million nanoseconds.
-        let skew_nanos = (skew * 1000.0).round() as i64;
-        Ok(Self { id, unit, a, b, skew_nanos, range, ratio, side })
+        let channel = Self {
+            id: found.id,
+            unit: found.unit.to_owned(),
+            a: number_at(0).unwrap_or(0.0),
+            b: number_at(1).unwrap_or(0.0),
+            // Within a thousand million nanoseconds.
+            skew_nanos: (skew.clamp(-MAX_SKEW_MICROS, MAX_SKEW_MICROS) * 1000.0).round() as i64,
+            range,
+            ratio,
+            side,
+            fault,
+        };
+        (channel, found.oddity)
     }
 
-    /// What values are multiplied by, so that they are of a side.
+    /// The fault of a line that has no layout.
+    fn fault_of(fields: &Fields<'_>, number: usize, revision: Revision) -> CfgError {
+        let name = format!("analogue channel {number} ('{}')", shorten(fields.get(1)));
+        let least = if revision == Revision::Of1991 { ANALOG_FIELDS_1991 } else { ANALOG_FIELDS };
+        if fields.len() != least {
+            return fields.fault(format!("{name} has {} fields instead of {least}", fields.len()));
+        }
+        let places = [(5, "multiplier a"), (6, "offset b"), (7, "skew"), (8, "min"), (9, "max")];
+        let more = [(10, "primary"), (11, "secondary")];
+        let read =
+            |(index, what): (usize, &str)| fields.number(index, &format!("{name}: {what}")).err();
+        if let Some(fault) = places.into_iter().chain(more).find_map(read) {
+            return fault;
+        }
+        match fields.get(5) {
+            "" => fields.fault(format!("{name} has no multiplier a")),
+            _ => fields.fault(format!("{name}: '{}' is no side, P or S", shorten(fields.get(12)))),
+        }
+    }
+
+    /// Factor by which values become those of a side.
     ///
     /// # Errors
     /// What the file does not say.
@@ -119,21 +159,11 @@ impl Digital {
         fields: &Fields<'_>,
         number: usize,
         revision: Revision,
-    ) -> Result<Self, CfgError> {
-        let id = fields.get(1).to_owned();
-        let least = if revision == Revision::Of1991 { DIGITAL_FIELDS_1991 } else { DIGITAL_FIELDS };
-        if !(DIGITAL_FIELDS_1991..=DIGITAL_FIELDS).contains(&fields.len()) {
-            return Err(fields.fault(format!(
-                "digital channel {number} ('{}') has {} fields instead of {least}; no text of it may have a comma",
-                shorten(&id),
-                fields.len()
-            )));
-        }
-        let normal = match fields.get(fields.len() - 1) {
-            "0" => Some(false),
-            "1" => Some(true),
-            _ => None,
-        };
-        Ok(Self { id, normal })
+    ) -> Result<(Self, Option<Oddity>), CfgError> {
+        let found = layout::digital(fields, revision).ok_or_else(|| {
+            fields.fault(format!("digital channel {number} has no name: {} fields", fields.len()))
+        })?;
+        let normal = found.tail.first().map(|state| *state == "1");
+        Ok((Self { id: found.id, normal }, found.oddity))
     }
 }

@@ -1,5 +1,7 @@
 //! A configuration's lines and their fields.
 
+pub(super) use text_table::shorten;
+
 use super::cfg::CfgError;
 
 /// Goes through the lines of a configuration, and knows where it is.
@@ -27,6 +29,11 @@ impl<'a> Lines<'a> {
         })
     }
 
+    /// The next line without going on.
+    pub(super) fn peek(&self) -> Option<&'a str> {
+        self.rest.clone().next()
+    }
+
     /// The next line, unless the file ends or has nothing but blanks there.
     pub(super) fn next_if_any(&mut self) -> Option<Fields<'a>> {
         let text = self.rest.next()?.trim_matches(|c: char| c == '\u{1a}' || c.is_whitespace());
@@ -36,6 +43,10 @@ impl<'a> Lines<'a> {
 }
 
 impl<'a> Fields<'a> {
+    pub(super) fn all(&self) -> &[&'a str] {
+        &self.fields
+    }
+
     pub(super) fn len(&self) -> usize {
         self.fields.len()
     }
@@ -78,15 +89,4 @@ impl<'a> Fields<'a> {
         let parsed = text.parse().map(Some);
         parsed.map_err(|_| self.fault(format!("{what}: '{}' is no whole number", shorten(text))))
     }
-}
-
-/// A field as messages have it.
-pub(crate) fn shorten(text: &str) -> String {
-    const MAX_SHOWN: usize = 40;
-    let mut shown: String =
-        text.chars().take(MAX_SHOWN).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-    if text.chars().nth(MAX_SHOWN).is_some() {
-        shown.push('…');
-    }
-    shown
 }

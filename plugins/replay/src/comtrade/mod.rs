@@ -10,7 +10,9 @@ mod cfg;
 mod channel;
 mod data;
 mod fields;
+mod layout;
 mod record;
+mod sample_clock;
 mod sampling;
 mod stamp;
 
@@ -18,8 +20,8 @@ pub use cff::{Cff, CffError, MAX_CFF_HEAD_BYTES};
 pub use cfg::{Cfg, CfgError, Clock, DataType, MAX_CFG_BYTES, MAX_CHANNELS, Revision};
 pub use channel::{Analog, Digital, Side};
 pub use data::{Data, DataFault, MAX_BLOCKS};
-pub(crate) use fields::shorten;
 pub use record::{Layout, Record, RecordError};
+pub(crate) use sample_clock::SampleClock;
 pub use sampling::{MAX_RATES, Rate, Sampling};
 pub use stamp::Stamp;
 

@@ -46,7 +46,7 @@ pub struct Layout {
     data: DataType,
     revision: Revision,
     digitals: usize,
-    /// Whether a raw value may be what else marks a missing one, by channel.
+    /// True where a raw value may be what else marks a missing one, by channel.
     has_mark_in_range: Vec<bool>,
 }
 
@@ -111,6 +111,11 @@ impl Layout {
     ) -> Result<Record<'a>, RecordError> {
         let wanted = 2 + self.analogs() + self.digitals;
         cut(line, fields, wanted);
+        // Commas at the end of a line are no fields.
+        let rest = fields.get(wanted).and_then(|extra| line.get(extra.start..)).unwrap_or_default();
+        if rest.iter().all(|byte| *byte == b',' || byte.is_ascii_whitespace()) {
+            fields.truncate(wanted);
+        }
         if fields.len() != wanted {
             let found = line.iter().filter(|&&byte| byte == b',').count() + 1;
             return Err(RecordError::Fields { wanted, found });

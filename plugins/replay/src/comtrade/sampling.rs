@@ -38,7 +38,10 @@ pub struct Rate {
 impl Sampling {
     /// Reads the number of rates and the rates; and the number of samples, which
     /// nobody need believe.
-    pub(super) fn parse(lines: &mut Lines<'_>) -> Result<(Self, u64), CfgError> {
+    pub(super) fn parse(
+        lines: &mut Lines<'_>,
+        remarks: &mut Vec<String>,
+    ) -> Result<(Self, u64), CfgError> {
         let fields = lines.next("the number of sample rates")?;
         let count = fields.whole(0, "number of sample rates")?.unwrap_or(0);
         if count > MAX_RATES {
@@ -47,14 +50,28 @@ impl Sampling {
         let mut rates: Vec<Rate> = Vec::new();
         // Without rates there is one line all the same, which has the last number.
         for index in 1..=count.max(1) {
+            if lines.peek().is_some_and(is_stamp) {
+                remarks.push(format!("{} sample rates of {count} are there", index - 1));
+                break;
+            }
             let fields = lines.next(&format!("sample rate {index}"))?;
             let (hertz, last) = parse_rate(&fields, index, rates.last())?;
             if hertz == 0.0 {
+                skip_rates(lines, remarks);
                 return Ok((Self::Timestamps, last));
+            }
+            let previous = rates.last().map_or(0, |rate| rate.last);
+            if last <= previous && (index > 1 || index < count) {
+                remarks.push(format!(
+                    "sample rate {index}: its last sample, {last}, does not come after sample \
+                     {previous}: it has no samples"
+                ));
+                continue;
             }
             rates.push(next_rate(hertz, last, rates.last()));
         }
-        if count == 0 {
+        skip_rates(lines, remarks);
+        if count == 0 || rates.is_empty() {
             return Ok((Self::Timestamps, rates.last().map_or(0, |rate| rate.last)));
         }
         let last = rates.last().map_or(0, |rate| rate.last);
@@ -72,6 +89,28 @@ impl Sampling {
     }
 }
 
+/// Reports a line of a time stamp, where one of a rate could be.
+fn is_stamp(line: &str) -> bool {
+    line.contains(['/', ':']) || line.trim_matches([',', ' ', '\r', '\t']).is_empty()
+}
+
+/// Passes over rates beyond their number.
+fn skip_rates(lines: &mut Lines<'_>, remarks: &mut Vec<String>) {
+    let mut skipped = 0;
+    while skipped < MAX_RATES && lines.peek().is_some_and(|line| !is_stamp(line) && is_rate(line)) {
+        lines.next_if_any();
+        skipped += 1;
+    }
+    if skipped > 0 {
+        remarks.push(format!("{skipped} sample rates more than the file says are left out"));
+    }
+}
+
+fn is_rate(line: &str) -> bool {
+    let numbers: Vec<&str> = line.trim().trim_end_matches(',').split(',').map(str::trim).collect();
+    numbers.len() == 2 && numbers.iter().all(|number| number.parse::<f64>().is_ok())
+}
+
 fn to_nanos(seconds: f64) -> Option<i64> {
     let nanos = (seconds * NANOS_PER_SECOND).round();
     (nanos.abs() < MAX_NANOS).then_some(nanos as i64)
@@ -84,16 +123,14 @@ fn parse_rate(
 ) -> Result<(f64, u64), CfgError> {
     let hertz = fields.number(0, "sample rate")?.unwrap_or(0.0);
     let last = fields.whole(1, "last sample number")?.unwrap_or(0);
-    let previous = before.map_or(0, |rate| rate.last);
     if !(0.0..=MAX_HERTZ).contains(&hertz) || (hertz == 0.0 && before.is_some()) {
         return Err(fields.fault(format!(
             "sample rate {index}: {hertz} Hz is not within 0 to {MAX_HERTZ}, 0 the first alone"
         )));
     }
-    if last > MAX_SAMPLES || (hertz > 0.0 && last <= previous) {
+    if last > MAX_SAMPLES {
         return Err(fields.fault(format!(
-            "sample rate {index}: its last sample is {last}; it must come after sample {previous}, \
-             and be {MAX_SAMPLES} at most"
+            "sample rate {index}: its last sample is {last}; it can be {MAX_SAMPLES} at most"
         )));
     }
     Ok((hertz, last))

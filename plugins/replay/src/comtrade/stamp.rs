@@ -19,20 +19,47 @@ pub struct Stamp {
     /// Nanoseconds from 1970-01-01 of that clock; nothing where the date is zero,
     /// which recorders without a clock write.
     pub nanos: Option<i64>,
-    /// Whether it was written in nanoseconds.
+    /// True where it was written in nanoseconds.
     pub is_nano: bool,
-    /// Whether month and day were in the other order than the revision has them.
+    /// True where month and day were in the other order than the revision has them.
     pub is_swapped: bool,
+    /// True where it was written as in ISO 8601, the year first.
+    pub is_iso: bool,
+    /// True where it says that it is UTC.
+    pub is_utc: bool,
 }
 
 impl Stamp {
-    /// Reads `dd/mm/yyyy,hh:mm:ss.ssssss`, or `mm/dd/yy` in files of 1991.
+    /// A stamp of which nothing is known.
+    pub(super) fn unknown() -> Self {
+        Self { nanos: None, is_nano: false, is_swapped: false, is_iso: false, is_utc: false }
+    }
+
+    /// Reads `dd/mm/yyyy,hh:mm:ss.ssssss`, or `mm/dd/yy` in files of 1991, or ISO 8601.
     ///
     /// # Errors
     /// What is wrong with it.
     pub fn parse(date: &str, clock: &str, revision: Revision) -> Result<Self, String> {
+        if date.is_empty() && clock.is_empty() {
+            return Err("there is no date and no time".into());
+        }
+        // ISO 8601 may have both in one field.
+        let (date, clock) = match date.split_once(['T', 't', ' ']) {
+            Some((date, in_date)) if clock.is_empty() => (date, in_date.trim()),
+            _ => (date, clock),
+        };
+        let (clock, is_utc) = match clock.strip_suffix(['Z', 'z']) {
+            Some(clock) => (clock, true),
+            None => (clock, false),
+        };
         let (of_day, is_nano) = parse_clock(clock)?;
-        let (days, is_swapped) = parse_date(date, revision)?;
+        let (days, is_swapped, is_iso) = match parse_iso_date(date) {
+            Some(days) => (Some(days), false, true),
+            None => {
+                let (days, is_swapped) = parse_date(date, revision)?;
+                (days, is_swapped, false)
+            }
+        };
         let instant = |days: i64| {
             let seconds = days.checked_mul(86_400)?.checked_mul(NANOS_PER_SECOND)?;
             seconds.checked_add(of_day)
@@ -41,8 +68,24 @@ impl Stamp {
             None => None,
             Some(days) => Some(instant(days).ok_or("the year is not within 1678 to 2262")?),
         };
-        Ok(Self { nanos, is_nano, is_swapped })
+        Ok(Self { nanos, is_nano, is_swapped, is_iso, is_utc })
     }
+}
+
+/// Days since 1970-01-01 of a date whose year is first.
+fn parse_iso_date(text: &str) -> Option<i64> {
+    let parts: Vec<&str> = text.split(['-', '/']).map(str::trim).collect();
+    let [year, month, day] = parts[..] else { return None };
+    let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if year.len() != 4 || !(1..=2).contains(&month.len()) || !(1..=2).contains(&day.len()) {
+        return None;
+    }
+    if ![year, month, day].into_iter().all(is_number) {
+        return None;
+    }
+    let month = Month::try_from(month.parse::<u8>().ok()?).ok()?;
+    let date = Date::from_calendar_date(year.parse().ok()?, month, day.parse().ok()?).ok()?;
+    Some(i64::from(date.to_julian_day()) - UNIX_JULIAN_DAY)
 }
 
 /// Days since 1970-01-01, nothing for a date of zeros; and whether month and day
@@ -53,7 +96,7 @@ fn parse_date(text: &str, revision: Revision) -> Result<(Option<i64>, bool), Str
         _ => ("dd/mm/yyyy", "mm/dd/yyyy"),
     };
     let fault = || format!("'{}' is no date {order}", super::fields::shorten(text));
-    let parts: Vec<&str> = text.split('/').map(str::trim).collect();
+    let parts: Vec<&str> = text.split(['/', '.']).map(str::trim).collect();
     let [first, second, year] = parts[..] else { return Err(fault()) };
     let number = |text: &str| -> Result<i32, String> {
         let is_number =

@@ -31,6 +31,21 @@ fn the_fraction_says_the_unit() {
 }
 
 #[test]
+fn dates_with_the_year_first_and_with_points_are_read() {
+    let expected = Some(LEAP_DAY);
+    for (date, clock) in [
+        ("2024-02-29", "13:14:15"),
+        ("2024/02/29", "13:14:15"),
+        ("2024-02-29T13:14:15", ""),
+        ("2024-02-29 13:14:15Z", ""),
+        ("29.02.2024", "13:14:15"),
+    ] {
+        assert_eq!(nanos(date, clock, Revision::Of1999), expected, "{date} {clock}");
+    }
+    assert!(Stamp::parse("2024-02-29", "13:14:15Z", Revision::Of1999).unwrap().is_utc);
+}
+
+#[test]
 fn a_date_of_zeros_is_none() {
     assert_eq!(nanos("00/00/0000", "00:00:00.000000", Revision::Of1999), None);
 }

@@ -1,13 +1,14 @@
-//! Which cells are which tags', and what they say.
+//! Columns of tags, and the updates that the rows of a table make.
 
 use std::collections::HashMap;
 
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use text_table::{Cells, StateWords, units_conflict};
 
-use super::config::{CsvConfig, Form, TimeFormat, find_column};
-use super::{Cells, Column, MISSING};
+use super::cell_values::{CellValue, read_cell, read_quality};
+use super::config::{Column, CsvConfig, Form, find_column};
+use super::{MISSING, header};
 use crate::address::{Points, Source};
-use crate::instant::{parse_millis, parse_rfc3339, parse_seconds};
 use crate::oscillogram::double_point;
 use crate::recording::Update;
 use crate::remarks::Remarks;
@@ -17,9 +18,16 @@ use crate::settings::EmptyCells;
 pub(super) struct Columns {
     config: CsvConfig,
     time: usize,
+    date: Option<usize>,
     /// Cells of a row.
     width: usize,
     kinds: Vec<ValueKind>,
+    /// Words for states, by tag.
+    states: Vec<StateWords<Value>>,
+    /// Unit of each tag's cells, where the address, a row of units or a cell named it.
+    units: Vec<Option<String>>,
+    /// True once an ambiguous time was told.
+    is_ambiguity_told: bool,
     /// Time of the last row of each tag, nanoseconds from the first row.
     newest: Vec<i64>,
     wanted: Wanted,
@@ -52,6 +60,8 @@ pub(super) struct Row {
     pub(super) line: u64,
     /// In the file's own count, nanoseconds.
     pub(super) time: i64,
+    /// True where the clock showed the time twice.
+    pub(super) is_ambiguous: bool,
 }
 
 /// A row that cannot be read.
@@ -71,14 +81,14 @@ impl Columns {
     pub(super) fn find(
         config: &CsvConfig,
         points: &Points,
-        header: &Cells,
+        names: &[&str],
     ) -> Result<Self, Missing> {
-        let names: Vec<&str> = (0..header.len()).map(|index| header.get(index)).collect();
-        let find = |column: &Column| find_column(&names, column, "column");
+        let find = |column: &Column| find_column(names, column, "column");
         let found = |setting: &str, column: &Column| {
             find(column).map_err(|what| Missing::Of(format!("csv.{setting}: {what}")))
         };
         let time = found("time", &config.time)?;
+        let date = config.date.as_ref().map(|column| found("date", column)).transpose()?;
         let quality = config.quality.as_ref().map(|column| found("quality", column)).transpose()?;
         let wanted = if config.form == Form::Long {
             let (name, value) = (found("name", &config.name)?, found("value", &config.value)?);
@@ -113,41 +123,75 @@ impl Columns {
         };
         let kinds = points.0.iter().map(|point| point.kind).collect();
         let newest = vec![i64::MIN; points.0.len()];
-        Ok(Self { config: config.clone(), time, width: header.len(), kinds, newest, wanted })
+        Ok(Self {
+            config: config.clone(),
+            time,
+            date,
+            width: names.len(),
+            kinds,
+            states: points.0.iter().map(|point| point.states.clone()).collect(),
+            units: points.0.iter().map(|point| point.unit.clone()).collect(),
+            is_ambiguity_told: false,
+            newest,
+            wanted,
+        })
     }
 
-    /// The time of a row that has all cells.
-    pub(super) fn row(&self, cells: &Cells, line: u64) -> Result<Row, RowFault> {
+    /// Column of the time, counted from 0.
+    pub(super) fn time_column(&self) -> usize {
+        self.time
+    }
+
+    /// Takes the units of a row of units.
+    ///
+    /// # Errors
+    /// Tags whose address says another unit.
+    pub(super) fn take_units(&mut self, cells: &Cells, points: &Points) -> Result<(), Vec<String>> {
+        let Wanted::Wide(columns) = &self.wanted else { return Ok(()) };
+        let mut faults = Vec::new();
+        for ((column, unit), point) in columns.iter().zip(&mut self.units).zip(&points.0) {
+            let Cell::One(index) = column.values else { continue };
+            let found = header::unit_of(cells.get(index));
+            match unit {
+                _ if found.is_empty() => {}
+                Some(wanted) if units_conflict(wanted, found) => faults.push(format!(
+                    "tag '{}': its column is in {found}, its address says {wanted}",
+                    point.id
+                )),
+                Some(_) => {}
+                None => *unit = Some(found.to_owned()),
+            }
+        }
+        if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+
+    /// Reports a number of cells that a row of this table cannot have.
+    pub(super) fn is_other_width(&self, cells: &Cells) -> bool {
         let has_more = (self.width..cells.len()).any(|index| !cells.get(index).is_empty());
-        if cells.len() < self.width || has_more {
-            let what = format!(
-                "{} cells instead of {}; no cell may have a line break",
-                cells.len(),
-                self.width
-            );
+        cells.len() < self.width || has_more
+    }
+
+    /// The time of a row that has all cells; `last` is that of the row before.
+    pub(super) fn row(&self, cells: &Cells, line: u64, last: Option<i64>) -> Result<Row, RowFault> {
+        if self.is_other_width(cells) {
+            let what =
+                format!("{} cells instead of {}; is a quote not closed?", cells.len(), self.width);
             return Err(RowFault { what, is_named: false });
         }
         if let Wanted::Long { name, .. } = &self.wanted
             && cells.get(*name).contains(char::REPLACEMENT_CHARACTER)
         {
-            let what = "its name is no text in UTF-8".to_owned();
+            let encoding = self.config.dialect.encoding.unwrap_or_default().name();
+            let what = format!("its name is no text in {encoding}: set csv.encoding");
             return Err(RowFault { what, is_named: false });
         }
-        let text = cells.get(self.time);
-        let (time, example) = match self.config.time_format {
-            TimeFormat::Rfc3339 => (parse_rfc3339(text), "a time such as 2024-02-29T13:14:15Z"),
-            TimeFormat::UnixSeconds | TimeFormat::Seconds => {
-                (parse_seconds(&self.dotted(text)), "a number of seconds")
-            }
-            TimeFormat::UnixMillis => {
-                (parse_millis(&self.dotted(text)), "a number of milliseconds")
-            }
-        };
-        let time = time.ok_or_else(|| {
-            let what = format!("'{}' is not {example}: is csv.time_format right?", shown(text));
-            RowFault { what, is_named: true }
+        let date = self.date.map(|date| cells.get(date));
+        let read = self.config.times.read(date, cells.get(self.time), last);
+        let instant = read.map_err(|what| RowFault {
+            what: format!("{what}: is csv.time_format right?"),
+            is_named: true,
         })?;
-        Ok(Row { line, time })
+        Ok(Row { line, time: instant.nanos, is_ambiguous: instant.is_ambiguous })
     }
 
     /// Appends the updates of a row of time `nanos`; the latest row so far is of `latest`.
@@ -160,18 +204,43 @@ impl Columns {
         updates: &mut Vec<Update>,
         remarks: &mut Remarks,
     ) {
-        let (kinds, config, newest) = (&self.kinds, &self.config, &mut self.newest);
+        if row.is_ambiguous && !std::mem::replace(&mut self.is_ambiguity_told, true) {
+            let zone = self.config.times.zone.as_ref().map_or("UTC", |zone| zone.name());
+            remarks.add(format!(
+                "line {}: the clock of {zone} showed its time twice: values are uncertain until \
+                 times are unique again",
+                row.line
+            ));
+        }
+        let Self { kinds, config, newest, states, units, .. } = self;
         let mut push = |point: usize, values: &Cell, quality: Option<usize>| {
-            let quality = quality.map_or(Quality::Good, |index| quality_of(cells.get(index)));
-            let read = read_value(cells, values, kinds[point], config);
+            let mut quality = match quality {
+                None => Quality::Good,
+                Some(index) => {
+                    let (quality, remark) = read_quality(cells.get(index), config);
+                    if let Some(remark) = remark {
+                        remarks.add(remark);
+                    }
+                    quality
+                }
+            };
+            if row.is_ambiguous && quality == Quality::Good {
+                quality = Quality::Uncertain(Reason::SourceTime);
+            }
+            let read = read_value(
+                cells,
+                values,
+                |text, kind| read_cell(text, kind, &states[point], &mut units[point], config),
+                kinds[point],
+            );
             let update = match read {
-                Ok(None) if config.empty_cells == EmptyCells::Unchanged => return,
+                Ok(CellValue::Empty) if config.empty_cells == EmptyCells::Unchanged => return,
                 _ if nanos < newest[point] => Update::missing(point, latest, MISSING),
-                Ok(Some(Value::F64(number))) if !number.is_finite() => {
+                Ok(CellValue::Value(Value::F64(number))) if !number.is_finite() => {
                     Update::missing(point, nanos, Reason::NotFinite)
                 }
-                Ok(Some(value)) => Update { point, nanos, value: Some(value), quality },
-                Ok(None) => Update::missing(point, nanos, MISSING),
+                Ok(CellValue::Value(value)) => Update { point, nanos, value: Some(value), quality },
+                Ok(CellValue::Empty | CellValue::NoValue) => Update::missing(point, nanos, MISSING),
                 Err(what) => {
                     remarks.add(format!("line {}: {what}; taken as missing", row.line));
                     Update::missing(point, nanos, MISSING)
@@ -185,6 +254,15 @@ impl Columns {
                 for (point, column) in columns.iter().enumerate() {
                     push(point, &column.values, column.quality);
                 }
+            }
+            Wanted::Long { name, .. } if config.stop_names.contains(cells.get(*name)) => {
+                remarks.add(format!(
+                    "line {}: the recorder stopped ('{}'): tags are bad until their next row",
+                    row.line,
+                    text_table::shorten(cells.get(*name))
+                ));
+                let all = 0..kinds.len();
+                updates.extend(all.map(|point| Update::missing(point, latest, MISSING)));
             }
             Wanted::Long { name, value, quality, points, is_seen } => {
                 for &point in points.get(cells.get(*name)).into_iter().flatten() {
@@ -228,10 +306,6 @@ impl Columns {
             }
         }
     }
-
-    fn dotted(&self, text: &str) -> String {
-        dotted(text, self.config.has_decimal_comma)
-    }
 }
 
 fn by_name(points: &Points) -> HashMap<String, Vec<usize>> {
@@ -244,72 +318,24 @@ fn by_name(points: &Points) -> HashMap<String, Vec<usize>> {
     by_name
 }
 
+/// Reads the value of a tag from its cell, or from those of its two contacts.
 fn read_value(
     cells: &Cells,
     values: &Cell,
+    mut read: impl FnMut(&str, ValueKind) -> Result<CellValue, String>,
     kind: ValueKind,
-    config: &CsvConfig,
-) -> Result<Option<Value>, String> {
+) -> Result<CellValue, String> {
     match values {
-        Cell::One(index) => parse(cells.get(*index), kind, config),
+        Cell::One(index) => read(cells.get(*index), kind),
         Cell::Two { off, on } => {
-            let contact = |index| parse(cells.get(index), ValueKind::Bool, config);
+            let mut contact = |index: usize| read(cells.get(index), ValueKind::Bool);
             match (contact(*off)?, contact(*on)?) {
-                (Some(Value::Bool(off)), Some(Value::Bool(on))) => {
-                    Ok(Some(Value::DoublePoint(double_point(off, on))))
+                (CellValue::Value(Value::Bool(off)), CellValue::Value(Value::Bool(on))) => {
+                    Ok(CellValue::Value(Value::DoublePoint(double_point(off, on))))
                 }
-                _ => Ok(None),
+                (CellValue::Empty, CellValue::Empty) => Ok(CellValue::Empty),
+                _ => Ok(CellValue::NoValue),
             }
         }
     }
-}
-
-/// A value; nothing where the cell is empty.
-fn parse(text: &str, kind: ValueKind, config: &CsvConfig) -> Result<Option<Value>, String> {
-    if text.is_empty() {
-        return Ok(None);
-    }
-    let lower = text.to_ascii_lowercase();
-    let value = match (kind, lower.as_str()) {
-        (ValueKind::Bool, "on" | "yes") => Some(Value::Bool(true)),
-        (ValueKind::Bool, "off" | "no") => Some(Value::Bool(false)),
-        (ValueKind::DoublePoint, "off" | "open") => Some(Value::DoublePoint(DoublePoint::Off)),
-        (ValueKind::DoublePoint, "on" | "closed") => Some(Value::DoublePoint(DoublePoint::On)),
-        (ValueKind::F64, _) => kind.parse(&dotted(text, config.has_decimal_comma)),
-        _ => kind.parse(&lower),
-    };
-    let expected = match kind {
-        ValueKind::F64 => "number",
-        ValueKind::I64 => "whole number",
-        ValueKind::Bool => "true, false, 1, 0, on or off",
-        ValueKind::DoublePoint => "position 0 to 3, off, on, open or closed",
-    };
-    match value {
-        None => Err(format!("'{}' is no {expected}", shown(text))),
-        value => Ok(value),
-    }
-}
-
-/// `good`, `uncertain`, `bad`, or a quality of OPC DA 3.0 (6.8), 192 being good. What
-/// is none of them vouches for nothing.
-fn quality_of(text: &str) -> Quality {
-    const OPC_GOOD: u16 = 0xC0;
-    const OPC_UNCERTAIN: u16 = 0x40;
-    let lower = text.to_ascii_lowercase();
-    match (lower.as_str(), lower.parse::<u16>()) {
-        ("good", _) => Quality::Good,
-        ("uncertain", _) => Quality::Uncertain(Reason::Unknown),
-        (_, Ok(bits)) if bits & OPC_GOOD == OPC_GOOD => Quality::Good,
-        (_, Ok(bits)) if bits & OPC_GOOD == OPC_UNCERTAIN => Quality::Uncertain(Reason::Unknown),
-        _ => Quality::Bad(Reason::Unknown),
-    }
-}
-
-fn dotted(text: &str, has_decimal_comma: bool) -> String {
-    if has_decimal_comma { text.replace(',', ".") } else { text.to_owned() }
-}
-
-/// A cell as messages have it.
-fn shown(text: &str) -> String {
-    crate::comtrade::shorten(text)
 }

@@ -1,7 +1,11 @@
-//! What the settings say of a table.
+//! Configuration of a table: its columns, dialect and formats.
 
+use std::collections::{BTreeMap, HashSet};
+
+use busbar_plugin_sdk::Quality;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use text_table::{Dialect, NumberFormat, TimeReader};
 
 use crate::settings::EmptyCells;
 
@@ -29,33 +33,30 @@ pub(crate) enum Form {
     Long,
 }
 
-/// How times are written.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum TimeFormat {
-    /// RFC 3339, such as 2024-02-29T13:14:15.5+01:00.
-    #[default]
-    Rfc3339,
-    /// Seconds since 1970, with a fraction.
-    UnixSeconds,
-    /// Milliseconds since 1970.
-    UnixMillis,
-    /// Seconds from any start.
-    Seconds,
-}
-
-/// Columns of a table, checked.
+/// Configuration of a table, checked.
 #[derive(Clone, Debug)]
 pub(crate) struct CsvConfig {
     pub(crate) form: Form,
     pub(crate) time: Column,
-    pub(crate) time_format: TimeFormat,
+    /// Column of the date, where it is not in that of the time.
+    pub(crate) date: Option<Column>,
+    pub(crate) times: TimeReader,
     pub(crate) name: Column,
     pub(crate) value: Column,
     pub(crate) quality: Option<Column>,
-    pub(crate) delimiter: u8,
-    pub(crate) has_decimal_comma: bool,
+    /// Qualities by words in lower case.
+    pub(crate) qualities: BTreeMap<String, Quality>,
+    pub(crate) dialect: Dialect,
+    pub(crate) numbers: NumberFormat,
+    /// Presence of a header, where the settings say it.
+    pub(crate) header: Option<bool>,
+    /// Presence of a row of units, where the settings say it.
+    pub(crate) units_row: Option<bool>,
     pub(crate) empty_cells: EmptyCells,
+    /// Words that are no value, in lower case.
+    pub(crate) no_value: HashSet<String>,
+    /// Names of rows by which the recorder says that it stopped.
+    pub(crate) stop_names: HashSet<String>,
 }
 
 /// Finds a column or channel among names, counted from 0.

@@ -50,7 +50,7 @@ fn a_column_is_a_signal() {
 fn a_row_is_a_value() {
     let text = "t;n;v;q\n1,5;A;1,25;good\n1,5;B;1;192\n2;C;9;good\n2,5;A;2;uncertain\n3;A;3;bad\n3;B;0;64\n4;A;;good\n";
     let csv = json!({"form": "long", "time": "t", "name": "n", "value": "v", "quality": "q",
-        "time_format": "unix_seconds", "delimiter": ";", "decimal": ","});
+        "time_format": "seconds", "delimiter": ";", "decimal": ","});
     let tag = |id: &str, tag, kind| tag_spec(tag, id, kind, json!({"name": id}));
     let tags = [tag("A", 1, ValueKind::F64), tag("B", 2, ValueKind::Bool)];
     let uncertain = Quality::Uncertain(Reason::Unknown);
@@ -133,8 +133,8 @@ fn bad_rows_are_told_and_do_not_stop_the_rest() {
     let config = json!({"file": "/a.csv", "csv": {"time_format": "seconds"}});
     let config = serde_json::from_value::<crate::Settings>(config).unwrap().parse().unwrap();
     let points = Points::parse(&[f64_of("a", 1)], &config).unwrap();
-    let mut table = Table::new(&config, std::io::Cursor::new(text), &points).unwrap();
     let mut remarks = Remarks::new(busbar_plugin_sdk::testing::host(), "a".into());
+    let mut table = Table::new(&config, std::io::Cursor::new(text), &points, &mut remarks).unwrap();
     let mut updates = Vec::new();
     while table.read(&mut updates, &mut remarks).unwrap().is_some() {}
     let values: Vec<_> = updates.iter().map(|update| update.value).collect();
@@ -229,7 +229,7 @@ fn what_is_wrong_with_the_header_is_named() {
         ("t,a\n1,1\n", "csv.time: there is no column 'time'; there are 't', 'a'"),
         ("time,b\n1,1\n", "tag 'a': there is no column 'a'; there are 'time', 'b'"),
         ("time,a,a\n1,1,1\n", "2, 3 are columns 'a': give the number"),
-        ("time,a\n", "there is no row after the first"),
+        ("time,a\n", "there is no row of data"),
         ("time,a\nx,1\n", "line 2: 'x' is not a time such as"),
     ] {
         let fault = read(json!({}), &tags, text).unwrap_err();

@@ -174,7 +174,7 @@ fn record(kind: Kind, random: &mut FaultGenerator) -> (Vec<u8>, Vec<Step>) {
 fn open(kind: Kind, bytes: Vec<u8>, points: &Points, remarks: &mut Remarks) -> Box<dyn Source> {
     let file = std::io::Cursor::new(bytes);
     if kind != Kind::Comtrade {
-        return Box::new(Table::new(&config(kind), file, points).unwrap());
+        return Box::new(Table::new(&config(kind), file, points, remarks).unwrap());
     }
     let channel = |tag: u32| format!("{},t{tag},,,,1,0,0,-99998,99998,1,1,P\n", tag + 1);
     let channels: String = (0..TAGS).map(channel).collect();

@@ -1,9 +1,11 @@
 //! The plugin end to end, through the SDK's sink, with files on disk.
 
+mod exported;
 mod hostile;
 mod matrix;
 mod peer;
 mod playing;
+mod recordings;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -55,6 +57,11 @@ impl Running {
         };
         let links = || self.recorder.recording().links;
         assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
+    }
+
+    /// The last report of the link.
+    fn link_text(&self) -> String {
+        self.recorder.recording().links.back().map(|(_, said)| said.clone()).unwrap_or_default()
     }
 
     /// Waits for the end, and returns what each tag was.

@@ -21,7 +21,6 @@ use tokio_postgres::{AsyncMessage, Client, Connection, Error, Statement};
 use super::{LinkFault, fault_of};
 use crate::answer::{Answer, MAX_ROWS, QueryFault, Samples};
 use crate::board::{Board, shown};
-use crate::convert::ZonelessTime;
 use crate::schedule::Schedule;
 use crate::settings::{Channel, Config, QueryConfig};
 
@@ -234,7 +233,8 @@ impl<'a> Session<'a> {
                 let points = self.board.borrow().points(query);
                 let names: Vec<_> = prepared.columns().iter().map(|column| column.name()).collect();
                 let mut rows = pin!(rows);
-                match Answer::begin(&points, &names, ZonelessTime::Refused) {
+                let rules = self.board.borrow().time_rules();
+                match Answer::begin(&points, &names, &rules) {
                     Err(fault) => Err(fault),
                     Ok(answer) => gather(answer, &mut rows).await?,
                 }

@@ -12,6 +12,7 @@ use crate::cell::{Cell, Row};
 /// Unix time of PostgreSQL's epoch, the beginning of 2000, seconds.
 const POSTGRES_EPOCH: i64 = 946_684_800;
 const MICROS: i64 = 1_000_000;
+const NANOS_PER_MICRO: i64 = 1000;
 /// A digit of a numeric counts to this, and has so many decimal digits.
 const NUMERIC_BASE: u16 = 10_000;
 const NUMERIC_DIGITS: i32 = 4;
@@ -49,10 +50,7 @@ impl<'a> FromSql<'a> for Cell<'a> {
                 Self::Text(Cow::from(std::str::from_utf8(bytes)?))
             }
             Type::TIMESTAMPTZ => time(i64::from_sql(of, bytes)?),
-            Type::TIMESTAMP => Self::Unusable(
-                "a timestamp without time zone: write AT TIME ZONE with the zone that it is of"
-                    .into(),
-            ),
+            Type::TIMESTAMP => local_time(i64::from_sql(of, bytes)?),
             _ if matches!(of.kind(), Kind::Enum(_)) => {
                 Self::Text(Cow::from(std::str::from_utf8(bytes)?))
             }
@@ -79,6 +77,15 @@ fn time(micros: i64) -> Cell<'static> {
     match time {
         Some(time) if micros < i64::MAX => Cell::Time(time),
         _ => Cell::Unusable("a time that is infinite or before 1970".into()),
+    }
+}
+
+/// A timestamp: microseconds since 2000 of a clock whose zone the server does not know.
+fn local_time(micros: i64) -> Cell<'static> {
+    let unix = micros.checked_add(POSTGRES_EPOCH * MICROS);
+    match unix.and_then(|micros| micros.checked_mul(NANOS_PER_MICRO)) {
+        Some(nanos) if micros < i64::MAX => Cell::LocalTime(nanos),
+        _ => Cell::Unusable("a time that is infinite or out of reach".into()),
     }
 }
 

@@ -10,7 +10,7 @@ use super::*;
 use crate::answer::{Answer, MAX_ROWS, QueryFault, Samples};
 use crate::board::Board;
 use crate::cell::{Cell, Row};
-use crate::convert::ZonelessTime;
+use crate::convert::rules_of_tests;
 use crate::points;
 
 const STEPS: usize = 4000;
@@ -153,7 +153,7 @@ fn settings() -> crate::settings::Config {
 
 fn read(board: &Board, rows: Vec<[Cell<'static>; 4]>) -> Result<Samples, QueryFault> {
     let points = board.points(0);
-    let mut answer = Answer::begin(&points, &COLUMNS, ZonelessTime::Refused)?;
+    let mut answer = Answer::begin(&points, &COLUMNS, &rules_of_tests(None))?;
     for row in rows {
         answer.take(&Cells(row))?;
     }
@@ -167,7 +167,7 @@ fn tags() -> Vec<TagSpec> {
 fn board(oracle: &TruthOracle) -> Board {
     let (config, tags) = (settings(), tags());
     let points = points::parse(&tags, &config).unwrap().remove(0);
-    Board::new("db".into(), [("q".into(), points)], ZonelessTime::Refused, oracle.sink(), host())
+    Board::new("db".into(), [("q".into(), points)], rules_of_tests(None), oracle.sink(), host())
 }
 
 fn run(seed: u64) {
@@ -321,7 +321,7 @@ fn a_notification_for_tags_of_columns_leaves_them_uncertain_until_they_are_asked
     let points = points::parse(&tags, &config).unwrap().remove(0);
     let mut oracle = TruthOracle::new(0, Duration::ZERO, &tags);
     let queries = [("q".into(), points)];
-    let mut board = Board::new("db".into(), queries, ZonelessTime::Refused, oracle.sink(), host());
+    let mut board = Board::new("db".into(), queries, rules_of_tests(None), oracle.sink(), host());
     oracle.set_truth(0, Some(Value::I64(1)));
     oracle.sink().publish(&[Sample::good(0, Value::I64(1))]);
     oracle.check_recovered();

@@ -43,3 +43,22 @@ fn reading_goes_on_from_any_line() {
     lines.read(&mut line).unwrap();
     assert_eq!((&line[..], lines.number()), (&b"ab"[..], 2));
 }
+
+#[test]
+fn a_line_feed_of_utf_16_has_two_bytes() {
+    // U+0A05 and U+050A have the byte of a line feed.
+    for (name, to_bytes) in
+        [("utf-16le", u16::to_le_bytes as fn(u16) -> [u8; 2]), ("utf-16be", u16::to_be_bytes)]
+    {
+        let encoding = TextEncoding::from_name(name).unwrap();
+        let text = "a\u{a05}\u{50a}\r\n\nb";
+        let bytes: Vec<u8> = text.encode_utf16().flat_map(to_bytes).collect();
+        let mut lines = Lines::of_encoding(Cursor::new(bytes), encoding, 0, 1).unwrap();
+        let (mut line, mut found) = (Vec::new(), Vec::new());
+        while lines.read(&mut line).unwrap() != Line::End {
+            found.push(encoding.decode(&line).into_owned());
+        }
+        assert_eq!(found, ["a\u{a05}\u{50a}\r", "", "b"], "{name}");
+        assert_eq!((lines.offset(), lines.number()), (14, 4));
+    }
+}
