@@ -1,14 +1,15 @@
 //! Condition monitoring: quantities against a threshold of attention and one of alarm,
 //! such as arrester currents, partial discharge, loss factors, core currents.
 
+mod judging;
 mod settings;
-
-use std::collections::HashMap;
+mod tag_units;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
     Quality, Severity, TagValue,
 };
+use judging::{Piece, Watched};
 pub use settings::{QuantitySettings, Settings, Side};
 
 const ATTENTION: [u8; 3] = [0xc9, 0xa2, 0x27];
@@ -18,15 +19,9 @@ const ALARM: [u8; 3] = [0xc0, 0x22, 0x2b];
 pub struct Condition {
     settings: Settings,
     watched: Vec<Watched>,
-}
-
-/// A binding that is judged.
-struct Watched {
-    binding: usize,
-    node: u32,
-    equipment: Option<usize>,
-    quantity: usize,
-    unit: String,
+    /// Equipment of the settings, then what else tags in the roles are bound to.
+    pieces: Vec<Piece>,
+    findings: Vec<String>,
 }
 
 impl Plugin for Condition {
@@ -40,7 +35,8 @@ impl Plugin for Condition {
         if let Some(fault) = settings.fault() {
             return Err(Error::settings(fault));
         }
-        Ok(Self { settings, watched: Vec::new() })
+        let pieces = judging::pieces(&settings, &[], &mut Vec::new());
+        Ok(Self { settings, watched: Vec::new(), pieces, findings: Vec::new() })
     }
 }
 
@@ -59,25 +55,15 @@ impl Overlay for Condition {
         };
         Description {
             legend: self.settings.quantities.iter().flat_map(entries).collect(),
-            equipment: self.settings.equipment.clone(),
+            equipment: self.pieces.iter().map(|piece| piece.id.clone()).collect(),
+            findings: self.findings.clone(),
             ..Description::default()
         }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        let Settings { quantities, equipment } = &self.settings;
-        let described: HashMap<&str, usize> =
-            equipment.iter().zip(0..).map(|(id, at)| (id.as_str(), at)).collect();
-        let watched = |(index, binding): (usize, Binding)| {
-            Some(Watched {
-                quantity: quantities.iter().position(|of| of.role == binding.role)?,
-                equipment: described.get(binding.node_id.as_str()).copied(),
-                binding: index,
-                node: binding.node,
-                unit: binding.unit,
-            })
-        };
-        self.watched = bindings.into_iter().enumerate().filter_map(watched).collect();
+        (self.watched, self.findings) = judging::watch(&self.settings, &bindings);
+        self.pieces = judging::pieces(&self.settings, &self.watched, &mut self.findings);
         Ok(())
     }
 
@@ -86,28 +72,28 @@ impl Overlay for Condition {
         // Of what is wrong at a piece of equipment, the worst shows: it comes last.
         let mut shown: Vec<(Severity, usize, usize, usize)> = Vec::new();
         for watched in &self.watched {
-            let &Watched { binding, quantity, equipment, node, ref unit } = watched;
-            let of = &self.settings.quantities[quantity];
-            let tag = &values[binding];
-            let severity = match tag.good_number() {
-                Some(value) => of.judge(value),
-                None => Severity::Normal,
-            };
-            if let Some(equipment) = equipment {
-                let entry = 2 * quantity + usize::from(severity == Severity::Alarm);
-                // The host shows as unknown what rests on a value that is not good.
-                if severity > Severity::Normal || tag.quality != Quality::Good {
-                    shown.push((severity, binding, equipment, entry));
-                }
+            let of = &self.settings.quantities[watched.quantity];
+            let tag = &values[watched.binding];
+            let value = watched.value(tag).ok();
+            let severity = value.map_or(Severity::Normal, |value| of.judge(value));
+            let is_listed = self.pieces[watched.piece].is_listed;
+            // The host shows as unknown what rests on a value that is not good.
+            if is_listed && (severity > Severity::Normal || tag.quality != Quality::Good) {
+                let entry = 2 * watched.quantity + usize::from(severity == Severity::Alarm);
+                shown.push((severity, watched.binding, watched.piece, entry));
             }
-            if let (Some(value), true) = (tag.good_number(), severity > Severity::Normal) {
-                let text = format!("{value:.2} {unit}");
-                canvas.line(binding, node, severity, &of.name, text.trim_end())?;
+            if let (Some(value), true) = (value, severity > Severity::Normal) {
+                let text = judging::number(value, &watched.unit);
+                canvas.line(watched.binding, watched.node, severity, &of.name, &text)?;
             }
         }
         shown.sort_by_key(|(severity, ..)| *severity);
         for (_, binding, equipment, entry) in shown {
             canvas.state(binding, equipment, entry)?;
+        }
+        for (equipment, piece) in self.pieces.iter().enumerate() {
+            let quantities = &self.settings.quantities;
+            piece.judge(equipment, (&self.watched, quantities), &values, canvas)?;
         }
         Ok(())
     }
@@ -115,5 +101,7 @@ impl Overlay for Condition {
 
 busbar_plugin_sdk::export_plugin!(Condition: overlay);
 
+#[cfg(test)]
+mod silence_tests;
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,8 @@ const MAX_QUANTITIES: usize = 32;
 const MAX_EQUIPMENT: usize = 10_000;
 /// Bytes of a quantity's name: the legend adds what is wrong with it.
 const MAX_NAME_BYTES: usize = 48;
+/// Bytes of a unit.
+const MAX_UNIT_BYTES: usize = 16;
 
 /// Settings of the overlay: what is judged of the equipment, and how.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
@@ -19,6 +21,10 @@ pub struct Settings {
     /// Ids of the equipment that states are shown at.
     #[schemars(length(max = MAX_EQUIPMENT))]
     pub equipment: Vec<String>,
+    /// Ids of equipment without tags: its verdict is unknown, and that is no fault.
+    #[serde(default)]
+    #[schemars(length(max = MAX_EQUIPMENT))]
+    pub untelemetered: Vec<String>,
 }
 
 /// A quantity, whose tags are bound in a role of its own.
@@ -31,7 +37,12 @@ pub struct QuantitySettings {
     /// Role of its tags.
     #[schemars(length(min = 1, max = 200))]
     pub role: String,
-    /// From here on it needs attention, in the unit of its tags.
+    /// Unit of the thresholds, which tags in other units are converted to; without it all
+    /// tags must have the same one.
+    #[serde(default)]
+    #[schemars(length(max = MAX_UNIT_BYTES))]
+    pub unit: Option<String>,
+    /// From here on it needs attention, in that unit.
     pub attention: f64,
     /// From here on it is an alarm.
     pub alarm: f64,
@@ -72,7 +83,7 @@ impl Settings {
         if self.quantities.is_empty() || self.quantities.len() > MAX_QUANTITIES {
             return Some(format!("name 1 to {MAX_QUANTITIES} quantities"));
         }
-        if self.equipment.len() > MAX_EQUIPMENT {
+        if self.equipment.len() > MAX_EQUIPMENT || self.untelemetered.len() > MAX_EQUIPMENT {
             return Some(format!("name at most {MAX_EQUIPMENT} pieces of equipment"));
         }
         self.quantities.iter().find_map(|of| {
@@ -83,6 +94,9 @@ impl Settings {
             };
             if name.is_empty() || name.len() > MAX_NAME_BYTES {
                 return Some(format!("'{name}': give a name of 1 to {MAX_NAME_BYTES} bytes"));
+            }
+            if of.unit.as_ref().is_some_and(|unit| unit.len() > MAX_UNIT_BYTES) {
+                return Some(format!("'{name}': give a unit of at most {MAX_UNIT_BYTES} bytes"));
             }
             (!rises).then(|| {
                 let (attention, alarm) = (of.attention, of.alarm);

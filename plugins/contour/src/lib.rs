@@ -1,18 +1,21 @@
 //! Contour: levels of one quantity at equipment, whose course over the ground the host
-//! works out and draws.
+//! works out and draws; a verdict on each piece by the normal band.
 
+mod levels;
 mod settings;
+mod tag_units;
 
-use std::collections::HashMap;
-
-use busbar_plugin_sdk::{Binding, Canvas, Description, Error, Host, Overlay, OverlayFrame, Plugin};
+use busbar_plugin_sdk::{
+    Binding, Canvas, Description, Error, Host, Overlay, OverlayFrame, Plugin, TagValue,
+};
+use levels::Piece;
 pub use settings::Settings;
 
 /// The overlay.
 pub struct Contour {
     settings: Settings,
-    /// Of each binding that is a level: its index, and that of the equipment.
-    shown: Vec<[usize; 2]>,
+    pieces: Vec<Piece>,
+    findings: Vec<String>,
 }
 
 impl Plugin for Contour {
@@ -23,18 +26,19 @@ impl Plugin for Contour {
     type Settings = Settings;
 
     fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
-        match settings.fault() {
-            Some(fault) => Err(Error::settings(fault)),
-            None => Ok(Self { settings, shown: Vec::new() }),
+        if let Some(fault) = settings.fault() {
+            return Err(Error::settings(fault));
         }
+        let (pieces, _) = levels::pieces(&settings, &[]);
+        Ok(Self { settings, pieces, findings: Vec::new() })
     }
 }
 
 impl Overlay for Contour {
     fn describe(&self) -> Description {
-        let Settings { name, unit, equipment, reach_metres, low, high, step, .. } = &self.settings;
+        let Settings { name, unit, reach_metres, low, high, step, .. } = &self.settings;
         Description {
-            equipment: equipment.clone(),
+            equipment: self.pieces.iter().map(|piece| piece.id.clone()).collect(),
             contour: Some(busbar_plugin_sdk::Contour {
                 name: name.clone(),
                 unit: unit.clone(),
@@ -44,35 +48,25 @@ impl Overlay for Contour {
                 step: *step,
             }),
             starts_hidden: !self.settings.shown,
+            findings: self.findings.clone(),
             ..Description::default()
         }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        let described: HashMap<&str, usize> =
-            self.settings.equipment.iter().zip(0..).map(|(id, at)| (id.as_str(), at)).collect();
-        let mut shown = Vec::new();
-        for (index, binding) in bindings.iter().enumerate() {
-            let equipment = described.get(binding.node_id.as_str());
-            if let Some(&equipment) = equipment.filter(|_| binding.role == self.settings.role) {
-                if binding.unit != self.settings.unit {
-                    let (tag, unit, wanted) = (&binding.tag_id, &binding.unit, &self.settings.unit);
-                    let fault = format!("tag {tag} is in '{unit}': the contour is in '{wanted}'");
-                    return Err(Error::settings(fault));
-                }
-                shown.push([index, equipment]);
-            }
-        }
-        self.shown = shown;
+        (self.pieces, self.findings) = levels::pieces(&self.settings, &bindings);
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-        let values: Vec<_> = frame.values().collect();
-        for &[binding, equipment] in &self.shown {
-            // Without a value too: the host draws that there is no data.
-            let value = values[binding].number().unwrap_or_default();
-            canvas.level(binding, equipment, value)?;
+        let values: Vec<TagValue> = frame.values().collect();
+        for (equipment, piece) in self.pieces.iter().enumerate() {
+            for level in &piece.levels {
+                if let Some(value) = level.drawn(&values[level.binding]) {
+                    canvas.level(level.binding, equipment, value)?;
+                }
+            }
+            piece.judge(equipment, &self.settings, &values, canvas)?;
         }
         Ok(())
     }
@@ -80,5 +74,7 @@ impl Overlay for Contour {
 
 busbar_plugin_sdk::export_plugin!(Contour: overlay);
 
+#[cfg(test)]
+mod silence_tests;
 #[cfg(test)]
 mod tests;

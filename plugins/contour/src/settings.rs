@@ -14,7 +14,7 @@ pub struct Settings {
     /// What people call the quantity.
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     pub name: String,
-    /// Unit of the quantity and of its tags.
+    /// Unit of the quantity, which tags in other units are converted to.
     #[serde(default)]
     #[schemars(length(max = MAX_UNIT_BYTES))]
     pub unit: String,
@@ -24,6 +24,10 @@ pub struct Settings {
     /// Ids of the equipment that it is measured at.
     #[schemars(length(max = MAX_EQUIPMENT))]
     pub equipment: Vec<String>,
+    /// Ids of equipment without a tag: its verdict is unknown, and that is no fault.
+    #[serde(default)]
+    #[schemars(length(max = MAX_EQUIPMENT))]
+    pub untelemetered: Vec<String>,
     /// How far around a piece of equipment its value counts, metres.
     #[schemars(range(min = MIN_REACH_METRES, max = MAX_REACH_METRES))]
     pub reach_metres: f64,
@@ -42,6 +46,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Decides whether a level is outside the normal band.
+    pub(crate) fn is_outside(&self, level: f64) -> bool {
+        self.low.is_some_and(|low| level < low) || self.high.is_some_and(|high| level > high)
+    }
+
     /// What makes no sense, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         let Self { name, unit, equipment, reach_metres, low, high, step, .. } = self;
@@ -49,7 +58,7 @@ impl Settings {
             let (name, unit) = (MAX_NAME_BYTES, MAX_UNIT_BYTES);
             return Some(format!("give a name of 1 to {name} bytes, and a unit of at most {unit}"));
         }
-        if equipment.len() > MAX_EQUIPMENT {
+        if equipment.len() > MAX_EQUIPMENT || self.untelemetered.len() > MAX_EQUIPMENT {
             return Some(format!("name at most {MAX_EQUIPMENT} pieces of equipment"));
         }
         if !(MIN_REACH_METRES..=MAX_REACH_METRES).contains(reach_metres) {

@@ -74,6 +74,12 @@ named! {
         Flood,
         /// Publishes after `stop`.
         AfterStop,
+        /// Gives no verdict on equipment that it describes.
+        MissingVerdict,
+        /// Gives a verdict on equipment that it does not describe.
+        VerdictOutOfRange,
+        /// Gives an unknown verdict without a reason.
+        UnknownWithoutReason,
     }
 }
 
@@ -187,6 +193,9 @@ impl Kind {
             ),
             Self::Flood => matches!(at, Publish | ReadAlarms),
             Self::AfterStop => at == Publish,
+            Self::MissingVerdict | Self::VerdictOutOfRange | Self::UnknownWithoutReason => {
+                at == Draw
+            }
             _ => true,
         }
     }

@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::export::{Capability, Descriptor, Exported};
 use busbar_plugin_sdk::{
-    Binding, Canvas, Collapse, CollapseList, Command, CommandExit, CommandInfo, DoublePoint, Error,
-    Host, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame, Plugin, Progress, RecordList,
-    Running, Sample, SampleSink, Severity, Simulation, SimulationStatus, Simulator, Streams,
-    TagSpec, Telemetry, Value, ValueKind, Worker, export,
+    Binding, Canvas, Collapse, CollapseList, Command, CommandExit, CommandInfo, Description,
+    DoublePoint, Error, Host, Judgment, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame,
+    Plugin, Progress, RecordList, Running, Sample, SampleSink, Severity, Simulation,
+    SimulationStatus, Simulator, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker,
+    export,
 };
 
 use crate::fault::{At, Fault, Kind, set};
@@ -40,6 +41,8 @@ pub struct FaultInjector {
     host: Host,
     worker: Option<Worker>,
     bindings: Vec<Binding>,
+    /// Equipment that bindings name, each with its bindings.
+    equipment: Vec<(String, Vec<usize>)>,
     pub(crate) lists: Vec<RecordList>,
 }
 
@@ -64,7 +67,13 @@ impl Plugin for FaultInjector {
             _ => return Err(Error::settings("settings: give `kind` and `at`, or neither")),
         }
         strike(At::Create);
-        Ok(Self { host, worker: None, bindings: Vec::new(), lists: kept::lists() })
+        Ok(Self {
+            host,
+            worker: None,
+            bindings: Vec::new(),
+            equipment: Vec::new(),
+            lists: kept::lists(),
+        })
     }
 }
 
@@ -164,17 +173,41 @@ impl Command for FaultInjector {
 }
 
 impl Overlay for FaultInjector {
+    fn describe(&self) -> Description {
+        let equipment = self.equipment.iter().map(|(id, _)| id.clone()).collect();
+        Description { equipment, ..Description::default() }
+    }
+
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
         strike(At::Configure);
+        let mut places: HashMap<&str, usize> = HashMap::new();
+        self.equipment.clear();
+        for (index, binding) in bindings.iter().enumerate() {
+            let place = *places.entry(&binding.node_id).or_insert(self.equipment.len());
+            if place == self.equipment.len() {
+                self.equipment.push((binding.node_id.clone(), Vec::new()));
+            }
+            self.equipment[place].1.push(index);
+        }
         self.bindings = bindings;
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         strike(At::Draw);
-        for (index, (binding, state)) in self.bindings.iter().zip(frame.values()).enumerate() {
+        let values: Vec<TagValue> = frame.values().collect();
+        for (index, (binding, state)) in self.bindings.iter().zip(&values).enumerate() {
             let text = if state.value.is_some() { "a value" } else { "none" };
             canvas.line(index, binding.node, Severity::Normal, &binding.tag_name, text)?;
+        }
+        for (equipment, (_, own)) in self.equipment.iter().enumerate() {
+            let is_good = |index: &usize| values.get(*index).is_some_and(|v| v.quality.is_good());
+            let basis = canvas.basis(own.iter().copied())?;
+            let judgment = match own.iter().all(is_good) {
+                true => Judgment::NORMAL.assuming("every value is normal"),
+                false => Judgment::unknown("a value is not good"),
+            };
+            canvas.judge(equipment, basis, &judgment)?;
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 mod alarms;
 mod chart;
 mod command;
+mod overlay;
 mod records;
 
 use std::ffi::c_void;
@@ -23,7 +24,8 @@ const AFTERWARDS: Duration = Duration::from_secs(5);
 pub(crate) fn due_again(at: At) -> Option<Kind> {
     let kinds = [Kind::LieAboutSize, Kind::NotUtf8, Kind::NullResult, Kind::NotFinite]
         .into_iter()
-        .chain([Kind::OutOfRange, Kind::Overrun]);
+        .chain([Kind::OutOfRange, Kind::Overrun, Kind::MissingVerdict])
+        .chain([Kind::VerdictOutOfRange, Kind::UnknownWithoutReason]);
     kinds.into_iter().find(|&kind| is_set(kind, at))
 }
 
@@ -82,11 +84,6 @@ const fn telemetry(struct_size: u32) -> abi::BusbarTelemetry {
     abi::BusbarTelemetry { struct_size, origin: 0, check, start, stop }
 }
 
-const fn overlay(struct_size: u32) -> abi::BusbarOverlay {
-    let (configure, draw) = (Some(configure as _), Some(draw as _));
-    abi::BusbarOverlay { struct_size, reserved: 0, configure, draw, describe: None }
-}
-
 const fn optimizer(struct_size: u32) -> abi::BusbarMeshOptimizer {
     abi::BusbarMeshOptimizer { struct_size, flags: 0, optimize: Some(optimize as _) }
 }
@@ -105,8 +102,6 @@ const fn simulator(struct_size: u32) -> abi::BusbarSimulator {
 /// Each table as it is, and as the lie has it.
 static TELEMETRY: [abi::BusbarTelemetry; 2] =
     [telemetry(size_of::<abi::BusbarTelemetry>() as u32), telemetry(SHORT)];
-static OVERLAY: [abi::BusbarOverlay; 2] =
-    [overlay(size_of::<abi::BusbarOverlay>() as u32), overlay(SHORT)];
 static OPTIMIZER: [abi::BusbarMeshOptimizer; 2] =
     [optimizer(size_of::<abi::BusbarMeshOptimizer>() as u32), optimizer(SHORT)];
 static SIMULATOR: [abi::BusbarSimulator; 2] =
@@ -119,7 +114,7 @@ pub(crate) fn table(id: abi::BusbarStr, short: bool) -> *const c_void {
     let index = usize::from(short);
     match std::str::from_utf8(id) {
         Ok(abi::TELEMETRY_ID) => std::ptr::from_ref(&TELEMETRY[index]).cast(),
-        Ok(abi::OVERLAY_ID) => std::ptr::from_ref(&OVERLAY[index]).cast(),
+        Ok(abi::OVERLAY_ID) => std::ptr::from_ref(&overlay::TABLE[index]).cast(),
         Ok(abi::MESH_OPTIMIZER_ID) => std::ptr::from_ref(&OPTIMIZER[index]).cast(),
         Ok(abi::SIMULATOR_ID) => std::ptr::from_ref(&SIMULATOR[index]).cast(),
         Ok(abi::COMMAND_ID) => std::ptr::from_ref(&command::TABLE[index]).cast(),
@@ -209,52 +204,6 @@ fn publish_afterwards(sink: *const abi::BusbarSampleSink) {
             }
         }
     });
-}
-
-unsafe extern "C" fn configure(
-    plugin: *const abi::BusbarPlugin,
-    bindings: *const abi::BusbarBinding,
-    binding_count: usize,
-    error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
-    let honest = honest_table::<abi::BusbarOverlay>(abi::OVERLAY_ID).and_then(|t| t.configure);
-    let Some(configure) = honest else { return abi::BUSBAR_INTERNAL };
-    // SAFETY: handed on as it came.
-    unsafe { status(At::Configure, configure(plugin, bindings, binding_count, error), error) }
-}
-
-unsafe extern "C" fn draw(
-    plugin: *const abi::BusbarPlugin,
-    frame: *const abi::BusbarOverlayFrame,
-    output: *mut abi::BusbarOverlayOutput,
-    error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
-    let honest = honest_table::<abi::BusbarOverlay>(abi::OVERLAY_ID).and_then(|t| t.draw);
-    let Some(draw) = honest else { return abi::BUSBAR_INTERNAL };
-    // SAFETY: handed on as it came.
-    let drawn = unsafe { draw(plugin, frame, output, error) };
-    if drawn != abi::BUSBAR_OK {
-        return drawn;
-    }
-    // SAFETY: the SDK found it good.
-    let output = unsafe { &mut *output };
-    let some = output.primitive_count > 0;
-    match due_again(At::Draw) {
-        Some(Kind::NotUtf8) if output.text_len > 0 => {
-            // SAFETY: there is text, so there is a first byte.
-            unsafe { output.text.write(0xff) };
-        }
-        Some(Kind::OutOfRange) if some => {
-            // SAFETY: there is a first primitive.
-            unsafe { (*output.primitives).binding = u32::MAX };
-        }
-        Some(Kind::Overrun) => {
-            // SAFETY: none; writing beyond the end is the fault, which is the purpose.
-            unsafe { output.text.add(output.text_capacity as usize).write_bytes(0x11, 8) };
-        }
-        _ => {}
-    }
-    drawn
 }
 
 unsafe extern "C" fn optimize(

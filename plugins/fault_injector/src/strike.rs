@@ -65,7 +65,10 @@ pub(crate) fn strike(at: At) -> Option<Kind> {
         | Kind::NullResult
         | Kind::Overrun
         | Kind::Flood
-        | Kind::AfterStop => return Some(kind),
+        | Kind::AfterStop
+        | Kind::MissingVerdict
+        | Kind::VerdictOutOfRange
+        | Kind::UnknownWithoutReason => return Some(kind),
     }
     None
 }

@@ -47,14 +47,15 @@ pub(crate) fn of_laboratory(
     Judged { unix_nanos, sample, extras, status, state, is_online: false, doubt: None }
 }
 
-/// Judges a sample of a monitor, by itself alone.
+/// Judges a sample of a monitor, by itself alone, at a status that is certain.
 pub(crate) fn of_monitor(
     unix_nanos: i64,
     (sample, extras): (Sample, [f32; EXTRAS.len()]),
+    status: Status,
     settings: &Settings,
 ) -> (Judged, Judgement) {
     let judgement = verdict::judge(&sample, settings);
-    let status = c57_104::status(&sample, settings.age.into());
+    let status = Some(status);
     let state = verdict::state(status, &judgement);
     let judged = Judged { unix_nanos, sample, extras, status, state, is_online: true, doubt: None };
     (judged, judgement)

@@ -11,11 +11,13 @@ mod history;
 mod judged;
 mod lines;
 mod loading;
+mod monitor;
 mod monitors;
 mod odds;
 mod report;
 mod row;
 mod source;
+mod status_bounds;
 mod table;
 mod verdict;
 
@@ -171,7 +173,12 @@ impl Chart for GasAnalysis {
 impl Overlay for GasAnalysis {
     fn describe(&self) -> Description {
         let equipment = self.monitors.equipment().map(str::to_owned).collect();
-        Description { legend: self.monitors.legend(), equipment, ..Description::default() }
+        Description {
+            legend: self.monitors.legend(),
+            equipment,
+            findings: self.monitors.findings().to_vec(),
+            ..Description::default()
+        }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
@@ -189,6 +196,8 @@ busbar_plugin_sdk::export_plugin!(GasAnalysis: command, chart, overlay);
 
 #[cfg(test)]
 mod fleet_tests;
+#[cfg(test)]
+mod monitor_silence_tests;
 #[cfg(test)]
 mod monitors_tests;
 #[cfg(test)]

@@ -3,20 +3,19 @@
 //! What rests on a gas that is not good is not judged, and says so: a verdict never looks
 //! better than its worst gas.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::time::{Duration, Instant};
 
-use busbar_plugin_sdk::{Binding, Canvas, Error, LegendEntry, Quality, Reason, Severity, TagValue};
-use dga::{Concentration, Gas, Sample};
+use busbar_plugin_sdk::{Binding, Canvas, Error, Judgment, LegendEntry, Severity, TagValue};
+use dga::Sample;
+use dga::c57_104::Status;
 
 use crate::Settings;
 use crate::axes;
-use crate::judged::{Judged, of_monitor};
-use crate::source::EXTRAS;
-use crate::verdict::{self, NORMAL, NOT_JUDGED, WATCH};
+use crate::judged::Judged;
+use crate::monitor::{Monitor, MonitorJudgment, not_judged};
+use crate::verdict::{NORMAL, NOT_JUDGED, WATCH};
 
-/// Before the formula of a gas in lower case, the role of its tag: `gas_h2`, in ppm.
-const ROLE: &str = "gas_";
 /// Transformers with a monitor.
 const MAX_MONITORS: usize = 10_000;
 /// Samples that are kept of all monitors, and of one at most and at least; the oldest go.
@@ -27,18 +26,23 @@ const MIN_KEPT_EACH: usize = 4;
 /// fill the history otherwise.
 const MIN_GAP: i64 = 1_000_000_000;
 const NANOS_PER_MINUTE: f64 = 60e9;
-/// Without a frame for so long, nothing is known of tags any more: the overlay is hidden.
+/// Without a frame for so long, nothing is known of tags any more.
 const MAX_SILENCE: Duration = Duration::from_secs(5);
 
 /// Transformers with a monitor, whose gases are bound to them in the roles `gas_h2`, `gas_ch4`,
 /// `gas_c2h6`, `gas_c2h4`, `gas_c2h2`, `gas_co`, `gas_co2`, `gas_o2` and `gas_n2` (ppm), and
-/// perhaps `gas_top_oil` (°C) and `gas_load` (per unit).
+/// perhaps `gas_top_oil` (°C, °F, K) and `gas_load` (per unit, %).
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MonitorSettings {
     /// Ids of the transformers.
     #[schemars(length(max = MAX_MONITORS))]
     pub(crate) equipment: Vec<String>,
+    /// Ids of those without all of the tags that are needed (H2, CH4, C2H6, C2H4, C2H2): what
+    /// cannot be judged is unknown, and that is no fault.
+    #[serde(default)]
+    #[schemars(length(max = MAX_MONITORS))]
+    pub(crate) untelemetered: Vec<String>,
     /// Minutes from one sample of the history to the next, where the verdict stays the same.
     #[serde(default = "default_minutes")]
     #[schemars(range(min = 0.01, max = 10_080.0))]
@@ -56,7 +60,9 @@ pub(crate) struct Monitors {
     gap_nanos: i64,
     equipment: Vec<String>,
     histories: HashMap<String, VecDeque<Judged>>,
+    /// One for each of the equipment.
     list: Vec<Monitor>,
+    findings: Vec<String>,
     /// The last frame, and its instant.
     drawn: Option<(Instant, i64)>,
     revision: u64,
@@ -64,40 +70,32 @@ pub(crate) struct Monitors {
     room: usize,
 }
 
-/// The tags of one transformer.
-struct Monitor {
-    id: String,
-    node: u32,
-    /// Among those described.
-    place: usize,
-    /// Binding of each gas.
-    gases: Vec<(Gas, usize)>,
-    /// Likewise of [`EXTRAS`].
-    extras: [Option<usize>; EXTRAS.len()],
-    /// What was judged last, and what is said of it.
-    last: Option<(Judged, String)>,
-}
-
 impl Monitors {
     pub(crate) fn of(settings: &Settings) -> Result<Self, Error> {
         let monitors = settings.monitors.as_ref();
-        let equipment = monitors.map_or_else(Vec::new, |monitors| monitors.equipment.clone());
+        let mut equipment = monitors.map_or_else(Vec::new, |monitors| monitors.equipment.clone());
+        let mut known = HashSet::new();
+        equipment.retain(|id| known.insert(id.clone()));
         let minutes = monitors.map_or_else(default_minutes, |monitors| monitors.record_minutes);
         let is_usable = (0.01..=10_080.0).contains(&minutes) && equipment.len() <= MAX_MONITORS;
         if !is_usable {
             let text = "monitors: 0.01 to 10,080 minutes and at most 10,000 transformers";
             return Err(Error::settings(text.to_owned()));
         }
-        Ok(Self {
+        let mut own = Self {
             settings: settings.clone(),
             gap_nanos: (minutes * NANOS_PER_MINUTE) as i64,
             equipment,
             histories: HashMap::new(),
             list: Vec::new(),
+            findings: Vec::new(),
             drawn: None,
             revision: 0,
             room: MAX_KEPT_EACH,
-        })
+        };
+        own.configure(&[]);
+        own.findings.clear();
+        Ok(own)
     }
 
     /// Grows with every sample.
@@ -125,29 +123,27 @@ impl Monitors {
         axes::legend().into_iter().map(entry).collect()
     }
 
+    /// What bindings lack, for `busbar check`.
+    pub(crate) fn findings(&self) -> &[String] {
+        &self.findings
+    }
+
     pub(crate) fn configure(&mut self, bindings: &[Binding]) {
-        self.list.clear();
-        for (place, id) in self.equipment.iter().enumerate() {
-            let own = || bindings.iter().enumerate().filter(|(_, one)| one.node_id == *id);
-            let Some((_, first)) = own().next() else { continue };
-            let in_role = |name: &str| {
-                let is_it = |role: &str| {
-                    role.strip_prefix(ROLE).is_some_and(|rest| rest.eq_ignore_ascii_case(name))
-                };
-                own().find(|(_, binding)| is_it(&binding.role)).map(|(index, _)| index)
-            };
-            let gases = Gas::ALL.into_iter();
-            let gases: Vec<_> =
-                gases.filter_map(|gas| Some((gas, in_role(gas.formula())?))).collect();
-            if gases.is_empty() {
-                continue;
-            }
-            let extras = EXTRAS.map(in_role);
-            let (id, node) = (id.clone(), first.node);
-            self.list.push(Monitor { id, node, place, gases, extras, last: None });
+        let mut own: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (index, binding) in bindings.iter().enumerate() {
+            own.entry(&binding.node_id).or_default().push(index);
         }
-        let room = MAX_KEPT / self.list.len().max(1);
-        self.room = room.clamp(MIN_KEPT_EACH, MAX_KEPT_EACH);
+        let untelemetered = self.settings.monitors.iter().flat_map(|of| &of.untelemetered);
+        let untelemetered: HashSet<&String> = untelemetered.collect();
+        let mut findings = Vec::new();
+        let monitor = |id: &String| {
+            let own = own.get(id.as_str()).map_or(&[][..], Vec::as_slice);
+            Monitor::new(id, untelemetered.contains(id), (bindings, own), &mut findings)
+        };
+        self.list = self.equipment.iter().map(monitor).collect();
+        self.findings = findings;
+        let bound = self.list.iter().filter(|monitor| monitor.node.is_some()).count();
+        self.room = (MAX_KEPT / bound.max(1)).clamp(MIN_KEPT_EACH, MAX_KEPT_EACH);
     }
 
     /// Where no frame came for long, what was measured last does not go on being judged.
@@ -159,8 +155,8 @@ impl Monitors {
         }
         self.drawn = None;
         let nanos = i64::try_from(silent.as_nanos()).unwrap_or(i64::MAX);
-        let doubt = "not judged: its overlay is not shown";
-        for monitor in &mut self.list {
+        let doubt = "not judged: no frames came";
+        for monitor in self.list.iter_mut().filter(|monitor| monitor.node.is_some()) {
             monitor.last = None;
             let now = not_judged(unix_nanos.saturating_add(nanos), Sample::new(), doubt);
             keep(self.histories.entry(monitor.id.clone()).or_default(), now, self.room);
@@ -176,16 +172,21 @@ impl Monitors {
         canvas: &mut Canvas<'_>,
     ) -> Result<(), Error> {
         self.drawn = Some((Instant::now(), unix_nanos));
-        for monitor in &mut self.list {
-            let (now, binding, told) = monitor.judge(values, unix_nanos, &self.settings);
-            let severity = match now.state {
-                NORMAL => Severity::Normal,
-                NOT_JUDGED | WATCH => Severity::Warning,
+        for (place, monitor) in self.list.iter_mut().enumerate() {
+            let of = monitor.judge(values, unix_nanos, &self.settings);
+            let basis = canvas.basis(of.basis.iter().copied())?;
+            let MonitorJudgment { verdict, reason, assumption, .. } = &of;
+            canvas.judge(place, basis, &Judgment { verdict: *verdict, reason, assumption })?;
+            let (Some(node), Some(binding)) = (monitor.node, of.line_binding) else { continue };
+            let now = of.judged;
+            let severity = match (now.state, of.least) {
+                (NOT_JUDGED, Status::Three) => Severity::Alarm,
+                (NORMAL, _) => Severity::Normal,
+                (NOT_JUDGED | WATCH, _) => Severity::Warning,
                 _ => Severity::Alarm,
             };
-            let rests_on = monitor.gases.iter().map(|(_, binding)| *binding);
-            canvas.state_on(rests_on, monitor.place, now.state as usize)?;
-            canvas.line(binding, monitor.node, severity, "Gases in oil", &told)?;
+            canvas.state_on(of.state_basis, place, now.state as usize)?;
+            canvas.line(binding, node, severity, "Gases in oil", &of.told)?;
             let history = self.histories.entry(monitor.id.clone()).or_default();
             if is_news(history.back(), &now, self.gap_nanos) {
                 keep(history, now, self.room);
@@ -203,18 +204,6 @@ fn keep(history: &mut VecDeque<Judged>, judged: Judged, room: usize) {
     history.push_back(judged);
 }
 
-fn not_judged(unix_nanos: i64, sample: Sample, doubt: &str) -> Judged {
-    Judged {
-        unix_nanos,
-        sample,
-        extras: [f32::NAN; EXTRAS.len()],
-        status: None,
-        state: NOT_JUDGED,
-        is_online: true,
-        doubt: Some(doubt.into()),
-    }
-}
-
 /// Whether a sample goes into the history after the last one there. A clock that was set
 /// back adds nothing until it is where it was.
 fn is_news(last: Option<&Judged>, now: &Judged, gap_nanos: i64) -> bool {
@@ -222,72 +211,4 @@ fn is_news(last: Option<&Judged>, now: &Judged, gap_nanos: i64) -> bool {
     let since = now.unix_nanos.saturating_sub(last.unix_nanos);
     let is_other = now.sample != last.sample || now.doubt.is_some() != last.doubt.is_some();
     is_other && since >= if now.state == last.state { gap_nanos } else { MIN_GAP }
-}
-
-impl Monitor {
-    /// What the tags say now, the binding that it is told at, and what is told.
-    fn judge(
-        &mut self,
-        values: &[TagValue],
-        unix_nanos: i64,
-        settings: &Settings,
-    ) -> (Judged, usize, String) {
-        let mut sample = Sample::new();
-        let mut doubts = Vec::new();
-        for &(gas, binding) in &self.gases {
-            match measured(&values[binding]) {
-                Ok(concentration) => sample = sample.with(gas, concentration),
-                Err(why) => doubts.push((gas, binding, why)),
-            }
-        }
-        let good = |binding: Option<usize>| binding.and_then(|at| values[at].good_number());
-        let extras = self.extras.map(|binding| good(binding).map_or(f32::NAN, |n| n as f32));
-        if let Some((gas, binding, why)) = doubts.first() {
-            let more = match doubts.len() {
-                1 => String::new(),
-                count => format!(" and {} more", count - 1),
-            };
-            let told = format!("not judged: {} {why}{more}", gas.formula());
-            self.last = None;
-            let judged = Judged { extras, ..not_judged(unix_nanos, sample, &told) };
-            return (judged, *binding, told);
-        }
-        let binding = self.gases[0].1;
-        match &self.last {
-            // Most frames bring the values of the frame before.
-            Some((judged, told)) if judged.sample == sample => {
-                (Judged { unix_nanos, extras, ..judged.clone() }, binding, told.clone())
-            }
-            _ => {
-                let (judged, judgement) = of_monitor(unix_nanos, (sample, extras), settings);
-                let told = verdict::in_short(judged.status, &judgement);
-                self.last = Some((judged.clone(), told.clone()));
-                (judged, binding, told)
-            }
-        }
-    }
-}
-
-/// A gas as its tag has it, or why it does not count.
-fn measured(value: &TagValue) -> Result<Concentration, String> {
-    let age = in_words(value.age);
-    match value.quality {
-        Quality::Good => {
-            let ppm = value.good_number().ok_or("is no finite number")?;
-            Concentration::measured(ppm).map_err(|error| error.to_string())
-        }
-        _ if value.value.is_none() => Err("has no value yet".into()),
-        Quality::Bad(Reason::Stale) => Err(format!("stale for {age}")),
-        Quality::Uncertain(_) => Err(format!("uncertain, {age} old")),
-        Quality::Bad(_) => Err(format!("bad, last good {age} ago")),
-    }
-}
-
-fn in_words(age: Duration) -> String {
-    match age.as_secs() {
-        seconds if seconds < 120 => format!("{seconds} s"),
-        seconds if seconds < 7200 => format!("{} min", seconds / 60),
-        seconds if seconds < 172_800 => format!("{} h", seconds / 3600),
-        seconds => format!("{} d", seconds / 86_400),
-    }
 }

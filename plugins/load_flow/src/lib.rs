@@ -1,116 +1,144 @@
-//! Load flow: active power at feeders and transformers as arrows, by their share of the
-//! rating (after Overbye and others, visualisation of power systems).
+//! Load flow: power at feeders and transformers as arrows, by the share that the apparent
+//! power has of the rating (after Overbye and others, visualisation of power systems), and a
+//! verdict on each flow.
 
+mod ends;
+mod flows;
 mod settings;
 
-use std::collections::HashMap;
-
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, Overlay, OverlayFrame, Plugin, Severity,
+    Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin, Severity,
+    TagValue, Verdict,
 };
-pub use settings::{FlowSettings, Settings};
-
-/// Role of the tags of active power.
-const ROLE: &str = "active_power";
+use ends::{End, PowerTag, digits};
+use flows::{Flow, FlowVerdict, Flows};
+pub use settings::{Direction, FlowSettings, Settings};
 
 /// The overlay.
 pub struct LoadFlow {
     settings: Settings,
-    shown: Vec<Shown>,
-}
-
-/// A binding that is a flow.
-struct Shown {
-    binding: usize,
-    node: u32,
-    flow: usize,
-    /// Of the unit of the tag.
-    megawatts: f64,
+    flows: Flows,
+    /// Arrows that the host takes in a frame.
+    max_arrows: usize,
 }
 
 impl Plugin for LoadFlow {
     const ID: &'static str = "load_flow";
     const NAME: &'static str = "Load flow";
     const VERSION: &'static str = env!("CARGO_PKG_VERSION");
-    const DESCRIPTION: &'static str = "Active power as arrows, by its share of the rating.";
+    const DESCRIPTION: &'static str = "Power as arrows, by its share of the rating.";
     type Settings = Settings;
 
     fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
-        match settings.fault() {
-            Some(fault) => Err(Error::settings(fault)),
-            None => Ok(Self { settings, shown: Vec::new() }),
+        if let Some(fault) = settings.fault() {
+            return Err(Error::settings(fault));
         }
+        let flows = Flows { findings: Vec::new(), ..Flows::new(&settings, &[]) };
+        Ok(Self { settings, flows, max_arrows: 0 })
     }
 }
 
 impl Overlay for LoadFlow {
     fn describe(&self) -> Description {
-        let ends = |flow: &FlowSettings| [flow.from.clone(), flow.to.clone()];
+        let Flows { equipment, findings, .. } = &self.flows;
         Description {
-            equipment: self.settings.flows.iter().flat_map(ends).collect(),
+            equipment: equipment.clone(),
+            findings: findings.clone(),
             ..Description::default()
         }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        let flows: HashMap<&str, usize> = self
-            .settings
-            .flows
-            .iter()
-            .zip(0..)
-            .map(|(f, at)| (f.measured_at.as_str(), at))
-            .collect();
-        let mut shown = Vec::new();
-        for (index, binding) in bindings.iter().enumerate().filter(|(_, b)| b.role == ROLE) {
-            let Some(&flow) = flows.get(binding.node_id.as_str()) else { continue };
-            let megawatts = match binding.unit.as_str() {
-                "W" => 1e-6,
-                "kW" => 1e-3,
-                "MW" => 1.0,
-                "GW" => 1e3,
-                other => {
-                    let tag = &binding.tag_id;
-                    let fault = format!("tag {tag} is in '{other}': give it in W, kW, MW or GW");
-                    return Err(Error::settings(fault));
-                }
-            };
-            shown.push(Shown { binding: index, node: binding.node, flow, megawatts });
-        }
-        self.shown = shown;
+        self.flows = Flows::new(&self.settings, &bindings);
+        self.max_arrows = bindings.len() + self.flows.equipment.len();
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-        let values: Vec<_> = frame.values().collect();
-        for &Shown { binding, node, flow, megawatts } in &self.shown {
-            // The last one stays where it is not good: the host marks it.
-            let Some(power) = values[binding].number().map(|value| value * megawatts) else {
-                canvas.line(binding, node, Severity::Normal, "Active power", "–")?;
-                canvas.flow(binding, [2 * flow, 2 * flow + 1], 0.0)?;
-                continue;
-            };
-            let share = power / self.settings.flows[flow].rating_mva;
-            let is_over = share.abs() > 1.0;
-            let severity = if is_over { Severity::Warning } else { Severity::Normal };
-            let text = format!("{} MW  {:.0} %", rounded(power), share.abs() * 100.0);
-            canvas.line(binding, node, severity, "Active power", &text)?;
-            canvas.flow(binding, [2 * flow, 2 * flow + 1], share)?;
+        let values: Vec<TagValue> = frame.values().collect();
+        let mut arrows = 0;
+        let mut verdicts = Vec::with_capacity(self.flows.list.len());
+        for (flow, of) in self.flows.list.iter().zip(&self.settings.flows) {
+            let Some(end) = flow.ends.first() else { continue };
+            for tag in &end.active {
+                let share = self.draw_active(flow, (end, tag), of, &values, canvas)?;
+                if let Some(share) = share.filter(|_| arrows < self.max_arrows) {
+                    arrows += 1;
+                    canvas.flow(tag.binding, flow.from_to, share)?;
+                }
+            }
+            for tag in &end.reactive {
+                let power = tag.last(&values).map(|power| format!("{} Mvar", digits(power)));
+                let text = power.as_deref().unwrap_or("–");
+                let caption = &flow.reactive_caption;
+                canvas.line(tag.binding, tag.node, Severity::Normal, caption, text)?;
+            }
+            verdicts.push(flow.judge(of, &values));
+        }
+        for (equipment, own) in self.flows.at.iter().enumerate() {
+            let worst = own.iter().filter_map(|flow| verdicts.get(*flow)).max_by_key(urgency);
+            if let Some(of) = worst {
+                let basis = match of.verdict {
+                    Verdict::Normal => {
+                        let all = own.iter().filter_map(|flow| verdicts.get(*flow));
+                        canvas.basis(all.flat_map(|of| of.basis.iter().copied()))?
+                    }
+                    _ => canvas.basis(of.basis.iter().copied())?,
+                };
+                let FlowVerdict { verdict, reason, assumption, .. } = of;
+                let judgment = Judgment { verdict: *verdict, reason, assumption };
+                canvas.judge(equipment, basis, &judgment)?;
+            }
         }
         Ok(())
     }
 }
 
-/// Three digits, as far as they say anything.
-fn rounded(megawatts: f64) -> String {
-    let digits = match megawatts.abs() {
-        size if size >= 99.95 => 0,
-        size if size >= 9.995 => 1,
-        _ => 2,
+impl LoadFlow {
+    /// Draws the line of a tag of active power; returns the share that its arrow shows.
+    fn draw_active(
+        &self,
+        flow: &Flow,
+        (end, tag): (&End, &PowerTag),
+        of: &FlowSettings,
+        values: &[TagValue],
+        canvas: &mut Canvas<'_>,
+    ) -> Result<Option<f64>, Error> {
+        // The last one stays where it is not good: the host marks it.
+        let Some(active) = tag.last(values) else {
+            canvas.line(tag.binding, tag.node, Severity::Normal, &flow.caption, "–")?;
+            let is_marked = values.get(tag.binding).is_some_and(|tag| !tag.quality.is_good());
+            return Ok(is_marked.then_some(0.0));
+        };
+        let is_known = |tag: &PowerTag| tag.value(values).is_ok();
+        let reactive = end.reactive.iter().filter(|tag| is_known(tag));
+        let reactive = reactive.filter_map(|tag| tag.last(values));
+        let reactive = reactive.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or_default();
+        let loading = active.hypot(reactive) / of.rating_mva;
+        // Without all of the reactive power it is at least that.
+        let least = if end.reactive.iter().all(is_known) { "" } else { "≥ " };
+        let severity = if loading > 1.0 { Severity::Warning } else { Severity::Normal };
+        let text = format!("{} MW  {least}{:.0} %", digits(active), loading * 100.0);
+        canvas.line(tag.binding, tag.node, severity, &flow.caption, &text)?;
+        let sign = if active == 0.0 { reactive } else { active };
+        Ok(Some(if sign < 0.0 { -loading } else { loading }))
+    }
+}
+
+/// Of the flows at a piece of equipment the most urgent one is told, an assumption before
+/// none.
+fn urgency(of: &&FlowVerdict) -> (u8, bool) {
+    let verdict = match of.verdict {
+        Verdict::Normal => 0,
+        Verdict::Unknown => 1,
+        Verdict::Abnormal => 2,
     };
-    format!("{megawatts:.digits$}")
+    (verdict, !of.assumption.is_empty())
 }
 
 busbar_plugin_sdk::export_plugin!(LoadFlow: overlay);
 
+#[cfg(test)]
+mod silence_tests;
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,13 @@
-//! Live values as labels at the equipment, and colour for the abnormal.
+//! Live values as labels at the equipment, colour for the abnormal, and a verdict on every
+//! piece of equipment by the limits of its tags.
 
 mod format;
+mod pieces;
 
 use busbar_plugin_sdk::{
-    Binding, Canvas, DoublePoint, Error, Host, Overlay, OverlayFrame, Plugin, Severity, Value,
+    Binding, Canvas, Description, Error, Host, Overlay, OverlayFrame, Plugin, Severity, TagValue,
 };
+use pieces::Piece;
 
 /// Settings of the overlay.
 #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
@@ -23,6 +26,7 @@ impl Default for Settings {
 struct PowerOverlay {
     settings: Settings,
     bindings: Vec<Binding>,
+    pieces: Vec<Piece>,
 }
 
 impl Plugin for PowerOverlay {
@@ -33,84 +37,40 @@ impl Plugin for PowerOverlay {
     type Settings = Settings;
 
     fn create(settings: Settings, _host: Host) -> Result<Self, Error> {
-        Ok(Self { settings, bindings: Vec::new() })
+        Ok(Self { settings, bindings: Vec::new(), pieces: Vec::new() })
     }
 }
 
 impl Overlay for PowerOverlay {
+    fn describe(&self) -> Description {
+        Description {
+            equipment: self.pieces.iter().map(|piece| piece.id.clone()).collect(),
+            ..Description::default()
+        }
+    }
+
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
+        self.pieces = pieces::pieces(&bindings);
         self.bindings = bindings;
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-        for (index, (binding, state)) in self.bindings.iter().zip(frame.values()).enumerate() {
-            let severity = state.value.map_or(Severity::Normal, |value| judge(binding, value));
-            let text = format::value(state.value, &binding.unit);
+        let values: Vec<TagValue> = frame.values().collect();
+        for (index, (binding, tag)) in self.bindings.iter().zip(&values).enumerate() {
+            let severity =
+                tag.value.map_or(Severity::Normal, |value| pieces::severity(binding, value));
+            let text = format::value(tag.value, &binding.unit);
             canvas.line(index, binding.node, severity, &binding.tag_name, &text)?;
             if self.settings.tint && severity > Severity::Normal {
                 canvas.tint(index, binding.node, severity)?;
             }
         }
+        for (equipment, piece) in self.pieces.iter().enumerate() {
+            piece.judge(equipment, (&self.bindings, &values), canvas)?;
+        }
         Ok(())
     }
 }
 
-/// How abnormal a value is. In the role `alarm`, outside the normal band or
-/// `true` is an alarm; in any other role, outside the band is a warning.
-fn judge(binding: &Binding, value: Value) -> Severity {
-    let alarm = binding.role == "alarm";
-    let outside = |value: f64| {
-        binding.limit_low.is_some_and(|low| value < low)
-            || binding.limit_high.is_some_and(|high| value > high)
-    };
-    let abnormal = match value {
-        Value::F64(value) => outside(value),
-        Value::I64(value) => outside(value as f64),
-        Value::Bool(value) => alarm && value,
-        Value::DoublePoint(point) => point == DoublePoint::BadState,
-    };
-    match (abnormal, alarm) {
-        (false, _) => Severity::Normal,
-        (true, false) => Severity::Warning,
-        (true, true) => Severity::Alarm,
-    }
-}
-
 busbar_plugin_sdk::export_plugin!(PowerOverlay: overlay);
-
-#[cfg(test)]
-mod tests {
-    use busbar_plugin_sdk::ValueKind;
-
-    use super::*;
-
-    fn binding(role: &str) -> Binding {
-        Binding {
-            node: 1,
-            kind: ValueKind::F64,
-            limit_low: Some(10.0),
-            limit_high: Some(95.0),
-            tag_id: "T1.TopOil".into(),
-            tag_name: "Top oil".into(),
-            unit: "°C".into(),
-            node_id: "T1".into(),
-            role: role.into(),
-        }
-    }
-
-    #[test]
-    fn severity_follows_band_and_role() {
-        let check = |role, value, expected| {
-            assert_eq!(judge(&binding(role), value), expected, "{role} {value:?}");
-        };
-        check("value", Value::F64(95.0), Severity::Normal);
-        check("value", Value::F64(95.1), Severity::Warning);
-        check("value", Value::I64(9), Severity::Warning);
-        check("alarm", Value::F64(120.0), Severity::Alarm);
-        check("alarm", Value::Bool(true), Severity::Alarm);
-        check("value", Value::Bool(true), Severity::Normal);
-        check("value", Value::DoublePoint(DoublePoint::BadState), Severity::Warning);
-        check("value", Value::DoublePoint(DoublePoint::Intermediate), Severity::Normal);
-    }
-}

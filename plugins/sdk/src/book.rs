@@ -6,13 +6,14 @@
 //! 4. [Memory](memory): who owns what, and for how long
 //! 5. [Errors](errors): what to report, how, and to whom
 //! 6. [Belief](belief): when a value may be called good
-//! 7. [Settings](settings): settings and addresses that explain themselves
-//! 8. [Testing](testing): without a device, without waiting
-//! 9. [Simulation](simulation): a plugin that is its own device
-//! 10. [Commands](commands): subcommands of the program
-//! 11. [In C](c): the header alone
-//! 12. [Versions](versions): what stays, what changes
-//! 13. [Before a release](checklist): a list to go through
+//! 7. [Judging equipment](judging): verdicts of overlays, and what they may rest on
+//! 8. [Settings](settings): settings and addresses that explain themselves
+//! 9. [Testing](testing): without a device, without waiting
+//! 10. [Simulation](simulation): a plugin that is its own device
+//! 11. [Commands](commands): subcommands of the program
+//! 12. [In C](c): the header alone
+//! 13. [Versions](versions): what stays, what changes
+//! 14. [Before a release](checklist): a list to go through
 
 #[doc = include_str!("book/start.md")]
 pub mod start {}
@@ -31,6 +32,9 @@ pub mod errors {}
 
 #[doc = include_str!("book/belief.md")]
 pub mod belief {}
+
+#[doc = include_str!("book/judging.md")]
+pub mod judging {}
 
 #[doc = include_str!("book/settings.md")]
 pub mod settings {}

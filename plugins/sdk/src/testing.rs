@@ -17,6 +17,7 @@ mod mesh;
 mod message_faults;
 mod overlay;
 mod recorder;
+mod silence;
 mod truth;
 mod watched;
 
@@ -30,8 +31,12 @@ pub use clock::TestClock;
 pub use command::{CommandRun, run_command};
 pub use mesh::{Grid, check_sequence};
 pub use message_faults::{FaultGenerator, MessageFault, matrix_steps};
-pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, draw, draw_at};
+pub use overlay::{Drawing, DrawnLine, DrawnQuantity, DrawnState, DrawnVerdict, draw, draw_at};
 pub use recorder::{MAX_RECORDED, Recorder, Recording};
+pub use silence::{
+    AdmittedVerdicts, InputFault, InputGenerator, SILENCE_CASES_VARIABLE, check_verdicts,
+    silence_cases,
+};
 pub use truth::{ShownTag, TruthCounts, TruthMoment, TruthOracle};
 pub use watched::Watched;
 

@@ -1,30 +1,24 @@
 //! Where switches stand: double-points (IEC 61850-7-3) to positions that the host shows by
-//! moving blades and flags.
+//! moving blades and flags, and a verdict on each switch.
 
+mod motion;
 mod settings;
+mod switches;
 mod travel;
 
-use std::collections::HashMap;
-
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, Overlay, OverlayFrame, Plugin, TagValue, Value,
+    Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin, TagValue,
+    Value, Verdict,
 };
 pub use settings::{Settings, SwitchSettings};
+use switches::{SwitchVerdict, Switches};
 pub use travel::Travel;
 
 /// The overlay.
 pub struct SwitchPosition {
     settings: Settings,
     mechanisms: Vec<String>,
-    shown: Vec<Shown>,
-}
-
-/// A binding that is a position.
-struct Shown {
-    binding: usize,
-    switch: usize,
-    mechanism: usize,
-    travel: Travel,
+    switches: Switches,
 }
 
 impl Plugin for SwitchPosition {
@@ -42,53 +36,70 @@ impl Plugin for SwitchPosition {
             settings.switches.iter().map(|switch| switch.mechanism.clone()).collect();
         mechanisms.sort();
         mechanisms.dedup();
-        Ok(Self { settings, mechanisms, shown: Vec::new() })
+        let switches = Switches::new(&settings, &mechanisms, &[]);
+        let switches = Switches { findings: Vec::new(), ..switches };
+        Ok(Self { settings, mechanisms, switches })
     }
 }
 
 impl Overlay for SwitchPosition {
     fn describe(&self) -> Description {
         Description {
-            equipment: self.settings.switches.iter().map(|s| s.equipment.clone()).collect(),
+            equipment: self.switches.equipment.clone(),
             mechanisms: self.mechanisms.clone(),
+            findings: self.switches.findings.clone(),
             ..Description::default()
         }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        let by_binding: HashMap<(&str, &str), usize> = bindings
-            .iter()
-            .zip(0..)
-            .map(|(binding, at)| ((binding.node_id.as_str(), binding.role.as_str()), at))
-            .collect();
-        let shown = |(index, switch): (usize, &SwitchSettings)| {
-            let own = (switch.equipment.as_str(), switch.role.as_str());
-            Some(Shown {
-                binding: by_binding.get(&own).copied()?,
-                switch: index,
-                mechanism: self.mechanisms.binary_search(&switch.mechanism).ok()?,
-                travel: Travel::taking(switch.travel_seconds),
-            })
-        };
-        self.shown = self.settings.switches.iter().enumerate().filter_map(shown).collect();
+        self.switches = Switches::new(&self.settings, &self.mechanisms, &bindings);
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
-        for shown in &mut self.shown {
-            // The host shows as not known what is not good, whatever is drawn.
-            let travelled = match values[shown.binding].value {
-                Some(Value::DoublePoint(point)) => shown.travel.at(point, frame.unix_nanos()),
-                _ => None,
-            };
-            canvas.position(shown.binding, shown.switch, shown.mechanism, travelled)?;
+        let unix_nanos = frame.unix_nanos();
+        let mut verdicts: Vec<Vec<SwitchVerdict>> = Vec::new();
+        verdicts.resize_with(self.switches.equipment.len(), Vec::new);
+        for switch in &mut self.switches.list {
+            if let Ok(tag) = &switch.tag {
+                // The host shows as not known what is not good, whatever is drawn.
+                let travelled = match values[tag.binding].value {
+                    Some(Value::DoublePoint(point)) => switch.travel.at(point, unix_nanos),
+                    _ => None,
+                };
+                canvas.position(tag.binding, switch.equipment, switch.mechanism, travelled)?;
+            }
+            verdicts[switch.equipment].push(switch.judge(&values, unix_nanos));
+        }
+        for (equipment, own) in verdicts.iter().enumerate() {
+            let worst = own.iter().max_by_key(|of| urgency(of.verdict));
+            if let Some(SwitchVerdict { verdict, reason, assumption, binding }) = worst {
+                let basis = match verdict {
+                    Verdict::Normal => canvas.basis(own.iter().filter_map(|of| of.binding))?,
+                    _ => canvas.basis(*binding)?,
+                };
+                let judgment = Judgment { verdict: *verdict, reason, assumption };
+                canvas.judge(equipment, basis, &judgment)?;
+            }
         }
         Ok(())
     }
 }
 
+/// Of the switches of one piece of equipment the most urgent one is told.
+fn urgency(verdict: Verdict) -> u8 {
+    match verdict {
+        Verdict::Normal => 0,
+        Verdict::Unknown => 1,
+        Verdict::Abnormal => 2,
+    }
+}
+
 busbar_plugin_sdk::export_plugin!(SwitchPosition: overlay);
 
+#[cfg(test)]
+mod silence_tests;
 #[cfg(test)]
 mod tests;

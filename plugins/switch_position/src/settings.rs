@@ -16,6 +16,10 @@ pub struct Settings {
     /// The switches, 16 kinds of mechanisms at most.
     #[schemars(length(max = MAX_SWITCHES))]
     pub switches: Vec<SwitchSettings>,
+    /// Ids of equipment without tags of positions: it is unknown, and that is no fault.
+    #[serde(default)]
+    #[schemars(length(max = MAX_SWITCHES))]
+    pub untelemetered: Vec<String>,
 }
 
 /// A switch, whose position is bound to its equipment.
@@ -33,8 +37,8 @@ pub struct SwitchSettings {
     #[schemars(length(min = 1, max = MAX_NAME_BYTES))]
     pub mechanism: String,
     /// How long it takes from one end to the other as a rule, seconds: while it is reported
-    /// to be on its way, it is shown as far on its way as that. 0 where that is too short
-    /// to be seen.
+    /// to be on its way, it is shown as far on its way as that, and longer is abnormal. 0
+    /// where that is too short to be seen: more than 30 s are taken for abnormal then.
     #[serde(default)]
     #[schemars(range(min = 0.0, max = MAX_TRAVEL_SECONDS))]
     pub travel_seconds: f64,
@@ -51,7 +55,7 @@ fn main() -> String {
 impl Settings {
     /// What makes no sense, in words.
     pub(crate) fn fault(&self) -> Option<String> {
-        if self.switches.len() > MAX_SWITCHES {
+        if self.switches.len() > MAX_SWITCHES || self.untelemetered.len() > MAX_SWITCHES {
             return Some(format!("name at most {MAX_SWITCHES} switches"));
         }
         let mut mechanisms: Vec<&str> =

@@ -51,7 +51,7 @@ fn each_mechanism_has_its_own_position() {
     let values = [DoublePoint::On, DoublePoint::BadState, DoublePoint::On].map(value);
     let drawn = draw_at(&mut overlay, Some(bindings), &values, 0).unwrap();
     let expected =
-        [DrawnQuantity::Position([2, 0, 0], Some(1.0)), DrawnQuantity::Position([1, 1, 1], None)];
+        [DrawnQuantity::Position([2, 0, 0], Some(1.0)), DrawnQuantity::Position([1, 0, 1], None)];
     assert_eq!(drawn.quantities, expected);
 }
 

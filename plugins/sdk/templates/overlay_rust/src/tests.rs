@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{draw, host};
-use busbar_plugin_sdk::{Quality, TagValue, ValueKind};
+use busbar_plugin_sdk::{Quality, Reason, ValueKind, Verdict};
 
 use super::*;
 
@@ -37,5 +37,29 @@ fn drawn(value: Option<f64>) -> (String, Option<Severity>) {
 fn values_are_shown_and_the_abnormal_is_coloured() {
     assert_eq!(drawn(Some(61.52)), ("61.5 °C".into(), None));
     assert_eq!(drawn(Some(95.1)), ("95.1 °C".into(), Some(Severity::Warning)));
+    assert_eq!(drawn(Some(-0.01)), ("0.0 °C".into(), Some(Severity::Warning)));
     assert_eq!(drawn(None), ("–".into(), None));
+}
+
+/// The verdict on the equipment, and its reason.
+fn verdict(value: Option<f64>, quality: Quality, limit_high: Option<f64>) -> (Verdict, String) {
+    let mut overlay = MyPlugin::create(Settings::default(), host()).unwrap();
+    let state = TagValue { value: value.map(Value::F64), quality, age: Duration::ZERO };
+    let bindings = vec![Binding { limit_low: None, limit_high, ..binding() }];
+    let drawing = draw(&mut overlay, bindings, &[state]).unwrap();
+    let verdict = drawing.verdict(0).unwrap();
+    (verdict.verdict, verdict.reason.clone())
+}
+
+#[test]
+fn silence_is_never_taken_for_health() {
+    let (good, stale) = (Quality::Good, Quality::Bad(Reason::Stale));
+    let limit = Some(95.0);
+    assert_eq!(verdict(Some(61.0), good, limit), (Verdict::Normal, String::new()));
+    assert_eq!(verdict(Some(96.0), good, limit).0, Verdict::Abnormal);
+    assert_eq!(verdict(Some(61.0), stale, limit), (Verdict::Unknown, "T1.Oil is not good".into()));
+    assert_eq!(verdict(None, stale, limit).0, Verdict::Unknown);
+    assert_eq!(verdict(Some(f64::NAN), good, limit).0, Verdict::Unknown);
+    let assumed = "assumed: no limits are configured";
+    assert_eq!(verdict(Some(61.0), good, None), (Verdict::Normal, assumed.into()));
 }

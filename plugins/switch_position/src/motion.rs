@@ -1,0 +1,78 @@
+//! Motion of a switch as it was seen: settled, travelling within its time, or too long.
+
+use busbar_plugin_sdk::DoublePoint;
+
+const NANOS_PER_SECOND: f64 = 1e9;
+/// Longest travel of a switch that has no time of its own, seconds: motor drives of
+/// disconnectors take up to some 20 s.
+pub(crate) const DEFAULT_TRAVEL_SECONDS: f64 = 30.0;
+
+/// State of a switch by what was seen of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Motion {
+    /// At one of its ends.
+    Settled,
+    /// On its way for no longer than it takes.
+    Travelling,
+    /// On its way for longer than it takes.
+    TooLong,
+    /// On its way, and nobody saw since when.
+    SinceUnknown,
+    /// Reported open and closed at once.
+    Contradiction,
+    /// Not known at all.
+    Unknown,
+}
+
+/// Two bounds of the time that a switch has been on its way: since it was last seen
+/// elsewhere, and since it was first seen so without a gap.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MotionWatch {
+    /// Instant at which it was last seen not travelling, nanoseconds since 1970-01-01 UTC.
+    elsewhere: Option<i64>,
+    /// Instant since which it has been seen travelling without a gap.
+    travelling: Option<i64>,
+}
+
+impl MotionWatch {
+    /// Takes what is seen at an instant, none where it is not good, of a switch that takes
+    /// so many seconds.
+    pub(crate) fn see(
+        &mut self,
+        point: Option<DoublePoint>,
+        unix_nanos: i64,
+        travel_seconds: f64,
+    ) -> Motion {
+        let is_later = |instant: &i64| *instant > unix_nanos;
+        if self.elsewhere.is_some_and(|instant| is_later(&instant))
+            || self.travelling.is_some_and(|instant| is_later(&instant))
+        {
+            // The clock was set back: what was seen is of another time.
+            *self = Self::default();
+        }
+        match point {
+            None => {
+                self.travelling = None;
+                Motion::Unknown
+            }
+            Some(DoublePoint::Intermediate) => {
+                let since = *self.travelling.get_or_insert(unix_nanos);
+                let seconds = |from: i64| unix_nanos.saturating_sub(from) as f64 / NANOS_PER_SECOND;
+                if seconds(since) > travel_seconds {
+                    return Motion::TooLong;
+                }
+                match self.elsewhere {
+                    Some(instant) if seconds(instant) <= travel_seconds => Motion::Travelling,
+                    _ => Motion::SinceUnknown,
+                }
+            }
+            Some(end) => {
+                (self.elsewhere, self.travelling) = (Some(unix_nanos), None);
+                match end {
+                    DoublePoint::BadState => Motion::Contradiction,
+                    _ => Motion::Settled,
+                }
+            }
+        }
+    }
+}
