@@ -1,45 +1,69 @@
 //! SF6 density of gas compartments, as the pressure that it has at 20 °C: against the
 //! thresholds for alarm and lock-out, and how fast it falls.
 
+mod assessment;
+mod compartments;
 mod gas;
+mod gas_model;
+mod mixture;
+mod nearest;
+mod outcome;
+mod readings;
 mod settings;
+mod theil_sen;
 mod trend;
 
 use std::collections::HashMap;
 
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
-    Quality, Severity, TagValue,
+    Binding, Canvas, Description, Error, Host, Judgment, LegendEntry, Overlay, OverlayFrame,
+    Pattern, Plugin, TagValue, Verdict,
 };
-pub use gas::{EquationOfState, REFERENCE, pressure};
+pub use gas::{EquationOfState, REFERENCE, ZERO_CELSIUS, air_pressure, pressure, vapor_pressure};
+pub use mixture::MixtureSettings;
 pub use settings::{PressureUnit, Settings};
-pub use trend::Trend;
+pub use trend::{Loss, Sample, Trend};
 
-/// Role of a tag that is a compartment's pressure.
-const PRESSURE: &str = "sf6_pressure";
-/// Role of a tag that is the temperature of its gas.
-const TEMPERATURE: &str = "sf6_temperature";
-/// Entries of the legend.
-const ALARM: usize = 0;
-const LOCK_OUT: usize = 1;
-/// A loss that is told as more than this: no compartment loses so much slowly.
-const MAX_TOLD_PERCENT: f64 = 100.0;
+use assessment::assess;
+use compartments::{Compartment, Layout, layout};
+use gas_model::GasModel;
+use outcome::{Outcome, judge};
+use readings::{Neighbors, PressureReading, read_contacts, read_pressure};
+
+/// Trends worked out in one frame: each takes some 0.1 ms, once a day.
+const MAX_TRENDS_A_FRAME: usize = 16;
+/// Error of the compensation, % a kelvin: of the equation, and of a temperature that is not
+/// quite that of the gas.
+const COMPENSATION_ERROR: f64 = 0.015;
+/// The same of an ideal gas.
+const IDEAL_COMPENSATION_ERROR: f64 = 0.1;
 
 /// The overlay.
 pub struct Sf6Density {
     settings: Settings,
-    compartments: Vec<Compartment>,
-    /// Equipment of the description, by which states are named.
-    equipment: Vec<String>,
+    gas: GasModel,
+    /// Gas of a filled compartment, in the quantity that losses are shares of.
+    filling: Option<f64>,
+    layout: Layout,
+    /// Trends of the compartments, in their order.
+    trends: Vec<(TrendKey, Trend)>,
 }
 
-/// A gas compartment: the equipment that pressure and temperature are bound to.
-struct Compartment {
-    node: u32,
-    equipment: Option<usize>,
-    pressure: usize,
-    temperature: usize,
-    trend: Trend,
+/// Place and tags that a trend is of: it stays for as long as these do.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct TrendKey([String; 3]);
+
+impl TrendKey {
+    fn new(compartment: &Compartment) -> Self {
+        let tag = |input: &Option<compartments::Input>| {
+            input.as_ref().map_or_else(String::new, |input| input.tag_id.clone())
+        };
+        Self([
+            compartment.node_id.clone(),
+            tag(&compartment.pressure),
+            tag(&compartment.temperature),
+        ])
+    }
 }
 
 impl Plugin for Sf6Density {
@@ -54,8 +78,10 @@ impl Plugin for Sf6Density {
         if let Some(fault) = settings.fault() {
             return Err(Error::settings(fault));
         }
-        let equipment = settings.equipment.clone();
-        Ok(Self { settings, compartments: Vec::new(), equipment })
+        let gas = settings.gas().map_err(Error::settings)?;
+        let filling = gas.quantity(settings.absolute(settings.filling));
+        let layout = layout(&settings, gas.assumption(), &[]);
+        Ok(Self { settings, gas, filling, layout, trends: Vec::new() })
     }
 }
 
@@ -66,81 +92,108 @@ impl Overlay for Sf6Density {
             legend: vec![
                 entry("SF6 low", [0xd9, 0x8a, 0x1c], Pattern::Striped),
                 entry("SF6 lock-out", [0xc0, 0x22, 0x2b], Pattern::Crossed),
+                entry("SF6 attention", [0xc9, 0xa2, 0x27], Pattern::Dotted),
             ],
-            equipment: self.equipment.clone(),
+            equipment: self.layout.equipment.clone(),
+            findings: self.layout.findings.clone(),
             ..Description::default()
         }
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        let in_role = |role| {
-            let bindings = bindings.iter().enumerate();
-            bindings.filter(move |(_, binding)| binding.role == role)
+        self.layout = layout(&self.settings, self.gas.assumption(), &bindings);
+        let mut before: HashMap<TrendKey, Trend> =
+            std::mem::take(&mut self.trends).into_iter().collect();
+        let error = match self.gas {
+            GasModel::Sf6(EquationOfState::Ideal) => IDEAL_COMPENSATION_ERROR,
+            _ => COMPENSATION_ERROR,
         };
-        let temperatures: HashMap<&str, usize> =
-            in_role(TEMPERATURE).map(|(index, of)| (of.node_id.as_str(), index)).collect();
-        let described: HashMap<&str, usize> =
-            self.equipment.iter().zip(0..).map(|(id, index)| (id.as_str(), index)).collect();
-        let compartment = |(pressure, binding): (usize, &Binding)| {
-            Some(Compartment {
-                node: binding.node,
-                equipment: described.get(binding.node_id.as_str()).copied(),
-                pressure,
-                temperature: *temperatures.get(binding.node_id.as_str())?,
-                trend: Trend::new(self.settings.trend_hours * 3600.0),
-            })
+        let new = || Trend::new(self.settings.trend_hours * 3600.0, error);
+        let trend = |compartment: &Compartment| {
+            let key = TrendKey::new(compartment);
+            let trend = before.remove(&key).unwrap_or_else(new);
+            (key, trend)
         };
-        self.compartments = in_role(PRESSURE).filter_map(compartment).collect();
+        self.trends = self.layout.compartments.iter().map(trend).collect();
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
-        let settings = &self.settings;
-        for compartment in &mut self.compartments {
-            let Compartment { node, equipment, pressure, temperature, .. } = *compartment;
-            // It rests on the worse of the two.
-            let is_bad = |index: &usize| values[*index].quality != Quality::Good;
-            let rests_on = Some(temperature).filter(is_bad).unwrap_or(pressure);
-            let [read, celsius] = [pressure, temperature].map(|index| values[index].good_number());
-            let Some(normalised) = read.zip(celsius).and_then(|(p, t)| settings.at_20(p, t)) else {
-                // The host shows as unknown what rests on a value that is not good.
-                if let (Some(equipment), true) = (equipment, is_bad(&rests_on)) {
-                    canvas.state_on([pressure, temperature], equipment, ALARM)?;
-                }
-                continue;
-            };
-            compartment.trend.push(frame.unix_nanos(), normalised);
-            let (entry, severity) = match normalised {
-                p if p <= settings.lock_out => (LOCK_OUT, Severity::Alarm),
-                p if p <= settings.alarm => (ALARM, Severity::Warning),
-                _ => continue,
-            };
-            if let Some(equipment) = equipment {
-                canvas.state_on([pressure, temperature], equipment, entry)?;
+        let Self { settings, gas, filling, layout, trends } = self;
+        let neighbors = Neighbors::new(settings, &layout.compartments, &values);
+        let mut updates_left = MAX_TRENDS_A_FRAME;
+        for (compartment, (_, trend)) in layout.compartments.iter().zip(trends) {
+            let temperature = neighbors.temperature(settings, compartment, &values);
+            let pressure = read_pressure(settings, compartment, &values);
+            let assessment = pressure
+                .as_ref()
+                .map_err(String::clone)
+                .and_then(|pressure| assess(settings, gas, pressure.range, temperature.range));
+            let exact = assessment.as_ref().ok().and_then(|assessment| assessment.exact);
+            let share = exact.and_then(|at_20| gas.quantity(at_20)).zip(*filling);
+            if let Some((quantity, filling)) = share {
+                let percent = 100.0 * quantity / filling;
+                let celsius = temperature.range.low;
+                trend.push(frame.unix_nanos(), Sample { percent, celsius });
             }
-            let loss = compartment.trend.percent_a_year(settings.filling);
-            let text = words(normalised, settings.unit, loss);
-            canvas.line(rests_on, node, severity, "SF6 at 20 °C", &text)?;
+            if trend.is_due() && updates_left > 0 {
+                updates_left -= 1;
+                trend.update();
+            }
+            let loss = trend.loss();
+            let contact = read_contacts(&compartment.contacts, &values);
+            let doubt = temperature.doubt.as_deref();
+            let doubt = pressure.as_ref().ok().and_then(|of| of.doubt.as_deref()).or(doubt);
+            let doubt = doubt.filter(|_| pressure.is_ok());
+            let outcome = judge(settings, &assessment, contact, loss, doubt);
+            let is_exact = temperature.doubt.is_none();
+            show(compartment, (&outcome, pressure.as_ref().ok(), is_exact), canvas)?;
         }
         Ok(())
     }
 }
 
-/// The pressure, and its loss where it is known.
-fn words(pressure: f64, unit: PressureUnit, loss: Option<f64>) -> String {
-    let pressure = match unit {
-        PressureUnit::Bar => format!("{pressure:.2} bar"),
-        PressureUnit::Mpa => format!("{pressure:.3} MPa"),
-    };
-    match loss {
-        None => pressure,
-        Some(loss) if loss > MAX_TOLD_PERCENT => format!("{pressure}, falling fast"),
-        Some(loss) => format!("{pressure}, {loss:.1} %/a lost"),
+/// Gives the verdict on a compartment, and its state and label where it is abnormal.
+fn show(
+    compartment: &Compartment,
+    (outcome, pressure, has_temperature): (&Outcome, Option<&PressureReading>, bool),
+    canvas: &mut Canvas<'_>,
+) -> Result<(), Error> {
+    let temperature = compartment.temperature.as_ref().filter(|_| has_temperature);
+    let air = compartment.air.iter().filter(|_| {
+        compartment.is_gauge
+            && pressure.is_some_and(|of| of.assumption.is_empty() && of.doubt.is_none())
+    });
+    let inputs = compartment.pressure.iter().chain(temperature).chain(air);
+    let mut rests_on: Vec<usize> = inputs.map(|input| input.binding).collect();
+    match outcome.contact {
+        Some(contact) => rests_on = vec![contact],
+        None if outcome.verdict == Verdict::Normal => rests_on.extend(&compartment.contacts),
+        None => {}
     }
+    if outcome.verdict == Verdict::Unknown {
+        rests_on.clear();
+    }
+    let more = pressure.map_or("", |pressure| pressure.assumption);
+    let assumption = match (compartment.assumption.as_str(), more) {
+        (assumption, "") => assumption.to_owned(),
+        ("", more) => more.to_owned(),
+        (assumption, more) => format!("{assumption}, {more}"),
+    };
+    let assumption = if outcome.contact.is_some() { "" } else { assumption.as_str() };
+    let basis = canvas.basis(rests_on.iter().copied())?;
+    let judgment = Judgment { verdict: outcome.verdict, reason: &outcome.reason, assumption };
+    canvas.judge(compartment.equipment, basis, &judgment)?;
+    let Some((entry, severity)) = outcome.shown else { return Ok(()) };
+    canvas.state_on(rests_on.iter().copied(), compartment.equipment, entry)?;
+    let Some(binding) = rests_on.first() else { return Ok(()) };
+    canvas.line(*binding, compartment.node, severity, "SF6 at 20 °C", &outcome.text)
 }
 
 busbar_plugin_sdk::export_plugin!(Sf6Density: overlay);
 
+#[cfg(test)]
+mod silence_tests;
 #[cfg(test)]
 mod tests;

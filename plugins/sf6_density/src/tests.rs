@@ -1,98 +1,405 @@
-//! What is drawn of compartments.
+//! Verdicts and drawings of compartments.
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::testing::{Drawing, DrawnLine, draw, draw_at, host};
-use busbar_plugin_sdk::{Reason, Value, ValueKind};
+use busbar_plugin_sdk::testing::{Drawing, draw, draw_at, host};
+use busbar_plugin_sdk::{Quality, Reason, Severity, Value, ValueKind};
+use serde_json::{Value as Json, json};
 
 use super::*;
+use crate::compartments::{AIR_PRESSURE, DENSITY_CONTACT, PRESSURE, TEMPERATURE};
+use crate::outcome::{ALARM, ATTENTION, LOCK_OUT};
 
-fn overlay(more: &str) -> Sf6Density {
-    let text = format!(
-        r#"{{ "equipment": ["=Q1-QA1"], "filling": 7.0, "alarm": 6.4, "lock_out": 6.0{more} }}"#
-    );
-    Sf6Density::create(serde_json::from_str(&text).expect("settings"), host()).expect("it is made")
+const DAY: i64 = 86_400_000_000_000;
+
+/// Settings with more of them over the usual ones.
+pub(crate) fn settings(more: &Json) -> Json {
+    let mut settings =
+        json!({ "equipment": ["=Q1-QA1"], "filling": 7.0, "alarm": 6.4, "lock_out": 6.0 });
+    for (name, value) in more.as_object().into_iter().flatten() {
+        settings[name] = value.clone();
+    }
+    settings
+}
+
+pub(crate) fn overlay(more: &Json) -> Sf6Density {
+    let settings = serde_json::from_value(settings(more)).expect("settings");
+    Sf6Density::create(settings, host()).expect("it is made")
+}
+
+pub(crate) fn binding(node_id: &str, role: &str, unit: &str) -> Binding {
+    let kind = if role == DENSITY_CONTACT { ValueKind::Bool } else { ValueKind::F64 };
+    Binding {
+        node: 7,
+        kind,
+        limit_low: None,
+        limit_high: None,
+        tag_id: format!("{node_id}.{role}"),
+        tag_name: role.into(),
+        unit: unit.into(),
+        node_id: node_id.into(),
+        role: role.into(),
+    }
+}
+
+pub(crate) fn value(value: impl Into<Option<Value>>, quality: Quality) -> TagValue {
+    TagValue { value: value.into(), quality, age: Duration::ZERO }
+}
+
+pub(crate) fn good(number: f64) -> TagValue {
+    value(Value::F64(number), Quality::Good)
 }
 
 fn bindings() -> Vec<Binding> {
-    [PRESSURE, TEMPERATURE]
-        .map(|role| Binding {
-            node: 7,
-            kind: ValueKind::F64,
-            limit_low: None,
-            limit_high: None,
-            tag_id: role.into(),
-            tag_name: role.into(),
-            unit: String::new(),
-            node_id: "=Q1-QA1".into(),
-            role: role.into(),
-        })
-        .into()
+    vec![binding("=Q1-QA1", PRESSURE, "bar"), binding("=Q1-QA1", TEMPERATURE, "°C")]
 }
 
-fn values(pressure: f64, celsius: f64, quality: Quality) -> [TagValue; 2] {
-    [pressure, celsius].map(|value| TagValue {
-        value: Some(Value::F64(value)),
-        quality,
-        age: Duration::ZERO,
-    })
+fn drawn_with(more: &Json, pressure: f64, celsius: f64) -> Drawing {
+    draw(&mut overlay(more), bindings(), &[good(pressure), good(celsius)]).expect("it draws")
 }
 
 fn drawn(pressure: f64, celsius: f64) -> Drawing {
-    let values = values(pressure, celsius, Quality::Good);
-    draw(&mut overlay(""), bindings(), &values).expect("it draws")
+    drawn_with(&json!({}), pressure, celsius)
+}
+
+/// Entry of the legend that the first piece is shown in.
+fn entry(drawing: &Drawing) -> Option<usize> {
+    drawing.states.first().map(|state| state.entry)
+}
+
+/// Verdict on the first piece.
+#[derive(Clone, Debug)]
+struct Judged {
+    verdict: Verdict,
+    reason: String,
+    is_assumed: bool,
+    basis: Vec<usize>,
+}
+
+fn verdict(drawing: &Drawing) -> Judged {
+    let of = drawing.verdict(0).expect("a verdict").clone();
+    Judged { verdict: of.verdict, reason: of.reason, is_assumed: of.is_assumed, basis: of.basis }
 }
 
 #[test]
 fn thresholds_are_those_at_20_degrees() {
+    let shown = |drawing: &Drawing| drawing.states.iter().map(|of| of.entry).collect::<Vec<_>>();
     // Each rests on pressure and temperature.
-    let entries = |drawing: Drawing| {
-        let states = drawing.states.chunk_by(|a, b| a.equipment == b.equipment);
-        states.map(|of| [of[0].entry, of.len()]).collect::<Vec<_>>()
-    };
-    // 6.4 bar at 40 °C are 5.99 at 20 °C, and 6.4 at -10 °C are 7.13.
-    assert_eq!(entries(drawn(6.4, 40.0)), [[LOCK_OUT, 2]]);
-    assert_eq!(entries(drawn(6.39, 20.0)), [[ALARM, 2]]);
+    assert_eq!(shown(&drawn(6.4, 40.0)), [LOCK_OUT; 2]);
+    assert_eq!(shown(&drawn(6.39, 20.0)), [ALARM; 2]);
     let calm = drawn(6.4, -10.0);
-    assert!(calm.states.is_empty() && calm.lines.is_empty(), "what is well is not drawn");
-    let DrawnLine { severity, text, .. } = &drawn(6.4, 40.0).lines[0];
-    assert_eq!((*severity, text.as_str()), (Severity::Alarm, "5.99 bar"));
+    assert!(calm.states.is_empty() && calm.lines.is_empty(), "normal states are not drawn");
+    assert_eq!(verdict(&calm).verdict, Verdict::Normal);
+    assert_eq!(verdict(&calm).basis, [0, 1]);
+    let low = drawn(6.39, 20.0);
+    assert_eq!(low.lines[0].severity, Severity::Warning);
+    assert_eq!(low.lines[0].text, "6.39 bar");
+    assert_eq!(drawn(5.99, 20.0).lines[0].severity, Severity::Alarm);
 }
 
 #[test]
-fn gauges_are_read_above_the_air() {
-    let mut gauge = overlay(r#", "gauge": true"#);
-    // 6.4 bar and the air's 1.01325 are 7.41325 at 40 °C: 6.93979 at 20 °C, 5.92654 above it.
-    let values = values(6.4, 40.0, Quality::Good);
-    let drawing = draw(&mut gauge, bindings(), &values).expect("it draws");
-    assert_eq!(drawing.lines[0].text, "5.93 bar");
+fn a_density_below_the_alarm_is_told_in_the_heat() {
+    // 6.300 bar at 20 °C are 7.064 bar at 50 °C by the reference equation (CoolProp 8.0.0).
+    let hot = drawn(7.0644, 50.0);
+    assert_eq!(verdict(&hot).verdict, Verdict::Abnormal, "{hot:?}");
+    assert_eq!(entry(&hot), Some(ALARM));
+    assert!(!verdict(&hot).is_assumed);
+    let ideal = drawn_with(&json!({ "equation": "ideal" }), 7.0644, 50.0);
+    assert_eq!(verdict(&ideal).verdict, Verdict::Normal, "4.9 % off is what was chosen");
+    assert!(verdict(&ideal).reason.contains("ideal gas"), "and it says so: {ideal:?}");
+    assert!(verdict(&ideal).is_assumed);
 }
 
 #[test]
-fn what_is_stale_is_left_to_the_host() {
-    let values = values(7.2, 20.0, Quality::Bad(Reason::Stale));
-    let drawing = draw(&mut overlay(""), bindings(), &values).expect("it draws");
-    assert_eq!(drawing.states.len(), 2, "it rests on a bad value: the host shows it as unknown");
-    assert!(drawing.lines.is_empty());
+fn a_threshold_holds_at_equality_in_the_digits_shown() {
+    assert_eq!(entry(&drawn(6.4, 20.0)), Some(ALARM));
+    assert_eq!(entry(&drawn(6.4049, 20.0)), Some(ALARM), "6.40 bar are shown");
+    assert_eq!(entry(&drawn(6.406, 20.0)), None, "6.41 bar are shown");
+    assert_eq!(entry(&drawn(6.0049, 20.0)), Some(LOCK_OUT));
+    // A threshold of three digits has three shown.
+    let fine = drawn_with(&json!({ "alarm": 6.405 }), 6.4052, 20.0);
+    assert_eq!(fine.lines[0].text, "6.405 bar");
+    assert_eq!(entry(&drawn_with(&json!({ "alarm": 6.405 }), 6.406, 20.0)), None);
 }
 
 #[test]
-fn a_leak_is_told() {
-    let mut overlay = overlay(r#", "trend_hours": 24"#);
-    let mut last = Drawing::default();
-    for hour in 0..24_i32 {
-        // 0.0001 bar an hour of 7 are 12.5 % a year.
-        let values = values(6.35 - 0.0001 * f64::from(hour), 20.0, Quality::Good);
-        let bindings = (hour == 0).then(bindings);
-        last = draw_at(&mut overlay, bindings, &values, i64::from(hour) * 3_600_000_000_000)
-            .expect("it draws");
+fn implausible_and_missing_inputs_are_unknown() {
+    for (pressure, celsius, reason) in [
+        (-0.1, 20.0, "negative"),
+        (7.0, 120.0, "implausible"),
+        (7.0, -90.0, "implausible"),
+        (70.0, 20.0, "implausible"),
+        (19.0, 20.0, "implausible"),
+    ] {
+        let drawing = drawn(pressure, celsius);
+        let verdict = verdict(&drawing);
+        assert_eq!(verdict.verdict, Verdict::Unknown, "{pressure} bar, {celsius} °C");
+        assert!(verdict.reason.contains(reason), "{reason}: {verdict:?}");
+        assert!(drawing.states.is_empty() && drawing.lines.is_empty());
     }
-    assert_eq!(last.lines[0].text, "6.35 bar, 12.5 %/a lost");
+    let stale = [good(7.0), value(Value::F64(20.0), Quality::Bad(Reason::Stale))];
+    let drawing = draw(&mut overlay(&json!({})), bindings(), &stale).expect("it draws");
+    assert_eq!(verdict(&drawing).verdict, Verdict::Unknown);
+    // No temperature could make 3 bar enough.
+    let low = [good(3.0), stale[1]];
+    let drawing = draw(&mut overlay(&json!({})), bindings(), &low).expect("it draws");
+    assert_eq!((verdict(&drawing).verdict, entry(&drawing)), (Verdict::Abnormal, Some(LOCK_OUT)));
+    assert_eq!(verdict(&drawing).basis, [0], "it rests on the pressure alone");
+}
+
+#[test]
+fn a_temperature_far_from_its_neighbors_is_not_believed() {
+    let places = ["=Q1-QA1-L1", "=Q1-QA1-L2", "=Q1-QA1-L3"];
+    let of_place = |id: &&str| [binding(id, PRESSURE, "bar"), binding(id, TEMPERATURE, "°C")];
+    let bindings: Vec<_> = places.iter().flat_map(of_place).collect();
+    let values = [7.0, 21.0, 7.0, 22.0, 7.0, -30.0].map(good);
+    let mut overlay = overlay(&json!({ "equipment": places }));
+    let drawing = draw(&mut overlay, bindings, &values).expect("it draws");
+    let verdicts: Vec<_> = drawing.verdicts.iter().map(|verdict| verdict.verdict).collect();
+    assert_eq!(verdicts[2], Verdict::Unknown);
+    assert!(drawing.verdicts[2].reason.contains("beside a median of 21.0"), "{drawing:?}");
+    assert_eq!(verdicts[..2], [Verdict::Normal; 2]);
+}
+
+#[test]
+fn missing_roles_and_units_are_findings() {
+    let mut overlay = overlay(&json!({
+        "equipment": ["=Q1-QA1", "=Q2-QA1", "=Q3-QA1"], "untelemetered": ["=Q3-QA1"],
+    }));
+    let bindings = vec![
+        binding("=Q1-QA1", PRESSURE, "furlong"),
+        binding("=Q1-QA1", TEMPERATURE, "V"),
+        binding("=Q4-QA1", PRESSURE, "bar"),
+    ];
+    let drawing = draw(&mut overlay, bindings, &[7.0; 3].map(good)).expect("it draws");
+    let Description { equipment, findings, .. } = overlay.describe();
+    assert_eq!(equipment, ["=Q1-QA1", "=Q2-QA1", "=Q3-QA1", "=Q4-QA1"]);
+    let named = |words: &[&str]| {
+        assert!(
+            findings.iter().any(|finding| words.iter().all(|word| finding.contains(word))),
+            "{words:?}: {findings:?}"
+        );
+    };
+    named(&["furlong", "no unit of pressure", "; "]);
+    named(&["'V'", "no unit of temperature"]);
+    named(&["=Q2-QA1", PRESSURE, "untelemetered"]);
+    named(&["=Q2-QA1", TEMPERATURE]);
+    named(&["=Q4-QA1", TEMPERATURE]);
+    assert!(!findings.iter().any(|finding| finding.contains("=Q3")), "{findings:?}");
+    for equipment in 0..4 {
+        let verdict = drawing.verdict(equipment).expect("a verdict each");
+        assert_eq!(verdict.verdict, Verdict::Unknown, "{verdict:?}");
+        assert!(!verdict.reason.is_empty());
+    }
+}
+
+#[test]
+fn tags_are_converted_each_by_its_unit() {
+    // 6.39 bar and 20 °C in other units.
+    for (unit, pressure) in [("kPa", 639.0), ("MPa", 0.639), ("psi", 92.679), ("bar(g)", 5.3767)] {
+        for (degrees, celsius) in [("°F", 68.0), ("K", 293.15), ("", 20.0)] {
+            let bindings =
+                vec![binding("=Q1-QA1", PRESSURE, unit), binding("=Q1-QA1", TEMPERATURE, degrees)];
+            let values = [good(pressure), good(celsius)];
+            let mut overlay = overlay(&json!({}));
+            let drawing = draw(&mut overlay, bindings, &values).expect("it draws");
+            assert_eq!(drawing.lines[0].text, "6.39 bar", "{unit} {degrees}");
+            let verdict = verdict(&drawing);
+            assert_eq!(verdict.is_assumed, degrees.is_empty() || unit == "bar(g)", "{verdict:?}");
+        }
+    }
+}
+
+#[test]
+fn gauges_are_read_above_the_local_air() {
+    let gauge = json!({ "gauge": true, "filling": 6.0, "alarm": 5.4, "lock_out": 5.0 });
+    // At sea level, at 20 °C, a gauge shows the very pressure.
+    let drawing = drawn_with(&gauge, 5.4, 20.0);
+    assert_eq!(drawing.lines[0].text, "5.40 bar");
+    assert!(verdict(&drawing).reason.contains("air pressure of sea level"), "{drawing:?}");
+    // At 2000 m the air has 79.495 kPa (ISO 2533): 21.8 kPa less than the thresholds' air.
+    let mut high = gauge.clone();
+    high["altitude_metres"] = json!(2000.0);
+    let drawing = drawn_with(&high, 5.6, 20.0);
+    assert_eq!(drawing.lines[0].text, "5.38 bar");
+    assert!(!verdict(&drawing).is_assumed, "{drawing:?}");
+    assert_eq!(verdict(&drawn_with(&high, 5.63, 20.0)).verdict, Verdict::Normal);
+    // A tag has it.
+    let mut bindings = bindings();
+    bindings.push(binding("=Q1", AIR_PRESSURE, "hPa"));
+    let air = |air: TagValue, pressure: f64| {
+        let values = [good(pressure), good(20.0), air];
+        draw(&mut overlay(&gauge), bindings.clone(), &values).expect("it draws")
+    };
+    let drawing = air(good(795.0), 5.6);
+    assert_eq!(drawing.lines[0].text, "5.38 bar");
+    assert_eq!(verdict(&drawing).basis, [0, 1, 2]);
+    // Without its value the air may be thick or thin.
+    let stale = value(Value::F64(795.0), Quality::Bad(Reason::Stale));
+    assert_eq!(verdict(&air(stale, 5.6)).verdict, Verdict::Unknown);
+    assert_eq!(verdict(&air(stale, 5.2)).verdict, Verdict::Abnormal);
+    assert_eq!(verdict(&air(stale, 6.0)).verdict, Verdict::Normal);
+    assert_eq!(verdict(&air(good(1.0), 5.6)).verdict, Verdict::Unknown, "1 hPa is no air");
+    // A unit says that a tag is absolute.
+    let absolute =
+        vec![binding("=Q1-QA1", PRESSURE, "bar(a)"), binding("=Q1-QA1", TEMPERATURE, "°C")];
+    let drawing = draw(&mut overlay(&gauge), absolute, &[6.4, 20.0].map(good)).expect("it draws");
+    assert_eq!(drawing.lines[0].text, "5.39 bar", "6.4 less 1.013");
+}
+
+#[test]
+fn condensed_gas_is_told_and_its_alarm_stands() {
+    // 7 bar at 20 °C condense at -26 °C; at -40 °C 3.408 bar are left (CoolProp 8.0.0).
+    let cold = drawn(3.408, -40.0);
+    assert_eq!(entry(&cold), Some(LOCK_OUT));
+    assert!(verdict(&cold).reason.contains("condenses"), "{cold:?}");
+    assert!(cold.lines[0].text.contains("condensing"));
+    // On the line, and still dense enough.
+    let at_line = drawn(6.32, -22.4);
+    assert_eq!(verdict(&at_line).verdict, Verdict::Abnormal, "{at_line:?}");
+    assert_eq!(entry(&at_line), Some(ATTENTION));
+    // Far above it no gas is.
+    assert_eq!(verdict(&drawn(9.8, -20.0)).verdict, Verdict::Unknown);
+}
+
+#[test]
+fn a_density_contact_that_disagrees_is_told() {
+    let mut bindings = bindings();
+    bindings.push(binding("=Q1-QA1", DENSITY_CONTACT, ""));
+    let judged = |pressure: TagValue, contact: TagValue| {
+        let values = [pressure, good(20.0), contact];
+        let drawing = draw(&mut overlay(&json!({})), bindings.clone(), &values).expect("it draws");
+        (verdict(&drawing), entry(&drawing))
+    };
+    let contact = |alarm| value(Value::Bool(alarm), Quality::Good);
+    let bad = value(None, Quality::Bad(Reason::NotConnected));
+    let (agreed, _) = judged(good(7.0), contact(false));
+    assert_eq!((agreed.verdict, agreed.basis.as_slice()), (Verdict::Normal, &[0, 1, 2][..]));
+    let (alarm, shown) = judged(good(7.0), contact(true));
+    assert_eq!((alarm.verdict, shown), (Verdict::Abnormal, Some(ALARM)));
+    assert!(alarm.reason.contains("contact reports an alarm; 7.00 bar calculated"), "{alarm:?}");
+    assert_eq!(alarm.basis, [2], "it stays whatever the pressure is");
+    let (calm, shown) = judged(good(6.3), contact(false));
+    assert_eq!((calm.verdict, shown), (Verdict::Abnormal, Some(ALARM)));
+    assert!(calm.reason.contains("contact reports no alarm"), "{calm:?}");
+    assert_eq!(judged(bad, contact(true)).0.verdict, Verdict::Abnormal);
+    assert_eq!(judged(bad, contact(false)).0.verdict, Verdict::Unknown);
+    assert_eq!(judged(good(7.0), bad).0.verdict, Verdict::Unknown, "it may report one");
+    assert_eq!(judged(good(6.3), bad).0.verdict, Verdict::Abnormal);
+}
+
+#[test]
+fn a_leak_is_told_in_an_alarm() {
+    let mut overlay = overlay(&json!({ "trend_hours": 24 }));
+    let mut last = Drawing::default();
+    for hour in 0..25_i64 {
+        // 0.0001 bar an hour are 13.5 % of the density at 7 bar a year.
+        let values = [good(6.35 - 0.0001 * hour as f64), good(20.0)];
+        let bindings = (hour == 0).then(bindings);
+        last = draw_at(&mut overlay, bindings, &values, hour * DAY / 24).expect("it draws");
+    }
+    assert_eq!(last.lines[0].text, "6.35 bar, 13.6 %/a lost");
+}
+
+/// A month of a loss, % a year, from a filled compartment, at temperatures by the day.
+fn month(overlay: &mut Sf6Density, loss: f64, celsius: impl Fn(f64) -> f64) -> Drawing {
+    let mut last = Drawing::default();
+    let full = EquationOfState::BeattieBridgeman.density(0.7, REFERENCE).expect("gas");
+    for hour in 0..31 * 24_i64 {
+        let days = hour as f64 / 24.0;
+        let density = full * (1.0 - loss / 100.0 * days / 365.25);
+        let celsius = celsius(days);
+        let pressure = 10.0 * pressure(density, celsius + ZERO_CELSIUS);
+        let bindings = (hour == 0).then(bindings);
+        let values = [good(pressure), good(celsius)];
+        last = draw_at(overlay, bindings, &values, hour * DAY / 24).expect("it draws");
+    }
+    last
+}
+
+#[test]
+fn a_leak_is_told_before_an_alarm() {
+    let spring = |days: f64| 0.4 * days + 6.0 * (days * std::f64::consts::TAU).sin();
+    let leaking = month(&mut overlay(&json!({})), 5.0, spring);
+    assert_eq!((verdict(&leaking).verdict, entry(&leaking)), (Verdict::Abnormal, Some(ATTENTION)));
+    assert!(leaking.lines[0].text.ends_with("5.0 %/a lost"), "{leaking:?}");
+    assert!(verdict(&leaking).reason.contains("more than 0.5 %/a allowed"), "{leaking:?}");
+    let tight = month(&mut overlay(&json!({})), 0.1, spring);
+    assert_eq!(verdict(&tight).verdict, Verdict::Normal, "{tight:?}");
+    let allowed = month(&mut overlay(&json!({ "leak_limit": 8.0 })), 5.0, spring);
+    assert_eq!(verdict(&allowed).verdict, Verdict::Normal, "{allowed:?}");
+}
+
+#[test]
+fn a_trend_outlives_bindings_that_do_not_concern_it() {
+    let mut overlay = overlay(&json!({}));
+    month(&mut overlay, 5.0, |_| 20.0);
+    let mut more = bindings();
+    more.insert(0, binding("=Q9-QA1", PRESSURE, "bar"));
+    more.insert(1, binding("=Q9-QA1", TEMPERATURE, "°C"));
+    let values = [7.0, 20.0, 6.9, 20.0].map(good);
+    let drawing = draw_at(&mut overlay, Some(more), &values, 31 * DAY).expect("it draws");
+    assert!(verdict(&drawing).reason.contains("5.0 %/a lost"), "{drawing:?}");
+    let mut other = bindings();
+    other[0].tag_id = "another sensor".into();
+    let drawing =
+        draw_at(&mut overlay, Some(other), &[6.9, 20.0].map(good), 31 * DAY).expect("it draws");
+    assert_eq!(verdict(&drawing).verdict, Verdict::Normal, "its history is another's");
+}
+
+/// Isochores of an ideal gas of 6, 6.4 and 7 bar at 20 °C, and a dew line.
+fn mixture(composition: Json) -> Json {
+    let isochore = |at_20: f64| {
+        let point = |celsius: f64| json!([celsius, at_20 * (celsius + 273.15) / 293.15]);
+        Json::from([-40.0, -10.0, 20.0, 60.0].map(point).to_vec())
+    };
+    json!({ "mixture": {
+        "composition": composition,
+        "isochores": [isochore(6.0), isochore(6.4), isochore(7.0)],
+        "dew_line": [[-40.0, 4.5], [-25.0, 6.2], [-10.0, 8.0]],
+    } })
+}
+
+#[test]
+fn mixtures_go_by_their_isochores() {
+    let nitrogen = mixture(json!({ "SF6": 30, "N2": 70 }));
+    // 6.3 bar at 20 °C are 6.945 bar at 50 °C, between two isochores.
+    let hot = drawn_with(&nitrogen, 6.3 * 323.15 / 293.15, 50.0);
+    assert_eq!(hot.lines[0].text, "6.30 bar");
+    assert_eq!(verdict(&drawn_with(&nitrogen, 6.8, 20.0)).verdict, Verdict::Normal);
+    assert_eq!(entry(&drawn_with(&nitrogen, 2.0, 0.0)), Some(LOCK_OUT), "below the lowest");
+    assert_eq!(
+        verdict(&drawn_with(&nitrogen, 6.8, 70.0)).verdict,
+        Verdict::Unknown,
+        "the isochores end at 60 °C"
+    );
+    let cold = drawn_with(&nitrogen, 4.6, -39.0);
+    assert!(verdict(&cold).reason.contains("condenses"), "{cold:?}");
+    assert_eq!(verdict(&cold).verdict, Verdict::Abnormal);
+    let fluoronitrile = mixture(json!({ "C4-FN": 5, "CO2": 95 }));
+    let cold = drawn_with(&fluoronitrile, 4.6, -39.0);
+    assert_eq!(verdict(&cold).verdict, Verdict::Unknown, "{cold:?}");
+    assert!(verdict(&cold).reason.contains("condenses"), "{cold:?}");
 }
 
 #[test]
 fn settings_that_make_no_sense_are_refused() {
-    let text = r#"{ "equipment": [], "filling": 6.0, "alarm": 6.4, "lock_out": 6.0 }"#;
-    let made = Sf6Density::create(serde_json::from_str(text).expect("settings"), host());
-    assert!(made.err().expect("a fault").to_string().contains("rise in this order"));
+    let refused = |more: &Json, words: &str| {
+        let settings = serde_json::from_value(settings(more)).expect("settings");
+        let fault = Sf6Density::create(settings, host()).err().expect("a fault").to_string();
+        assert!(fault.contains(words), "{fault}");
+    };
+    refused(&json!({ "filling": 6.0 }), "rise in this order");
+    refused(&json!({ "temperature_range": [40, -40] }), "temperature_range");
+    refused(&json!({ "leak_limit": 0.0 }), "leak_limit is 0");
+    refused(&json!({ "altitude_metres": 90_000.0 }), "altitude_metres");
+    refused(&mixture(json!({ "SF6": 30, "N2": 60 })), "90 %");
+    let mut dewless = mixture(json!({ "C4-FN": 5, "CO2": 95 }));
+    dewless["mixture"]["dew_line"] = json!([]);
+    refused(&dewless, "dew line");
+    dewless["mixture"]["dew_line"] = json!([[-40.0, 3.0], [-20.0, 5.0]]);
+    refused(&dewless, "ends below the filling");
+    let mut flat = mixture(json!({ "SF6": 30, "N2": 70 }));
+    flat["mixture"]["isochores"][1] = json!([[-40.0, 5.0], [-50.0, 6.0]]);
+    refused(&flat, "mixture.isochores[1]");
 }

@@ -1,67 +1,285 @@
-//! What is drawn of contacts.
+//! Verdicts and drawings of contacts.
 
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, host};
 use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use serde_json::{Value as Json, json};
 
 use super::*;
+use crate::contacts::AMBIENT;
 
-const EQUIPMENT: [&str; 4] = ["=Q1-QB1-L1", "=Q1-QB1-L2", "=Q1-QB1-L3", "=Q2-QB1-L1"];
+const PHASES: [&str; 3] = ["=Q1-QB1-L1", "=Q1-QB1-L2", "=Q1-QB1-L3"];
+const ROLE: &str = "contact_temperature";
+const LOAD: &str = "load_current";
 
-fn binding(node_id: &str, role: &str) -> Binding {
+pub(crate) fn binding(node_id: &str, role: &str, unit: &str) -> Binding {
     Binding {
         node: 7,
         kind: ValueKind::F64,
         limit_low: None,
         limit_high: None,
-        tag_id: node_id.into(),
+        tag_id: format!("{node_id}.{role}"),
         tag_name: node_id.into(),
-        unit: "°C".into(),
+        unit: unit.into(),
         node_id: node_id.into(),
         role: role.into(),
     }
 }
 
-/// Contacts of these temperatures, a lonely one of another bay, in air of 20 °C.
-fn drawn(degrees: [f64; 4], air: Quality) -> Drawing {
-    let settings = serde_json::json!({ "equipment": EQUIPMENT });
+pub(crate) fn overlay(more: &Json) -> Thermography {
+    let mut settings = json!({ "equipment": PHASES });
+    for (name, value) in more.as_object().into_iter().flatten() {
+        settings[name] = value.clone();
+    }
     let settings = serde_json::from_value(settings).expect("settings");
-    let mut overlay = Thermography::create(settings, host()).expect("it is made");
-    let mut bindings: Vec<_> =
-        EQUIPMENT.iter().map(|id| binding(id, "contact_temperature")).collect();
-    bindings.push(binding("=Z1", "ambient"));
-    let value =
-        |value, quality| TagValue { value: Some(Value::F64(value)), quality, age: Duration::ZERO };
-    let mut values: Vec<_> = degrees.iter().map(|&of| value(of, Quality::Good)).collect();
-    values.push(value(20.0, air));
-    draw(&mut overlay, bindings, &values).expect("it draws")
+    Thermography::create(settings, host()).expect("it is made")
+}
+
+pub(crate) fn value(number: f64, quality: Quality) -> TagValue {
+    TagValue { value: Some(Value::F64(number)), quality, age: Duration::ZERO }
+}
+
+/// A good value, or a stale one where there is none.
+fn tag(number: Option<f64>) -> TagValue {
+    match number {
+        Some(number) => value(number, Quality::Good),
+        None => value(20.0, Quality::Bad(Reason::Stale)),
+    }
+}
+
+/// Three phases in air, with more settings; `None` is a bad value.
+fn drawn_with(more: &Json, degrees: [Option<f64>; 3], air: Option<f64>) -> Drawing {
+    let mut bindings: Vec<_> = PHASES.map(|id| binding(id, ROLE, "°C")).into();
+    bindings.push(binding("=Z1", AMBIENT, "°C"));
+    let mut values: Vec<_> = degrees.map(tag).into();
+    values.push(tag(air));
+    draw(&mut overlay(more), bindings, &values).expect("it draws")
+}
+
+fn drawn(degrees: [f64; 3], air: f64) -> Drawing {
+    drawn_with(&json!({}), degrees.map(Some), Some(air))
+}
+
+/// Verdicts with the entries of the legend, in the order of the equipment.
+fn shown(drawing: &Drawing) -> Vec<(Verdict, Option<usize>)> {
+    let entry = |equipment| {
+        let states = drawing.states.iter().filter(move |state| state.equipment == equipment);
+        states.map(|state| state.entry).next()
+    };
+    drawing.verdicts.iter().map(|of| (of.verdict, entry(of.equipment))).collect()
+}
+
+const NORMAL: (Verdict, Option<usize>) = (Verdict::Normal, None);
+const UNKNOWN: (Verdict, Option<usize>) = (Verdict::Unknown, None);
+
+fn abnormal(entry: usize) -> (Verdict, Option<usize>) {
+    (Verdict::Abnormal, Some(entry))
 }
 
 #[test]
 fn a_phase_is_judged_by_the_coolest_of_its_device() {
-    let drawing = drawn([45.0, 82.0, 44.0, 60.0], Quality::Good);
-    // (82 - 44) / (82 - 20) = 61 %; L1 is 1 K warmer than L3; the lonely one has no peer.
-    let shown: Vec<_> = drawing.states.iter().map(|state| (state.equipment, state.entry)).collect();
-    assert_eq!(shown, [(1, Defect::General as usize); 4], "it rests on three phases and the air");
+    let drawing = drawn([45.0, 82.0, 44.0], 20.0);
+    // (82 - 44) / (82 - 20) = 61 %; L1 is 1 K warmer than L3.
+    assert_eq!(shown(&drawing), [NORMAL, abnormal(0), NORMAL]);
+    assert_eq!(drawing.states.len(), 4, "it rests on three phases and the air");
     assert_eq!(drawing.lines.len(), 1);
     assert_eq!(drawing.lines[0].text, "82 °C, difference 61 %");
+    assert_eq!(
+        drawing.verdicts[1].reason.split(';').next(),
+        Some("general defect: 82 °C, difference 61 %")
+    );
+    assert!(drawing.verdicts[0].reason.contains("no `rated_current`"), "{drawing:?}");
+    assert!(drawing.verdicts.iter().all(|verdict| verdict.is_assumed));
 }
 
 #[test]
-fn heat_alone_is_enough() {
-    let drawing = drawn([95.0, 96.0, 94.0, 140.0], Quality::Good);
-    let states = drawing.states.chunk_by(|a, b| a.equipment == b.equipment);
-    let entries: Vec<_> = states.map(|state| state[0].entry).collect();
-    let [serious, critical] = [Defect::Serious, Defect::Critical].map(|defect| defect as usize);
-    assert_eq!(entries, [serious, serious, serious, critical]);
+fn the_ratio_alone_is_not_critical() {
+    // 30 beside 20 °C in air of 20 °C are 100 %.
+    assert_eq!(shown(&drawn([30.0, 20.0, 20.0], 20.0))[0], abnormal(1));
+    assert_eq!(shown(&drawn([90.0, 20.0, 20.0], 20.0))[0], abnormal(1));
+    assert_eq!(shown(&drawn([91.0, 20.0, 20.0], 20.0))[0], abnormal(2));
+    assert_eq!(shown(&drawn([140.0, 139.0, 138.0], 20.0)), [abnormal(2); 3]);
 }
 
 #[test]
-fn without_the_air_nothing_is_judged() {
-    let drawing = drawn([45.0, 82.0, 44.0, 60.0], Quality::Bad(Reason::Stale));
-    assert!(drawing.lines.is_empty());
-    let states = drawing.states.chunk_by(|a, b| a.equipment == b.equipment);
-    let rests_on: Vec<_> = states.map(|of| of.iter().any(|state| state.binding == 4)).collect();
-    assert_eq!(rests_on, [true; 4], "all rest on the air: the host shows them as unknown");
+fn a_contact_without_good_peers_is_not_silent() {
+    let drawing = drawn_with(&json!({}), [None, Some(82.0), None], Some(20.0));
+    assert_eq!(shown(&drawing), [UNKNOWN; 3]);
+    assert!(drawing.verdicts[1].reason.contains("82 °C"), "{drawing:?}");
+    assert!(drawing.verdicts[1].reason.contains("=Q1-QB1-L1"), "it names what is missing");
+    // One peer is enough for a defect, not for health.
+    let drawing = drawn_with(&json!({}), [None, Some(82.0), Some(44.0)], Some(20.0));
+    assert_eq!(shown(&drawing), [UNKNOWN, abnormal(0), UNKNOWN]);
+    // At 5 K over the air no peer could make a defect of it.
+    let drawing = drawn_with(&json!({}), [None, Some(25.0), None], Some(20.0));
+    assert_eq!(shown(&drawing), [UNKNOWN, NORMAL, UNKNOWN]);
+    assert_eq!(drawing.verdicts[1].basis, [1, 3], "it rests on itself and the air");
+    let drawing = drawn_with(&json!({}), [None, Some(140.0), None], Some(20.0));
+    assert_eq!(shown(&drawing), [UNKNOWN, abnormal(2), UNKNOWN]);
+    assert_eq!(drawing.verdicts[1].basis, [1], "heat alone is enough");
+}
+
+#[test]
+fn heat_is_judged_without_the_air() {
+    let more = json!({ "equipment": ["=Q1-QB1-L1"] });
+    let mut overlay_of_one = overlay(&more);
+    let one = vec![binding("=Q1-QB1-L1", ROLE, "°C")];
+    for (degrees, expected) in [(140.0, abnormal(2)), (95.0, abnormal(1)), (70.0, UNKNOWN)] {
+        let drawing = draw(&mut overlay_of_one, one.clone(), &[tag(Some(degrees))]);
+        assert_eq!(shown(&drawing.expect("it draws")), [expected], "{degrees} °C");
+    }
+    let findings = overlay_of_one.describe().findings;
+    assert!(findings.len() == 1 && findings[0].contains("'ambient'"), "{findings:?}");
+    let known = json!({ "equipment": ["=Q1-QB1-L1"], "ambient_untelemetered": true });
+    let mut overlay = overlay(&known);
+    draw(&mut overlay, one, &[tag(Some(70.0))]).expect("it draws");
+    assert!(overlay.describe().findings.is_empty());
+    // Of three phases some verdicts need no air.
+    let drawing = drawn_with(&json!({}), [Some(45.0), Some(45.5), Some(46.0)], None);
+    assert_eq!(shown(&drawing), [NORMAL; 3], "no air makes 1 K 35 % of 10");
+    assert_eq!(drawing.verdicts[0].basis, [0, 1, 2]);
+    let drawing = drawn_with(&json!({}), [Some(45.0), Some(82.0), Some(44.0)], None);
+    assert_eq!(shown(&drawing)[1], UNKNOWN, "38 K are 27 % in air of -60 °C, and 100 % of 44");
+    assert_eq!(
+        shown(&drawn_with(&json!({}), [Some(82.0), Some(10.0), Some(9.0)], None))[0].0,
+        Verdict::Abnormal
+    );
+}
+
+#[test]
+fn an_implausible_peer_is_left_out() {
+    // A peer of -40 °C made 340 % of it.
+    let drawing = drawn([45.0, -40.0, 44.0], 20.0);
+    assert_eq!(shown(&drawing), [UNKNOWN; 3]);
+    assert!(drawing.verdicts[0].reason.contains("left out"), "{drawing:?}");
+    let drawing = drawn([82.0, -40.0, 44.0], 20.0);
+    assert_eq!(shown(&drawing)[0], abnormal(0));
+    assert_eq!(drawing.lines[0].text, "82 °C, difference 61 %");
+    for wild in [1e9, -1e9, 301.0, f64::NAN, f64::INFINITY] {
+        let drawing = drawn([82.0, wild, 44.0], 20.0);
+        assert_eq!(shown(&drawing)[..2], [abnormal(0), UNKNOWN], "{wild} °C");
+    }
+    assert_eq!(shown(&drawn([45.0, 45.0, 45.0], 99.0)), [NORMAL; 3], "99 °C is no air");
+}
+
+#[test]
+fn a_lonely_contact_is_judged_by_heat_and_rise() {
+    let bindings = vec![binding("=Q2-QB1-L1", ROLE, "°C"), binding("=Z1", AMBIENT, "°C")];
+    for (degrees, expected) in [(60.0, NORMAL), (75.0, abnormal(0)), (91.0, abnormal(1))] {
+        let mut overlay = overlay(&json!({ "equipment": [] }));
+        let values = [tag(Some(degrees)), tag(Some(20.0))];
+        let drawing = draw(&mut overlay, bindings.clone(), &values).expect("it draws");
+        assert_eq!(shown(&drawing), [expected], "{degrees} °C");
+        assert!(drawing.verdicts[0].reason.contains("no other phase"), "{drawing:?}");
+    }
+}
+
+#[test]
+fn the_air_is_that_of_the_area() {
+    let hall = ["=Q1-QB1-L1", "=Q1-QB1-L2"];
+    let yard = ["=Q2-QB1-L1", "=Q2-QB1-L2"];
+    let airs = ["=Q1-B1", "=Q2-B1"];
+    let mut bindings: Vec<_> = airs.iter().map(|id| binding(id, AMBIENT, "°C")).collect();
+    bindings.extend(hall.iter().chain(&yard).map(|id| binding(id, ROLE, "°C")));
+    // 45 beside 41 °C: 80 % in a hall of 40 °C is too little a rise, 16 % in a yard of 20 °C.
+    let values = [40.0, 20.0, 45.0, 41.0, 45.0, 32.0].map(|of| tag(Some(of)));
+    let judged = |more: &Json| {
+        let mut overlay = overlay(more);
+        let drawing = draw(&mut overlay, bindings.clone(), &values).expect("it draws");
+        (shown(&drawing), drawing, overlay.describe().findings)
+    };
+    let places = [hall, yard].concat();
+    let all = json!({ "equipment": places });
+    let (found, drawing, _) = judged(&all);
+    // (45 - 32) / (45 - 20) = 52 %.
+    assert_eq!(found, [NORMAL, NORMAL, abnormal(0), NORMAL], "by the nearest id");
+    assert!(drawing.verdicts[0].reason.contains("nearest"), "it says so: {drawing:?}");
+    // Settings say otherwise: all is in the hall's air.
+    let mut areas = all.clone();
+    areas["areas"] = json!([{ "ambient": "=Q1-B1", "equipment": ["=Q1", "=Q2"] }]);
+    let (found, drawing, findings) = judged(&areas);
+    assert_eq!(found[2], NORMAL, "5 K over the hall's air: {drawing:?}");
+    assert!(findings.is_empty() && !drawing.verdicts[0].reason.contains("nearest"));
+    areas["areas"] = json!([{ "ambient": "=Q9-B1", "equipment": ["=Q1"] }]);
+    assert!(judged(&areas).2[0].contains("areas[0]: '=Q9-B1'"));
+}
+
+#[test]
+fn neta_is_a_choice() {
+    let neta = json!({ "rule": "neta" });
+    let drawing = drawn_with(&neta, [Some(45.0), Some(61.0), Some(44.8)], Some(20.0));
+    assert_eq!(shown(&drawing), [NORMAL, abnormal(3), NORMAL]);
+    assert_eq!(drawing.lines[0].text, "61 °C, 16 K above its like");
+    let drawing = drawn_with(&neta, [None, Some(45.0), None], Some(20.0));
+    assert_eq!(shown(&drawing)[1], abnormal(2), "25 K over the air");
+    assert_eq!(overlay(&neta).describe().legend.len(), 4);
+}
+
+#[test]
+fn rises_are_corrected_by_the_load() {
+    let rated = json!({ "rated_current": 2000.0 });
+    let mut bindings: Vec<_> = PHASES.map(|id| binding(id, ROLE, "°C")).into();
+    bindings.push(binding("=Z1", AMBIENT, "°C"));
+    bindings.push(binding("=Q1", LOAD, "kA"));
+    let judged = |degrees: [f64; 3], load: Option<f64>| {
+        let mut values: Vec<_> = degrees.map(|of| tag(Some(of))).into();
+        values.extend([tag(Some(20.0)), tag(load)]);
+        draw(&mut overlay(&rated), bindings.clone(), &values).expect("it draws")
+    };
+    let full = judged([45.0, 45.5, 45.0], Some(2.0));
+    assert_eq!(shown(&full), [NORMAL; 3]);
+    assert!(!full.verdicts[0].is_assumed, "{full:?}");
+    assert!(full.verdicts[0].basis.contains(&4), "it rests on the load");
+    let half = judged([45.0, 45.5, 45.0], Some(-1.0));
+    assert_eq!(shown(&half), [abnormal(1); 3], "25 K are 100 K at the rated load");
+    assert!(half.lines[0].text.contains("120 °C at the rated load"), "{half:?}");
+    assert_eq!(shown(&judged([21.0, 21.0, 21.0], Some(0.1))), [UNKNOWN; 3], "5 % of the load");
+    assert_eq!(shown(&judged([21.0, 21.0, 21.0], None)), [UNKNOWN; 3]);
+    assert_eq!(shown(&judged([140.0, 21.0, 21.0], None))[0], abnormal(2));
+    let mut overlay = overlay(&rated);
+    overlay.configure(bindings[..4].to_vec()).expect("it takes them");
+    let findings = overlay.describe().findings;
+    assert!(findings.len() == 1 && findings[0].contains(LOAD), "{findings:?}");
+}
+
+#[test]
+fn missing_roles_and_units_are_findings() {
+    let mut overlay = overlay(&json!({ "untelemetered": ["=Q1-QB1-L3"] }));
+    let bindings = vec![
+        binding("=Q1-QB1-L1", ROLE, "kV"),
+        binding("=Q7-QB1-L1", ROLE, "°F"),
+        binding("=Z1", AMBIENT, "K"),
+    ];
+    let values = [45.0, 104.0, 293.15].map(|of| tag(Some(of)));
+    let drawing = draw(&mut overlay, bindings, &values).expect("it draws");
+    let Description { equipment, findings, .. } = overlay.describe();
+    assert_eq!(equipment, [PHASES[0], PHASES[1], PHASES[2], "=Q7-QB1-L1"]);
+    assert_eq!(findings.len(), 2, "{findings:?}");
+    assert!(findings[0].contains("'kV'") && findings[0].contains("; "));
+    assert!(findings[1].contains("=Q1-QB1-L2") && findings[1].contains("untelemetered"));
+    let mut by_equipment = drawing.verdicts.clone();
+    by_equipment.sort_by_key(|verdict| verdict.equipment);
+    let verdicts: Vec<_> = by_equipment.iter().map(|verdict| verdict.verdict).collect();
+    assert_eq!(verdicts[..3], [Verdict::Unknown; 3]);
+    assert_eq!(verdicts[3], Verdict::Normal, "104 °F are 40 °C: 20 K over the air");
+    assert!(by_equipment[2].reason.contains("untelemetered"));
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused() {
+    for (more, words) in [
+        (json!({ "phases": ["-L1"] }), "phases"),
+        (json!({ "least_rise": 0.0 }), "least_rise is 0"),
+        (json!({ "rated_current": -5.0 }), "rated_current"),
+        (json!({ "areas": [{ "ambient": "=Z1", "equipment": [] }] }), "areas[0]"),
+    ] {
+        let mut settings = json!({ "equipment": PHASES });
+        for (name, value) in more.as_object().into_iter().flatten() {
+            settings[name] = value.clone();
+        }
+        let settings = serde_json::from_value(settings).expect("settings");
+        let fault = Thermography::create(settings, host()).err().expect("a fault").to_string();
+        assert!(fault.contains(words), "{fault}");
+    }
 }
