@@ -1,12 +1,21 @@
-//! Transformers as they are configured.
+//! Settings of the overlay: transformers, their ratings, limits, and what is plausible.
 
-use crate::model::Parameters;
+use crate::ageing::{MAX_MOISTURE, Oxygen};
+use crate::interval::Interval;
 
 /// Transformers of one overlay.
 pub(crate) const MAX_TRANSFORMERS: usize = 1_000;
-
+/// Stages of cooling of one transformer.
+pub(crate) const MAX_STAGES: usize = 8;
+/// Taps of one transformer.
+pub(crate) const MAX_TAPS: usize = 100;
+/// Greatest load that a value may give, per unit of the rated one.
+pub(crate) const MAX_PLAUSIBLE_LOAD: f64 = 3.0;
+/// Ambient temperatures that a value may give, degrees Celsius.
+pub(crate) const PLAUSIBLE_AMBIENT: Interval = Interval::new(-60.0, 60.0);
 /// Settings of the overlay: transformers whose load is bound to them in the role `load`,
-/// and the ambient temperature in the role `ambient`.
+/// `current`, `apparent_power` or `active_power`, and the ambient temperature in the role
+/// `ambient`.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
@@ -14,126 +23,204 @@ pub struct Settings {
     #[schemars(length(min = 1, max = MAX_TRANSFORMERS))]
     pub transformers: Vec<TransformerSettings>,
     /// Ambient temperature where no tag in the role `ambient` is bound to the
-    /// transformer, degrees Celsius.
-    #[serde(default = "default_ambient")]
+    /// transformer, degrees Celsius; 20 is assumed where it is left out.
     #[schemars(range(min = -60.0, max = 60.0))]
-    pub ambient: f64,
+    pub ambient: Option<f64>,
+    /// Least and greatest ambient temperature in time that nobody saw, degrees Celsius; the
+    /// usual service conditions of IEC 60076-2 are -25 to 40.
+    #[serde(default = "default_plausible_ambient")]
+    pub plausible_ambient: [f64; 2],
+    /// Longest time between two frames in which the values of the second one count, minutes
+    /// of the scene clock. Time beyond it was not seen.
+    #[serde(default = "default_longest_step_minutes")]
+    #[schemars(range(min = 0.01, max = 60.0))]
+    pub longest_step_minutes: f64,
+    /// File that keeps the temperatures and the loss of life across restarts: an absolute
+    /// path, or one that `${folder}/` begins for the folder of the configuration.
+    pub state_file: Option<String>,
 }
 
-/// A transformer. What is left out is as IEC 60076-7, table 4, recommends for its cooling.
+/// A transformer. Rises, gradient, hot-spot factor and loss ratio that are left out are
+/// assumed, and verdicts say so; exponents and constants are those of IEC 60076-7:2018,
+/// table 4, for its cooling.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TransformerSettings {
     /// Equipment id.
     pub equipment: String,
-    /// Cooling.
+    /// Cooling with all coolers running; ONAN is assumed where it is left out.
+    pub cooling: Option<Cooling>,
+    /// Restricted flow of oil through the windings, as zigzag cooling with spacers below
+    /// 3 mm has it.
     #[serde(default)]
-    pub cooling: Cooling,
-    /// What the tag in the role `load` is at rated load, in its unit: 100 for %, the rated
-    /// current for A, the rated power for MVA.
-    #[serde(default = "default_rated_load")]
+    pub restricted_oil_flow: bool,
+    /// Size category; that of the rated power where it is left out.
+    pub size: Option<Size>,
+    /// Rated power, MVA.
+    #[schemars(range(min = 0.001, max = 10_000.0))]
+    pub rated_power: Option<f64>,
+    /// Rated voltage where the voltage is measured, line to line, kV.
+    #[schemars(range(min = 0.1, max = 2_000.0))]
+    pub rated_voltage: Option<f64>,
+    /// Rated current where the current is measured, A; of the principal tap where `taps`
+    /// are given.
+    #[schemars(range(min = 0.1, max = 1e6))]
+    pub rated_current: Option<f64>,
+    /// Rated current by tap.
+    #[serde(default)]
+    #[schemars(length(max = MAX_TAPS))]
+    pub taps: Vec<TapSettings>,
+    /// Value of the tag in the role `load` at rated load, in its own unit: 100 for %, the
+    /// rated current for A, the rated power for MVA. Where it is left out the tag has a unit
+    /// of a ratio, or ratings are given.
     #[schemars(range(min = 0.000_001, max = 1e9))]
-    pub rated_load: f64,
+    pub rated_load: Option<f64>,
     /// Top-oil rise at rated load, K.
-    #[serde(default = "default_top_oil_rise")]
     #[schemars(range(min = 1.0, max = 200.0))]
-    pub top_oil_rise: f64,
+    pub top_oil_rise: Option<f64>,
     /// Gradient from the average winding to the oil at rated load, K.
-    #[serde(default = "default_gradient")]
     #[schemars(range(min = 0.0, max = 200.0))]
-    pub gradient: f64,
+    pub gradient: Option<f64>,
     /// Hot-spot factor H.
-    #[serde(default = "default_hot_spot_factor")]
     #[schemars(range(min = 1.0, max = 5.0))]
-    pub hot_spot_factor: f64,
+    pub hot_spot_factor: Option<f64>,
     /// Load losses over no-load losses, R.
-    #[serde(default = "default_loss_ratio")]
     #[schemars(range(min = 0.1, max = 10_000.0))]
-    pub loss_ratio: f64,
-    /// Whether the paper is thermally upgraded.
+    pub loss_ratio: Option<f64>,
+    /// Time constant of the oil, minutes, in place of that of table 4.
+    #[schemars(range(min = 1.0, max = 10_000.0))]
+    pub oil_minutes: Option<f64>,
+    /// Time constant of the winding, minutes, in place of that of table 4.
+    #[schemars(range(min = 0.1, max = 1_000.0))]
+    pub winding_minutes: Option<f64>,
+    /// Stages of cooling, told by a tag in the role `cooler_stage` or `fans`. Without any
+    /// the coolers are taken to run.
+    #[serde(default)]
+    #[schemars(length(max = MAX_STAGES))]
+    pub stages: Vec<StageSettings>,
+    /// Kind of loading whose limits of table 2 count.
+    #[serde(default)]
+    pub loading: Loading,
+    /// Limit of the top oil in place of that of table 2, degrees Celsius.
+    #[schemars(range(min = 20.0, max = 300.0))]
+    pub top_oil_limit: Option<f64>,
+    /// Limit of the hot spot in place of that of table 2, degrees Celsius.
+    #[schemars(range(min = 20.0, max = 400.0))]
+    pub hot_spot_limit: Option<f64>,
+    /// Least and greatest load in time that nobody saw, per unit; 0 to the limit of
+    /// short-time emergency loading of the size where it is left out.
+    pub plausible_load: Option<[f64; 2]>,
+    /// Difference between a measured temperature and the model from which they disagree, K.
+    #[serde(default = "default_disagreement")]
+    #[schemars(range(min = 1.0, max = 100.0))]
+    pub disagreement: f64,
+    /// Thermally upgraded paper.
     #[serde(default)]
     pub upgraded_paper: bool,
+    /// Moisture of the paper, % of mass; dry paper is assumed where it is left out.
+    #[schemars(range(min = 0.0, max = MAX_MOISTURE))]
+    pub moisture: Option<f64>,
+    /// Oxygen in the oil; oil free of it is assumed where it is left out.
+    pub oxygen: Option<Oxygen>,
+    /// Declares that no tag tells the load: the transformer is unknown, which is no fault.
+    #[serde(default)]
+    pub untelemetered: bool,
 }
 
-/// How oil and air move.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+/// Stage of cooling.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StageSettings {
+    /// Value of the tag in this stage: 0 and 1 for fans that stand still and run.
+    pub stage: i64,
+    /// Cooling in this stage.
+    pub cooling: Cooling,
+    /// Rated load in this stage over that of the transformer.
+    #[serde(default = "default_rated_share")]
+    #[schemars(range(min = 0.05, max = 2.0))]
+    pub rated_share: f64,
+    /// Top-oil rise at the rated load of the stage, K.
+    #[schemars(range(min = 1.0, max = 200.0))]
+    pub top_oil_rise: Option<f64>,
+    /// Gradient from the average winding to the oil at the rated load of the stage, K.
+    #[schemars(range(min = 0.0, max = 200.0))]
+    pub gradient: Option<f64>,
+}
+
+/// Tap with its rated current.
+#[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TapSettings {
+    /// Value of the tag in the role `tap`.
+    pub tap: i64,
+    /// Rated current, A.
+    #[schemars(range(min = 0.1, max = 1e6))]
+    pub rated_current: f64,
+}
+
+/// Movement of oil and air (IEC 60076-2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "UPPERCASE")]
 pub enum Cooling {
-    /// Both by themselves.
-    #[default]
-    #[serde(rename = "ONAN")]
+    /// Oil and air by convection.
     Onan,
-    /// Air by fans.
-    #[serde(rename = "ONAF")]
+    /// Oil by convection, air by fans.
     Onaf,
+    /// Oil by pumps, not directed through the windings.
+    Of,
+    /// As OF, with air by convection.
+    Ofan,
+    /// As OF, with air by fans.
+    Ofaf,
+    /// As OF, with water.
+    Ofwf,
+    /// Oil by pumps, directed through the windings.
+    Od,
+    /// As OD, with air by convection.
+    Odan,
+    /// As OD, with air by fans.
+    Odaf,
+    /// As OD, with water.
+    Odwf,
 }
 
-fn default_ambient() -> f64 {
-    20.0
+/// Size category of IEC 60076-7:2018.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Size {
+    /// Up to 2.5 MVA.
+    Small,
+    /// Up to 100 MVA.
+    Medium,
+    /// Above 100 MVA.
+    Large,
 }
 
-fn default_rated_load() -> f64 {
-    100.0
+/// Kind of loading of IEC 60076-7:2018, table 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Loading {
+    /// Normal cyclic loading.
+    #[default]
+    NormalCyclic,
+    /// Long-time emergency loading.
+    LongTimeEmergency,
+    /// Short-time emergency loading.
+    ShortTimeEmergency,
 }
 
-fn default_top_oil_rise() -> f64 {
-    60.0
+fn default_plausible_ambient() -> [f64; 2] {
+    [-25.0, 40.0]
 }
 
-fn default_gradient() -> f64 {
-    17.0
+fn default_longest_step_minutes() -> f64 {
+    5.0
 }
 
-fn default_hot_spot_factor() -> f64 {
-    1.3
+fn default_disagreement() -> f64 {
+    10.0
 }
 
-fn default_loss_ratio() -> f64 {
-    6.0
-}
-
-/// A number with what it must lie within.
-type Bounded<'a> = (&'a str, f64, [f64; 2]);
-
-impl Settings {
-    /// The first number that lies outside what makes sense, in words.
-    pub(crate) fn fault(&self) -> Option<String> {
-        if self.transformers.is_empty() || self.transformers.len() > MAX_TRANSFORMERS {
-            return Some(format!("name 1 to {MAX_TRANSFORMERS} transformers"));
-        }
-        let outside = |(_, value, [least, most]): &Bounded<'_>| !(*least..=*most).contains(value);
-        let words = |(name, value, [least, most]): Bounded<'_>| {
-            format!("{name} is {value}: give {least} to {most}")
-        };
-        let ambient = [("ambient", self.ambient, [-60.0, 60.0])];
-        let of_transformers = self.transformers.iter().flat_map(|of| {
-            [
-                ("rated_load", of.rated_load, [1e-6, 1e9]),
-                ("top_oil_rise", of.top_oil_rise, [1.0, 200.0]),
-                ("gradient", of.gradient, [0.0, 200.0]),
-                ("hot_spot_factor", of.hot_spot_factor, [1.0, 5.0]),
-                ("loss_ratio", of.loss_ratio, [0.1, 10_000.0]),
-            ]
-        });
-        ambient.into_iter().chain(of_transformers).find(outside).map(words)
-    }
-}
-
-impl TransformerSettings {
-    pub(crate) fn parameters(&self) -> Parameters {
-        let [oil_minutes, winding_minutes] = match self.cooling {
-            Cooling::Onan => [210.0, 10.0],
-            Cooling::Onaf => [150.0, 7.0],
-        };
-        Parameters {
-            oil_minutes,
-            winding_minutes,
-            top_oil_rise: self.top_oil_rise,
-            gradient: self.gradient,
-            hot_spot_factor: self.hot_spot_factor,
-            loss_ratio: self.loss_ratio,
-            oil_exponent: 0.8,
-            winding_exponent: 1.3,
-            k: [0.5, 2.0, 2.0],
-        }
-    }
+fn default_rated_share() -> f64 {
+    1.0
 }

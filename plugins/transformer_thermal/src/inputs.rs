@@ -1,0 +1,398 @@
+//! Tags that a transformer's inputs are read from, and the findings on those that are
+//! missing or cannot be converted.
+
+use busbar_plugin_sdk::units::{Quantity, UnitConversion};
+use busbar_plugin_sdk::{Binding, Quality, TagValue, Value, ValueKind};
+
+use crate::settings::TransformerSettings;
+
+/// Roles of tags: the load by its ways, what the load is worked out with, and the rest.
+pub(crate) mod role {
+    pub(crate) const LOAD: &str = "load";
+    pub(crate) const CURRENT: &str = "current";
+    pub(crate) const APPARENT_POWER: &str = "apparent_power";
+    pub(crate) const ACTIVE_POWER: &str = "active_power";
+    pub(crate) const REACTIVE_POWER: &str = "reactive_power";
+    pub(crate) const VOLTAGE: &str = "voltage";
+    pub(crate) const TAP: &str = "tap";
+    pub(crate) const AMBIENT: &str = "ambient";
+    pub(crate) const TOP_OIL: &str = "top_oil";
+    pub(crate) const HOT_SPOT: &str = "hot_spot";
+    pub(crate) const COOLER_STAGE: &str = "cooler_stage";
+    pub(crate) const FANS: &str = "fans";
+    pub(crate) const COOLER_FAULT: &str = "cooler_fault";
+}
+
+/// Phases whose currents may be bound to one transformer.
+const MAX_PHASES: usize = 3;
+
+/// Tag with its conversion to the unit of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Source {
+    /// Index of the binding.
+    pub(crate) binding: usize,
+    tag_id: String,
+    role: String,
+    conversion: UnitConversion,
+}
+
+impl Source {
+    /// Number of a good value, in the unit of the model.
+    ///
+    /// # Errors
+    /// The reason for which there is none, in words.
+    pub(crate) fn number(&self, values: &[TagValue]) -> Result<f64, String> {
+        let value = self.good_value(values)?;
+        let number = match value {
+            Value::Bool(is_set) => f64::from(u8::from(is_set)),
+            Value::F64(number) => number,
+            Value::I64(number) => number as f64,
+            Value::DoublePoint(_) => f64::NAN,
+        };
+        match number.is_finite() {
+            true => Ok(self.conversion.apply(number)),
+            false => Err(self.doubt("no number")),
+        }
+    }
+
+    fn good_value(&self, values: &[TagValue]) -> Result<Value, String> {
+        let value = values.get(self.binding).ok_or_else(|| self.doubt("missing"))?;
+        match (value.quality, value.value) {
+            (Quality::Good, Some(value)) => Ok(value),
+            (Quality::Good, None) => Err(self.doubt("without a value yet")),
+            (Quality::Uncertain(_), _) => Err(self.doubt("uncertain")),
+            (Quality::Bad(_), _) => Err(self.doubt("bad")),
+        }
+    }
+
+    /// Words for a value that is not used.
+    pub(crate) fn doubt(&self, state: &str) -> String {
+        format!("{} ({}) is {state}", self.role.replace('_', " "), self.tag_id)
+    }
+}
+
+/// Way in which the load is told; the first one that is good counts.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LoadSource {
+    /// Load over the rated one.
+    Ratio { source: Source, rated: f64 },
+    /// Currents of the phases, A.
+    Current(Vec<Source>),
+    /// Apparent power, MVA.
+    ApparentPower { source: Source, rated: f64 },
+    /// Active and reactive power, MW and Mvar.
+    Power { active: Source, reactive: Option<Source>, rated: f64 },
+}
+
+/// Inputs of a transformer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Inputs {
+    /// Node that lines stand at, and the binding that they rest on.
+    pub(crate) label: Option<(u32, usize)>,
+    pub(crate) loads: Vec<LoadSource>,
+    pub(crate) voltage: Option<Source>,
+    pub(crate) tap: Option<Source>,
+    pub(crate) ambient: Option<Source>,
+    pub(crate) top_oil: Option<Source>,
+    pub(crate) hot_spot: Option<Source>,
+    pub(crate) cooler_stage: Option<Source>,
+    pub(crate) cooler_fault: Option<Source>,
+    /// Faults of the bindings, as cause and remedy.
+    pub(crate) findings: Vec<String>,
+    /// Defaults that the inputs rest on.
+    pub(crate) assumptions: Vec<String>,
+}
+
+impl Inputs {
+    /// Finds the inputs of a transformer among the bindings.
+    pub(crate) fn new(settings: &TransformerSettings, bindings: &[Binding]) -> Self {
+        let mut finder = Finder { settings, bindings, inputs: Self::default() };
+        if settings.untelemetered {
+            return finder.inputs;
+        }
+        finder.find_loads();
+        finder.find_conditions();
+        finder.find_label();
+        finder.inputs
+    }
+
+    /// Reports whether the load is told by active power alone, which is a lower bound.
+    pub(crate) fn is_lower_bound(&self) -> bool {
+        let is_lower = |of: &LoadSource| matches!(of, LoadSource::Power { reactive: None, .. });
+        !self.loads.is_empty() && self.loads.iter().all(is_lower)
+    }
+}
+
+/// Search for the inputs of one transformer.
+struct Finder<'a> {
+    settings: &'a TransformerSettings,
+    bindings: &'a [Binding],
+    inputs: Inputs,
+}
+
+impl Finder<'_> {
+    fn bindings_of(&self, role: &str) -> impl Iterator<Item = (usize, &Binding)> {
+        let equipment = &self.settings.equipment;
+        let is_it = move |of: &(usize, &Binding)| of.1.role == role && of.1.node_id == *equipment;
+        self.bindings.iter().enumerate().filter(is_it)
+    }
+
+    fn has(&self, role: &str) -> bool {
+        self.bindings_of(role).next().is_some()
+    }
+
+    /// Source in a role with a conversion; a finding where it has none.
+    fn source(&mut self, role: &str, quantity: Quantity, unit: &str) -> Option<Source> {
+        let (index, binding) = self.bindings_of(role).next()?;
+        let source = self.convert(index, binding, quantity, unit);
+        self.keep(source, unit)
+    }
+
+    fn convert(
+        &self,
+        index: usize,
+        binding: &Binding,
+        quantity: Quantity,
+        unit: &str,
+    ) -> Result<Source, String> {
+        if matches!(binding.kind, ValueKind::Bool | ValueKind::DoublePoint) {
+            return Err(format!(
+                "the tag '{}' in the role '{}' at '{}' has no numbers; bind one that has",
+                binding.tag_id, binding.role, binding.node_id
+            ));
+        }
+        Ok(plain(index, binding, UnitConversion::of_binding(binding, quantity, unit)?))
+    }
+
+    fn keep(&mut self, source: Result<Source, String>, unit: &str) -> Option<Source> {
+        match source {
+            Ok(source) => {
+                if source.conversion.is_assumed {
+                    let words = format!("{} in {unit}", source.role.replace('_', " "));
+                    self.inputs.assumptions.push(words);
+                }
+                Some(source)
+            }
+            Err(finding) => {
+                self.inputs.findings.push(finding);
+                None
+            }
+        }
+    }
+
+    /// Source in a role whose values are numbers of a kind, or a point.
+    fn state_source(&self, role: &str) -> Option<Source> {
+        let (index, binding) = self.bindings_of(role).next()?;
+        Some(plain(index, binding, UnitConversion::IDENTITY))
+    }
+
+    fn find_loads(&mut self) {
+        let findings = self.inputs.findings.len();
+        let current = self.current();
+        let load = self.load();
+        let apparent = self.apparent_power();
+        let power = self.power();
+        let loads = [current, load, apparent, power];
+        self.inputs.loads = loads.into_iter().flatten().collect();
+        let has_finding = self.inputs.findings.len() > findings;
+        let is_measured = self.has(role::TOP_OIL) && self.has(role::HOT_SPOT);
+        if self.inputs.loads.is_empty() && !has_finding && !is_measured {
+            self.inputs.findings.push(format!(
+                "no tag tells the load of '{}'; bind one to it in the role 'load', 'current', \
+                 'apparent_power' or 'active_power', or give \"untelemetered\": true for it",
+                self.settings.equipment
+            ));
+        }
+        if self.inputs.loads.iter().any(needs_voltage) {
+            self.find_voltage();
+        }
+    }
+
+    fn current(&mut self) -> Option<LoadSource> {
+        let phases: Vec<_> = self
+            .bindings_of(role::CURRENT)
+            .take(MAX_PHASES)
+            .map(|(index, binding)| self.convert(index, binding, Quantity::Current, "A"))
+            .collect();
+        let count = phases.len();
+        let sources: Vec<_> =
+            phases.into_iter().filter_map(|phase| self.keep(phase, "A")).collect();
+        if count == 0 || sources.len() < count || !self.has_rated_current(role::CURRENT) {
+            return None;
+        }
+        self.find_tap();
+        Some(LoadSource::Current(sources))
+    }
+
+    fn has_rated_current(&mut self, role: &str) -> bool {
+        let has = !self.settings.taps.is_empty() || self.settings.any_rated_current().is_some();
+        if !has {
+            self.inputs.findings.push(format!(
+                "the tag in the role '{role}' at '{}' is a current, and its rated current is not \
+                 known; give rated_current in the settings",
+                self.settings.equipment
+            ));
+        }
+        has
+    }
+
+    fn find_tap(&mut self) {
+        self.inputs.tap = self.state_source(role::TAP);
+        let equipment = &self.settings.equipment;
+        match (self.settings.taps.is_empty(), &self.inputs.tap) {
+            (false, None) => self.inputs.findings.push(format!(
+                "the rated current of '{equipment}' goes by taps, and no tag tells the tap; bind \
+                 one to it in the role 'tap', or give rated_current alone"
+            )),
+            (true, Some(_)) => {
+                self.inputs.assumptions.push("rated current the same for all taps".to_owned());
+            }
+            _ => {}
+        }
+    }
+
+    /// Load in the role `load`, by the rated load or by its unit.
+    fn load(&mut self) -> Option<LoadSource> {
+        let (index, binding) = self.bindings_of(role::LOAD).next()?;
+        let quantity = Quantity::of_unit(&binding.unit);
+        let needed = |what: &str, key: &str| {
+            format!(
+                "the tag '{}' in the role 'load' at '{}' is {what} in {}; give {key} in the \
+                 settings",
+                binding.tag_id, binding.node_id, binding.unit
+            )
+        };
+        if let Some(rated) = self.settings.rated_load {
+            let source = plain(index, binding, UnitConversion::IDENTITY);
+            return Some(match quantity {
+                Some(Quantity::ActivePower) => {
+                    LoadSource::Power { active: source, reactive: None, rated }
+                }
+                Some(Quantity::ApparentPower) => LoadSource::ApparentPower { source, rated },
+                _ => LoadSource::Ratio { source, rated },
+            });
+        }
+        let rated_power = self.settings.rated_power;
+        match quantity {
+            Some(Quantity::Current) => {
+                if !self.has_rated_current(role::LOAD) {
+                    return None;
+                }
+                let source = self.source(role::LOAD, Quantity::Current, "A")?;
+                self.find_tap();
+                Some(LoadSource::Current(vec![source]))
+            }
+            Some(Quantity::ApparentPower) => match rated_power {
+                Some(rated) => {
+                    let source = self.source(role::LOAD, Quantity::ApparentPower, "MVA")?;
+                    Some(LoadSource::ApparentPower { source, rated })
+                }
+                None => {
+                    let finding = needed("apparent power", "rated_power");
+                    self.inputs.findings.push(finding);
+                    None
+                }
+            },
+            Some(Quantity::ActivePower) => match rated_power {
+                Some(rated) => {
+                    let active = self.source(role::LOAD, Quantity::ActivePower, "MW")?;
+                    Some(LoadSource::Power { active, reactive: None, rated })
+                }
+                None => {
+                    let finding = needed("active power", "rated_power");
+                    self.inputs.findings.push(finding);
+                    None
+                }
+            },
+            _ => {
+                let source = self.source(role::LOAD, Quantity::Ratio, "%")?;
+                Some(LoadSource::Ratio { source, rated: 100.0 })
+            }
+        }
+    }
+
+    fn apparent_power(&mut self) -> Option<LoadSource> {
+        let source = self.source(role::APPARENT_POWER, Quantity::ApparentPower, "MVA")?;
+        let rated = self.rated_power(role::APPARENT_POWER)?;
+        Some(LoadSource::ApparentPower { source, rated })
+    }
+
+    fn power(&mut self) -> Option<LoadSource> {
+        let active = self.source(role::ACTIVE_POWER, Quantity::ActivePower, "MW")?;
+        let reactive = self.source(role::REACTIVE_POWER, Quantity::ReactivePower, "Mvar");
+        let rated = self.rated_power(role::ACTIVE_POWER)?;
+        Some(LoadSource::Power { active, reactive, rated })
+    }
+
+    fn rated_power(&mut self, role: &str) -> Option<f64> {
+        if self.settings.rated_power.is_none() {
+            self.inputs.findings.push(format!(
+                "the tag in the role '{role}' at '{}' is a power, and the rated power is not \
+                 known; give rated_power in the settings",
+                self.settings.equipment
+            ));
+        }
+        self.settings.rated_power
+    }
+
+    fn find_voltage(&mut self) {
+        if !self.has(role::VOLTAGE) {
+            self.inputs.assumptions.push("rated voltage".to_owned());
+            return;
+        }
+        if self.settings.rated_voltage.is_none() {
+            self.inputs.findings.push(format!(
+                "the voltage of '{}' is measured, and its rated voltage is not known; give \
+                 rated_voltage in the settings",
+                self.settings.equipment
+            ));
+        }
+        self.inputs.voltage = self.source(role::VOLTAGE, Quantity::Voltage, "kV");
+    }
+
+    fn find_conditions(&mut self) {
+        self.inputs.ambient = self.source(role::AMBIENT, Quantity::Temperature, "°C");
+        self.inputs.top_oil = self.source(role::TOP_OIL, Quantity::Temperature, "°C");
+        self.inputs.hot_spot = self.source(role::HOT_SPOT, Quantity::Temperature, "°C");
+        self.inputs.cooler_fault = self.state_source(role::COOLER_FAULT);
+        let stage = self.state_source(role::COOLER_STAGE).or_else(|| self.state_source(role::FANS));
+        match (self.settings.stages.is_empty(), &stage) {
+            (false, None) => self.inputs.findings.push(format!(
+                "'{}' has stages of cooling, and no tag tells which one runs; bind one to it in \
+                 the role 'cooler_stage' or 'fans'",
+                self.settings.equipment
+            )),
+            (true, Some(_)) => self.inputs.assumptions.push("all coolers run".to_owned()),
+            _ => self.inputs.cooler_stage = stage,
+        }
+    }
+
+    fn find_label(&mut self) {
+        let roles = [
+            role::CURRENT,
+            role::LOAD,
+            role::APPARENT_POWER,
+            role::ACTIVE_POWER,
+            role::HOT_SPOT,
+            role::TOP_OIL,
+            role::AMBIENT,
+        ];
+        let first = |role: &&str| {
+            self.bindings_of(role).next().map(|(index, binding)| (binding.node, index))
+        };
+        self.inputs.label = roles.iter().find_map(first);
+    }
+}
+
+fn plain(binding: usize, of: &Binding, conversion: UnitConversion) -> Source {
+    let Binding { tag_id, role, .. } = of.clone();
+    Source { binding, tag_id, role, conversion }
+}
+
+fn needs_voltage(of: &LoadSource) -> bool {
+    matches!(of, LoadSource::ApparentPower { .. } | LoadSource::Power { .. })
+}
+
+#[cfg(test)]
+#[path = "inputs_tests.rs"]
+mod tests;

@@ -1,0 +1,91 @@
+//! Findings on tags that are missing or cannot be converted.
+
+use super::*;
+
+fn binding(role: &str, unit: &str) -> Binding {
+    Binding {
+        node: 7,
+        kind: ValueKind::F64,
+        limit_low: None,
+        limit_high: None,
+        tag_id: format!("T1.{role}"),
+        tag_name: role.into(),
+        unit: unit.into(),
+        node_id: "=T1".into(),
+        role: role.into(),
+    }
+}
+
+fn inputs(settings: &str, bindings: &[(&str, &str)]) -> Inputs {
+    let settings = format!(r#"{{ "equipment": "=T1"{settings} }}"#);
+    let bindings: Vec<_> = bindings.iter().map(|(role, unit)| binding(role, unit)).collect();
+    Inputs::new(&serde_json::from_str(&settings).unwrap(), &bindings)
+}
+
+#[test]
+fn what_is_missing_is_a_finding_with_a_remedy() {
+    let power = r#", "rated_power": 40"#;
+    let taps = r#", "taps": [{ "tap": 1, "rated_current": 200 }]"#;
+    let stages = r#", "stages": [{ "stage": 0, "cooling": "ONAN" }]"#;
+    for (settings, bindings, words) in [
+        ("", &[][..], "no tag tells the load of '=T1'"),
+        ("", &[("ambient", "°C")][..], "\"untelemetered\": true"),
+        ("", &[("load", "A")][..], "give rated_current"),
+        ("", &[("load", "kA")][..], "give rated_current"),
+        ("", &[("load", "MVA")][..], "give rated_power"),
+        ("", &[("load", "MW")][..], "give rated_power"),
+        ("", &[("load", "bar")][..], "which is no unit of a ratio; give the tag one of"),
+        ("", &[("current", "A")][..], "give rated_current"),
+        (r#", "rated_current": 200"#, &[("current", "kV")][..], "no unit of current"),
+        ("", &[("apparent_power", "MVA")][..], "give rated_power"),
+        ("", &[("active_power", "MW")][..], "give rated_power"),
+        (power, &[("apparent_power", "MVA"), ("voltage", "kV")][..], "give rated_voltage"),
+        (power, &[("apparent_power", "MW")][..], "no unit of apparent power"),
+        (taps, &[("current", "A")][..], "bind one to it in the role 'tap'"),
+        (stages, &[("load", "%")][..], "in the role 'cooler_stage' or 'fans'"),
+        ("", &[("load", "%"), ("ambient", "bar")][..], "no unit of temperature"),
+        ("", &[("load", "%"), ("top_oil", "A")][..], "no unit of temperature"),
+    ] {
+        let found = inputs(settings, bindings).findings;
+        assert!(found.len() == 1 && found[0].contains(words), "{settings} {bindings:?}: {found:?}");
+        assert!(found[0].contains("; "), "{found:?}");
+    }
+}
+
+#[test]
+fn what_is_there_is_no_finding() {
+    let rated = r#", "rated_power": 40, "rated_voltage": 110, "rated_current": 210"#;
+    for (settings, bindings) in [
+        ("", &[("load", "%")][..]),
+        ("", &[("load", "p.u."), ("ambient", "°F")][..]),
+        (r#", "rated_load": 400"#, &[("load", "A")][..]),
+        (r#", "rated_load": 40"#, &[("load", "MW")][..]),
+        (rated, &[("load", "A")][..]),
+        (rated, &[("load", "MVA")][..]),
+        (rated, &[("current", "kA"), ("current", "A")][..]),
+        (rated, &[("apparent_power", "kVA"), ("voltage", "V")][..]),
+        (rated, &[("active_power", "MW"), ("reactive_power", "Mvar")][..]),
+        ("", &[("top_oil", "°C"), ("hot_spot", "K")][..]),
+        (r#", "untelemetered": true"#, &[][..]),
+    ] {
+        let found = inputs(settings, bindings).findings;
+        assert!(found.is_empty(), "{settings} {bindings:?}: {found:?}");
+    }
+}
+
+#[test]
+fn a_unit_that_is_missing_is_assumed_and_told() {
+    let found = inputs("", &[("load", ""), ("ambient", "")]).assumptions;
+    assert_eq!(found, ["load in %", "ambient in °C"]);
+    let power = inputs(r#", "rated_power": 40"#, &[("apparent_power", "MVA")]).assumptions;
+    assert_eq!(power, ["rated voltage"]);
+}
+
+#[test]
+fn a_tag_without_numbers_is_a_finding() {
+    let mut switch = binding("load", "%");
+    switch.kind = ValueKind::Bool;
+    let settings = serde_json::from_str(r#"{ "equipment": "=T1" }"#).unwrap();
+    let found = Inputs::new(&settings, &[switch]).findings;
+    assert!(found.len() == 1 && found[0].contains("has no numbers; bind one"), "{found:?}");
+}

@@ -1,0 +1,321 @@
+//! Load, ambient temperature and cooling of one frame, each between bounds.
+
+use std::ops::Range;
+
+use busbar_plugin_sdk::TagValue;
+
+use crate::inputs::{Inputs, LoadSource, Source};
+use crate::interval::Interval;
+use crate::settings::{MAX_PLAUSIBLE_LOAD, PLAUSIBLE_AMBIENT, TransformerSettings};
+
+/// Voltage over the rated one where its measurement is not good: IEC 60038 leaves 10 % to
+/// both sides, and as much again is left here.
+const UNSEEN_VOLTAGE: Interval = Interval::new(0.8, 1.2);
+/// Voltage over the rated one that a value may give where the transformer is energized.
+const PLAUSIBLE_VOLTAGE: Interval = Interval::new(0.5, 1.5);
+/// Measured oil and winding temperatures that a value may give, degrees Celsius.
+const PLAUSIBLE_TEMPERATURE: Interval = Interval::new(-60.0, 300.0);
+
+/// Inputs that nobody saw lie within these bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Plausible {
+    /// Load, per unit.
+    pub(crate) load: Interval,
+    /// Ambient temperature, degrees Celsius.
+    pub(crate) ambient: Interval,
+    /// Ambient temperature without a tag, degrees Celsius.
+    pub(crate) fixed_ambient: f64,
+}
+
+/// Inputs of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct OperatingPoint {
+    /// Load, per unit of the rated one.
+    pub(crate) load: Interval,
+    /// Reports whether the load was measured, between bounds or exactly.
+    pub(crate) is_load_measured: bool,
+    /// Ambient temperature, degrees Celsius.
+    pub(crate) ambient: Interval,
+    /// Indices of the stages of cooling that may run.
+    pub(crate) stages: Range<usize>,
+    /// Measured top oil, degrees Celsius.
+    pub(crate) top_oil: Option<f64>,
+    /// Measured hot spot, degrees Celsius.
+    pub(crate) hot_spot: Option<f64>,
+    /// Reports whether a fault of the coolers is reported.
+    pub(crate) has_cooler_fault: bool,
+    /// Bindings whose good values were used.
+    pub(crate) used: Vec<usize>,
+    /// Words for each input that is not known.
+    pub(crate) doubts: Vec<String>,
+}
+
+impl OperatingPoint {
+    /// Reports whether load, ambient temperature and cooling are known exactly.
+    fn is_exact(&self) -> bool {
+        self.load.is_point() && self.ambient.is_point() && self.stages.len() <= 1
+    }
+
+    /// Binding that lines rest on: that of a load or an ambient temperature that is not
+    /// known, else one of those used. `load` is the binding of the first way of the load.
+    pub(crate) fn weakest_binding(&self, inputs: &Inputs, load: usize) -> usize {
+        let ambient = inputs.ambient.as_ref().map(|source| source.binding);
+        let doubtful_ambient = ambient.filter(|binding| !self.used.contains(binding));
+        match (self.is_load_measured, doubtful_ambient) {
+            (false, _) => load,
+            (true, Some(ambient)) => ambient,
+            (true, None) => self.used.first().copied().unwrap_or(load),
+        }
+    }
+
+    /// Bounds of load, ambient temperature and stages in the step that ends here: those of
+    /// this frame, and of the frame before where that one was not known.
+    pub(crate) fn since(&self, before: Option<&Self>) -> (Interval, Interval, Range<usize>) {
+        let now = (self.load, self.ambient, self.stages.clone());
+        match before.filter(|before| !before.is_exact()) {
+            None => now,
+            Some(before) => {
+                let start = before.stages.start.min(self.stages.start);
+                let stages = start..before.stages.end.max(self.stages.end);
+                (self.load.hull(before.load), self.ambient.hull(before.ambient), stages)
+            }
+        }
+    }
+}
+
+/// Values of one frame, read into an operating point.
+pub(crate) struct Reader<'a> {
+    pub(crate) settings: &'a TransformerSettings,
+    pub(crate) inputs: &'a Inputs,
+    pub(crate) values: &'a [TagValue],
+    pub(crate) plausible: Plausible,
+}
+
+/// Bindings used, and words for what is not known.
+#[derive(Default)]
+struct Remarks {
+    used: Vec<usize>,
+    doubts: Vec<String>,
+}
+
+impl Remarks {
+    /// Number of a source within a range, if it is good.
+    fn number(&mut self, source: &Source, values: &[TagValue], plausible: Interval) -> Option<f64> {
+        let number = source.number(values).and_then(|number| {
+            match (plausible.low..=plausible.high).contains(&number) {
+                true => Ok(number),
+                false => Err(source.doubt(&format!("implausible at {number:.1}"))),
+            }
+        });
+        match number {
+            Ok(number) => {
+                self.used.push(source.binding);
+                Some(number)
+            }
+            Err(doubt) => {
+                self.doubts.push(doubt);
+                None
+            }
+        }
+    }
+}
+
+/// Load as one of its ways tells it.
+enum MeasuredLoad {
+    Between(Interval),
+    AtLeast(f64),
+    Unknown,
+}
+
+impl Reader<'_> {
+    /// Reads the inputs; `last_load` is the last one that was known.
+    pub(crate) fn read(&self, last_load: Option<f64>) -> OperatingPoint {
+        let mut remarks = Remarks::default();
+        let (load, is_load_measured) = self.load(last_load, &mut remarks);
+        let mut optional = |source: &Option<Source>, plausible| {
+            source.as_ref().and_then(|source| remarks.number(source, self.values, plausible))
+        };
+        let ambient = match &self.inputs.ambient {
+            None => Interval::point(self.plausible.fixed_ambient),
+            source => {
+                optional(source, PLAUSIBLE_AMBIENT).map_or(self.plausible.ambient, Interval::point)
+            }
+        };
+        let top_oil = optional(&self.inputs.top_oil, PLAUSIBLE_TEMPERATURE);
+        let hot_spot = optional(&self.inputs.hot_spot, PLAUSIBLE_TEMPERATURE);
+        let (stages, has_cooler_fault) = self.stages(&mut remarks);
+        let Remarks { used, doubts } = remarks;
+        OperatingPoint {
+            load,
+            is_load_measured,
+            ambient,
+            stages,
+            top_oil,
+            hot_spot,
+            has_cooler_fault,
+            used,
+            doubts,
+        }
+    }
+
+    fn load(&self, last_load: Option<f64>, remarks: &mut Remarks) -> (Interval, bool) {
+        let mut least = self.plausible.load.low;
+        for source in &self.inputs.loads {
+            let used = remarks.used.len();
+            let load = match source {
+                LoadSource::Ratio { source, rated } => {
+                    self.ratio(source, *rated, remarks).map(Interval::point).into()
+                }
+                LoadSource::Current(phases) => self.current(phases, remarks),
+                LoadSource::ApparentPower { source, rated } => {
+                    let power = self.power_number(source, *rated, remarks);
+                    power.map(|power| self.per_voltage(power, remarks)).into()
+                }
+                LoadSource::Power { active, reactive, rated } => {
+                    self.power(active, reactive.as_ref(), *rated, remarks)
+                }
+            };
+            match load {
+                MeasuredLoad::Between(load) if load.low <= MAX_PLAUSIBLE_LOAD => {
+                    return (load, true);
+                }
+                MeasuredLoad::AtLeast(load) if load <= MAX_PLAUSIBLE_LOAD => {
+                    least = least.max(load);
+                }
+                MeasuredLoad::Between(Interval { low: load, .. }) | MeasuredLoad::AtLeast(load) => {
+                    remarks.used.truncate(used);
+                    remarks.doubts.push(format!("load is implausible at {load:.2} p.u."));
+                }
+                MeasuredLoad::Unknown => remarks.used.truncate(used),
+            }
+        }
+        if self.inputs.loads.is_empty() {
+            remarks.doubts.push("no tag tells the load".to_owned());
+        }
+        let greatest = self.plausible.load.high.max(last_load.unwrap_or(0.0)).max(least);
+        (Interval::new(least, greatest), false)
+    }
+
+    fn ratio(&self, source: &Source, rated: f64, remarks: &mut Remarks) -> Option<f64> {
+        let plausible = Interval::new(0.0, MAX_PLAUSIBLE_LOAD * rated);
+        remarks.number(source, self.values, plausible).map(|load| load / rated)
+    }
+
+    /// Load of the phase with the greatest current.
+    fn current(&self, phases: &[Source], remarks: &mut Remarks) -> MeasuredLoad {
+        let rated = self.rated_current(remarks);
+        let plausible = Interval::new(0.0, MAX_PLAUSIBLE_LOAD * rated.high);
+        let currents: Vec<_> = phases
+            .iter()
+            .filter_map(|phase| remarks.number(phase, self.values, plausible))
+            .collect();
+        let Some(greatest) = currents.iter().copied().reduce(f64::max) else {
+            return MeasuredLoad::Unknown;
+        };
+        match currents.len() == phases.len() {
+            true => {
+                MeasuredLoad::Between(Interval::new(greatest / rated.high, greatest / rated.low))
+            }
+            false => MeasuredLoad::AtLeast(greatest / rated.high),
+        }
+    }
+
+    /// Rated current at the tap, A; between those of all taps where the tap is not known.
+    fn rated_current(&self, remarks: &mut Remarks) -> Interval {
+        let taps = &self.settings.taps;
+        let all = taps.iter().map(|of| Interval::point(of.rated_current)).reduce(Interval::hull);
+        let Some(all) = all else {
+            return Interval::point(self.settings.any_rated_current().unwrap_or(f64::NAN));
+        };
+        let Some(source) = &self.inputs.tap else {
+            remarks.doubts.push("no tag tells the tap".to_owned());
+            return all;
+        };
+        let everything = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
+        let Some(number) = remarks.number(source, self.values, everything) else { return all };
+        match taps.iter().find(|of| (of.tap as f64 - number).abs() < 0.25) {
+            Some(tap) => Interval::point(tap.rated_current),
+            None => {
+                remarks.doubts.push(source.doubt(&format!("{number}, which no tap is")));
+                all
+            }
+        }
+    }
+
+    /// Power over the rated one; its sign is the direction and does not count.
+    fn power_number(&self, source: &Source, rated: f64, remarks: &mut Remarks) -> Option<f64> {
+        let most = MAX_PLAUSIBLE_LOAD * UNSEEN_VOLTAGE.high * rated;
+        let number = remarks.number(source, self.values, Interval::new(-most, most))?;
+        Some(number.abs() / rated)
+    }
+
+    /// Current over the rated one that goes with an apparent power over the rated one.
+    fn per_voltage(&self, power: f64, remarks: &mut Remarks) -> Interval {
+        let voltage = match (&self.inputs.voltage, self.settings.rated_voltage) {
+            (Some(source), Some(rated)) => {
+                let plausible = PLAUSIBLE_VOLTAGE.map(|of| of * rated);
+                let voltage = remarks.number(source, self.values, plausible);
+                voltage.map_or(UNSEEN_VOLTAGE, |voltage| Interval::point(voltage / rated))
+            }
+            (Some(_), None) => UNSEEN_VOLTAGE,
+            (None, _) => Interval::point(1.0),
+        };
+        Interval::new(power / voltage.high, power / voltage.low)
+    }
+
+    fn power(
+        &self,
+        active: &Source,
+        reactive: Option<&Source>,
+        rated: f64,
+        remarks: &mut Remarks,
+    ) -> MeasuredLoad {
+        let Some(active) = self.power_number(active, rated, remarks) else {
+            return MeasuredLoad::Unknown;
+        };
+        let reactive = reactive.and_then(|source| self.power_number(source, rated, remarks));
+        let power = self.per_voltage(active.hypot(reactive.unwrap_or(0.0)), remarks);
+        match reactive {
+            Some(_) => MeasuredLoad::Between(power),
+            None => MeasuredLoad::AtLeast(power.low),
+        }
+    }
+
+    /// Stages that may run, and whether a fault of the coolers is reported.
+    fn stages(&self, remarks: &mut Remarks) -> (Range<usize>, bool) {
+        let all = 0..self.settings.stages.len().max(1);
+        let everything = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
+        let fault = self.inputs.cooler_fault.as_ref();
+        let fault = fault.map(|source| remarks.number(source, self.values, everything));
+        let has_fault = fault.is_some_and(|fault| fault.is_some_and(|fault| fault != 0.0));
+        let is_doubtful = has_fault || fault == Some(None);
+        let Some(source) = self.inputs.cooler_stage.as_ref() else {
+            if !self.settings.stages.is_empty() {
+                remarks.doubts.push("no tag tells the stage of cooling".to_owned());
+            }
+            return (all, has_fault);
+        };
+        let Some(number) = remarks.number(source, self.values, everything) else {
+            return (all, has_fault);
+        };
+        let is_it = |stage: i64| (stage as f64 - number).abs() < 0.25;
+        match self.settings.stages.iter().position(|of| is_it(of.stage)) {
+            Some(stage) if !is_doubtful => (stage..stage + 1, has_fault),
+            Some(_) => (all, has_fault),
+            None => {
+                remarks.doubts.push(source.doubt(&format!("{number}, which no stage is")));
+                (all, has_fault)
+            }
+        }
+    }
+}
+
+impl From<Option<Interval>> for MeasuredLoad {
+    fn from(load: Option<Interval>) -> Self {
+        load.map_or(Self::Unknown, Self::Between)
+    }
+}
+
+#[cfg(test)]
+#[path = "operating_point_tests.rs"]
+mod tests;
