@@ -27,9 +27,11 @@ mod topology_error;
 mod voltage;
 mod voltage_doubt;
 
+use std::collections::HashMap;
+
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, LogLevel, MAX_BINDINGS_A_STATE, Overlay,
-    OverlayFrame, Plugin, Quality, TagValue, Value,
+    Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin, Quality,
+    TagValue, Value, Verdict,
 };
 
 pub use adjacency::{Adjacency, Arc};
@@ -113,6 +115,7 @@ impl Overlay for EnergisationOverlay {
         Description {
             legend: self.settings.legend(),
             equipment: self.topology.equipment.clone(),
+            findings: self.network.findings.clone(),
             ..Description::default()
         }
     }
@@ -125,14 +128,6 @@ impl Overlay for EnergisationOverlay {
         self.readings = Readings::default();
         self.judgments = Judgments::default();
         self.placement_log = PlacementLog::default();
-        // What has no tag is unknown for good: whoever wired the scene must hear of it.
-        if let Some((first, others)) = self.network.findings.split_first() {
-            let others = match others.len() {
-                0 => String::new(),
-                count => format!(" ({count} more findings)"),
-            };
-            self.host.log(LogLevel::Warning, &format!("{first}{others}"));
-        }
         Ok(())
     }
 
@@ -141,25 +136,36 @@ impl Overlay for EnergisationOverlay {
         self.update(&values);
         // What rests on no tag of its own rests on all of them: one stands for it.
         let is_good = |tag: &TagValue| tag.quality == Quality::Good;
-        let Some(any) = values.iter().position(is_good).or((!values.is_empty()).then_some(0))
-        else {
-            return Ok(());
-        };
+        let any = values.iter().position(is_good).or((!values.is_empty()).then_some(0));
         let Self { judgments, settings, .. } = self;
+        // Pieces share lists of bindings.
+        let mut lists = HashMap::new();
         for (piece, judgment) in judgments.pieces.iter().enumerate() {
-            let Some(judgment) = judgment else { continue };
-            let basis = &judgments.basis()[judgment.basis.clone()];
+            let Some(judgment) = judgment else {
+                let judgment = Judgment::unknown("it is at no node of the network");
+                canvas.judge(piece, busbar_plugin_sdk::Basis::NONE, &judgment)?;
+                continue;
+            };
+            let range = judgment.basis.clone();
+            let bindings = judgments.basis()[range.clone()].iter().copied();
+            let basis = match lists.entry([range.start, range.end]) {
+                std::collections::hash_map::Entry::Occupied(known) => *known.get(),
+                std::collections::hash_map::Entry::Vacant(new) => {
+                    *new.insert(canvas.basis(bindings.clone())?)
+                }
+            };
+            let verdict = match judgment.standing {
+                Standing::Normal => Verdict::Normal,
+                Standing::Abnormal => Verdict::Abnormal,
+                Standing::Unknown => Verdict::Unknown,
+            };
+            let (reason, assumption) = (judgment.reason.as_str(), judgment.assumption.as_str());
+            canvas.judge(piece, basis, &Judgment { verdict, reason, assumption })?;
             let entry = settings.legend_entry(judgment.state, judgment.level);
-            match basis.len() {
-                0 => canvas.state(any, piece, entry)?,
-                1..=MAX_BINDINGS_A_STATE => {
-                    canvas.state_on(basis.iter().copied(), piece, entry)?;
-                }
-                // The interface has no room for more: this arm goes with its limit.
-                _ => {
-                    let unknown = settings.legend_entry(PieceState::Unknown, judgment.level);
-                    canvas.state(any, piece, unknown)?;
-                }
+            match (range.is_empty(), any) {
+                (true, Some(any)) => canvas.state(any, piece, entry)?,
+                (true, None) => {}
+                (false, _) => canvas.state_on(bindings, piece, entry)?,
             }
         }
         Ok(())

@@ -430,5 +430,8 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
         Kind::Overrun => says(&["beyond the end"]),
         Kind::Flood => says(&["flood", "more than 5,000"]),
         Kind::AfterStop => says(&["while it was idle"]),
+        Kind::MissingVerdict => says(&["have no verdict"]),
+        Kind::VerdictOutOfRange => says(&["which was not described"]),
+        Kind::UnknownWithoutReason => says(&["has no reason"]),
     }
 }

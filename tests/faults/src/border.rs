@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Context, Result, ensure};
-use busbar_plugin_host::{LoadRules, OverlayBinding, SourcePolicy, TelemetryTag};
+use busbar_plugin_host::{LoadRules, OverlayBinding, SceneClock, SourcePolicy, TelemetryTag};
 use busbar_plugin_process::{
     Isolation, Plugin, PluginCatalog, PluginOptions, RestartPolicy, RunningOverlay,
     RunningTelemetry,
@@ -94,7 +94,8 @@ fn round_trips(plugin: &Plugin) -> Result<Series> {
     let mut millis = Vec::with_capacity(CALLS);
     for _ in 0..CALLS {
         let start = Instant::now();
-        let picture = overlay.draw(|_| None, SystemTime::now(), Duration::from_secs(1))?;
+        let picture =
+            overlay.draw(|_| None, SceneClock::live(SystemTime::now()), Duration::from_secs(1))?;
         millis.push(start.elapsed().as_secs_f64() * 1e3);
         ensure!(picture.lines.len() == TAGS as usize, "{} lines", picture.lines.len());
     }
