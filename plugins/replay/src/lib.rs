@@ -31,8 +31,8 @@ use busbar_plugin_sdk::{
 use crate::address::Points;
 use crate::remarks::Remarks;
 use crate::session::Session;
-use crate::settings::Config;
 pub use crate::settings::Settings;
+use crate::settings::{Config, Format};
 /// The plugin.
 pub struct Replay {
     config: Config,
@@ -64,8 +64,13 @@ impl Telemetry for Replay {
         let Err(fault) = recording::open(&self.config, &points, &mut remarks) else {
             return Ok(());
         };
-        // A file, a column or a channel that is not there is like a device that does not answer:
-        // its link is down, and the view goes on. Told once, though each tag is asked about.
+        // An oscillogram is written once: a channel that it lacks is a fault of the address.
+        if fault.is_of_tags && self.config.format == Format::Comtrade {
+            return Err(Error::settings(fault.to_string()));
+        }
+        // A file, or a column of an export that is written again and again, is like a device that
+        // does not answer: its link is down, and the view goes on. Told once, though each tag is
+        // asked about.
         let text = fault.to_string();
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if told.as_ref() != Some(&text) {

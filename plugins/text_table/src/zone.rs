@@ -127,7 +127,7 @@ impl Zone {
             Some(last) if first.1 < last => second.1,
             _ => first.1,
         };
-        if let Some(abbreviation) = abbreviation {
+        if let Some(abbreviation) = abbreviation.map(international) {
             let is_named = |timestamp| {
                 let info = self.zone.to_offset_info(timestamp);
                 info.abbreviation().eq_ignore_ascii_case(abbreviation)
@@ -141,6 +141,15 @@ impl Zone {
             is_doubtful = false;
         }
         Ok(Resolved { nanos, is_ambiguous: is_doubtful })
+    }
+}
+
+/// The abbreviation of the IANA data base for one of German programs.
+fn international(abbreviation: &str) -> &str {
+    match abbreviation {
+        "MEZ" => "CET",
+        "MESZ" => "CEST",
+        other => other,
     }
 }
 

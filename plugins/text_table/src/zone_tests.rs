@@ -56,6 +56,8 @@ fn an_abbreviation_tells_which_of_two_times_is_meant() {
     let certain = |nanos| Ok(Resolved { nanos, is_ambiguous: false });
     assert_eq!(named(twice, "CEST"), certain(summer));
     assert_eq!(named(twice, "CET"), certain(winter));
+    assert_eq!(named(twice, "MEZ"), certain(winter));
+    assert_eq!(named(twice, "MESZ"), certain(summer));
     assert_eq!(named("2026-01-02T03:04:05", "CET"), certain(at("2026-01-02T02:04:05Z")));
     for other in ["CEST", "PST", "UTC"] {
         let fault = named("2026-01-02T03:04:05", other).unwrap_err();

@@ -103,7 +103,9 @@ impl Cff {
 fn separator(line: &[u8], is_first: bool) -> Option<String> {
     let line = if is_first { line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line) } else { line };
     let text = std::str::from_utf8(line).ok()?.trim();
-    let inner = text.strip_prefix("---")?.strip_suffix("---")?.trim().to_ascii_lowercase();
+    // The standard has three dashes; some recorders write two.
+    let inner = text.strip_prefix("--")?.strip_suffix("--")?;
+    let inner = inner.trim_matches('-').trim().to_ascii_lowercase();
     let kind = inner.strip_prefix("file type")?;
     // Some recorders leave the colon out.
     Some(kind.strip_prefix(':').unwrap_or(kind).trim().to_owned())

@@ -24,6 +24,20 @@ fn parts_are_found() {
 }
 
 #[test]
+fn separators_of_recorders_are_read() {
+    let recipe = Recipe::new(Revision::Of2013, DataType::Ascii);
+    let standard = String::from_utf8(recipe.cff()).unwrap();
+    let expected = find(standard.as_bytes()).unwrap();
+    for (from, to) in [("file type:", "file type "), ("--- ", "-- "), (" ---", " --")] {
+        assert!(standard.contains(from), "{from}");
+        let text = standard.replace(from, to);
+        let found = find(text.as_bytes()).unwrap();
+        assert_eq!(found.cfg, expected.cfg, "{to}");
+        assert_eq!(text.as_bytes()[found.data_offset as usize..], recipe.dat(), "{to}");
+    }
+}
+
+#[test]
 fn what_is_wrong_is_named() {
     let said = |text: &[u8]| find(text).unwrap_err().to_string();
     assert!(said(b"").contains("no configuration followed by data"));

@@ -136,7 +136,8 @@ impl Cfg {
                 head.fault("station and recorder are not there; is it a COMTRADE configuration?")
             );
         }
-        let revision = parse_revision(&head, &mut remarks);
+        let (station, device, year) = parse_head(&head, &mut remarks);
+        let revision = parse_revision(year, &mut remarks);
         let [analogs, digitals] =
             parse_counts(&lines.next("the number of channels")?, &mut remarks)?;
         let mut oddities = Oddities::default();
@@ -201,7 +202,7 @@ impl Cfg {
             clock.utc_offset_minutes = Some(0);
         }
         let timestamp_nanos = unit * multiplier;
-        let (station, device) = (head.get(0).to_owned(), head.get(1).to_owned());
+        let device = device.to_owned();
         Ok(Self {
             station,
             device,
@@ -250,8 +251,23 @@ impl Oddities {
     }
 }
 
-fn parse_revision(head: &Fields<'_>, remarks: &mut Vec<String>) -> Revision {
-    match head.get(2) {
+/// `station_name,rec_dev_id,rev_year` (7.4.2); the year at the end tells a name with commas.
+fn parse_head<'a>(head: &Fields<'a>, remarks: &mut Vec<String>) -> (String, &'a str, &'a str) {
+    let all = head.all();
+    let blank = all.iter().rev().take_while(|field| field.is_empty()).count();
+    let kept = all.get(..all.len() - blank).unwrap_or_default();
+    let is_year = |text: &str| text.len() == 4 && text.bytes().all(|byte| byte.is_ascii_digit());
+    match kept {
+        [names @ .., device, year] if names.len() > 1 && is_year(year) => {
+            remarks.push("the station's name has commas".into());
+            (names.join(","), device, year)
+        }
+        _ => (head.get(0).to_owned(), head.get(1), head.get(2)),
+    }
+}
+
+fn parse_revision(year: &str, remarks: &mut Vec<String>) -> Revision {
+    match year {
         "" | "1991" => Revision::Of1991,
         "1999" | "2001" => Revision::Of1999,
         "2013" => Revision::Of2013,

@@ -232,3 +232,13 @@ fn names_are_read_in_the_encoding_that_is_named_or_marked() {
     assert_eq!(cfg.station, "S–T");
     assert!(cfg.remarks[0].contains("windows-1252"), "{:?}", cfg.remarks);
 }
+
+#[test]
+fn a_stations_name_may_have_commas() {
+    let cfg = Cfg::parse(recipe().replace("Nord,", "Nord, bay 1, E01,").as_bytes()).unwrap();
+    assert_eq!((cfg.station.as_str(), cfg.device.as_str()), ("Nord,bay 1,E01", "REC 7"));
+    assert_eq!(cfg.revision, Revision::Of2013);
+    assert_eq!(cfg.remarks, ["the station's name has commas"]);
+    let cfg = Cfg::parse(recipe().replace(",2013", ",2013,,").as_bytes()).unwrap();
+    assert_eq!((cfg.revision, cfg.remarks.len()), (Revision::Of2013, 0));
+}

@@ -1,7 +1,7 @@
 //! Layouts of channel lines: those of the editions, and what recorders make of them.
 //!
 //! The numbers of a line stand at its end and tell the layout, whatever revision the file names.
-//! What is left in front of them are names, which may have commas.
+//! The fields in front of them are names, which may have commas.
 
 use super::cfg::Revision;
 use super::fields::Fields;

@@ -13,7 +13,7 @@ fn nanos(count: u64) -> i64 {
     ((count - 1) as f64 * 1e9 / HERTZ as f64).round() as i64
 }
 
-/// Its time stamp, microseconds.
+/// Time stamp of a sample, microseconds.
 fn stamp(count: u64) -> Option<f64> {
     Some((nanos(count) as f64 / 1000.0).round())
 }

@@ -99,7 +99,7 @@ fn is_no_value(text: &str, config: &CsvConfig) -> bool {
 }
 
 /// Reads a quality: a word of the settings, a known one, or a code of OPC DA, 192 being good.
-/// What is none of them vouches for nothing, and is told.
+/// Another text vouches for nothing, and is told.
 pub(super) fn read_quality(text: &str, config: &CsvConfig) -> (Quality, Option<String>) {
     let lower = text.trim().to_lowercase();
     if let Some(quality) = config.qualities.get(&lower) {

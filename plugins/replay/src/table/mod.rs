@@ -102,6 +102,10 @@ impl<R: Read + Seek + Send> Table<R> {
                 }
             })?;
         remark.into_iter().for_each(|remark| remarks.add(remark));
+        if rows.is_malformed() {
+            let encoding = rows.encoding().name();
+            remarks.add(format!("line {line} is no text in {encoding}: set csv.encoding"));
+        }
         let header = match first_row {
             FirstRow::Header => names.into_iter().map(str::to_owned).collect(),
             FirstRow::Data => {
@@ -122,14 +126,19 @@ impl<R: Read + Seek + Send> Table<R> {
             mark,
             is_ended: false,
         };
-        table.take_units(config, points)?;
+        table.take_units(config, points, remarks)?;
         table.first = table.find_first_time()?;
         table.rewind()?;
         Ok(table)
     }
 
     /// Takes a row of units after the header, where there is one.
-    fn take_units(&mut self, config: &Config, points: &Points) -> Result<(), Fault> {
+    fn take_units(
+        &mut self,
+        config: &Config,
+        points: &Points,
+        remarks: &mut Remarks,
+    ) -> Result<(), Fault> {
         let failed = |error| Fault::new(&config.file, error);
         if self.header.is_empty() || self.rows.read().map_err(failed)? != NextRow::Row {
             return Ok(());
@@ -138,6 +147,12 @@ impl<R: Read + Seek + Send> Table<R> {
             let taken = self.columns.take_units(self.rows.cells(), points);
             taken.map_err(|faults| Fault::of_tags(&config.file, &faults))?;
             self.mark = self.rows.position();
+            if config.csv.units_row.is_none() {
+                let line = self.rows.line();
+                remarks.add(format!(
+                    "line {line} is taken as a row of units; csv.units_row says otherwise"
+                ));
+            }
         }
         Ok(())
     }

@@ -63,12 +63,12 @@ pub(crate) struct RawCsv {
     /// Start of lines that are comments.
     #[schemars(length(min = 1, max = 16), example = &"#")]
     comment: Option<String>,
-    /// Whether the first row names the columns. Without it the row tells: columns by name need
-    /// a header, and a first row with a time is data.
+    /// Presence of a first row that names the columns. Without it the row tells: columns by name
+    /// need a header, and a first row with a time is data.
     header: Option<bool>,
-    /// Whether a row of units comes after the header. Without it the row tells.
+    /// Presence of a row of units after the header. Without it the row tells.
     units_row: Option<bool>,
-    /// What an empty cell says.
+    /// Meaning of an empty cell.
     empty_cells: EmptyCells,
     /// Words that are no value, without regard to case, in place of those that are known, such
     /// as `unknown`, `unavailable`, `---` and `n/a`.

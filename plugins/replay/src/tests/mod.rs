@@ -59,11 +59,6 @@ impl Running {
         assert!(self.recorder.wait_until(PATIENCE, said), "{state:?} {message}: {:?}", links());
     }
 
-    /// The last report of the link.
-    fn link_text(&self) -> String {
-        self.recorder.recording().links.back().map(|(_, said)| said.clone()).unwrap_or_default()
-    }
-
     /// Waits for the end, and returns what each tag was.
     #[track_caller]
     fn played(&self) -> Vec<Sample> {

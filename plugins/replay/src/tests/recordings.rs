@@ -33,7 +33,7 @@ struct Recording {
     said: u64,
 }
 
-/// What became of a recording.
+/// Outcome of comparing a recording.
 enum Outcome {
     /// Values, the worst deviation of a value and of a time in nanoseconds.
     Same {
