@@ -1,7 +1,9 @@
 //! Values that a host program says of its tags: judged by the rules for samples of plugins.
 
+use std::time::Duration;
+
 use busbar_plugin_abi as abi;
-use busbar_tags::{DoublePoint, Moment, Quality, SourceTime, TagHandle, Value};
+use busbar_tags::{DoublePoint, Moment, Quality, Sample, SourceTime, TagHandle, Value};
 
 use crate::sample_intake::{SampleIntake, SampleSink};
 
@@ -19,16 +21,22 @@ pub struct SaidValue {
 }
 
 impl SampleIntake {
-    /// Hands what was said at `said`, which `wall_clock` called so, to `sink`, as a sample of a
-    /// plugin that was received then. Returns false where the tag is another's.
+    /// Hands to `sink` what a host program said a while ago, as a sample of a plugin that was
+    /// received then: waiting for a viewer makes no value younger. It is `now`, which
+    /// `wall_clock` calls so. Returns false where the tag is another's.
     pub fn take_said(
         &mut self,
         value: &SaidValue,
-        said: Moment,
-        wall_clock: SourceTime,
+        waited: Duration,
+        (now, wall_clock): (Moment, SourceTime),
         sink: &mut impl SampleSink,
     ) -> bool {
-        self.take(&value.to_raw(), said, wall_clock, sink)
+        self.follow_clock(wall_clock, now);
+        let waited_nanos = i64::try_from(waited.as_nanos()).unwrap_or(i64::MAX);
+        let (said, called) =
+            (now.before(waited), SourceTime(wall_clock.0.saturating_sub(waited_nanos)));
+        let mut sink = |sample: &Sample| sink.take(&Sample { received: now, ..*sample });
+        self.take(&value.to_raw(), said, called, &mut sink)
     }
 }
 
@@ -67,3 +75,7 @@ impl SaidValue {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "said_value_tests.rs"]
+mod tests;

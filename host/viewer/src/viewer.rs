@@ -5,6 +5,7 @@ mod commands;
 mod drawing;
 mod embedding;
 mod facing;
+mod host_intake;
 mod opening;
 mod picking;
 mod reloading;
@@ -12,6 +13,7 @@ mod report;
 mod values;
 
 pub(crate) use drawing::{node_of, object_of};
+use host_intake::HostIntake;
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -92,6 +94,8 @@ pub struct Viewer {
     operator: String,
     /// Whether a host program takes part.
     has_host: bool,
+    /// Judges the values that it sets.
+    host_intake: HostIntake,
     /// None where none is configured.
     chart: Option<ShownChart>,
     /// Of business and management systems.

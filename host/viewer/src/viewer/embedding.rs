@@ -2,11 +2,11 @@
 
 use busbar_alarms::Standing;
 use busbar_chart::Action;
-use busbar_plugin_host::MAX_CLOCK_AHEAD;
-use busbar_protocol::message::{CameraPose, TagQuality, TagUpdate, TagValue};
-use busbar_tags::{DoublePoint, Origin, Quality, Reason, SourceTime, TagHandle, Value};
+use busbar_protocol::message::{CameraPose, TagUpdate};
+use busbar_tags::{SourceTime, TagHandle};
 use busbar_ui::{AlarmAction, ChartCommand};
 
+use super::host_intake::Instants;
 use super::values::Updates;
 use super::*;
 
@@ -89,9 +89,11 @@ impl Viewer {
                 update.tag
             ));
         }
-        let sample = sample(TagHandle(index as u32), update);
-        let Self { tags, events, history, alarms, .. } = self;
-        Updates { tags, events, history, alarms: alarms.as_mut() }.take(&sample);
+        let boot = busbar_protocol::pictures::now();
+        let at = Instants { now: Moment::now(), wall: wall_clock(), boot };
+        let Self { tags, events, history, alarms, host_intake, .. } = self;
+        let mut updates = Updates { tags, events, history, alarms: alarms.as_mut() };
+        host_intake.take(TagHandle(index as u32), update, at, &mut updates);
         Ok(())
     }
 
@@ -154,46 +156,5 @@ impl Viewer {
     /// Id of a tag.
     pub(crate) fn tag_id(&self, tag: TagHandle) -> Option<&str> {
         self.scene.tags.spec(tag).map(|spec| spec.id.as_str())
-    }
-}
-
-fn sample(tag: TagHandle, update: &TagUpdate) -> Sample {
-    let (now, clock) = (Moment::now(), wall_clock());
-    let waited =
-        Duration::from_nanos(busbar_protocol::pictures::now().saturating_sub(update.said_at));
-    let source_time = update.source_time.map(SourceTime);
-    let is_possible =
-        |time: &SourceTime| (0..=clock.0.saturating_add(MAX_CLOCK_AHEAD)).contains(&time.0);
-    let is_believed = source_time.as_ref().is_none_or(is_possible);
-    let source_time = source_time.filter(is_possible);
-    let doubt = match is_believed {
-        true => Quality::Good,
-        false => Quality::Uncertain(Reason::SourceTime),
-    };
-    let lag = source_time.map_or(0, |time| clock.0.saturating_sub(time.0).max(0).unsigned_abs());
-    Sample {
-        tag,
-        value: update.value.map(|value| match value {
-            TagValue::F64(value) => Value::F64(value),
-            TagValue::I64(value) => Value::I64(value),
-            TagValue::Bool(value) => Value::Bool(value),
-            TagValue::DoublePoint(position) => Value::DoublePoint(match position {
-                0 => DoublePoint::Intermediate,
-                1 => DoublePoint::Off,
-                2 => DoublePoint::On,
-                _ => DoublePoint::BadState,
-            }),
-        }),
-        quality: match update.quality {
-            TagQuality::Good => Quality::Good,
-            TagQuality::Uncertain => Quality::Uncertain(Reason::Unknown),
-            TagQuality::Bad => Quality::Bad(Reason::Unknown),
-        }
-        .worst(doubt),
-        source_time,
-        received: now,
-        valid_from: now.before(waited.max(Duration::from_nanos(lag))),
-        origin: Origin::LIVE,
-        is_buffered: false,
     }
 }

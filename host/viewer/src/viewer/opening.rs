@@ -110,6 +110,7 @@ impl Viewer {
             alarms,
             operator: String::new(),
             has_host: false,
+            host_intake: HostIntake::for_scene(&scene),
             chart,
             records,
             triangles_full: full_triangles(&scene),

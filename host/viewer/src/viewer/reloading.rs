@@ -124,6 +124,7 @@ impl Viewer {
         let mut tags = opening::table_of(&self.scene);
         tags.inherit(&self.tags, &own);
         self.tags = tags;
+        self.host_intake = HostIntake::for_scene(&self.scene);
         self.events.renumber(&own);
         let history = std::mem::replace(&mut self.history, facing::history_of(&self.scene));
         self.history.inherit(history, &own);

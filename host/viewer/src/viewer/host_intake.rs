@@ -1,0 +1,74 @@
+//! Intake of the values that a host program sets: by the rules for samples of plugins.
+
+use std::time::Duration;
+
+use busbar_plugin_host::{SaidValue, SampleIntake, SampleSink, SourcePolicy, TelemetryTag};
+use busbar_protocol::message::{TagQuality, TagUpdate, TagValue};
+use busbar_tags::{DoublePoint, Moment, Quality, Reason, SourceTime, TagHandle, TagSpec, Value};
+
+use crate::load::LoadedScene;
+
+/// Judges the values that a host program sets, one source of many tags.
+pub(super) struct HostIntake(SampleIntake);
+
+/// An instant by the clocks of this process.
+#[derive(Clone, Copy)]
+pub(super) struct Instants {
+    /// By the clock of moments.
+    pub(super) now: Moment,
+    /// By the wall clock.
+    pub(super) wall: SourceTime,
+    /// By the clock since boot that messages are stamped with, nanoseconds.
+    pub(super) boot: u64,
+}
+
+impl HostIntake {
+    /// An intake for the tags of a scene that its host program sets.
+    pub(super) fn for_scene(scene: &LoadedScene) -> Self {
+        let is_hosts =
+            |spec: &TagSpec| scene.config.tags.get(&spec.id).is_some_and(|tag| tag.is_hosts());
+        let specs = (0..).map(TagHandle).zip(scene.tags.specs());
+        let telemetry = |(tag, spec): (TagHandle, &TagSpec)| TelemetryTag {
+            tag,
+            kind: spec.kind,
+            freshness: spec.freshness,
+            id: spec.id.clone(),
+            address_json: String::new(),
+        };
+        let tags: Vec<_> = specs.filter(|(_, spec)| is_hosts(spec)).map(telemetry).collect();
+        Self(SampleIntake::new(&tags, SourcePolicy::default()))
+    }
+
+    /// Hands on what a host program said of a tag.
+    pub(super) fn take(
+        &mut self,
+        tag: TagHandle,
+        update: &TagUpdate,
+        Instants { now, wall, boot }: Instants,
+        sink: &mut impl SampleSink,
+    ) {
+        let waited = Duration::from_nanos(boot.saturating_sub(update.said_at));
+        self.0.take_said(&said_value(tag, update), waited, (now, wall), sink);
+    }
+}
+
+fn said_value(tag: TagHandle, update: &TagUpdate) -> SaidValue {
+    let value = |value| match value {
+        TagValue::F64(value) => Value::F64(value),
+        TagValue::I64(value) => Value::I64(value),
+        TagValue::Bool(value) => Value::Bool(value),
+        TagValue::DoublePoint(position) => Value::DoublePoint(match position {
+            0 => DoublePoint::Intermediate,
+            1 => DoublePoint::Off,
+            2 => DoublePoint::On,
+            _ => DoublePoint::BadState,
+        }),
+    };
+    let quality = match update.quality {
+        TagQuality::Good => Quality::Good,
+        TagQuality::Uncertain => Quality::Uncertain(Reason::Unknown),
+        TagQuality::Bad => Quality::Bad(Reason::Unknown),
+    };
+    let source_time = update.source_time;
+    SaidValue { tag, value: update.value.map(value), quality, source_time }
+}
