@@ -209,8 +209,8 @@ impl Piece {
                 Ok(value) if of.judge(value) > Severity::Normal => {
                     let (name, shown) = (&of.name, number(value, &one.unit));
                     let threshold = match of.judge(value) {
-                        Severity::Alarm => format!("alarm from {}", of.alarm),
-                        _ => format!("attention from {}", of.attention),
+                        Severity::Alarm => format!("alarm from {}", of.alarm + 0.0),
+                        _ => format!("attention from {}", of.attention + 0.0),
                     };
                     let is_alarm = of.judge(value) == Severity::Alarm;
                     abnormal.push((is_alarm, one, format!("{name}: {shown}, {threshold}")));

@@ -151,8 +151,8 @@ impl Piece {
 fn outside(tag_id: &str, value: f64, settings: &Settings) -> String {
     let Settings { unit, low, high, .. } = settings;
     let limit = match (low.filter(|low| value < *low), high) {
-        (Some(low), _) => format!("below {low}"),
-        (None, high) => format!("above {}", high.unwrap_or_default()),
+        (Some(low), _) => format!("below {}", low + 0.0),
+        (None, high) => format!("above {}", high.unwrap_or_default() + 0.0),
     };
     let value = format!("{value:.2}");
     let unsigned =

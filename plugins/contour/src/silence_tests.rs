@@ -96,8 +96,10 @@ fn what_bindings_lack_is_a_finding_unless_it_is_declared() {
     assert!(drawing.verdicts.iter().all(|of| of.verdict == Verdict::Unknown));
 }
 
-/// Units of a tag with their conversion to °C; none where there is no conversion.
-const UNITS: [(&str, Option<fn(f64) -> f64>); 5] = [
+/// Conversion of a unit to °C; none where there is none.
+type Conversion = Option<fn(f64) -> f64>;
+
+const UNITS: [(&str, Conversion); 5] = [
     ("°C", Some(|value| value)),
     ("°F", Some(|value| (value - 32.0) / 1.8)),
     ("K", Some(|value| value - 273.15)),

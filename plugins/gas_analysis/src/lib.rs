@@ -7,6 +7,7 @@ mod axes;
 mod columns;
 mod explain;
 mod fleet;
+mod gas_input;
 mod history;
 mod judged;
 mod lines;

@@ -1,13 +1,12 @@
 //! Monitor of one transformer: its gases by tags, and the verdict on them.
 
-use std::time::Duration;
-
-use busbar_plugin_sdk::units::{Quantity, UnitConversion};
-use busbar_plugin_sdk::{Binding, Quality, Reason, TagValue, ValueKind, Verdict};
+use busbar_plugin_sdk::units::Quantity;
+use busbar_plugin_sdk::{Binding, TagValue, Verdict};
 use dga::c57_104::{GASES, Status};
-use dga::{Concentration, Gas, Sample};
+use dga::{Gas, Sample};
 
 use crate::Settings;
+use crate::gas_input::Input;
 use crate::judged::{Judged, of_monitor};
 use crate::source::EXTRAS;
 use crate::status_bounds::StatusBounds;
@@ -18,13 +17,6 @@ const ROLE: &str = "gas_";
 /// Quantity and unit of each of [`EXTRAS`].
 const EXTRA_UNITS: [(Quantity, &str); EXTRAS.len()] =
     [(Quantity::Temperature, "°C"), (Quantity::Ratio, "p.u.")];
-
-/// A tag with its conversion, or the reason why there is none.
-#[derive(Clone)]
-struct Input {
-    binding: usize,
-    conversion: Result<UnitConversion, String>,
-}
 
 /// The tags of one transformer.
 pub(crate) struct Monitor {
@@ -63,19 +55,13 @@ impl Monitor {
         (bindings, own): (&[Binding], &[usize]),
         findings: &mut Vec<String>,
     ) -> Self {
-        let mut input = |name: &str, quantity, unit| -> Option<Input> {
+        let mut input = |name: &str, quantity, unit| {
             let is_it = |role: &str| {
                 role.strip_prefix(ROLE).is_some_and(|rest| rest.eq_ignore_ascii_case(name))
             };
             let in_role: Vec<usize> =
                 own.iter().copied().filter(|index| is_it(&bindings[*index].role)).collect();
-            let first = *in_role.first()?;
-            let conversion = conversion(bindings, &in_role, (quantity, unit));
-            let conversion = conversion.map_err(|(reason, finding)| {
-                findings.push(finding);
-                reason
-            });
-            Some(Input { binding: first, conversion })
+            Input::new(bindings, &in_role, (quantity, unit), findings)
         };
         let gases = Gas::ALL.into_iter();
         let gases: Vec<(Gas, Input)> = gases
@@ -265,74 +251,11 @@ impl Monitor {
         if !missing.is_empty() {
             words.push(format!("{} not measured, as in healthy oil", missing.join(" and ")));
         }
-        let is_assumed = |(_, input): &&(Gas, Input)| {
-            input.conversion.as_ref().is_ok_and(|conversion| conversion.is_assumed)
-        };
+        let is_assumed = |(_, input): &&(Gas, Input)| input.is_assumed();
         if let Some((gas, _)) = self.gases.iter().find(is_assumed) {
             words.push(format!("{} is in ppm", gas.formula()));
         }
         words.join("; ")
-    }
-}
-
-type NoConversion = (String, String);
-
-/// The conversion of a role's only tag; else the reason why there is none, and the finding.
-fn conversion(
-    bindings: &[Binding],
-    in_role: &[usize],
-    (quantity, unit): (Quantity, &str),
-) -> Result<UnitConversion, NoConversion> {
-    let Some((first, more)) = in_role.split_first() else {
-        return Err(("is not bound".to_owned(), String::new()));
-    };
-    let Binding { tag_id, role, node_id, kind, .. } = &bindings[*first];
-    if let Some(second) = more.first() {
-        let second = &bindings[*second].tag_id;
-        return Err((
-            "has two tags".to_owned(),
-            format!(
-                "the tags '{tag_id}' and '{second}' are both in the role '{role}' at '{node_id}'; \
-                 bind one of them in another role"
-            ),
-        ));
-    }
-    if !matches!(kind, ValueKind::F64 | ValueKind::I64) {
-        return Err((
-            "is no number".to_owned(),
-            format!(
-                "the tag '{tag_id}' in the role '{role}' at '{node_id}' is no number; bind one of \
-                 the type f64 or i64"
-            ),
-        ));
-    }
-    let conversion = UnitConversion::of_binding(&bindings[*first], quantity, unit);
-    conversion.map_err(|finding| ("has a unit that cannot be converted".to_owned(), finding))
-}
-
-impl Input {
-    /// The number in the unit wanted, or the reason why it does not count.
-    fn number(&self, values: &[TagValue]) -> Result<f64, String> {
-        let conversion = self.conversion.as_ref().map_err(String::clone)?;
-        let value = values.get(self.binding).ok_or("has no value yet")?;
-        let age = in_words(value.age);
-        match value.quality {
-            Quality::Good => {
-                let number = value.good_number().map(|number| conversion.apply(number));
-                let number = number.filter(|number| number.is_finite());
-                number.ok_or_else(|| "is no finite number".to_owned())
-            }
-            _ if value.value.is_none() => Err("has no value yet".into()),
-            Quality::Bad(Reason::Stale) => Err(format!("stale for {age}")),
-            Quality::Uncertain(_) => Err(format!("uncertain, {age} old")),
-            Quality::Bad(_) => Err(format!("bad, last good {age} ago")),
-        }
-    }
-
-    /// The concentration of a gas, or the reason why it does not count.
-    fn measured(&self, values: &[TagValue]) -> Result<Concentration, String> {
-        let ppm = self.number(values)?;
-        Concentration::measured(ppm + 0.0).map_err(|error| error.to_string())
     }
 }
 
@@ -346,14 +269,5 @@ pub(crate) fn not_judged(unix_nanos: i64, sample: Sample, doubt: &str) -> Judged
         state: NOT_JUDGED,
         is_online: true,
         doubt: Some(doubt.into()),
-    }
-}
-
-fn in_words(age: Duration) -> String {
-    match age.as_secs() {
-        seconds if seconds < 120 => format!("{seconds} s"),
-        seconds if seconds < 7200 => format!("{} min", seconds / 60),
-        seconds if seconds < 172_800 => format!("{} h", seconds / 3600),
-        seconds => format!("{} d", seconds / 86_400),
     }
 }

@@ -176,7 +176,7 @@ fn admitted(possible: &[(Gas, Vec<f64>)], ratios: &[[f64; 2]]) -> AdmittedVerdic
         .collect();
     for (gas, ppm) in possible {
         let with = |sample: &Sample| -> Vec<Sample> {
-            ppm.iter().map(|ppm| sample.clone().with(*gas, of(*ppm))).collect()
+            ppm.iter().map(|ppm| sample.with(*gas, of(*ppm))).collect()
         };
         samples = samples.iter().flat_map(with).collect();
     }

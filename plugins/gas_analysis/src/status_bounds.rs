@@ -26,9 +26,9 @@ pub(crate) struct StatusBounds {
 impl StatusBounds {
     /// The bounds by the gases that are known, where others may have any concentration.
     pub(crate) fn new(known: &Sample, are_others_open: bool, age: Age) -> Self {
-        let rows: Vec<Sample> = RATIOS.iter().filter_map(|ratio| with_ratio(ratio)).collect();
+        let rows: Vec<Sample> = RATIOS.iter().filter_map(with_ratio).collect();
         let own = [Gas::O2, Gas::N2].into_iter().fold(Sample::new(), |sample, gas| {
-            known.concentration(gas).map_or(sample.clone(), |of| sample.with(gas, of))
+            known.concentration(gas).map_or(sample, |of| sample.with(gas, of))
         });
         let is_known = status(&own, &[(Gas::H2, 0.0)], age).is_some();
         let possible = if is_known { vec![own] } else { rows.clone() };
@@ -61,5 +61,5 @@ fn status(row: &Sample, gases: &[(Gas, f64)], age: Age) -> Option<Status> {
     let add = |sample: Sample, (gas, ppm): &(Gas, f64)| {
         Some(sample.with(*gas, Concentration::measured(*ppm).ok()?))
     };
-    c57_104::status(&gases.iter().try_fold(row.clone(), add)?, age)
+    c57_104::status(&gases.iter().try_fold(*row, add)?, age)
 }

@@ -149,10 +149,10 @@ fn abnormal_reason(binding: &Binding, value: Option<Value>, count: usize) -> Str
     };
     let below = limit_low.filter(|low| number.is_some_and(|value| value < *low));
     let mut reason = format!("{tag_id}: {}", format::value(value, unit));
-    // A string takes all that is written.
+    // A string takes all that is written; a limit of -0 is one of 0.
     let _ = match (number, below, limit_high) {
-        (Some(_), Some(low), _) => write!(reason, ", below {low}"),
-        (Some(_), None, Some(high)) => write!(reason, ", above {high}"),
+        (Some(_), Some(low), _) => write!(reason, ", below {}", low + 0.0),
+        (Some(_), None, Some(high)) => write!(reason, ", above {}", high + 0.0),
         _ => Ok(()),
     };
     if count > 1 {

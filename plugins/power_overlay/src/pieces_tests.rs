@@ -82,6 +82,8 @@ fn limits_decide_and_what_is_not_known_is_unknown_with_tag_and_reason() {
     assert_eq!(hot.verdict, Verdict::Abnormal);
     assert_eq!(hot.reason, "T1.TopOil: 97.1 °C, above 95");
     assert_eq!(of(good(9.0)).reason, "T1.TopOil: 9.00 °C, below 10");
+    let zero = Binding { limit_low: Some(-0.0), ..oil() };
+    assert_eq!(verdict(vec![zero], &[good(-0.001)]).reason, "T1.TopOil: 0.00 °C, below 0");
     let none = TagValue { value: None, ..good(0.0) };
     for (value, words) in [
         (tag(Value::F64(61.0), Quality::Bad(Reason::Stale)), "stale"),

@@ -53,7 +53,9 @@ impl Overlay for SwitchPosition {
     }
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
-        self.switches = Switches::new(&self.settings, &self.mechanisms, &bindings);
+        let switches = Switches::new(&self.settings, &self.mechanisms, &bindings);
+        let before = std::mem::replace(&mut self.switches, switches);
+        self.switches.keep_history(before);
         Ok(())
     }
 

@@ -32,6 +32,8 @@ pub(crate) struct MotionWatch {
     elsewhere: Option<i64>,
     /// Instant since which it has been seen travelling without a gap.
     travelling: Option<i64>,
+    /// Instant of the last frame.
+    latest: Option<i64>,
 }
 
 impl MotionWatch {
@@ -43,13 +45,11 @@ impl MotionWatch {
         unix_nanos: i64,
         travel_seconds: f64,
     ) -> Motion {
-        let is_later = |instant: &i64| *instant > unix_nanos;
-        if self.elsewhere.is_some_and(|instant| is_later(&instant))
-            || self.travelling.is_some_and(|instant| is_later(&instant))
-        {
+        if self.latest.is_some_and(|latest| latest > unix_nanos) {
             // The clock was set back: what was seen is of another time.
             *self = Self::default();
         }
+        self.latest = Some(unix_nanos);
         match point {
             None => {
                 self.travelling = None;

@@ -111,6 +111,20 @@ fn a_way_whose_beginning_nobody_saw_is_unknown_until_it_is_too_long() {
 }
 
 #[test]
+fn a_reload_forgets_nothing_and_another_tag_all() {
+    let mut overlay = disconnector(8.0);
+    let mut at = |second: i64, id: Option<&str>, point| {
+        let bindings = id.map(|id| vec![binding(id, "position")]);
+        let drawing = draw_at(&mut overlay, bindings, &[good(point)], second * SECOND);
+        drawing.expect("it draws").verdict(0).expect("a verdict").verdict
+    };
+    assert_eq!(at(0, Some("P"), On), Verdict::Normal);
+    assert_eq!(at(2, None, Intermediate), Verdict::Normal);
+    assert_eq!(at(11, Some("P"), Intermediate), Verdict::Abnormal);
+    assert_eq!(at(12, Some("P2"), Intermediate), Verdict::Unknown);
+}
+
+#[test]
 fn mechanisms_of_one_switch_are_judged_together() {
     let mut overlay = overlay(json!({ "switches": [
         { "equipment": "Q9", "mechanism": "blade" },
@@ -186,7 +200,15 @@ fn verdicts_are_never_silent() {
         let mut bindings = Some(vec![binding("P", "position")]);
         let (mut history, mut second) = (Vec::new(), 0);
         for step in 0..1 + inputs.below(8) {
-            second += inputs.choice(&[1, 1, 2, 5]);
+            let pace = inputs.choice(&[1, 1, 1, 2, 2, 5, 1000, -7]);
+            second += pace;
+            if pace < 0 {
+                // The clock was set back: what was seen before is of another time.
+                history.clear();
+            }
+            if inputs.one_in(8) {
+                bindings = Some(vec![binding("P", "position")]);
+            }
             let point =
                 inputs.choice(&[Intermediate, Intermediate, Intermediate, Off, On, BadState]);
             let (value, fault) = inputs.input(Value::DoublePoint(point));

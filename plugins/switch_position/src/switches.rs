@@ -79,6 +79,21 @@ impl Switches {
     }
 }
 
+impl Switches {
+    /// Keeps what was seen of switches whose tags stay, after a reload of the bindings.
+    pub(crate) fn keep_history(&mut self, before: Self) {
+        for (now, before) in self.list.iter_mut().zip(before.list) {
+            let is_same = match (&now.tag, &before.tag) {
+                (Ok(now), Ok(before)) => now.tag_id == before.tag_id,
+                _ => false,
+            };
+            if is_same {
+                (now.watch, now.travel) = (before.watch, before.travel);
+            }
+        }
+    }
+}
+
 type Found = (Result<PositionTag, Cow<'static, str>>, Option<String>);
 
 fn position_tag(
