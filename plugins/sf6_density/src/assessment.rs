@@ -50,8 +50,8 @@ pub(crate) struct Assessment {
     pub(crate) level: Option<Level>,
     /// Reports whether the gas condenses; `None` where that depends on missing inputs.
     pub(crate) condenses: Option<bool>,
-    /// Absolute pressure at 20 °C, MPa, of gas that is known to be dry.
-    pub(crate) exact: Option<f64>,
+    /// Reports whether all inputs are known, and the gas is dry.
+    pub(crate) is_exact: bool,
 }
 
 /// Assesses gas of an absolute pressure, MPa, and a temperature, °C.
@@ -111,7 +111,7 @@ pub(crate) fn assess(
             true => is_known.then_some(true),
             false => Some(false),
         },
-        exact: (is_known && !is_wet).then_some(least.at_20),
+        is_exact: is_known && !is_wet,
     })
 }
 

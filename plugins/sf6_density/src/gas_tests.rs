@@ -49,6 +49,20 @@ fn vapor_pressures_are_those_of_the_reference_equation() {
 }
 
 #[test]
+fn virial_densities_are_those_of_the_reference_equation() {
+    // Of 46.002262 kg/m3, 7 bar at 20 °C (CoolProp 8.0.0).
+    for [celsius, bar] in
+        [[-20.0, 5.809_260], [0.0, 6.411_362], [20.0, 7.0], [40.0, 7.579_740], [50.0, 7.867_151]]
+    {
+        let found = virial_density(0.1 * bar, celsius + ZERO_CELSIUS).expect("gas");
+        assert!((found / 46.002_262 - 1.0).abs() < 2e-4, "{celsius} °C: {found}");
+    }
+    for (megapascals, kelvin) in [(-0.1, 293.0), (f64::NAN, 293.0), (90.0, 293.0), (0.6, 0.0)] {
+        assert_eq!(virial_density(megapascals, kelvin), None);
+    }
+}
+
+#[test]
 fn pressures_are_normalized() {
     let ideal = EquationOfState::Ideal;
     // 0.600 MPa at 20 °C is 0.600 * 263.15 / 293.15 at -10 °C.

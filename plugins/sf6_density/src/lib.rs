@@ -8,6 +8,7 @@ mod gas_model;
 mod mixture;
 mod nearest;
 mod outcome;
+mod piece_verdicts;
 mod readings;
 mod settings;
 mod theil_sen;
@@ -16,10 +17,13 @@ mod trend;
 use std::collections::HashMap;
 
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, Judgment, LegendEntry, Overlay, OverlayFrame,
-    Pattern, Plugin, TagValue, Verdict,
+    Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
+    TagValue, Verdict,
 };
-pub use gas::{EquationOfState, REFERENCE, ZERO_CELSIUS, air_pressure, pressure, vapor_pressure};
+pub use gas::{
+    EquationOfState, REFERENCE, ZERO_CELSIUS, air_pressure, pressure, vapor_pressure,
+    virial_density,
+};
 pub use mixture::MixtureSettings;
 pub use settings::{PressureUnit, Settings};
 pub use trend::{Loss, Sample, Trend};
@@ -28,15 +32,14 @@ use assessment::assess;
 use compartments::{Compartment, Layout, layout};
 use gas_model::GasModel;
 use outcome::{Outcome, judge};
+use piece_verdicts::{SensorVerdict, give_verdicts};
 use readings::{Neighbors, PressureReading, read_contacts, read_pressure};
 
 /// Trends worked out in one frame: each takes some 0.1 ms, once a day.
 const MAX_TRENDS_A_FRAME: usize = 16;
-/// Error of the compensation, % a kelvin: of the equation, and of a temperature that is not
-/// quite that of the gas.
-const COMPENSATION_ERROR: f64 = 0.015;
-/// The same of an ideal gas.
-const IDEAL_COMPENSATION_ERROR: f64 = 0.1;
+/// Error of the compensation, % a kelvin of drift: of sensors, and of a temperature that is
+/// not quite that of the gas.
+const COMPENSATION_ERROR: f64 = 0.01;
 
 /// The overlay.
 pub struct Sf6Density {
@@ -79,8 +82,10 @@ impl Plugin for Sf6Density {
             return Err(Error::settings(fault));
         }
         let gas = settings.gas().map_err(Error::settings)?;
-        let filling = gas.quantity(settings.absolute(settings.filling));
-        let layout = layout(&settings, gas.assumption(), &[]);
+        let filling = gas.quantity(settings.absolute(settings.filling), 20.0);
+        let mut layout = layout(&settings, gas.assumption(), &[]);
+        // No bindings came yet that anything could be found of.
+        layout.findings.clear();
         Ok(Self { settings, gas, filling, layout, trends: Vec::new() })
     }
 }
@@ -104,11 +109,7 @@ impl Overlay for Sf6Density {
         self.layout = layout(&self.settings, self.gas.assumption(), &bindings);
         let mut before: HashMap<TrendKey, Trend> =
             std::mem::take(&mut self.trends).into_iter().collect();
-        let error = match self.gas {
-            GasModel::Sf6(EquationOfState::Ideal) => IDEAL_COMPENSATION_ERROR,
-            _ => COMPENSATION_ERROR,
-        };
-        let new = || Trend::new(self.settings.trend_hours * 3600.0, error);
+        let new = || Trend::new(self.settings.trend_hours * 3600.0, COMPENSATION_ERROR);
         let trend = |compartment: &Compartment| {
             let key = TrendKey::new(compartment);
             let trend = before.remove(&key).unwrap_or_else(new);
@@ -122,6 +123,7 @@ impl Overlay for Sf6Density {
         let values: Vec<TagValue> = frame.values().collect();
         let Self { settings, gas, filling, layout, trends } = self;
         let neighbors = Neighbors::new(settings, &layout.compartments, &values);
+        let mut verdicts = Vec::with_capacity(layout.compartments.len());
         let mut updates_left = MAX_TRENDS_A_FRAME;
         for (compartment, (_, trend)) in layout.compartments.iter().zip(trends) {
             let temperature = neighbors.temperature(settings, compartment, &values);
@@ -130,11 +132,14 @@ impl Overlay for Sf6Density {
                 .as_ref()
                 .map_err(String::clone)
                 .and_then(|pressure| assess(settings, gas, pressure.range, temperature.range));
-            let exact = assessment.as_ref().ok().and_then(|assessment| assessment.exact);
-            let share = exact.and_then(|at_20| gas.quantity(at_20)).zip(*filling);
-            if let Some((quantity, filling)) = share {
+            let reading = pressure
+                .as_ref()
+                .ok()
+                .filter(|_| assessment.as_ref().is_ok_and(|assessment| assessment.is_exact));
+            let celsius = temperature.range.low;
+            let quantity = reading.and_then(|of| gas.quantity(of.range.low, celsius));
+            if let Some((quantity, filling)) = quantity.zip(*filling) {
                 let percent = 100.0 * quantity / filling;
-                let celsius = temperature.range.low;
                 trend.push(frame.unix_nanos(), Sample { percent, celsius });
             }
             if trend.is_due() && updates_left > 0 {
@@ -148,18 +153,19 @@ impl Overlay for Sf6Density {
             let doubt = doubt.filter(|_| pressure.is_ok());
             let outcome = judge(settings, &assessment, contact, loss, doubt);
             let is_exact = temperature.doubt.is_none();
-            show(compartment, (&outcome, pressure.as_ref().ok(), is_exact), canvas)?;
+            let pressure = pressure.as_ref().ok();
+            verdicts.push(show(compartment, (&outcome, pressure, is_exact), canvas)?);
         }
-        Ok(())
+        give_verdicts(&verdicts, canvas)
     }
 }
 
-/// Gives the verdict on a compartment, and its state and label where it is abnormal.
+/// Shows state and label of a compartment where it is abnormal; returns the verdict on it.
 fn show(
     compartment: &Compartment,
     (outcome, pressure, has_temperature): (&Outcome, Option<&PressureReading>, bool),
     canvas: &mut Canvas<'_>,
-) -> Result<(), Error> {
+) -> Result<SensorVerdict, Error> {
     let temperature = compartment.temperature.as_ref().filter(|_| has_temperature);
     let air = compartment.air.iter().filter(|_| {
         compartment.is_gauge
@@ -181,14 +187,20 @@ fn show(
         ("", more) => more.to_owned(),
         (assumption, more) => format!("{assumption}, {more}"),
     };
-    let assumption = if outcome.contact.is_some() { "" } else { assumption.as_str() };
-    let basis = canvas.basis(rests_on.iter().copied())?;
-    let judgment = Judgment { verdict: outcome.verdict, reason: &outcome.reason, assumption };
-    canvas.judge(compartment.equipment, basis, &judgment)?;
-    let Some((entry, severity)) = outcome.shown else { return Ok(()) };
-    canvas.state_on(rests_on.iter().copied(), compartment.equipment, entry)?;
-    let Some(binding) = rests_on.first() else { return Ok(()) };
-    canvas.line(*binding, compartment.node, severity, "SF6 at 20 °C", &outcome.text)
+    if let Some((entry, severity)) = outcome.shown {
+        canvas.state_on(rests_on.iter().copied(), compartment.equipment, entry)?;
+        if let Some(binding) = rests_on.first() {
+            let caption = "SF6 at 20 °C";
+            canvas.line(*binding, compartment.node, severity, caption, &outcome.text)?;
+        }
+    }
+    Ok(SensorVerdict {
+        equipment: compartment.equipment,
+        verdict: outcome.verdict,
+        reason: outcome.reason.clone(),
+        assumption: if outcome.contact.is_some() { String::new() } else { assumption },
+        rests_on,
+    })
 }
 
 busbar_plugin_sdk::export_plugin!(Sf6Density: overlay);

@@ -301,15 +301,27 @@ fn a_leak_is_told_in_an_alarm() {
     assert_eq!(last.lines[0].text, "6.35 bar, 13.6 %/a lost");
 }
 
+/// Pressure, MPa, of gas of a density, by bisection of the plugin's virial equation, which
+/// `references/compare.py` compares with the reference equation.
+fn pressure_of(density: f64, kelvin: f64) -> f64 {
+    let [mut low, mut high] = [0.0, 1.2];
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        let is_less = virial_density(middle, kelvin).is_some_and(|found| found < density);
+        if is_less { low = middle } else { high = middle }
+    }
+    low
+}
+
 /// A month of a loss, % a year, from a filled compartment, at temperatures by the day.
 fn month(overlay: &mut Sf6Density, loss: f64, celsius: impl Fn(f64) -> f64) -> Drawing {
     let mut last = Drawing::default();
-    let full = EquationOfState::BeattieBridgeman.density(0.7, REFERENCE).expect("gas");
+    let full = virial_density(0.7, REFERENCE).expect("gas");
     for hour in 0..31 * 24_i64 {
         let days = hour as f64 / 24.0;
         let density = full * (1.0 - loss / 100.0 * days / 365.25);
         let celsius = celsius(days);
-        let pressure = 10.0 * pressure(density, celsius + ZERO_CELSIUS);
+        let pressure = 10.0 * pressure_of(density, celsius + ZERO_CELSIUS);
         let bindings = (hour == 0).then(bindings);
         let values = [good(pressure), good(celsius)];
         last = draw_at(overlay, bindings, &values, hour * DAY / 24).expect("it draws");
@@ -380,6 +392,61 @@ fn mixtures_go_by_their_isochores() {
     let cold = drawn_with(&fluoronitrile, 4.6, -39.0);
     assert_eq!(verdict(&cold).verdict, Verdict::Unknown, "{cold:?}");
     assert!(verdict(&cold).reason.contains("condenses"), "{cold:?}");
+}
+
+#[test]
+fn several_sensors_of_a_compartment_make_one_verdict() {
+    let sensor =
+        |name: &str, role, unit| Binding { tag_id: name.into(), ..binding("=Q1-QA1", role, unit) };
+    let mut bindings: Vec<_> = ["a", "b", "c"].map(|name| sensor(name, PRESSURE, "bar")).into();
+    bindings.push(sensor("t", TEMPERATURE, "°C"));
+    let judged = |pressures: [f64; 3]| {
+        let values: Vec<_> = pressures.iter().chain(&[20.0]).map(|of| good(*of)).collect();
+        let drawing = draw(&mut overlay(&json!({})), bindings.clone(), &values);
+        let drawing = drawing.expect("it draws");
+        assert_eq!(drawing.verdicts.len(), 1, "one for all");
+        (verdict(&drawing).verdict, verdict(&drawing).basis)
+    };
+    assert_eq!(judged([7.0, 7.0, 7.1]), (Verdict::Normal, vec![0, 3, 1, 3, 2, 3]));
+    assert_eq!(judged([7.0, 6.3, 7.1]), (Verdict::Abnormal, vec![1, 3]));
+    assert_eq!(judged([7.0, -6.3, 7.1]).0, Verdict::Unknown);
+}
+
+/// Wild values of every kind, on bindings of every kind, must not upset a frame.
+#[test]
+fn hostile_inputs_are_judged() {
+    let numbers = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN, f64::MAX, 5e-324, 7.0, 1e9];
+    let roles = [PRESSURE, TEMPERATURE, AIR_PRESSURE, DENSITY_CONTACT, "other", ""];
+    let units = ["bar", "", "°F", "bar(g)", "Pa", "\u{0}", "μμ"];
+    let ids = ["=Q1-QA1", "", "=", "ü=Ω-1", "=Q2"];
+    let mut overlays = [
+        overlay(&json!({ "equipment": ["=Q1-QA1", "=Q1-QA1", ""] })),
+        overlay(&json!({ "gauge": true, "altitude_metres": 9000.0, "equation": "ideal" })),
+        overlay(&mixture(json!({ "SF6": 30, "CF4": 70 }))),
+    ];
+    let mut seed = 1_u64;
+    let mut pick = |count: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % count
+    };
+    for round in 0..400 {
+        let mut bindings = Vec::new();
+        let mut values = Vec::new();
+        for _ in 0..pick(12) {
+            let mut of = binding(ids[pick(5)], roles[pick(6)], units[pick(7)]);
+            of.kind = [ValueKind::F64, ValueKind::Bool, ValueKind::I64][pick(3)];
+            bindings.push(of);
+            values.push(good(numbers[pick(9)]));
+        }
+        let at = [0, i64::MIN, i64::MAX, 1][pick(4)];
+        for overlay in &mut overlays {
+            let drawing = draw_at(overlay, Some(bindings.clone()), &values, at).expect("it draws");
+            let equipment = overlay.describe().equipment.len();
+            let mut judged: Vec<_> = drawing.verdicts.iter().map(|of| of.equipment).collect();
+            judged.sort_unstable();
+            assert_eq!(judged, (0..equipment).collect::<Vec<_>>(), "round {round}");
+        }
+    }
 }
 
 #[test]

@@ -5,18 +5,20 @@ mod bounds;
 mod contacts;
 mod judgment;
 mod nearest;
+mod piece_verdicts;
 mod rules;
 mod settings;
 
 use busbar_plugin_sdk::{
-    Binding, Canvas, Description, Error, Host, Judgment, LegendEntry, Overlay, OverlayFrame,
-    Pattern, Plugin, Severity, TagValue, Verdict,
+    Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
+    Severity, TagValue, Verdict,
 };
 pub use rules::{Contact, Grading, Part, Rule};
 pub use settings::{Area, Settings};
 
 use contacts::{BoundContact, Layout, layout};
 use judgment::{ContactJudgment, judge_device};
+use piece_verdicts::{SensorVerdict, give_verdicts};
 
 /// The overlay.
 pub struct Thermography {
@@ -36,7 +38,9 @@ impl Plugin for Thermography {
         if let Some(fault) = settings.fault() {
             return Err(Error::settings(fault));
         }
-        let layout = layout(&settings, &[]);
+        let mut layout = layout(&settings, &[]);
+        // No bindings came yet that anything could be found of.
+        layout.findings.clear();
         Ok(Self { settings, layout })
     }
 }
@@ -77,26 +81,27 @@ impl Overlay for Thermography {
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
+        let mut verdicts = Vec::with_capacity(self.layout.equipment.len());
         for device in &self.layout.devices {
             let judgments = judge_device(&self.settings, device, &values);
-            for (contact, judgment) in device.iter().zip(&judgments) {
-                show(self.settings.rule, (contact, judgment), canvas)?;
+            for (contact, judgment) in device.iter().zip(judgments) {
+                show(self.settings.rule, (contact, &judgment), canvas)?;
+                let ContactJudgment { verdict, reason, assumption, rests_on, .. } = judgment;
+                let equipment = contact.equipment;
+                verdicts.push(SensorVerdict { equipment, verdict, reason, assumption, rests_on });
             }
         }
-        Ok(())
+        give_verdicts(&verdicts, canvas)
     }
 }
 
-/// Gives the verdict on a contact, and its state and label where it is abnormal.
+/// Shows state and label of a contact where it is abnormal.
 fn show(
     rule: Rule,
     (contact, judgment): (&BoundContact, &ContactJudgment),
     canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
-    let ContactJudgment { verdict, grade, reason, text, assumption, rests_on } = judgment;
-    let basis = canvas.basis(rests_on.iter().copied())?;
-    let judgment = Judgment { verdict: *verdict, reason, assumption };
-    canvas.judge(contact.equipment, basis, &judgment)?;
+    let ContactJudgment { verdict, grade, text, rests_on, .. } = judgment;
     let (Some(grade), Some(temperature)) = (*grade, &contact.temperature) else { return Ok(()) };
     if *verdict != Verdict::Abnormal {
         return Ok(());

@@ -267,6 +267,24 @@ fn missing_roles_and_units_are_findings() {
 }
 
 #[test]
+fn several_sensors_of_a_contact_make_one_verdict() {
+    let sensor = |name: &str, id| Binding { tag_id: name.into(), ..binding(id, ROLE, "°C") };
+    let mut bindings: Vec<_> = PHASES.iter().map(|id| sensor(id, id)).collect();
+    bindings.extend(["a", "b", "c"].map(|name| sensor(name, PHASES[0])));
+    bindings.push(binding("=Z1", AMBIENT, "°C"));
+    let judged = |degrees: [f64; 6]| {
+        let values: Vec<_> = degrees.iter().chain(&[20.0]).map(|of| tag(Some(*of))).collect();
+        let drawing = draw(&mut overlay(&json!({})), bindings.clone(), &values);
+        let drawing = drawing.expect("it draws");
+        assert_eq!(drawing.verdicts.len(), 3, "one each");
+        drawing.verdict(0).expect("a verdict").clone().verdict
+    };
+    assert_eq!(judged([45.0, 45.0, 45.0, 45.5, 45.2, 45.1]), Verdict::Normal);
+    assert_eq!(judged([45.0, 45.0, 45.0, 45.5, 85.0, 45.1]), Verdict::Abnormal);
+    assert_eq!(judged([45.0, 45.0, 45.0, 45.5, f64::NAN, 45.1]), Verdict::Unknown);
+}
+
+#[test]
 fn settings_that_make_no_sense_are_refused() {
     for (more, words) in [
         (json!({ "phases": ["-L1"] }), "phases"),

@@ -1,0 +1,43 @@
+//! One verdict for each piece of equipment, of all the sensors that it has.
+
+use busbar_plugin_sdk::{Canvas, Error, Judgment, Verdict};
+
+/// Verdict by one sensor, or set of sensors, of a piece.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SensorVerdict {
+    /// Index of the equipment described.
+    pub(crate) equipment: usize,
+    pub(crate) verdict: Verdict,
+    pub(crate) reason: String,
+    /// Default that it rests on; empty for none.
+    pub(crate) assumption: String,
+    /// Bindings that it rests on.
+    pub(crate) rests_on: Vec<usize>,
+}
+
+/// Gives the most urgent verdict on each piece; those by sensors of one piece come one after
+/// the other. A normal one rests on all of its sensors.
+pub(crate) fn give_verdicts(
+    verdicts: &[SensorVerdict],
+    canvas: &mut Canvas<'_>,
+) -> Result<(), Error> {
+    let urgency = |of: &&SensorVerdict| match of.verdict {
+        Verdict::Normal => 0,
+        Verdict::Unknown => 1,
+        Verdict::Abnormal => 2,
+    };
+    for piece in verdicts.chunk_by(|a, b| a.equipment == b.equipment) {
+        let Some(worst) = piece.iter().max_by_key(urgency) else { continue };
+        let basis = match worst.verdict {
+            Verdict::Normal => canvas.basis(piece.iter().flat_map(|of| of.rests_on.clone()))?,
+            _ => canvas.basis(worst.rests_on.iter().copied())?,
+        };
+        let judgment = Judgment {
+            verdict: worst.verdict,
+            reason: &worst.reason,
+            assumption: &worst.assumption,
+        };
+        canvas.judge(worst.equipment, basis, &judgment)?;
+    }
+    Ok(())
+}
