@@ -187,7 +187,9 @@ impl Case {
         let file =
             file.map_or(String::new(), |file| format!(r#", "state_file": "{}""#, file.display()));
         let text = format!(r#"{{ "transformers": [{{ {} }}] {file} }}"#, self.settings);
-        TransformerThermal::create(serde_json::from_str(&text).unwrap(), host()).ok().unwrap()
+        TransformerThermal::create(serde_json::from_str(&text).expect("it is JSON"), host())
+            .ok()
+            .expect("the settings make sense")
     }
 }
 
@@ -263,7 +265,7 @@ impl Oracle<'_> {
 fn bounds(text: &str) -> [f64; 2] {
     let text = text.trim_end_matches(" °C").trim_start_matches("between ");
     let (low, high) = text.split_once(" and ").unwrap_or((text, text));
-    [low, high].map(|number| number.parse().unwrap())
+    [low, high].map(|number| number.parse().expect("it is a number"))
 }
 
 /// Reports whether temperatures are above the limits of normal cyclic loading.
@@ -273,7 +275,7 @@ fn is_hot(of: &Temperatures, margin: f64) -> bool {
 
 /// Runs a case; what goes wrong between frames is drawn from `random`.
 fn run(case: &Case, random: &mut Random, counts: &mut Counts) -> Result<(), String> {
-    let folder = random.one_in(25).then(|| tempfile::tempdir().unwrap());
+    let folder = random.one_in(25).then(|| tempfile::tempdir().expect("there is a folder"));
     let file = folder.as_ref().map(|folder| folder.path().join("states.json"));
     let mut overlay = case.overlay(file.as_ref());
     let mut to_bind = Some(bindings());
@@ -337,7 +339,8 @@ fn run(case: &Case, random: &mut Random, counts: &mut Counts) -> Result<(), Stri
         is_resumed = false;
         drawn = Some(instant.minute);
         let now = START + instant.minute as i64 * NANOS_A_MINUTE;
-        let drawing = draw_at(&mut overlay, to_bind.take(), &instant.values(), now).unwrap();
+        let drawing =
+            draw_at(&mut overlay, to_bind.take(), &instant.values(), now).expect("it draws");
         let solutions = (!was_set_back).then_some(&oracle.solutions);
         check(&drawing, &truth[frame - 1], solutions, (instant.inputs[0], margins), counts)
             .map_err(|fault| format!("minute {}, {:?}: {fault}", instant.minute, instant.fault))?;
