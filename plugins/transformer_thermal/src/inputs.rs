@@ -78,7 +78,7 @@ pub(crate) enum LoadSource {
     Ratio { source: Source, rated: f64 },
     /// Currents of the phases, A.
     Current(Vec<Source>),
-    /// Apparent power, MVA.
+    /// Apparent power over the rated one, MVA.
     ApparentPower { source: Source, rated: f64 },
     /// Active and reactive power, MW and Mvar.
     Power { active: Source, reactive: Option<Source>, rated: f64 },

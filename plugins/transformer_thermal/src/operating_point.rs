@@ -19,7 +19,7 @@ const PLAUSIBLE_TEMPERATURE: Interval = Interval::new(-60.0, 300.0);
 /// Inputs that nobody saw lie within these bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plausible {
-    /// Load, per unit.
+    /// Load, per unit of the rated one.
     pub(crate) load: Interval,
     /// Ambient temperature, degrees Celsius.
     pub(crate) ambient: Interval,

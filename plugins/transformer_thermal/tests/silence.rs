@@ -188,8 +188,7 @@ impl Case {
             file.map_or(String::new(), |file| format!(r#", "state_file": "{}""#, file.display()));
         let text = format!(r#"{{ "transformers": [{{ {} }}] {file} }}"#, self.settings);
         TransformerThermal::create(serde_json::from_str(&text).expect("it is JSON"), host())
-            .ok()
-            .expect("the settings make sense")
+            .unwrap_or_else(|error| panic!("{error}"))
     }
 }
 
