@@ -78,7 +78,7 @@ pub(crate) enum LoadSource {
     Ratio { source: Source, rated: f64 },
     /// Currents of the phases, A.
     Current(Vec<Source>),
-    /// Apparent power, MVA.
+    /// Apparent power over the rated one, MVA.
     ApparentPower { source: Source, rated: f64 },
     /// Active and reactive power, MW and Mvar.
     Power { active: Source, reactive: Option<Source>, rated: f64 },
@@ -263,6 +263,14 @@ impl Finder<'_> {
             )
         };
         if let Some(rated) = self.settings.rated_load {
+            if !quantity.is_none_or(may_tell_load) {
+                self.inputs.findings.push(format!(
+                    "the tag '{}' in the role 'load' at '{}' has the unit '{}', which tells no \
+                     load; give the tag its unit, or bind another one",
+                    binding.tag_id, binding.node_id, binding.unit
+                ));
+                return None;
+            }
             let source = plain(index, binding, UnitConversion::IDENTITY);
             return Some(match quantity {
                 Some(Quantity::ActivePower) => {
@@ -387,6 +395,14 @@ impl Finder<'_> {
 fn plain(binding: usize, of: &Binding, conversion: UnitConversion) -> Source {
     let Binding { tag_id, role, .. } = of.clone();
     Source { binding, tag_id, role, conversion }
+}
+
+/// Reports whether values of a quantity can tell a load against a rated one.
+fn may_tell_load(quantity: Quantity) -> bool {
+    matches!(
+        quantity,
+        Quantity::Ratio | Quantity::Current | Quantity::ApparentPower | Quantity::ActivePower
+    )
 }
 
 fn needs_voltage(of: &LoadSource) -> bool {

@@ -35,6 +35,7 @@ fn what_is_missing_is_a_finding_with_a_remedy() {
         ("", &[("load", "MVA")][..], "give rated_power"),
         ("", &[("load", "MW")][..], "give rated_power"),
         ("", &[("load", "bar")][..], "which is no unit of a ratio; give the tag one of"),
+        (r#", "rated_load": 90"#, &[("load", "°C")][..], "which tells no load"),
         ("", &[("current", "A")][..], "give rated_current"),
         (r#", "rated_current": 200"#, &[("current", "kV")][..], "no unit of current"),
         ("", &[("apparent_power", "MVA")][..], "give rated_power"),

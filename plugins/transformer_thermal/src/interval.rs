@@ -3,9 +3,9 @@
 /// Closed interval of a quantity; a point where the quantity is known.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Interval {
-    /// Least value.
+    /// Least value of the quantity.
     pub(crate) low: f64,
-    /// Greatest value.
+    /// Greatest value of the quantity.
     pub(crate) high: f64,
 }
 

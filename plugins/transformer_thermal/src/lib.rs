@@ -37,7 +37,7 @@ use crate::transformer::Transformer;
 /// Wall-clock time between two writings of the states.
 const SAVE_INTERVAL: Duration = Duration::from_secs(60);
 
-/// The overlay.
+/// Overlay of transformer temperatures.
 pub struct TransformerThermal {
     settings: Settings,
     transformers: Vec<Transformer>,

@@ -15,19 +15,19 @@ pub struct Parameters {
     pub top_oil_rise: f64,
     /// Gradient from the winding to the oil at rated load, K.
     pub gradient: f64,
-    /// Hot-spot factor H.
+    /// Hot-spot factor H of the winding.
     pub hot_spot_factor: f64,
     /// Load losses over no-load losses, R.
     pub loss_ratio: f64,
-    /// Oil exponent x.
+    /// Oil exponent x of table 4.
     pub oil_exponent: f64,
-    /// Winding exponent y.
+    /// Winding exponent y of table 4.
     pub winding_exponent: f64,
     /// Constants k11, k21 and k22.
     pub k: [f64; 3],
 }
 
-/// Temperatures at an instant.
+/// Temperatures of a transformer at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Temperatures {
     /// Top oil, degrees Celsius.

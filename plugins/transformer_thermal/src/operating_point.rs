@@ -19,7 +19,7 @@ const PLAUSIBLE_TEMPERATURE: Interval = Interval::new(-60.0, 300.0);
 /// Inputs that nobody saw lie within these bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plausible {
-    /// Load, per unit.
+    /// Load, per unit of the rated one.
     pub(crate) load: Interval,
     /// Ambient temperature, degrees Celsius.
     pub(crate) ambient: Interval,
@@ -51,11 +51,6 @@ pub(crate) struct OperatingPoint {
 }
 
 impl OperatingPoint {
-    /// Reports whether load, ambient temperature and cooling are known exactly.
-    fn is_exact(&self) -> bool {
-        self.load.is_point() && self.ambient.is_point() && self.stages.len() <= 1
-    }
-
     /// Binding that lines rest on: that of a load or an ambient temperature that is not
     /// known, else one of those used. `load` is the binding of the first way of the load.
     pub(crate) fn weakest_binding(&self, inputs: &Inputs, load: usize) -> usize {
@@ -69,17 +64,20 @@ impl OperatingPoint {
     }
 
     /// Bounds of load, ambient temperature and stages in the step that ends here: those of
-    /// this frame, and of the frame before where that one was not known.
+    /// this frame, and where one was not known in the frame before, those of that one too.
     pub(crate) fn since(&self, before: Option<&Self>) -> (Interval, Interval, Range<usize>) {
-        let now = (self.load, self.ambient, self.stages.clone());
-        match before.filter(|before| !before.is_exact()) {
-            None => now,
-            Some(before) => {
-                let start = before.stages.start.min(self.stages.start);
-                let stages = start..before.stages.end.max(self.stages.end);
-                (self.load.hull(before.load), self.ambient.hull(before.ambient), stages)
-            }
-        }
+        let Some(before) = before else {
+            return (self.load, self.ambient, self.stages.clone());
+        };
+        let bounds = |now: Interval, before: Interval| match before.is_point() {
+            true => now,
+            false => now.hull(before),
+        };
+        let stages = match before.stages.len() > 1 {
+            true => before.stages.clone(),
+            false => self.stages.clone(),
+        };
+        (bounds(self.load, before.load), bounds(self.ambient, before.ambient), stages)
     }
 }
 

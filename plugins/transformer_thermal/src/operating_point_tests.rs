@@ -138,3 +138,17 @@ fn a_stage_that_is_not_known_may_be_any() {
     assert_eq!(at(Some(1.0), None), (0..2, false));
     assert_eq!(at(Some(1.0), Some(1.0)), (0..2, true));
 }
+
+#[test]
+fn a_step_that_begins_unknown_is_between_the_bounds_of_its_beginning() {
+    let tags = |load, ambient| [("load", "%", load), ("ambient", "°C", ambient)];
+    let blind = read("", &tags(None, Some(20.0)));
+    let seen = read("", &tags(Some(50.0), Some(22.0)));
+    let (load, ambient, _) = seen.since(Some(&blind));
+    // What was known counts as it is at the end, what was not between its bounds.
+    assert_eq!([load, ambient], [Interval::new(0.0, 1.8), Interval::point(22.0)]);
+    let (load, ..) = seen.since(Some(&seen));
+    assert!(load.is_point());
+    let (load, ..) = blind.since(Some(&seen));
+    assert_eq!(load, Interval::new(0.0, 1.8));
+}

@@ -19,7 +19,7 @@ pub(crate) const PLAUSIBLE_AMBIENT: Interval = Interval::new(-60.0, 60.0);
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
-    /// The transformers.
+    /// Transformers that are judged.
     #[schemars(length(min = 1, max = MAX_TRANSFORMERS))]
     pub transformers: Vec<TransformerSettings>,
     /// Ambient temperature where no tag in the role `ambient` is bound to the
@@ -46,7 +46,7 @@ pub struct Settings {
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TransformerSettings {
-    /// Equipment id.
+    /// Equipment id of the transformer.
     pub equipment: String,
     /// Cooling with all coolers running; ONAN is assumed where it is left out.
     pub cooling: Option<Cooling>,
@@ -56,7 +56,7 @@ pub struct TransformerSettings {
     pub restricted_oil_flow: bool,
     /// Size category; that of the rated power where it is left out.
     pub size: Option<Size>,
-    /// Rated power, MVA.
+    /// Rated power of the transformer, MVA.
     #[schemars(range(min = 0.001, max = 10_000.0))]
     pub rated_power: Option<f64>,
     /// Rated voltage where the voltage is measured, line to line, kV.
@@ -81,7 +81,7 @@ pub struct TransformerSettings {
     /// Gradient from the average winding to the oil at rated load, K.
     #[schemars(range(min = 0.0, max = 200.0))]
     pub gradient: Option<f64>,
-    /// Hot-spot factor H.
+    /// Hot-spot factor H of the winding.
     #[schemars(range(min = 1.0, max = 5.0))]
     pub hot_spot_factor: Option<f64>,
     /// Load losses over no-load losses, R.
@@ -114,7 +114,7 @@ pub struct TransformerSettings {
     #[serde(default = "default_disagreement")]
     #[schemars(range(min = 1.0, max = 100.0))]
     pub disagreement: f64,
-    /// Thermally upgraded paper.
+    /// Thermally upgraded paper of the winding.
     #[serde(default)]
     pub upgraded_paper: bool,
     /// Moisture of the paper, % of mass; dry paper is assumed where it is left out.
@@ -127,7 +127,7 @@ pub struct TransformerSettings {
     pub untelemetered: bool,
 }
 
-/// Stage of cooling.
+/// Stage of cooling with its ratings.
 #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StageSettings {
@@ -153,7 +153,7 @@ pub struct StageSettings {
 pub struct TapSettings {
     /// Value of the tag in the role `tap`.
     pub tap: i64,
-    /// Rated current, A.
+    /// Rated current at this tap, A.
     #[schemars(range(min = 0.1, max = 1e6))]
     pub rated_current: f64,
 }
