@@ -1,4 +1,6 @@
-//! Units of voltages and powers, as far as this overlay needs them.
+//! Units of voltages and powers in the units that this overlay calculates in.
+
+use busbar_plugin_sdk::units::{Quantity, UnitConversion};
 
 /// Quantity of a unit, with the factor to the unit in which the overlay calculates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,24 +20,25 @@ pub enum MeasuredUnit {
 }
 
 impl MeasuredUnit {
-    /// Finds a unit by its symbol. A prefix decides by its case.
+    /// Finds a unit by its symbol, in the table that all overlays share.
     pub fn parse(symbol: &str) -> Self {
-        match symbol.trim() {
-            "" => Self::None,
-            "V" => Self::Voltage(1e-3),
-            "kV" | "KV" | "kv" => Self::Voltage(1.0),
-            "MV" => Self::Voltage(1e3),
-            "mV" => Self::Voltage(1e-6),
-            "p.u." | "pu" | "1" | "per unit" => Self::Share(1.0),
-            "%" | "percent" | "pct" => Self::Share(1e-2),
-            "W" | "var" | "VAr" | "VA" => Self::Power(1e-6),
-            "kW" | "kvar" | "kVAr" | "kVA" => Self::Power(1e-3),
-            "MW" | "Mvar" | "MVAr" | "MVA" => Self::Power(1.0),
-            "GW" | "Gvar" | "GVAr" | "GVA" => Self::Power(1e3),
-            "A" => Self::Current(1e-3),
-            "kA" | "KA" => Self::Current(1.0),
-            "mA" => Self::Current(1e-6),
-            _ => Self::Other,
+        let symbol = symbol.trim();
+        if symbol.is_empty() {
+            return Self::None;
         }
+        let factor = |quantity, to| {
+            UnitConversion::between(symbol, to, quantity).map(|conversion| conversion.apply(1.0))
+        };
+        let power = || {
+            factor(Quantity::ActivePower, "MW")
+                .or_else(|| factor(Quantity::ReactivePower, "Mvar"))
+                .or_else(|| factor(Quantity::ApparentPower, "MVA"))
+        };
+        factor(Quantity::Voltage, "kV")
+            .map(Self::Voltage)
+            .or_else(|| factor(Quantity::Ratio, "1").map(Self::Share))
+            .or_else(|| power().map(Self::Power))
+            .or_else(|| factor(Quantity::Current, "kA").map(Self::Current))
+            .unwrap_or(Self::Other)
     }
 }

@@ -6,7 +6,9 @@ use std::io::{Read, Write};
 use std::sync::{Arc, Mutex};
 
 use busbar_link::TcpDial;
-use busbar_plugin_sdk::testing::{FaultGenerator, MessageFault, TruthOracle, host, tag_spec};
+use busbar_plugin_sdk::testing::{
+    FaultGenerator, MessageFault, TruthOracle, host, matrix_steps, tag_spec,
+};
 use busbar_plugin_sdk::{TagSpec, Value, ValueKind};
 use serde_json::json;
 
@@ -18,6 +20,8 @@ use crate::tests::server::{Pieces, Server, at_once};
 /// Polls over TCP, and over a line, where bytes take their time.
 const TCP_POLLS: u16 = 3000;
 const SERIAL_POLLS: u16 = 300;
+/// Polls over TCP of all seeds where the environment says nothing.
+const SAMPLE: u64 = 2 * TCP_POLLS as u64;
 /// Registers with a tag each: two requests.
 const REGISTERS: [u16; 6] = [0, 1, 2, 100, 101, 102];
 /// A device has so many registers.
@@ -231,7 +235,7 @@ fn run(settings: serde_json::Value, device: &Mutex<Device>, seed: u64, polls: u1
 
 #[test]
 fn no_answer_over_tcp_leaves_an_old_value_good() {
-    for seed in 1..=2 {
+    for seed in 1..=matrix_steps(SAMPLE).div_ceil(TCP_POLLS.into()) {
         let device = Device::new(seed);
         let served = Arc::clone(&device);
         let server = Server::start(move |request| served.lock().unwrap().answer_tcp(request));

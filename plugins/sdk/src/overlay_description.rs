@@ -4,6 +4,8 @@ use busbar_plugin_abi as abi;
 
 /// Findings of one configuration that are told; what is more is counted in the last one.
 pub const MAX_FINDINGS: usize = 256;
+/// Bytes of one finding; what is longer is cut.
+const MAX_FINDING_BYTES: usize = 1024;
 
 /// Contents of an overlay besides values.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -124,8 +126,12 @@ impl RawDescription {
     }
 }
 
-/// Cuts a list of findings to [`MAX_FINDINGS`], the last of which counts the rest.
+/// Cuts findings to what the host takes: [`MAX_FINDINGS`] of them, the last of which counts
+/// the rest, of at most [`MAX_FINDING_BYTES`].
 fn limit_findings(findings: &mut Vec<String>) {
+    for finding in findings.iter_mut() {
+        finding.truncate(finding.floor_char_boundary(MAX_FINDING_BYTES));
+    }
     let more = findings.len().saturating_sub(MAX_FINDINGS - 1);
     if more > 1 {
         findings.truncate(MAX_FINDINGS - 1);

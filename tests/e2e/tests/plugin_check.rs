@@ -18,6 +18,9 @@ const CHECKED_AT_ONCE: usize = 8;
 /// One fault a kind, each somewhere else: what CI runs of all.
 const SAMPLE: &[(Kind, At)] = &[
     (Kind::Panic, At::Configure),
+    (Kind::MissingVerdict, At::Draw),
+    (Kind::VerdictOutOfRange, At::Draw),
+    (Kind::UnknownWithoutReason, At::Draw),
     (Kind::IndexOutOfBounds, At::Optimize),
     (Kind::PanicInDrop, At::Destroy),
     (Kind::Segfault, At::Publish),
@@ -431,7 +434,7 @@ fn explains(kind: Kind, at: At, line: &str) -> bool {
         Kind::Flood => says(&["flood", "more than 5,000"]),
         Kind::AfterStop => says(&["while it was idle"]),
         Kind::MissingVerdict => says(&["have no verdict"]),
-        Kind::VerdictOutOfRange => says(&["which was not described"]),
+        Kind::VerdictOutOfRange => says(&["not described"]),
         Kind::UnknownWithoutReason => says(&["has no reason"]),
     }
 }

@@ -95,7 +95,7 @@ impl Station {
 const ROLES: [(&str, &[&str]); 6] = [
     ("contact_contour", &["contact_temperature"]),
     ("energised", &["position"]),
-    ("flow", &["active_power"]),
+    ("flow", &["active_power", "reactive_power"]),
     ("positions", &["position", "earth_switch"]),
     ("thermal", &["load", "ambient"]),
     ("values", &["load", "top_oil", "hot_spot"]),

@@ -15,7 +15,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_link::TcpDial;
-use busbar_plugin_sdk::testing::{FaultGenerator, TruthMoment, TruthOracle, host, matrix_steps, tag_spec};
+use busbar_plugin_sdk::testing::{
+    FaultGenerator, TruthMoment, TruthOracle, host, matrix_steps, tag_spec,
+};
 use busbar_plugin_sdk::{Reason, TagSpec, ValueKind};
 use iec61850_rs::proto::mms::association::{Association, AssociationConfig, AssociationEvent};
 use serde_json::json;

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::time::SystemTime;
 
-use busbar_plugin_sdk::testing::{FaultGenerator, MessageFault, TruthOracle};
+use busbar_plugin_sdk::testing::{FaultGenerator, MessageFault, TruthOracle, matrix_steps};
 
 use super::*;
 use crate::answer::{Answer, MAX_ROWS, QueryFault, Samples};
@@ -13,7 +13,9 @@ use crate::cell::{Cell, Row};
 use crate::convert::rules_of_tests;
 use crate::points;
 
+/// Steps of one seed, and of all where the environment says nothing.
 const STEPS: usize = 4000;
+const SAMPLE: u64 = 3 * STEPS as u64;
 const STEP: Duration = Duration::from_millis(100);
 const TAGS: u32 = 4;
 /// Columns of an answer.
@@ -243,7 +245,7 @@ fn run(seed: u64) {
 
 #[test]
 fn rows_and_notifications_with_faults_leave_no_old_value_good() {
-    (1..=3).for_each(run);
+    (1..=matrix_steps(SAMPLE).div_ceil(STEPS as u64)).for_each(run);
 }
 
 #[test]
