@@ -106,7 +106,8 @@ pub(crate) struct Inputs {
 impl Inputs {
     /// Finds the inputs of a transformer among the bindings.
     pub(crate) fn new(settings: &TransformerSettings, bindings: &[Binding]) -> Self {
-        let mut finder = Finder { settings, bindings, inputs: Self::default() };
+        let inputs = Self::default();
+        let mut finder = Finder { settings, bindings, inputs, missing_ratings: Vec::new() };
         if settings.untelemetered {
             return finder.inputs;
         }
@@ -128,6 +129,8 @@ struct Finder<'a> {
     settings: &'a TransformerSettings,
     bindings: &'a [Binding],
     inputs: Inputs,
+    /// Ratings that ways of the load lack: findings where there is no other way.
+    missing_ratings: Vec<String>,
 }
 
 impl Finder<'_> {
@@ -194,6 +197,9 @@ impl Finder<'_> {
         let power = self.power();
         let loads = [current, load, apparent, power];
         self.inputs.loads = loads.into_iter().flatten().collect();
+        if self.inputs.loads.is_empty() {
+            self.inputs.findings.append(&mut self.missing_ratings);
+        }
         let has_finding = self.inputs.findings.len() > findings;
         let is_measured = self.has(role::TOP_OIL) && self.has(role::HOT_SPOT);
         if self.inputs.loads.is_empty() && !has_finding && !is_measured {
@@ -209,6 +215,9 @@ impl Finder<'_> {
     }
 
     fn current(&mut self) -> Option<LoadSource> {
+        if !self.has(role::CURRENT) || !self.has_rated_current(role::CURRENT) {
+            return None;
+        }
         let phases: Vec<_> = self
             .bindings_of(role::CURRENT)
             .take(MAX_PHASES)
@@ -217,7 +226,7 @@ impl Finder<'_> {
         let count = phases.len();
         let sources: Vec<_> =
             phases.into_iter().filter_map(|phase| self.keep(phase, "A")).collect();
-        if count == 0 || sources.len() < count || !self.has_rated_current(role::CURRENT) {
+        if sources.len() < count {
             return None;
         }
         self.find_tap();
@@ -227,7 +236,7 @@ impl Finder<'_> {
     fn has_rated_current(&mut self, role: &str) -> bool {
         let has = !self.settings.taps.is_empty() || self.settings.any_rated_current().is_some();
         if !has {
-            self.inputs.findings.push(format!(
+            self.missing_ratings.push(format!(
                 "the tag in the role '{role}' at '{}' is a current, and its rated current is not \
                  known; give rated_current in the settings",
                 self.settings.equipment
@@ -297,7 +306,7 @@ impl Finder<'_> {
                 }
                 None => {
                     let finding = needed("apparent power", "rated_power");
-                    self.inputs.findings.push(finding);
+                    self.missing_ratings.push(finding);
                     None
                 }
             },
@@ -308,7 +317,7 @@ impl Finder<'_> {
                 }
                 None => {
                     let finding = needed("active power", "rated_power");
-                    self.inputs.findings.push(finding);
+                    self.missing_ratings.push(finding);
                     None
                 }
             },
@@ -320,21 +329,21 @@ impl Finder<'_> {
     }
 
     fn apparent_power(&mut self) -> Option<LoadSource> {
-        let source = self.source(role::APPARENT_POWER, Quantity::ApparentPower, "MVA")?;
         let rated = self.rated_power(role::APPARENT_POWER)?;
+        let source = self.source(role::APPARENT_POWER, Quantity::ApparentPower, "MVA")?;
         Some(LoadSource::ApparentPower { source, rated })
     }
 
     fn power(&mut self) -> Option<LoadSource> {
+        let rated = self.rated_power(role::ACTIVE_POWER)?;
         let active = self.source(role::ACTIVE_POWER, Quantity::ActivePower, "MW")?;
         let reactive = self.source(role::REACTIVE_POWER, Quantity::ReactivePower, "Mvar");
-        let rated = self.rated_power(role::ACTIVE_POWER)?;
         Some(LoadSource::Power { active, reactive, rated })
     }
 
     fn rated_power(&mut self, role: &str) -> Option<f64> {
-        if self.settings.rated_power.is_none() {
-            self.inputs.findings.push(format!(
+        if self.has(role) && self.settings.rated_power.is_none() {
+            self.missing_ratings.push(format!(
                 "the tag in the role '{role}' at '{}' is a power, and the rated power is not \
                  known; give rated_power in the settings",
                 self.settings.equipment

@@ -58,6 +58,8 @@ fn what_is_there_is_no_finding() {
     let rated = r#", "rated_power": 40, "rated_voltage": 110, "rated_current": 210"#;
     for (settings, bindings) in [
         ("", &[("load", "%")][..]),
+        // One way of the load is enough: ratings of the others may be missing.
+        ("", &[("load", "%"), ("current", "A"), ("active_power", "MW"), ("voltage", "kV")][..]),
         ("", &[("load", "p.u."), ("ambient", "°F")][..]),
         (r#", "rated_load": 400"#, &[("load", "A")][..]),
         (r#", "rated_load": 40"#, &[("load", "MW")][..]),
