@@ -83,6 +83,9 @@ impl Session {
             speed: self.config.speed,
             times: self.config.times,
             origin: origin.and_then(|o| o.checked_add(start)),
+            scene_origin: origin
+                .and_then(|o| o.checked_add(start))
+                .unwrap_or_else(|| unix_nanos(SystemTime::now())),
         };
         self.report_playing(origin);
         let mut batch = Vec::new();
@@ -174,6 +177,12 @@ impl Session {
     }
 
     fn publish(&self, batch: &mut Vec<Update>, head: i64, clock: &Clock) {
+        // Overlays calculate by the recording's time, which runs at its speed.
+        let newest = batch.iter().map(|update| update.nanos).max();
+        let reached = if clock.speed.is_some() { Some(head) } else { newest };
+        if let Some(nanos) = reached {
+            self.sink.report_scene_time(Some(clock.scene_origin.saturating_add(nanos)));
+        }
         if batch.is_empty() {
             return;
         }
@@ -229,6 +238,9 @@ struct Clock {
     times: Times,
     /// Where playing starts, nanoseconds from 1970.
     origin: Option<i64>,
+    /// The same for the scene clock; of a recording without dates it is the instant at
+    /// which playing started.
+    scene_origin: i64,
 }
 
 impl Clock {
