@@ -321,7 +321,9 @@ fn month(overlay: &mut Sf6Density, loss: f64, celsius: impl Fn(f64) -> f64) -> D
         let days = hour as f64 / 24.0;
         let density = full * (1.0 - loss / 100.0 * days / 365.25);
         let celsius = celsius(days);
-        let pressure = 10.0 * pressure_of(density, celsius + ZERO_CELSIUS);
+        let kelvin = celsius + ZERO_CELSIUS;
+        let saturated = vapor_pressure(kelvin).unwrap_or(f64::INFINITY);
+        let pressure = 10.0 * pressure_of(density, kelvin).min(saturated);
         let bindings = (hour == 0).then(bindings);
         let values = [good(pressure), good(celsius)];
         last = draw_at(overlay, bindings, &values, hour * DAY / 24).expect("it draws");
@@ -340,6 +342,17 @@ fn a_leak_is_told_before_an_alarm() {
     assert_eq!(verdict(&tight).verdict, Verdict::Normal, "{tight:?}");
     let allowed = month(&mut overlay(&json!({ "leak_limit": 8.0 })), 5.0, spring);
     assert_eq!(verdict(&allowed).verdict, Verdict::Normal, "{allowed:?}");
+}
+
+#[test]
+fn condensed_gas_is_no_leak() {
+    // Ever more of each day lies below the line of condensation, up to 23 hours.
+    let cold = |days: f64| if days.fract() < days / 31.0 * 0.95 { -40.0 } else { 5.0 };
+    let thawed = month(&mut overlay(&json!({})), 0.1, cold);
+    assert_eq!(verdict(&thawed).verdict, Verdict::Normal, "{thawed:?}");
+    let leaking = month(&mut overlay(&json!({})), 5.0, cold);
+    // Medians of the warm hours come ever later in the day.
+    assert!(leaking.lines[0].text.ends_with("5.1 %/a lost"), "{leaking:?}");
 }
 
 #[test]
