@@ -12,6 +12,9 @@ use crate::settings::Settings;
 /// relieved far below.
 const MAX_FILLING: f64 = 1.5;
 
+/// Distance from the middle of two digits within which it is not clear how text rounds.
+const TIE: f64 = 1e-6;
+
 /// Range of an input, both ends included; a known value is a range of no width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Range {
@@ -89,7 +92,9 @@ pub(crate) fn assess(
             settings.unit.symbol()
         ));
     }
+    let is_known = pressure.is_exact() && temperature.is_exact();
     let most = match gas.state(pressure.high, coldest) {
+        _ if is_known => least,
         Some(most) => most,
         // Denser than any filling, which is not believed either.
         None if !temperature.is_exact() && !loses_density(coldest) => dry(most_filled),
@@ -97,7 +102,6 @@ pub(crate) fn assess(
     };
     let [low, high] = [least.at_20, most.at_20].map(|at_20| shown(settings, at_20));
     let [worst, best] = [low, high].map(|pressure| level(settings, pressure));
-    let is_known = pressure.is_exact() && temperature.is_exact();
     if most.saturation == Saturation::Contradiction && is_known && best == Level::Filled {
         return Err("the pressure is above that of saturation: pressure or temperature is \
                     wrong"
@@ -121,18 +125,25 @@ fn dry(at_20: f64) -> GasState {
 
 /// Pressure of the settings' kind in the digits shown, of an absolute one, MPa.
 fn shown(settings: &Settings, megapascals: f64) -> f64 {
-    let pressure = settings.relative(megapascals);
-    // The very number that people read is compared.
-    format!("{pressure:.*}", settings.digits()).parse().unwrap_or(pressure)
+    round(settings.relative(megapascals), settings.digits())
 }
 
 fn level(settings: &Settings, pressure: f64) -> Level {
     let digits = settings.digits();
-    let is_at =
-        |threshold: f64| pressure <= format!("{threshold:.digits$}").parse().unwrap_or(threshold);
     match pressure {
-        _ if is_at(settings.lock_out) => Level::LockOut,
-        _ if is_at(settings.alarm) => Level::Alarm,
+        _ if pressure <= round(settings.lock_out, digits) => Level::LockOut,
+        _ if pressure <= round(settings.alarm, digits) => Level::Alarm,
         _ => Level::Filled,
     }
+}
+
+/// Rounds to the very number that people read.
+fn round(value: f64, digits: usize) -> f64 {
+    let scale = 10_f64.powi(digits as i32);
+    let scaled = value * scale;
+    if (scaled - scaled.floor() - 0.5).abs() > TIE {
+        return scaled.round() / scale;
+    }
+    // The text decides ties.
+    format!("{value:.digits$}").parse().unwrap_or(value)
 }

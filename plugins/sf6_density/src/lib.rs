@@ -206,6 +206,8 @@ fn show(
 busbar_plugin_sdk::export_plugin!(Sf6Density: overlay);
 
 #[cfg(test)]
+mod leak_tests;
+#[cfg(test)]
 mod silence_tests;
 #[cfg(test)]
 mod tests;

@@ -52,28 +52,32 @@ pub(crate) fn judge(
         format!("{at_most}{at_20:.*} {unit}", settings.digits())
     };
     let attention = (ATTENTION, Severity::Warning);
-    let reports_alarm = |calculated: &str, text: String| {
+    let reports_alarm = |calculated: &str, text: &dyn Fn() -> String| {
         let ContactState::Alarm(binding) = contact else { return None };
         let reason = format!("the density contact reports an alarm; {calculated}");
-        let outcome = Outcome::abnormal((ALARM, Severity::Warning), reason, text);
+        let outcome = Outcome::abnormal((ALARM, Severity::Warning), reason, text());
         Some(Outcome { contact: Some(binding), ..outcome })
     };
     let assessment = match assessment {
         Ok(assessment) => assessment,
         Err(reason) => {
-            return reports_alarm(reason, "by the density contact".into()).unwrap_or_else(|| {
-                let reason = match doubt {
-                    Some(doubt) => format!("{doubt}; {reason}"),
-                    None => reason.clone(),
-                };
-                Outcome::unknown(reason)
-            });
+            return reports_alarm(reason, &|| "by the density contact".into()).unwrap_or_else(
+                || {
+                    let reason = match doubt {
+                        Some(doubt) => format!("{doubt}; {reason}"),
+                        None => reason.clone(),
+                    };
+                    Outcome::unknown(reason)
+                },
+            );
         }
     };
-    let mut text = pressure(assessment.at_20);
     let condenses = assessment.condenses == Some(true);
-    text += if condenses { ", condensing" } else { "" };
-    text += &loss.map_or_else(String::new, |loss| told_loss(&loss));
+    let text = || {
+        let condensing = if condenses { ", condensing" } else { "" };
+        let loss = loss.map_or_else(String::new, |loss| told_loss(&loss));
+        format!("{}{condensing}{loss}", pressure(assessment.at_20))
+    };
     let shown = match assessment.level {
         Some(Level::LockOut) => Some((LOCK_OUT, Severity::Alarm, "lock-out", settings.lock_out)),
         Some(Level::Alarm) => Some((ALARM, Severity::Warning, "alarm", settings.alarm)),
@@ -87,14 +91,20 @@ pub(crate) fn judge(
         if contact == ContactState::Calm {
             reason += "; the density contact reports no alarm";
         }
-        return Outcome::abnormal((entry, severity), reason, text);
+        return Outcome::abnormal((entry, severity), reason, text());
     }
-    let calculated = match assessment.level {
-        Some(_) => format!("{} calculated", pressure(assessment.at_20)),
-        None => doubt.unwrap_or("the calculation is uncertain").to_owned(),
-    };
-    if let Some(outcome) = reports_alarm(&calculated, text.clone()) {
-        return outcome;
+    if matches!(contact, ContactState::Alarm(_) | ContactState::Missing) {
+        let calculated = match assessment.level {
+            Some(_) => format!("{} calculated", pressure(assessment.at_20)),
+            None => doubt.unwrap_or("the calculation is uncertain").to_owned(),
+        };
+        if let Some(outcome) = reports_alarm(&calculated, &text) {
+            return outcome;
+        }
+        if !condenses {
+            let reason = format!("the density contact has no good value; {calculated}");
+            return Outcome::unknown(reason);
+        }
     }
     if assessment.level.is_none() || assessment.condenses.is_none() {
         let doubt = doubt.unwrap_or("the inputs are not known");
@@ -102,16 +112,14 @@ pub(crate) fn judge(
     }
     if condenses {
         let reason = format!("the gas condenses; its vapor is {}", pressure(assessment.at_20));
-        return Outcome::abnormal(attention, reason, text);
-    }
-    if contact == ContactState::Missing {
-        return Outcome::unknown(format!("the density contact has no good value; {calculated}"));
+        return Outcome::abnormal(attention, reason, text());
     }
     if let Some(loss) = loss.filter(|loss| loss.is_daily && loss.certain > settings.leak_limit) {
         let reason = format!("more than {} %/a allowed{}", settings.leak_limit, told_loss(&loss));
-        return Outcome::abnormal(attention, reason, text);
+        return Outcome::abnormal(attention, reason, text());
     }
-    Outcome { verdict: Verdict::Normal, shown: None, text, reason: String::new(), contact: None }
+    let [reason, text] = [const { String::new() }; 2];
+    Outcome { verdict: Verdict::Normal, shown: None, text, reason, contact: None }
 }
 
 /// Loss for people, with what was left out.

@@ -43,8 +43,8 @@ pub struct Settings {
     /// Unit of the pressures of these settings, and of tags that have no unit.
     #[serde(default)]
     pub unit: PressureUnit,
-    /// Whether pressures of these settings are above 101.3 kPa, as gauges at sea level show
-    /// them. So are tags' above the local air, unless their unit says otherwise: `bar(g)`,
+    /// Takes pressures of these settings as above 101.3 kPa, as gauges at sea level show
+    /// them, and tags' as above the local air, unless their unit says otherwise: `bar(g)`,
     /// `bar(a)`.
     #[serde(default)]
     pub gauge: bool,

@@ -10,8 +10,6 @@ use super::*;
 use crate::compartments::{AIR_PRESSURE, DENSITY_CONTACT, PRESSURE, TEMPERATURE};
 use crate::outcome::{ALARM, ATTENTION, LOCK_OUT};
 
-const DAY: i64 = 86_400_000_000_000;
-
 /// Settings with more of them over the usual ones.
 pub(crate) fn settings(more: &Json) -> Json {
     let mut settings =
@@ -50,7 +48,7 @@ pub(crate) fn good(number: f64) -> TagValue {
     value(Value::F64(number), Quality::Good)
 }
 
-fn bindings() -> Vec<Binding> {
+pub(crate) fn bindings() -> Vec<Binding> {
     vec![binding("=Q1-QA1", PRESSURE, "bar"), binding("=Q1-QA1", TEMPERATURE, "°C")]
 }
 
@@ -63,20 +61,20 @@ fn drawn(pressure: f64, celsius: f64) -> Drawing {
 }
 
 /// Entry of the legend that the first piece is shown in.
-fn entry(drawing: &Drawing) -> Option<usize> {
+pub(crate) fn entry(drawing: &Drawing) -> Option<usize> {
     drawing.states.first().map(|state| state.entry)
 }
 
 /// Verdict on the first piece.
 #[derive(Clone, Debug)]
-struct Judged {
-    verdict: Verdict,
-    reason: String,
+pub(crate) struct Judged {
+    pub(crate) verdict: Verdict,
+    pub(crate) reason: String,
     is_assumed: bool,
     basis: Vec<usize>,
 }
 
-fn verdict(drawing: &Drawing) -> Judged {
+pub(crate) fn verdict(drawing: &Drawing) -> Judged {
     let of = drawing.verdict(0).expect("a verdict").clone();
     Judged { verdict: of.verdict, reason: of.reason, is_assumed: of.is_assumed, basis: of.basis }
 }
@@ -286,77 +284,6 @@ fn a_density_contact_that_disagrees_is_told() {
     assert_eq!(judged(bad, contact(false)).0.verdict, Verdict::Unknown);
     assert_eq!(judged(good(7.0), bad).0.verdict, Verdict::Unknown, "it may report one");
     assert_eq!(judged(good(6.3), bad).0.verdict, Verdict::Abnormal);
-}
-
-#[test]
-fn a_leak_is_told_in_an_alarm() {
-    let mut overlay = overlay(&json!({ "trend_hours": 24 }));
-    let mut last = Drawing::default();
-    for hour in 0..25_i64 {
-        // 0.0001 bar an hour are 13.5 % of the density at 7 bar a year.
-        let values = [good(6.35 - 0.0001 * hour as f64), good(20.0)];
-        let bindings = (hour == 0).then(bindings);
-        last = draw_at(&mut overlay, bindings, &values, hour * DAY / 24).expect("it draws");
-    }
-    assert_eq!(last.lines[0].text, "6.35 bar, 13.6 %/a lost");
-}
-
-/// Pressure, MPa, of gas of a density, by bisection of the plugin's virial equation, which
-/// `references/compare.py` compares with the reference equation.
-fn pressure_of(density: f64, kelvin: f64) -> f64 {
-    let [mut low, mut high] = [0.0, 1.2];
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        let is_less = virial_density(middle, kelvin).is_some_and(|found| found < density);
-        if is_less { low = middle } else { high = middle }
-    }
-    low
-}
-
-/// A month of a loss, % a year, from a filled compartment, at temperatures by the day.
-fn month(overlay: &mut Sf6Density, loss: f64, celsius: impl Fn(f64) -> f64) -> Drawing {
-    let mut last = Drawing::default();
-    let full = virial_density(0.7, REFERENCE).expect("gas");
-    for hour in 0..31 * 24_i64 {
-        let days = hour as f64 / 24.0;
-        let density = full * (1.0 - loss / 100.0 * days / 365.25);
-        let celsius = celsius(days);
-        let pressure = 10.0 * pressure_of(density, celsius + ZERO_CELSIUS);
-        let bindings = (hour == 0).then(bindings);
-        let values = [good(pressure), good(celsius)];
-        last = draw_at(overlay, bindings, &values, hour * DAY / 24).expect("it draws");
-    }
-    last
-}
-
-#[test]
-fn a_leak_is_told_before_an_alarm() {
-    let spring = |days: f64| 0.4 * days + 6.0 * (days * std::f64::consts::TAU).sin();
-    let leaking = month(&mut overlay(&json!({})), 5.0, spring);
-    assert_eq!((verdict(&leaking).verdict, entry(&leaking)), (Verdict::Abnormal, Some(ATTENTION)));
-    assert!(leaking.lines[0].text.ends_with("5.0 %/a lost"), "{leaking:?}");
-    assert!(verdict(&leaking).reason.contains("more than 0.5 %/a allowed"), "{leaking:?}");
-    let tight = month(&mut overlay(&json!({})), 0.1, spring);
-    assert_eq!(verdict(&tight).verdict, Verdict::Normal, "{tight:?}");
-    let allowed = month(&mut overlay(&json!({ "leak_limit": 8.0 })), 5.0, spring);
-    assert_eq!(verdict(&allowed).verdict, Verdict::Normal, "{allowed:?}");
-}
-
-#[test]
-fn a_trend_outlives_bindings_that_do_not_concern_it() {
-    let mut overlay = overlay(&json!({}));
-    month(&mut overlay, 5.0, |_| 20.0);
-    let mut more = bindings();
-    more.insert(0, binding("=Q9-QA1", PRESSURE, "bar"));
-    more.insert(1, binding("=Q9-QA1", TEMPERATURE, "°C"));
-    let values = [7.0, 20.0, 6.9, 20.0].map(good);
-    let drawing = draw_at(&mut overlay, Some(more), &values, 31 * DAY).expect("it draws");
-    assert!(verdict(&drawing).reason.contains("5.0 %/a lost"), "{drawing:?}");
-    let mut other = bindings();
-    other[0].tag_id = "another sensor".into();
-    let drawing =
-        draw_at(&mut overlay, Some(other), &[6.9, 20.0].map(good), 31 * DAY).expect("it draws");
-    assert_eq!(verdict(&drawing).verdict, Verdict::Normal, "its history is another's");
 }
 
 /// Isochores of an ideal gas of 6, 6.4 and 7 bar at 20 °C, and a dew line.

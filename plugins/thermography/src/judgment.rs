@@ -164,7 +164,7 @@ impl DeviceView<'_> {
             reason: if verdict == Verdict::Abnormal { reason } else { String::new() },
             text,
             assumption: self.assumption(contact, &peers),
-            rests_on: self.rests_on(place, &surroundings, verdict),
+            rests_on: self.rests_on(place, &surroundings, found),
         }
     }
 
@@ -260,16 +260,17 @@ impl DeviceView<'_> {
         &self,
         place: usize,
         surroundings: &Surroundings<'_>,
-        verdict: Verdict,
+        found: GradeBounds,
     ) -> Vec<usize> {
         let contact = &self.device[place];
         let grading = self.settings.grading();
         let nothing: Vec<Temperature> = vec![None; surroundings.peers.len()];
+        let is_abnormal = found.least.is_some();
         let stays = |of: &Surroundings<'_>| {
-            let found = bounds(&grading, of);
-            match verdict {
-                Verdict::Abnormal => found.least == bounds(&grading, surroundings).least,
-                _ => found.greatest.is_none(),
+            let without = bounds(&grading, of);
+            match is_abnormal {
+                true => without.least == found.least,
+                false => without.greatest.is_none(),
             }
         };
         let own = contact.temperature.iter();
@@ -293,7 +294,8 @@ impl DeviceView<'_> {
             },
             ..with_air.clone()
         };
-        let inputs: Vec<&Input> = if stays(&alone) {
+        // Health always takes the air, so it is not tried without.
+        let inputs: Vec<&Input> = if is_abnormal && stays(&alone) {
             own.collect()
         } else if stays(&with_air) {
             own.chain(airs).chain(loads).filter(is_good).collect()

@@ -11,7 +11,7 @@ mod settings;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, LegendEntry, Overlay, OverlayFrame, Pattern, Plugin,
-    Severity, TagValue, Verdict,
+    Quality, Severity, TagValue, Value, Verdict,
 };
 pub use rules::{Contact, Grading, Part, Rule};
 pub use settings::{Area, Settings};
@@ -24,6 +24,10 @@ use piece_verdicts::{SensorVerdict, give_verdicts};
 pub struct Thermography {
     settings: Settings,
     layout: Layout,
+    /// Values that `judgments` are of: contacts change once in many frames.
+    judged: Vec<(Option<Value>, Quality)>,
+    /// Judgments by device.
+    judgments: Vec<Vec<ContactJudgment>>,
 }
 
 impl Plugin for Thermography {
@@ -41,7 +45,7 @@ impl Plugin for Thermography {
         let mut layout = layout(&settings, &[]);
         // No bindings came yet that anything could be found of.
         layout.findings.clear();
-        Ok(Self { settings, layout })
+        Ok(Self { settings, layout, judged: Vec::new(), judgments: Vec::new() })
     }
 }
 
@@ -76,21 +80,32 @@ impl Overlay for Thermography {
 
     fn configure(&mut self, bindings: Vec<Binding>) -> Result<(), Error> {
         self.layout = layout(&self.settings, &bindings);
+        self.judgments.clear();
         Ok(())
     }
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
-        let mut verdicts = Vec::with_capacity(self.layout.equipment.len());
-        for device in &self.layout.devices {
-            let judgments = judge_device(&self.settings, device, &values);
-            for (contact, judgment) in device.iter().zip(judgments) {
-                show(self.settings.rule, (contact, &judgment), canvas)?;
-                let ContactJudgment { verdict, reason, assumption, rests_on, .. } = judgment;
-                let equipment = contact.equipment;
-                verdicts.push(SensorVerdict { equipment, verdict, reason, assumption, rests_on });
-            }
+        let judged: Vec<_> = values.iter().map(|of| (of.value, of.quality)).collect();
+        if self.judgments.is_empty() || judged != self.judged {
+            let judge = |device: &Vec<BoundContact>| judge_device(&self.settings, device, &values);
+            self.judgments = self.layout.devices.iter().map(judge).collect();
+            self.judged = judged;
         }
+        let contacts = self.layout.devices.iter().flatten();
+        let contacts = contacts.zip(self.judgments.iter().flatten());
+        for (contact, judgment) in contacts.clone() {
+            show(self.settings.rule, (contact, judgment), canvas)?;
+        }
+        let verdicts: Vec<SensorVerdict<'_>> = contacts
+            .map(|(contact, judgment)| SensorVerdict {
+                equipment: contact.equipment,
+                verdict: judgment.verdict,
+                reason: &judgment.reason,
+                assumption: &judgment.assumption,
+                rests_on: &judgment.rests_on,
+            })
+            .collect();
         give_verdicts(&verdicts, canvas)
     }
 }

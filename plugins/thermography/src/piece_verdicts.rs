@@ -3,25 +3,25 @@
 use busbar_plugin_sdk::{Canvas, Error, Judgment, Verdict};
 
 /// Verdict by one sensor, or set of sensors, of a piece.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SensorVerdict {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SensorVerdict<'v> {
     /// Index of the equipment described.
     pub(crate) equipment: usize,
     pub(crate) verdict: Verdict,
-    pub(crate) reason: String,
+    pub(crate) reason: &'v str,
     /// Default that it rests on; empty for none.
-    pub(crate) assumption: String,
+    pub(crate) assumption: &'v str,
     /// Bindings that it rests on.
-    pub(crate) rests_on: Vec<usize>,
+    pub(crate) rests_on: &'v [usize],
 }
 
 /// Gives the most urgent verdict on each piece; those by sensors of one piece come one after
 /// the other. A normal one rests on all of its sensors.
 pub(crate) fn give_verdicts(
-    verdicts: &[SensorVerdict],
+    verdicts: &[SensorVerdict<'_>],
     canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
-    let urgency = |of: &&SensorVerdict| match of.verdict {
+    let urgency = |of: &&SensorVerdict<'_>| match of.verdict {
         Verdict::Normal => 0,
         Verdict::Unknown => 1,
         Verdict::Abnormal => 2,
@@ -29,14 +29,11 @@ pub(crate) fn give_verdicts(
     for piece in verdicts.chunk_by(|a, b| a.equipment == b.equipment) {
         let Some(worst) = piece.iter().max_by_key(urgency) else { continue };
         let basis = match worst.verdict {
-            Verdict::Normal => canvas.basis(piece.iter().flat_map(|of| of.rests_on.clone()))?,
+            Verdict::Normal => canvas.basis(piece.iter().flat_map(|of| of.rests_on).copied())?,
             _ => canvas.basis(worst.rests_on.iter().copied())?,
         };
-        let judgment = Judgment {
-            verdict: worst.verdict,
-            reason: &worst.reason,
-            assumption: &worst.assumption,
-        };
+        let judgment =
+            Judgment { verdict: worst.verdict, reason: worst.reason, assumption: worst.assumption };
         canvas.judge(worst.equipment, basis, &judgment)?;
     }
     Ok(())

@@ -67,7 +67,7 @@ pub struct Settings {
     #[serde(default)]
     #[schemars(length(max = MAX_EQUIPMENT))]
     pub untelemetered: Vec<String>,
-    /// Whether the air is known to have no telemetry: contacts are judged by what is left.
+    /// Declares that the air has no telemetry: contacts are judged by what is left.
     #[serde(default)]
     pub ambient_untelemetered: bool,
 }

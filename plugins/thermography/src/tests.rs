@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::testing::{Drawing, draw, host};
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::testing::{Drawing, draw, draw_at, host};
+use busbar_plugin_sdk::{Reason, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -282,6 +282,61 @@ fn several_sensors_of_a_contact_make_one_verdict() {
     assert_eq!(judged([45.0, 45.0, 45.0, 45.5, 45.2, 45.1]), Verdict::Normal);
     assert_eq!(judged([45.0, 45.0, 45.0, 45.5, 85.0, 45.1]), Verdict::Abnormal);
     assert_eq!(judged([45.0, 45.0, 45.0, 45.5, f64::NAN, 45.1]), Verdict::Unknown);
+}
+
+#[test]
+fn judgments_follow_values_and_bindings() {
+    let mut bindings: Vec<_> = PHASES.map(|id| binding(id, ROLE, "°C")).into();
+    bindings.push(binding("=Z1", AMBIENT, "°C"));
+    let values = |hot, air| [hot, Some(45.0), Some(45.0), air].map(tag);
+    let mut overlay = overlay(&json!({}));
+    let mut judged = |bindings: Option<Vec<Binding>>, values: &[TagValue]| {
+        let drawing = draw_at(&mut overlay, bindings, values, 0).expect("it draws");
+        drawing.verdict(0).expect("a verdict").verdict
+    };
+    let calm = values(Some(45.0), Some(20.0));
+    assert_eq!(judged(Some(bindings.clone()), &calm), Verdict::Normal);
+    assert_eq!(judged(None, &calm), Verdict::Normal);
+    assert_eq!(judged(None, &values(None, Some(20.0))), Verdict::Unknown, "its quality changed");
+    assert_eq!(judged(None, &values(Some(85.0), Some(20.0))), Verdict::Abnormal);
+    bindings[0].unit = "K".into();
+    assert_eq!(judged(Some(bindings), &calm), Verdict::Unknown, "45 K are no contact's");
+}
+
+/// Wild values of every kind, on bindings of every kind, must not upset a frame.
+#[test]
+fn hostile_inputs_are_judged() {
+    let numbers = [0.0, -0.0, f64::NAN, f64::INFINITY, f64::MIN, f64::MAX, 5e-324, 45.0, 299.0];
+    let roles = [ROLE, AMBIENT, LOAD, "other", ""];
+    let units = ["°C", "", "°F", "A", "Pa", "\u{0}", "μμ"];
+    let ids = ["=Q1-QB1-L1", "=Q1-QB1-L2", "", "-L1", "ü=Ω-L3"];
+    let mut overlays = [
+        overlay(&json!({ "equipment": ["=Q1-QB1-L1", "=Q1-QB1-L1", ""] })),
+        overlay(&json!({ "rule": "neta", "rated_current": 1.0, "phases": ["", "-L1", "ü"] })),
+        overlay(&json!({ "areas": [{ "ambient": "", "equipment": ["", "="] }] })),
+    ];
+    let mut seed = 1_u64;
+    let mut pick = |count: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % count
+    };
+    for round in 0..400 {
+        let mut bindings = Vec::new();
+        let mut values = Vec::new();
+        for _ in 0..pick(12) {
+            let mut of = binding(ids[pick(5)], roles[pick(5)], units[pick(7)]);
+            of.kind = [ValueKind::F64, ValueKind::Bool, ValueKind::I64][pick(3)];
+            bindings.push(of);
+            values.push(tag(Some(numbers[pick(9)])));
+        }
+        for overlay in &mut overlays {
+            let drawing = draw(overlay, bindings.clone(), &values).expect("it draws");
+            let equipment = overlay.describe().equipment.len();
+            let mut judged: Vec<_> = drawing.verdicts.iter().map(|of| of.equipment).collect();
+            judged.sort_unstable();
+            assert_eq!(judged, (0..equipment).collect::<Vec<_>>(), "round {round}");
+        }
+    }
 }
 
 #[test]
