@@ -3,6 +3,7 @@
 
 mod ageing;
 mod assessment;
+mod input_search;
 mod inputs;
 mod interval;
 mod loss_of_life;
