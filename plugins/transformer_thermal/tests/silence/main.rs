@@ -5,114 +5,26 @@
 //! is above its limit, and never unknown where the least and the greatest plausible history
 //! give one verdict. `BUSBAR_SILENCE_CASES` sets the number of cases.
 
+mod case;
+#[path = "../common/mod.rs"]
 mod common;
+mod oracle;
 
-use std::path::PathBuf;
-use std::time::Duration;
-
-use busbar_plugin_sdk::testing::{Drawing, draw_at, host};
-use busbar_plugin_sdk::{Binding, Plugin, Quality, Reason, TagValue, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::testing::{Drawing, draw_at};
+use busbar_plugin_sdk::{Binding, ValueKind, Verdict};
+use case::{Case, Fault, Instant, LOAD, LONGEST_STEP, case};
 use common::Random;
-use transformer_thermal::{Parameters, Temperatures, TransformerThermal};
+use oracle::{Oracle, turning};
+use transformer_thermal::Temperatures;
 
 /// Cases where the environment names no other number.
 const USUAL_CASES: u64 = 2_000;
-/// Frames of a case at least.
-const MIN_FRAMES: usize = 80;
-/// Longest time between two frames that are drawn one after the other, minutes.
-const MAX_STEP: usize = 4;
+
 const NANOS_A_MINUTE: i64 = 60_000_000_000;
 const START: i64 = 1_700_000_000_000_000_000;
-/// Longest step between frames that counts as seen, minutes.
-const LONGEST_STEP: usize = 5;
-/// Plausible load and ambient temperature of all cases.
-const LOAD: [f64; 2] = [0.0, 1.8];
-const AMBIENT: [f64; 2] = [-25.0, 40.0];
+
 /// Difference up to which numbers that are worked out otherwise decide alike, K.
 const ROUNDING: f64 = 1e-6;
-
-/// Column of table 4, written down a second time.
-struct Kind {
-    cooling: &'static str,
-    restricted: bool,
-    size: &'static str,
-    exponents: [f64; 2],
-    k: [f64; 3],
-    minutes: [f64; 2],
-}
-
-const KINDS: [Kind; 7] = [
-    kind("ONAN", "small", false, [0.8, 1.6], [1.0, 1.0, 2.0], [180.0, 4.0]),
-    kind("ONAN", "medium", false, [0.8, 1.3], [0.5, 2.0, 2.0], [210.0, 10.0]),
-    kind("ONAF", "medium", false, [0.8, 1.3], [0.5, 2.0, 2.0], [150.0, 7.0]),
-    kind("OFAF", "medium", false, [1.0, 1.3], [1.0, 1.3, 1.0], [90.0, 7.0]),
-    kind("ODAF", "medium", false, [1.0, 2.0], [1.0, 1.0, 1.0], [90.0, 7.0]),
-    kind("ONAF", "medium", true, [0.8, 1.3], [0.5, 3.0, 2.0], [150.0, 7.0]),
-    kind("OFAF", "medium", true, [1.0, 1.3], [1.0, 1.45, 1.0], [90.0, 7.0]),
-];
-
-const fn kind(
-    cooling: &'static str,
-    size: &'static str,
-    restricted: bool,
-    exponents: [f64; 2],
-    k: [f64; 3],
-    minutes: [f64; 2],
-) -> Kind {
-    Kind { cooling, restricted, size, exponents, k, minutes }
-}
-
-/// Fault of the inputs for some minutes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Fault {
-    BadLoad,
-    NoLoad,
-    ImplausibleLoad,
-    BadAmbient,
-    ImplausibleAmbient,
-    /// Nobody draws.
-    NoFrame,
-}
-
-const FAULTS: [Fault; 6] = [
-    Fault::BadLoad,
-    Fault::NoLoad,
-    Fault::ImplausibleLoad,
-    Fault::BadAmbient,
-    Fault::ImplausibleAmbient,
-    Fault::NoFrame,
-];
-
-/// Distances from the two solutions to the bounds of other plausible histories, K: the top
-/// oil less the slower difference may fall with the load before it rises, so a history in
-/// between may be cooler than the least load, or hotter than the greatest.
-fn turning(of: &Parameters) -> [f64; 2] {
-    let steady = |load: f64| {
-        let losses = (1.0 + of.loss_ratio * load * load) / (1.0 + of.loss_ratio);
-        let rise = of.hot_spot_factor * of.gradient * load.powf(of.winding_exponent);
-        of.top_oil_rise * losses.powf(of.oil_exponent) - (of.k[1] - 1.0) * rise
-    };
-    let loads = (0..=180).map(|load| steady(f64::from(load) / 100.0));
-    let [least, greatest] = LOAD.map(steady);
-    [least - loads.fold(f64::INFINITY, f64::min), (least - greatest).max(0.0)]
-}
-
-/// A transformer, its true course by minutes, and what goes wrong.
-struct Case {
-    settings: String,
-    parameters: Parameters,
-    /// Frames in the order of their minutes.
-    course: Vec<Instant>,
-}
-
-/// Instant of a frame, and what was so since the frame before.
-#[derive(Clone, Copy)]
-struct Instant {
-    minute: usize,
-    /// Load per unit and ambient temperature.
-    inputs: [f64; 2],
-    fault: Option<Fault>,
-}
 
 /// Counts of verdicts over all cases.
 #[derive(Default, Debug)]
@@ -122,102 +34,6 @@ struct Counts {
     unknown: u64,
     /// Frames in which the truth was abnormal.
     truly_abnormal: u64,
-}
-
-fn case(random: &mut Random) -> Case {
-    let kind = &KINDS[random.below(KINDS.len())];
-    let [top_oil_rise, gradient] = [random.between(30.0, 60.0), random.between(8.0, 22.0)];
-    let hot_spot_factor = random.between(1.0, 1.5);
-    let loss_ratio = random.between(1.0, 12.0);
-    let parameters = Parameters {
-        oil_minutes: kind.minutes[0],
-        winding_minutes: kind.minutes[1],
-        top_oil_rise,
-        gradient,
-        hot_spot_factor,
-        loss_ratio,
-        oil_exponent: kind.exponents[0],
-        winding_exponent: kind.exponents[1],
-        k: kind.k,
-    };
-    let settings = format!(
-        r#""equipment": "=T1", "cooling": "{}", "size": "{}", "restricted_oil_flow": {}, "top_oil_rise": {top_oil_rise},
-           "gradient": {gradient}, "hot_spot_factor": {hot_spot_factor},
-           "loss_ratio": {loss_ratio}, "plausible_load": [{}, {}]"#,
-        kind.cooling, kind.size, kind.restricted, LOAD[0], LOAD[1],
-    );
-    Case { settings, parameters, course: course(random) }
-}
-
-fn course(random: &mut Random) -> Vec<Instant> {
-    let frames = MIN_FRAMES + random.below(200);
-    let mut load = random.between(0.0, 1.2);
-    let mut ambient = random.between(-5.0, 35.0);
-    let mut minute = 0;
-    let mut course = Vec::with_capacity(frames);
-    for _ in 0..frames {
-        if random.one_in(25) {
-            let range = if random.one_in(3) { [1.2, LOAD[1]] } else { [0.0, 1.2] };
-            load = random.between(range[0], range[1]);
-        }
-        ambient = (ambient + random.between(-0.4, 0.4)).clamp(AMBIENT[0], AMBIENT[1]);
-        minute += 1 + random.below(MAX_STEP);
-        course.push(Instant { minute, inputs: [load, ambient], fault: None });
-    }
-    for _ in 0..random.below(5) {
-        let fault = FAULTS[random.below(FAULTS.len())];
-        let from = random.below(frames);
-        // A gap without a frame is longer than a step that counts as seen.
-        let to = frames.min(from + LONGEST_STEP + 1 + random.below(80));
-        let hidden = random.one_in(2).then(|| random.between(LOAD[0], LOAD[1]));
-        if course[from..to].iter().any(|instant| instant.fault.is_some()) {
-            continue;
-        }
-        for instant in &mut course[from..to] {
-            instant.fault = Some(fault);
-            instant.inputs[0] = hidden.unwrap_or(instant.inputs[0]);
-        }
-    }
-    course
-}
-
-impl Case {
-    /// Overlay of the case; with a file it keeps its state.
-    fn overlay(&self, file: Option<&PathBuf>) -> TransformerThermal {
-        let file =
-            file.map_or(String::new(), |file| format!(r#", "state_file": "{}""#, file.display()));
-        let text = format!(r#"{{ "transformers": [{{ {} }}] {file} }}"#, self.settings);
-        TransformerThermal::create(serde_json::from_str(&text).expect("it is JSON"), host())
-            .unwrap_or_else(|error| panic!("{error}"))
-    }
-}
-
-impl Instant {
-    fn values(&self) -> [TagValue; 2] {
-        let [load, ambient] = self.inputs;
-        let mut values = [load * 100.0, ambient].map(|number| TagValue {
-            value: Some(Value::F64(number)),
-            quality: Quality::Good,
-            age: Duration::ZERO,
-        });
-        match self.fault {
-            Some(Fault::BadLoad) => values[0].quality = Quality::Bad(Reason::Stale),
-            Some(Fault::NoLoad) => values[0].value = None,
-            Some(Fault::ImplausibleLoad) => values[0].value = Some(Value::F64(-5.0)),
-            Some(Fault::BadAmbient) => values[1].quality = Quality::Bad(Reason::Stale),
-            Some(Fault::ImplausibleAmbient) => values[1].value = Some(Value::F64(850.0)),
-            Some(Fault::NoFrame) | None => {}
-        }
-        values
-    }
-
-    /// Reports of load and ambient temperature whether they are seen.
-    fn is_seen(&self) -> [bool; 2] {
-        let hides_load = [Fault::BadLoad, Fault::NoLoad, Fault::ImplausibleLoad];
-        let hides_ambient = [Fault::BadAmbient, Fault::ImplausibleAmbient];
-        let is_hidden = |of: &[Fault]| self.fault.is_some_and(|fault| of.contains(&fault));
-        [!is_hidden(&hides_load), !is_hidden(&hides_ambient)]
-    }
 }
 
 fn bindings() -> Vec<Binding> {
@@ -233,32 +49,6 @@ fn bindings() -> Vec<Binding> {
         role: role.into(),
     };
     vec![binding("load", "%"), binding("ambient", "°C")]
-}
-
-/// Least and greatest plausible history, by the exact model.
-struct Oracle<'a> {
-    parameters: &'a Parameters,
-    solutions: [Temperatures; 2],
-    /// Faults of the frame before.
-    before: [bool; 2],
-}
-
-impl Oracle<'_> {
-    fn steady(parameters: &Parameters) -> [Temperatures; 2] {
-        [0, 1].map(|end| Temperatures::steady(parameters, LOAD[end], AMBIENT[end]))
-    }
-
-    /// Moves both on; what is not seen is at its end.
-    fn step(&mut self, minutes: f64, [load, ambient]: [f64; 2], is_seen: [bool; 2]) {
-        let [sees_load, sees_ambient] = [0, 1].map(|of| is_seen[of] && self.before[of]);
-        self.before = is_seen;
-        for end in [0, 1] {
-            let load = if sees_load { load } else { LOAD[end] };
-            let ambient = if sees_ambient { ambient } else { AMBIENT[end] };
-            self.solutions[end] =
-                self.solutions[end].after(self.parameters, minutes, load, ambient);
-        }
-    }
 }
 
 fn bounds(text: &str) -> [f64; 2] {
