@@ -77,6 +77,8 @@ const FAULTS: [Fault; 6] = [
 pub(crate) struct Case {
     pub(crate) settings: String,
     pub(crate) parameters: Parameters,
+    /// Reports whether the top oil is measured.
+    pub(crate) has_sensor: bool,
     /// Frames in the order of their minutes.
     pub(crate) course: Vec<Instant>,
 }
@@ -88,6 +90,8 @@ pub(crate) struct Instant {
     /// Load per unit and ambient temperature.
     pub(crate) inputs: [f64; 2],
     pub(crate) fault: Option<Fault>,
+    /// Reports whether the measurement of the top oil is bad.
+    pub(crate) is_sensor_bad: bool,
 }
 
 pub(crate) fn case(random: &mut Random) -> Case {
@@ -112,7 +116,7 @@ pub(crate) fn case(random: &mut Random) -> Case {
            "loss_ratio": {loss_ratio}, "plausible_load": [{}, {}]"#,
         kind.cooling, kind.size, kind.restricted, LOAD[0], LOAD[1],
     );
-    Case { settings, parameters, course: course(random) }
+    Case { settings, parameters, has_sensor: random.one_in(3), course: course(random) }
 }
 
 fn course(random: &mut Random) -> Vec<Instant> {
@@ -128,7 +132,12 @@ fn course(random: &mut Random) -> Vec<Instant> {
         }
         ambient = (ambient + random.between(-0.4, 0.4)).clamp(AMBIENT[0], AMBIENT[1]);
         minute += 1 + random.below(MAX_STEP);
-        course.push(Instant { minute, inputs: [load, ambient], fault: None });
+        course.push(Instant {
+            minute,
+            inputs: [load, ambient],
+            fault: None,
+            is_sensor_bad: random.one_in(4),
+        });
     }
     for _ in 0..random.below(5) {
         let fault = FAULTS[random.below(FAULTS.len())];
@@ -159,13 +168,17 @@ impl Case {
 }
 
 impl Instant {
-    pub(crate) fn values(&self) -> [TagValue; 2] {
+    /// Values of load, ambient temperature and top oil.
+    pub(crate) fn values(&self, top_oil: f64) -> [TagValue; 3] {
         let [load, ambient] = self.inputs;
-        let mut values = [load * 100.0, ambient].map(|number| TagValue {
+        let mut values = [load * 100.0, ambient, top_oil].map(|number| TagValue {
             value: Some(Value::F64(number)),
             quality: Quality::Good,
             age: Duration::ZERO,
         });
+        if self.is_sensor_bad {
+            values[2].quality = Quality::Uncertain(Reason::Stale);
+        }
         match self.fault {
             Some(Fault::BadLoad) => values[0].quality = Quality::Bad(Reason::Stale),
             Some(Fault::NoLoad) => values[0].value = None,

@@ -36,7 +36,7 @@ struct Counts {
     truly_abnormal: u64,
 }
 
-fn bindings() -> Vec<Binding> {
+fn bindings(has_sensor: bool) -> Vec<Binding> {
     let binding = |role: &str, unit: &str| Binding {
         node: 1,
         kind: ValueKind::F64,
@@ -48,7 +48,9 @@ fn bindings() -> Vec<Binding> {
         node_id: "=T1".into(),
         role: role.into(),
     };
-    vec![binding("load", "%"), binding("ambient", "°C")]
+    let mut bindings = vec![binding("load", "%"), binding("ambient", "°C")];
+    bindings.extend(has_sensor.then(|| binding("top_oil", "°C")));
+    bindings
 }
 
 fn bounds(text: &str) -> [f64; 2] {
@@ -67,7 +69,7 @@ fn run(case: &Case, random: &mut Random, counts: &mut Counts) -> Result<(), Stri
     let folder = random.one_in(25).then(|| tempfile::tempdir().expect("there is a folder"));
     let file = folder.as_ref().map(|folder| folder.path().join("states.json"));
     let mut overlay = case.overlay(file.as_ref());
-    let mut to_bind = Some(bindings());
+    let mut to_bind = Some(bindings(case.has_sensor));
     let first_load = random.between(LOAD[0], LOAD[1]);
     let first_ambient = random.between(-5.0, 35.0);
     let mut truth = Temperatures::steady(&case.parameters, first_load, first_ambient);
@@ -93,13 +95,13 @@ fn run(case: &Case, random: &mut Random, counts: &mut Counts) -> Result<(), Stri
     while frame < case.course.len() {
         match random.below(200) {
             0 => {
-                to_bind = Some(bindings());
+                to_bind = Some(bindings(case.has_sensor));
                 is_resumed = true;
             }
             1 => {
                 drop(overlay);
                 overlay = case.overlay(file.as_ref());
-                to_bind = Some(bindings());
+                to_bind = Some(bindings(case.has_sensor));
                 is_resumed = true;
                 if file.is_none() {
                     drawn = None;
@@ -127,9 +129,9 @@ fn run(case: &Case, random: &mut Random, counts: &mut Counts) -> Result<(), Stri
         oracle.before = is_seen;
         is_resumed = false;
         drawn = Some(instant.minute);
+        let values = &instant.values(truth[frame - 1].top_oil)[..2 + usize::from(case.has_sensor)];
         let now = START + instant.minute as i64 * NANOS_A_MINUTE;
-        let drawing =
-            draw_at(&mut overlay, to_bind.take(), &instant.values(), now).expect("it draws");
+        let drawing = draw_at(&mut overlay, to_bind.take(), values, now).expect("it draws");
         let solutions = (!was_set_back).then_some(&oracle.solutions);
         check(&drawing, &truth[frame - 1], solutions, (instant.inputs[0], margins), counts)
             .map_err(|fault| format!("minute {}, {:?}: {fault}", instant.minute, instant.fault))?;
