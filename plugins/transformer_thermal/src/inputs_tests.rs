@@ -1,5 +1,7 @@
 //! Findings on tags that are missing or cannot be converted.
 
+use busbar_plugin_sdk::ValueKind;
+
 use super::*;
 
 fn binding(role: &str, unit: &str) -> Binding {

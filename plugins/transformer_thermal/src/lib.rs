@@ -3,6 +3,7 @@
 
 mod ageing;
 mod assessment;
+mod input_search;
 mod inputs;
 mod interval;
 mod loss_of_life;
@@ -184,10 +185,12 @@ fn draw_transformer(
     let cause = transformer.last_doubt.as_str();
     let assessment = Assessment::new(&estimate, &point, settings, &transformer.inputs, cause);
     let basis = canvas.basis(point.used.iter().copied())?;
+    let is_good = estimate.hot_spot.width() <= assessment::GOOD_WIDTH;
+    let assumption = transformer.assumption(is_good || settings.plausible_load.is_some());
     let judgment = Judgment {
         verdict: assessment.verdict,
         reason: &assessment.reason,
-        assumption: &transformer.assumption,
+        assumption: &assumption,
     };
     canvas.judge(index, basis, &judgment)?;
     let Some((node, binding)) = transformer.inputs.label else { return Ok(()) };

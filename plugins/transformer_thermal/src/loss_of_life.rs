@@ -1,12 +1,15 @@
 //! Loss of life of the paper, accumulated over the scene's time (IEC 60076-7:2018, 6.4).
 
 use crate::ageing::Paper;
+use crate::assessment::GOOD_WIDTH;
 use crate::interval::Interval;
 
 /// Minutes of an hour.
 const HOUR: f64 = 60.0;
 /// Nanoseconds of a minute.
 const NANOS_A_MINUTE: f64 = 60e9;
+/// Greatest ageing rate that counts: that of normal paper at 337 degrees Celsius.
+const MAX_RATE: f64 = 1e12;
 
 /// Hours of life lost since the count began.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -26,8 +29,9 @@ impl LossOfLife {
         Self { hours: Interval::point(0.0), counted_hours: 0.0, counted_until: now }
     }
 
-    /// Counts the time up to an instant between two hot-spot temperatures. In time that was
-    /// not seen the bounds hold for all of it, else the rate goes evenly from one to the other.
+    /// Counts the time up to an instant between two hot-spot temperatures, from the first
+    /// good one on. In time that was not seen the bounds hold for all of it, else the rate
+    /// goes evenly from one to the other.
     pub(crate) fn count(
         &mut self,
         now: i64,
@@ -39,7 +43,11 @@ impl LossOfLife {
         if minutes <= 0.0 {
             return;
         }
-        let rates = |of: Interval| of.map(|degrees| paper.ageing_rate(degrees));
+        if self.counted_hours == 0.0 && before.width() > GOOD_WIDTH {
+            self.counted_until = now;
+            return;
+        }
+        let rates = |of: Interval| of.map(|degrees| paper.ageing_rate(degrees).min(MAX_RATE));
         let [before, after] = [rates(before), rates(after)];
         let rate = match is_seen {
             true => Interval::new(before.low.midpoint(after.low), before.high.midpoint(after.high)),

@@ -224,10 +224,16 @@ fn loss_of_life_is_counted() {
     let lost = after.hours.middle() - before.hours.middle();
     let wanted = 10.0 * ((hot_spot - 98.0) / 6.0).exp2();
     assert!((lost - wanted).abs() < 1e-3 * wanted, "{lost} {wanted}");
-    assert!((after.counted_hours - 34.0).abs() < 0.02);
+    let hours = after.counted_hours - before.counted_hours;
+    assert!((hours - 10.0).abs() < 1e-6, "{hours}");
+    // It begins with the first good value, not with the guess before.
+    assert!((15.0..20.0).contains(&before.counted_hours) && before.hours.width() < 0.1);
+    let line = |drawing: &Drawing| drawing.lines[3].text.clone();
+    let counted = line(&bench.at_load(0, 1.0));
+    assert!(counted.contains(" h in ") && !counted.contains("between"), "{counted}");
     // What was not seen is counted between bounds.
-    assert!(before.hours.width() > 1.0);
+    let unseen = line(&bench.run(60, &[None, Some(25.6)]));
+    assert!(unseen.starts_with("between "), "{unseen}");
     let drawing = bench.at_load(0, 1.0);
-    assert!(drawing.lines[3].text.contains(" h in 34.0 h"), "{}", drawing.lines[3].text);
     assert!(drawing.lines[2].text.contains("dry, oxygen-free paper assumed"));
 }

@@ -1,5 +1,6 @@
 //! Transformer with its state over the scene's time, seen and unseen.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use busbar_plugin_sdk::TagValue;
@@ -42,7 +43,7 @@ impl State {
 pub(crate) struct Transformer {
     pub(crate) inputs: Inputs,
     /// Defaults of ours that its verdicts rest on, in words; empty for none.
-    pub(crate) assumption: String,
+    assumption: String,
     pub(crate) paper: Paper,
     stages: Vec<CoolingStage>,
     plausible: Plausible,
@@ -83,6 +84,20 @@ impl Transformer {
         self.assumption = assumptions.join(", ");
         self.before = None;
         self.is_resumed = true;
+    }
+
+    /// Defaults that a verdict rests on: where the history is not known well and the settings
+    /// tell no plausible load, that is one of them.
+    pub(crate) fn assumption(&self, is_history_settled: bool) -> Cow<'_, str> {
+        if is_history_settled {
+            return Cow::Borrowed(&self.assumption);
+        }
+        let Interval { low, high } = self.plausible.load;
+        let load = format!("load not seen {low} to {high} p.u.");
+        match self.assumption.is_empty() {
+            true => Cow::Owned(load),
+            false => Cow::Owned(format!("{load}, {}", self.assumption)),
+        }
     }
 
     /// Identifies the parameters that a state belongs to.

@@ -61,6 +61,11 @@ fn a_short_gap_that_no_load_makes_abnormal_stays_normal() {
     bench.at_load(24 * 60, 0.3);
     let drawing = bench.run(2, &[None, Some(25.6)]);
     assert_eq!(verdict(&drawing), Verdict::Normal);
+    assert!(
+        reason(&drawing).contains("assumed: load not seen 0 to 2 p.u."),
+        "{}",
+        reason(&drawing)
+    );
     // It rests on what is good, or the host would take it back.
     assert_eq!(drawing.verdict(0).unwrap().basis, [1]);
 }
