@@ -222,7 +222,7 @@ fn find_symbol(text: &str, quantity: Quantity) -> Option<&'static Unit> {
             let is_same = symbol.to_lowercase() == text.to_lowercase();
             is_same && starts_with_m(symbol) == starts_with_m(text)
         };
-        of_quantity().find(|row| row.symbols.iter().any(|symbol| is_alike(symbol)))
+        of_quantity().find(|row| row.symbols.iter().any(is_alike))
     })
 }
 
