@@ -17,6 +17,7 @@ mod paper;
 mod pictures;
 mod process;
 mod python;
+mod references;
 mod scan;
 mod simulator;
 mod sites;
@@ -69,6 +70,8 @@ enum Command {
     BenchRender(bench_render::Arguments),
     /// Measure what the paper measured and judge what it says.
     Paper(paper::Arguments),
+    /// Compare the calculations of plugins with independent ones.
+    References(references::Arguments),
     /// Make the README's pictures.
     Pictures,
 }
@@ -98,6 +101,7 @@ fn run(command: Command) -> Result<()> {
         Command::Faults(arguments) => faults::run(&workspace, &arguments),
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),
+        Command::References(arguments) => references::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
 }

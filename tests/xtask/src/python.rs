@@ -25,6 +25,12 @@ pub(crate) const TESTS: Environment =
 pub(crate) const BENCH: Environment =
     Environment { folder: "target/bench-venv", requirements: "tests/peers/bench_requirements.txt" };
 
+/// Calculations that those of plugins are compared with.
+pub(crate) const REFERENCES: Environment = Environment {
+    folder: "target/references-venv",
+    requirements: "tests/peers/references_requirements.txt",
+};
+
 /// Viewers that frames are compared with.
 pub(crate) const RENDER: Environment = Environment {
     folder: "target/render-venv",

@@ -1,0 +1,114 @@
+//! `references`: the calculations of the plugins beside independent ones. Each comparison
+//! prints the worst deviation of its quantities, and fails beyond a stated limit.
+
+use std::env;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail};
+
+use crate::process;
+use crate::python;
+use crate::steps::Steps;
+use crate::workspace::{Profile, Workspace};
+
+/// Folder of real COMTRADE recordings that are compared too, where it is set.
+const RECORDINGS_VARIABLE: &str = "BUSBAR_COMTRADE_FOLDER";
+
+/// Options of `references`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Compare a sample, as CI does.
+    #[arg(long)]
+    pub(crate) quick: bool,
+}
+
+/// Sizes of the comparisons.
+struct Sample {
+    /// One point of the gas law in so many.
+    gas_step: &'static str,
+    /// Load profiles of transformers.
+    profiles: &'static str,
+    /// Random networks.
+    networks: &'static str,
+}
+
+const QUICK: Sample = Sample { gas_step: "10", profiles: "10", networks: "2000" };
+const WHOLE: Sample = Sample { gas_step: "1", profiles: "100", networks: "100000" };
+
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    let mut steps = Steps::default();
+    let outcome = compare(workspace, arguments, &mut steps);
+    println!("{}", steps.table());
+    outcome
+}
+
+fn compare(workspace: &Workspace, arguments: &Arguments, steps: &mut Steps) -> Result<()> {
+    let sample = if arguments.quick { QUICK } else { WHOLE };
+    let python = steps
+        .run("python", || python::ensure_environment(workspace, python::REFERENCES))?
+        .context("the references' requirements are missing from tests/peers")?;
+    steps.run("SF6", || {
+        build_example("sf6_density", "print_values")?;
+        let mut comparison = script(workspace, &python, "sf6_density");
+        comparison.arg(example(workspace, "print_values")).arg(sample.gas_step);
+        process::run(&mut comparison)
+    })?;
+    steps.run("temperatures", || {
+        build_example("transformer_thermal", "series")?;
+        // Annex C's printed values, then two other implementations.
+        test(&["-p", "transformer_thermal", "--lib", "standards_example"], None)?;
+        let mut series = Command::new(example(workspace, "series"));
+        let mut series = series
+            .args([sample.profiles, "1"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .context("the series of temperatures cannot be made")?;
+        let output = series.stdout.take().context("the series have no output")?;
+        let compared = process::run(
+            script(workspace, &python, "transformer_thermal").stdin(Stdio::from(output)),
+        );
+        let status = series.wait().context("the series cannot be waited for")?;
+        compared?;
+        if !status.success() {
+            bail!("the series of temperatures ended with {status}");
+        }
+        Ok(())
+    })?;
+    steps.run("topology", || {
+        let cases = Some(("BUSBAR_TOPOLOGY_CASES", sample.networks));
+        test(&["-p", "energisation", "_completions"], cases)
+    })?;
+    if env::var_os(RECORDINGS_VARIABLE).is_some() {
+        steps.run("recordings", || {
+            let mut command = process::cargo();
+            command.args(["test", "-p", "replay", "recordings_of_a_folder"]);
+            command.args(["--", "--ignored", "--nocapture"]).env("BUSBAR_PYTHON", &python);
+            process::run(&mut command)
+        })?;
+    }
+    Ok(())
+}
+
+fn build_example(package: &str, name: &str) -> Result<()> {
+    process::run(process::cargo().args(["build", "-p", package, "--example", name]))
+}
+
+fn example(workspace: &Workspace, name: &str) -> std::path::PathBuf {
+    let program = workspace.program(Profile::Dev, name);
+    let folder = program.parent().map(Path::to_owned).unwrap_or_default();
+    folder.join("examples").join(name)
+}
+
+fn script(workspace: &Workspace, python: &Path, plugin: &str) -> Command {
+    let mut command = Command::new(python);
+    command.arg(workspace.path(format!("plugins/{plugin}/references/compare.py")));
+    command
+}
+
+fn test(arguments: &[&str], variable: Option<(&str, &str)>) -> Result<()> {
+    let mut command = process::cargo();
+    command.arg("test").args(arguments).args(["--", "--nocapture"]);
+    command.envs(variable);
+    process::run(&mut command)
+}
