@@ -143,6 +143,24 @@
 // The configuration `id` is shown from here on.
 #define BUSBAR_VIEW_RELOADED 13
 
+// The verdict of an overlay on the equipment `id` is `state`: BUSBAR_VIEW_NORMAL,
+// BUSBAR_VIEW_ABNORMAL, BUSBAR_VIEW_UNKNOWN or BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL. `text` is the
+// overlay's name, a line feed, and the reason; `number` is 1 where it rests on a default, which
+// the reason names. Merged by overlay and equipment.
+#define BUSBAR_VIEW_VERDICT 14
+
+// Within its limits.
+#define BUSBAR_VIEW_NORMAL 0
+
+// Outside its limits, or in a state that needs attention.
+#define BUSBAR_VIEW_ABNORMAL 1
+
+// Nobody can judge it.
+#define BUSBAR_VIEW_UNKNOWN 2
+
+// Nobody can judge it, and it was abnormal when it was last known.
+#define BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL 3
+
 // Acknowledge an alarm.
 #define BUSBAR_VIEW_ACKNOWLEDGE 1
 
