@@ -5,6 +5,7 @@
 use std::ffi::c_void;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicUsize;
 use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 
 use busbar_plugin_abi as abi;
@@ -144,6 +145,8 @@ struct Instance<P> {
     sink: Mutex<Option<SampleSink>>,
     /// Whether a simulation runs.
     is_simulating: Mutex<bool>,
+    /// Bindings that an overlay was configured with last.
+    binding_count: AtomicUsize,
     /// Contents of an overlay, as it described them last.
     description: Mutex<Option<RawDescription>>,
     /// What `describe` gave, made at its first call.
@@ -204,6 +207,7 @@ unsafe extern "C" fn create<P: Exported>(
             host: host.clone(),
             sink: Mutex::new(None),
             is_simulating: Mutex::new(false),
+            binding_count: AtomicUsize::new(0),
             description: Mutex::new(None),
             commands: OnceLock::new(),
         };

@@ -361,12 +361,17 @@ impl Canvas<'_> {
 /// Pointers are null or valid as the ABI's `draw` demands.
 pub(crate) unsafe fn run<P: Overlay>(
     plugin: &mut P,
+    bindings: usize,
     frame: *const abi::BusbarOverlayFrame,
     output: *mut abi::BusbarOverlayOutput,
 ) -> Result<(), Error> {
     // SAFETY: the caller vouches for the pointers.
     let (frame, output) =
         unsafe { (given(frame, "draw: the frame")?, given_mut(output, "draw: the output")?) };
+    if frame.value_count as usize != bindings {
+        let count = frame.value_count;
+        return Err(Error::argument(format!("draw: {count} values for {bindings} bindings")));
+    }
     if output.primitives.is_null() || output.text.is_null() {
         return Err(Error::argument("draw: a buffer is null"));
     }

@@ -67,7 +67,7 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     let options = RendererOptions { samples: 1, ..Default::default() };
     let mut viewer = Viewer::offscreen(loaded, options, SIZE).expect("there is a device");
     let started = Instant::now();
-    let mut wait_until = |viewer: &mut Viewer, verdict: &str, was_abnormal: bool| {
+    let wait_until = |viewer: &mut Viewer, verdict: &str, was_abnormal: bool| {
         wait_for(verdict, PATIENCE, || {
             let input = viewer.headless_input(started.elapsed().as_secs_f64());
             viewer.frame(input).expect("a frame is drawn");

@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 
 use busbar_plugin_abi as abi;
 
@@ -131,8 +132,11 @@ pub const fn overlay<P: Overlay>() -> Capability {
         unsafe {
             guard(error, || {
                 let bindings = crate::overlay::read_bindings(bindings, binding_count)?;
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                plugin.unwrap_or_else(PoisonError::into_inner).configure(bindings)
+                let instance = instance::<P>(plugin)?;
+                let plugin = instance.plugin.write();
+                plugin.unwrap_or_else(PoisonError::into_inner).configure(bindings)?;
+                instance.binding_count.store(binding_count, Ordering::Relaxed);
+                Ok(())
             })
         }
     }
@@ -145,9 +149,10 @@ pub const fn overlay<P: Overlay>() -> Capability {
         // SAFETY: the host passes what `create` made, and valid pointers.
         unsafe {
             guard(error, || {
-                let plugin = instance::<P>(plugin)?.plugin.write();
-                let mut plugin = plugin.unwrap_or_else(PoisonError::into_inner);
-                crate::overlay::run(&mut *plugin, frame, output)
+                let instance = instance::<P>(plugin)?;
+                let bindings = instance.binding_count.load(Ordering::Relaxed);
+                let mut plugin = instance.plugin.write().unwrap_or_else(PoisonError::into_inner);
+                crate::overlay::run(&mut *plugin, bindings, frame, output)
             })
         }
     }

@@ -140,7 +140,7 @@ pub fn draw_at<P: Overlay>(
         basis: basis.as_mut_ptr(),
     };
     // SAFETY: frame and buffers live for the call and are as long as they say.
-    unsafe { run(overlay, &raw const frame, &raw mut output)? };
+    unsafe { run(overlay, values.len(), &raw const frame, &raw mut output)? };
     // SAFETY: the canvas wrote each primitive that it counts.
     unsafe { primitives.set_len(output.primitive_count as usize) };
     // SAFETY: likewise each quantity.
