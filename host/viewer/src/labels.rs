@@ -1,6 +1,6 @@
 //! Lines of overlays to labels on the screen.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use busbar_plugin_host::{OverlayLine, Severity};
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
@@ -46,13 +46,21 @@ pub(crate) struct LinesOfNodes<'a> {
 
 impl<'a> LinesOfNodes<'a> {
     /// Sorts values, each with whether its overlay is late, and unknown verdicts by node.
+    /// Verdicts stand at nodes that have a label for their values, or are selected: labels
+    /// of all others would hide the scene, which hatches them.
     pub(crate) fn new(
         values: impl Iterator<Item = (&'a OverlayLine, bool)>,
         unknown: &'a [UnknownAtNode],
+        selection: &BTreeSet<NodeIndex>,
     ) -> Self {
-        let values =
-            values.map(|(line, is_late)| (NodeIndex(line.node), NodeLine::Value(line, is_late)));
-        let unknown = unknown.iter().map(|verdict| (verdict.node, NodeLine::Unknown(verdict)));
+        let values: Vec<(NodeIndex, NodeLine<'_>)> = values
+            .map(|(line, is_late)| (NodeIndex(line.node), NodeLine::Value(line, is_late)))
+            .collect();
+        let labelled: HashSet<NodeIndex> = values.iter().map(|(node, _)| *node).collect();
+        let is_labelled = |node: &NodeIndex| labelled.contains(node) || selection.contains(node);
+        let unknown = unknown.iter().filter(|verdict| is_labelled(&verdict.node));
+        let unknown = unknown.map(|verdict| (verdict.node, NodeLine::Unknown(verdict)));
+        let values = values.into_iter();
         let numbered = values.chain(unknown).zip(0..);
         let mut order: Vec<(NodeIndex, u32, NodeLine<'_>)> =
             numbered.map(|((node, line), number)| (node, number, line)).collect();

@@ -321,7 +321,8 @@ impl Viewer {
             chart.follow_selection(&self.scene.graph, &self.selection);
             chart.shape_up();
         }
-        let labelled = LinesOfNodes::new(overlaid.lines(), &overlaid.unknown_labels);
+        let labelled =
+            LinesOfNodes::new(overlaid.lines(), &overlaid.unknown_labels, &self.selection);
         parts.overlays += began.millis();
         let began = CpuClock::start();
         let rows = rows::Rows::new(&self.scene, snapshot, &self.tag_list, overlaid.lines());

@@ -16,6 +16,11 @@ const MOST: f64 = 0.9;
 /// Levels between the strongest and the weakest channel of what has a colour.
 const COLORED: u8 = 60;
 const COLORED_SHARE: f64 = 0.2;
+/// Levels of grey of the stripes of a hatched body.
+const BODY_DARK: u8 = 160;
+const BODY_LIGHT: u8 = 200;
+/// Share of the body's pixels that each kind of stripe has at least.
+const BODY_SHARE: f64 = 0.1;
 /// Pixels of a stripe, diagonally.
 const STRIPE: usize = 4;
 /// Stripes that make a hatched ground.
@@ -56,7 +61,10 @@ impl Eye {
             let known = looks.iter().position(|look| self.looks_as(picture, look, equipment));
             return known.map_or(Seen::NotGood, |look| Seen::Good(SHOWN[look]));
         }
-        match (self.is_hatched(picture, equipment), self.is_colored(picture, equipment)) {
+        // Its label may stand elsewhere, where many have one: then the body itself tells.
+        let is_hatched =
+            self.is_hatched(picture, equipment) || self.is_striped_body(picture, equipment);
+        match (is_hatched, self.is_colored(picture, equipment)) {
             (true, false) => Seen::NotGood,
             (false, colored) => Seen::Good(colored),
             (true, true) => Seen::Unclear,
@@ -75,6 +83,16 @@ impl Eye {
             channels.into_iter().all(|(now, then)| now.abs_diff(then) <= ALIKE_LEVELS)
         };
         shape.iter().filter(alike).count() as f64 >= MOST * shape.len() as f64
+    }
+
+    /// Reports whether the body itself is hatched: dark and light stripes without a color.
+    fn is_striped_body(&self, picture: &Picture, equipment: &str) -> bool {
+        let shape = self.shape(equipment);
+        let share = |is_it: fn(u8) -> bool| {
+            let greys = shape.iter().map(|&at| rgb(picture, at)[1]);
+            greys.filter(|grey| is_it(*grey)).count() as f64 / shape.len() as f64
+        };
+        share(|grey| grey < BODY_DARK) > BODY_SHARE && share(|grey| grey > BODY_LIGHT) > BODY_SHARE
     }
 
     /// Whether it has a colour, as of an alarm.
